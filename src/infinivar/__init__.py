@@ -1,0 +1,66 @@
+"""infinivar: drive-trains with an infinitely variable (cobotic) transmission and with a fixed ratio.
+
+The public names below load on first use, so that importing the package costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Amplifier": "parts.amplifier",
+    "CoboticDrive": "drivetrain.cobotic",
+    "Comparison": "analysis.compare",
+    "ConventionalDrive": "drivetrain.conventional",
+    "Gearhead": "parts.gearhead",
+    "Guideway": "parts.linear",
+    "InfinivarError": "errors",
+    "InputError": "errors",
+    "Limit": "limits",
+    "Motor": "parts.motor",
+    "OperatingPoint": "transmission.rotary_linear",
+    "Pulley": "parts.linear",
+    "Requirement": "drivetrain.requirement",
+    "RotaryLinearIVT": "transmission.rotary_linear",
+    "SteadyMap": "analysis.steady_map",
+    "SteeringPlant": "drivetrain.cobotic",
+    "Study": "study.study",
+    "compare": "analysis.compare",
+    "load_study": "study.load",
+    "reproduce": "analysis.reproduce",
+    "steady_map": "analysis.steady_map",
+}
+
+__all__ = [*sorted(_HOME), "__version__"]  # pyright: ignore[reportUnsupportedDunderAll]
+
+if TYPE_CHECKING:
+    from infinivar.analysis.compare import Comparison, compare
+    from infinivar.analysis.reproduce import reproduce
+    from infinivar.analysis.steady_map import SteadyMap, steady_map
+    from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
+    from infinivar.drivetrain.conventional import ConventionalDrive
+    from infinivar.drivetrain.requirement import Requirement
+    from infinivar.errors import InfinivarError, InputError
+    from infinivar.limits import Limit
+    from infinivar.parts.amplifier import Amplifier
+    from infinivar.parts.gearhead import Gearhead
+    from infinivar.parts.linear import Guideway, Pulley
+    from infinivar.parts.motor import Motor
+    from infinivar.study.load import load_study
+    from infinivar.study.study import Study
+    from infinivar.transmission.rotary_linear import OperatingPoint, RotaryLinearIVT
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'infinivar' has no attribute {name!r}")
+    value = getattr(import_module(f"infinivar.{_HOME[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,83 @@
+"""Which array namespace the arguments belong to, so that one source of each formula serves NumPy, JAX and others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+SETTLED = 1e-9
+"""Relative step below which a Newton iteration has converged."""
+
+Array = Any
+"""A float, or an array of any library that follows the Python array API standard."""
+
+
+def namespace(*arguments: Array) -> Any:
+    """Array namespace of the first argument that has one; NumPy for plain numbers.
+
+    Raises
+    ------
+    TypeError
+        If arguments of two array libraries are mixed.
+    """
+    found = None
+    for argument in arguments:
+        get = getattr(argument, "__array_namespace__", None)
+        if get is None:
+            continue
+        candidate = get()
+        # A NumPy array mixes with any other library's arrays: it is how constants travel.
+        if found is None or found.__name__ == "numpy":
+            found = candidate
+        elif candidate.__name__ not in (found.__name__, "numpy"):
+            raise TypeError(f"arrays of {found.__name__} and {candidate.__name__} are mixed")
+    if found is None:
+        import numpy as found
+    return found
+
+
+def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
+    """Each value as a float64 array of `xp` (integers and lists are welcome)."""
+    return tuple(xp.asarray(value, dtype=xp.float64) for value in values)
+
+
+def sign(xp: Any, value: Array) -> Array:
+    """-1, 0 or 1, and 0 at -0.0 too; differentiable elsewhere."""
+    return xp.where(value > 0, 1.0, xp.where(value < 0, -1.0, 0.0))
+
+
+def signed_infinity(xp: Any, value: Array) -> Array:
+    """inf with the sign of `value`, 0 where it is 0."""
+    return xp.where(value > 0, xp.inf, xp.where(value < 0, -xp.inf, 0.0))
+
+
+def safe_divide(xp: Any, numerator: Array, denominator: Array, otherwise: float) -> Array:
+    """Quotient where the denominator is not zero, `otherwise` where it is; gradients stay finite."""
+    zero = denominator == 0
+    return xp.where(zero, otherwise, numerator / xp.where(zero, 1.0, denominator))
+
+
+def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
+    """Repeat `step` until nothing changes, at most `steps` times.
+
+    NumPy arrays stop as soon as every finite element has settled; traced arrays, whose values are not known, take
+    all the steps. Elements that turn nan stay nan: that is how `step` says "no solution here". Elements that have not
+    settled in the end are nan, too. Steps shrink quadratically, so one below `SETTLED` leaves an error of its square.
+    """
+    value, settled = start, False
+    for _ in range(steps):
+        new = step(value)
+        settled = xp.abs(new - value) <= SETTLED * (1.0 + xp.abs(new))
+        value = new
+        if xp.__name__ == "numpy" and xp.all(settled | xp.isnan(value)):
+            break
+    return xp.where(settled, value, xp.nan)
+
+
+def bisect(xp: Any, function: Callable[[Array], Array], low: Array, high: Array, steps: int = 60) -> Array:
+    """Root of a function that rises from `low` to `high`, by halving the bracket `steps` times."""
+    for _ in range(steps):
+        middle = 0.5 * (low + high)
+        above = function(middle) > 0
+        low, high = xp.where(above, low, middle), xp.where(above, middle, high)
+    return 0.5 * (low + high)

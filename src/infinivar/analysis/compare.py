@@ -1,0 +1,236 @@
+"""Compare drive-trains: does each cover the requirement, how efficiently, and what binds first?"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from infinivar import power
+from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.requirement import Requirement
+from infinivar.limits import Limit, binding
+from infinivar.study.study import Study
+
+MAP_REACH = 1.4
+"""The maps reach this far beyond the requirement, so that limits just outside it are seen."""
+
+MAP_POINTS = 225
+"""Points along each axis of a map."""
+
+PEAK_REACH = 10.0
+"""Peak efficiency is looked for up to this many times the required force and speed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Margin:
+    """Tightest limit of a drive in the required region."""
+
+    limit: Limit
+    value: float
+    force: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Corner:
+    """A drive at one corner of the required region. [m/s], [N], [W]"""
+
+    speed: float
+    force: float
+    power_in: float
+    losses: Mapping[str, float]
+    efficiency: float
+    limit: Limit
+    margin: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriveResult:
+    """What one drive does about the requirement.
+
+    Attributes
+    ----------
+    coverage                  Share of the required region, by area, in which every limit is kept. [-]
+    peak_efficiency           Best within limits anywhere (up to `PEAK_REACH` times the requirement). [-]
+    peak_efficiency_in_region Best within limits in the required region. [-]
+    mean_loss                 Mean loss over the covered part of the region. [W]
+    tightest                  The limit with the least margin in the region, and where.
+    corners                   Operating point at each named corner of the region.
+    map                       Steady map beyond the region.
+    audit_residual            Largest share of power that does not add up, over all points computed. [-]
+    """
+
+    name: str
+    title: str
+    drive: Drive
+    coverage: float
+    peak_efficiency: float
+    peak_efficiency_in_region: float
+    mean_loss: float
+    tightest: Margin
+    corners: Mapping[str, Corner]
+    map: SteadyMap
+    audit_residual: float
+
+    @property
+    def covers(self) -> bool:
+        """Whether every required point is within every limit."""
+        return self.tightest.value >= 1.0
+
+    @property
+    def verdict(self) -> str:
+        """One sentence a designer can act on."""
+        share = "100" if self.covers else f"{min(100 * self.coverage, 99.9):.3g}"
+        tight = self.tightest
+        place = f"{tight.force:.3g} N and {tight.speed:.3g} m/s"
+        if self.covers:
+            return f"covers {share} % of the required region; weakest margin: {tight.limit.words}, {tight.value:.2f} at {place}"
+        return f"covers {share} % of the required region; {tight.limit.words} allows {tight.value:.2f} of what {place} takes"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Verdict as plain numbers, for scripts."""
+        return {
+            "title": self.title,
+            "verdict": self.verdict,
+            "coverage": self.coverage,
+            "peak_efficiency": self.peak_efficiency,
+            "peak_efficiency_in_region": self.peak_efficiency_in_region,
+            "mean_loss_in_region": self.mean_loss,
+            "tightest_margin": {
+                "limit": self.tightest.limit.name,
+                "value": self.tightest.value,
+                "force": self.tightest.force,
+                "speed": self.tightest.speed,
+            },
+            "audit_residual": self.audit_residual,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """All drives of a study held against its requirement."""
+
+    study: Study
+    results: Mapping[str, DriveResult]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether any drive covers the whole requirement."""
+        return any(result.covers for result in self.results.values())
+
+    @property
+    def best(self) -> DriveResult | None:
+        """The covering drive with the least mean loss, None where no drive covers."""
+        covering = [result for result in self.results.values() if result.covers]
+        return min(covering, key=lambda result: result.mean_loss, default=None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Verdicts as plain numbers, for scripts."""
+        return {"study": self.study.name, "drives": {name: result.to_dict() for name, result in self.results.items()}}
+
+    def save(self, directory: str | Path) -> list[Path]:
+        """Write ``report.html``, ``results.json`` and one NetCDF map a drive; returns their paths.
+
+        Files of the same names are replaced, others left alone; nothing is replaced unless everything could be made.
+        """
+        from infinivar.report import comparison
+
+        return comparison.save(self, Path(directory))
+
+
+def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **options: Any) -> DriveResult:
+    """Hold one drive against a requirement; `options` go to `steady_map`."""
+    speed, force, weight = requirement.sample()
+    point = drive.operate(speed=speed, force=force)
+    limit, margin = binding(point.utilisation)
+    within = limit == Limit.OK
+    residuals = [power.audit(point.power_in, point.power_out, point.losses, name)]
+    efficiency = np.where(within, power.efficiency(point.power_in, point.power_out), np.nan)
+    loss = point.power_in - point.power_out
+    tight = int(np.argmin(margin))
+    worst = binding_at(point.utilisation, tight)
+
+    signs = (1.0,) if requirement.quadrants == 1 else (-1.0, 1.0)
+    reach = np.concatenate([sign * np.geomspace(1e-2, 1.0, 160) for sign in signs]) * PEAK_REACH
+    wide = steady_map(drive, reach * requirement.speed, reach * requirement.force)
+    low = {1: (0.0, 0.0), 2: (0.0, -1.0), 4: (-1.0, -1.0)}[requirement.quadrants]
+    axes = [np.linspace(start * MAP_REACH, MAP_REACH, MAP_POINTS) for start in low]
+    steady = steady_map(drive, axes[0] * requirement.speed, axes[1] * requirement.force, **options)
+    residuals += [wide.audit_residual, steady.audit_residual]
+    return DriveResult(
+        name=name,
+        title=title,
+        drive=drive,
+        coverage=float(weight[within].sum()) if not within.all() else 1.0,
+        peak_efficiency=max(_peak(wide.efficiency), _peak(steady.efficiency), _peak(efficiency)),
+        peak_efficiency_in_region=_peak(efficiency),
+        mean_loss=float(np.average(loss[within], weights=weight[within])) if weight[within].sum() > 0 else np.nan,
+        tightest=Margin(limit=worst, value=float(margin[tight]), force=float(force[tight]), speed=float(speed[tight])),
+        corners=MappingProxyType({label: corner(drive, *place) for label, place in requirement.corners().items()}),
+        map=steady,
+        audit_residual=max(residuals),
+    )
+
+
+def _peak(efficiency: np.ndarray) -> float:
+    """Largest efficiency, nan where there is none."""
+    known = efficiency[~np.isnan(efficiency)]
+    return float(known.max()) if known.size else float("nan")
+
+
+def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
+    """The limit with the largest utilisation at one point of a flat sample, whether or not it is exceeded."""
+    demands = {limit: float(np.ravel(demand)[index if np.size(demand) > 1 else 0]) for limit, demand in utilisation.items()}
+    return max(demands, key=lambda limit: -1.0 if np.isnan(demands[limit]) else demands[limit])
+
+
+def corner(drive: Drive, speed: float, force: float) -> Corner:
+    """One operating point as plain numbers."""
+    point = drive.operate(speed=speed, force=force)
+    limit, margin = binding(point.utilisation)
+    return Corner(
+        speed=speed,
+        force=force,
+        power_in=float(point.power_in),
+        losses=MappingProxyType({name: float(loss) for name, loss in point.losses.items()}),
+        efficiency=float(power.efficiency(point.power_in, point.power_out)),
+        limit=Limit(int(limit)),
+        margin=float(margin),
+    )
+
+
+def compare(study: Study, *, progress: Callable[[str, float], None] | None = None) -> Comparison:
+    """Evaluate every drive of a study on its requirement.
+
+    Parameters
+    ----------
+    study : Study   From `load_study`.
+    progress        Called with the title of the drive at work and the share of all work done, 0 to 1.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    AuditError
+        If a power balance does not close.
+    """
+    results: dict[str, DriveResult] = {}
+    count = len(study.drives)
+    for index, (name, drive) in enumerate(study.drives.items()):
+        title = study.titles[name]
+
+        def report(share: float, title: str = title, index: int = index) -> None:
+            if progress is not None:
+                progress(title, (index + share) / count)
+
+        report(0.0)
+        results[name] = evaluate(name, title, drive, study.requirement, progress=report)
+    return Comparison(study=study, results=MappingProxyType(results))

@@ -1,0 +1,153 @@
+"""Steady map: power, every loss, efficiency and binding limit on a force-speed grid."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from infinivar import power
+from infinivar.drivetrain.drive import Drive
+from infinivar.errors import AuditError, InputError
+from infinivar.limits import Limit, binding
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import xarray
+
+_TILE = 16_384
+"""Points computed at once: the dozens of intermediate arrays of a tile stay in the processor's cache."""
+
+# Without a steady motion (slip, steering) powers are undefined; other limits leave what would be needed.
+_NO_MOTION = (Limit.SLIP, Limit.STEERING)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SteadyMap:
+    """Map over speed (first axis) and force (second axis); SI.
+
+    Attributes
+    ----------
+    speed, force : (n,), (m,) float     Axes. [m s^-1], [N]
+    power_in, power_out : (n, m) float  From the supply, to the load; nan where there is no steady motion. [W]
+    losses : mapping of name to (n, m) float   [W]
+    efficiency : (n, m) float           nan outside limits and where both sides feed the losses. [-]
+    limit : (n, m) int8                 Values of `Limit`.
+    margin : (n, m) float               Allowance over demand of the tightest limit. [-]
+    audit_residual : float              Largest share of power that does not add up, checked when the map was made. [-]
+    """
+
+    speed: np.ndarray
+    force: np.ndarray
+    power_in: np.ndarray
+    power_out: np.ndarray
+    losses: Mapping[str, np.ndarray]
+    efficiency: np.ndarray
+    limit: np.ndarray
+    margin: np.ndarray
+    audit_residual: float
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Labelled data set with units, losses as ``loss_<name>``."""
+        import xarray
+
+        grid = ("speed", "force")
+
+        def variable(values: np.ndarray, unit: str, meaning: str, **more: Any) -> tuple[Any, ...]:
+            return grid, values, {"units": unit, "long_name": meaning, **more}
+
+        losses = {
+            f"loss_{name.replace(' ', '_')}": variable(values, "W", f"power lost in {name}")
+            for name, values in self.losses.items()
+        }
+        codes = {
+            "flag_values": np.array([limit.value for limit in Limit], dtype=np.int8),
+            "flag_meanings": " ".join(limit.name for limit in Limit),
+        }
+        return xarray.Dataset(
+            {
+                "power_in": variable(self.power_in, "W", "power from the supply"),
+                "power_out": variable(self.power_out, "W", "power to the load"),
+                **losses,
+                "efficiency": variable(self.efficiency, "1", "useful power over power spent"),
+                "limit": variable(self.limit, "1", "limit that binds", **codes),
+                "margin": variable(self.margin, "1", "allowance over demand of the tightest limit"),
+            },
+            coords={
+                "speed": ("speed", self.speed, {"units": "m s-1", "long_name": "speed of the load"}),
+                "force": ("force", self.force, {"units": "N", "long_name": "force on the load"}),
+            },
+            attrs={"audit_residual": self.audit_residual},
+        )
+
+    def save(self, path: str | Path) -> None:
+        """Write the map as NetCDF (version 3, readable everywhere)."""
+        self.to_xarray().to_netcdf(path, engine="scipy")
+
+
+def _axis(name: str, values: Any, unit: str) -> np.ndarray:
+    axis = np.atleast_1d(np.asarray(values, dtype=float))
+    if axis.ndim != 1 or axis.size == 0:
+        raise InputError(f"{name} must be one-dimensional and not empty, got shape {axis.shape}")
+    if not np.isfinite(axis).all():
+        raise InputError(f"{name} must be finite {unit}, got {axis[~np.isfinite(axis)][0]}")
+    return axis
+
+
+def steady_map(
+    drive: Drive, speed: Any, force: Any, *, progress: Callable[[float], None] | None = None
+) -> SteadyMap:
+    """Evaluate a drive-train on a grid and audit every point.
+
+    Parameters
+    ----------
+    drive : Drive         Any drive-train.
+    speed : (n,) float    Speeds of the load; negative ones for the other quadrants. [m s^-1]
+    force : (m,) float    Forces on the load. [N]
+    progress              Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    SteadyMap
+
+    Raises
+    ------
+    InputError
+        If an axis is not a finite vector.
+    AuditError
+        If powers and losses do not add up anywhere, or a power is nan where there should be one.
+    """
+    speed, force = _axis("speed", speed, "m/s"), _axis("force", force, "N")
+    shape = (speed.size, force.size)
+    fields: dict[str, np.ndarray] = {}
+    losses: dict[str, np.ndarray] = {}
+    worst = 0.0
+    rows = max(1, _TILE // force.size)
+    columns = min(force.size, _TILE)
+    for top in range(0, speed.size, rows):
+        for left in range(0, force.size, columns):
+            tile = np.s_[top : top + rows, left : left + columns]
+            point = drive.operate(speed=speed[tile[0], None], force=force[None, tile[1]])
+            limit, margin = binding(point.utilisation)
+            worst = max(worst, power.audit(point.power_in, point.power_out, point.losses, "steady map"))
+            if np.any(np.isnan(point.power_in) & ~np.isin(limit, _NO_MOTION)):
+                raise AuditError("steady map: a power is nan inside limits")
+            values = {
+                "power_in": point.power_in,
+                "power_out": point.power_out,
+                "efficiency": np.where(limit == 0, power.efficiency(point.power_in, point.power_out), np.nan),
+                "limit": limit,
+                "margin": margin,
+            }
+            for store, parts in ((fields, values), (losses, point.losses)):
+                for name, value in parts.items():
+                    if name not in store:
+                        store[name] = np.empty(shape, dtype=np.int8 if name == "limit" else float)
+                    store[name][tile] = value
+        if progress is not None:
+            progress(min(1.0, (top + rows) / speed.size))
+    return SteadyMap(speed=speed, force=force, losses=MappingProxyType(losses), audit_residual=worst, **fields)

@@ -1,0 +1,1 @@
+"""Contact mechanics: pure functions over arrays."""

@@ -1,0 +1,101 @@
+"""The cobotic drive-train: a cylinder at constant speed, a steered wheel, a link on its guideway."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from infinivar._xp import Array, as_floats, namespace
+from infinivar.drivetrain.drive import DrivePoint, electrical_side, known_sum
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.linear import Guideway
+from infinivar.parts.motor import Motor
+from infinivar.quantities import check, component, quantity
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SteeringPlant:
+    """What turns the wheel. In steady operation it stands still and takes no power; its data wait for motion.
+
+    Source: faulring2006, Fig 11.
+    """
+
+    motor: Motor = component("Steering motor")
+    ratio: float = quantity("1", "> 0", "Reduction between steering motor and bell")
+    bell_inertia: float = quantity("kg m^2", "> 0", "Inertia of the bell that holds the wheel, about its steering axis")
+    patch_half_length: float = quantity("m", "> 0", "Lateral half-length b of the contact patch")
+    sliding_friction: float = quantity("1", "> 0", "Sliding friction mu_s of the patch that turns on the spot")
+    bell_friction: float = quantity("m", ">= 0", "Friction torque of the bell bearing over preload, c_b")
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoboticDrive:
+    """Motor and gearhead turn a cylinder at constant speed; a steered wheel takes off what the link needs.
+
+    Source: faulring2006, Figs 10-13.
+    """
+
+    motor: Motor = component("Cylinder motor")
+    gearhead: Gearhead = component("Gearhead between motor and cylinder")
+    transmission: RotaryLinearIVT = component("The rotational-to-linear element")
+    cylinder_speed: float = quantity("rad/s", "!= 0", "Speed at which the cylinder is kept")
+    guideway: Guideway = component("Guideway of the link", default_factory=Guideway)
+    amplifier: Amplifier = component("Amplifier of the cylinder motor", default_factory=Amplifier)
+    link_mass: float | None = quantity("kg", "> 0", "Mass of the moving link without load", default=None)
+    steering: SteeringPlant | None = component("Steering plant", default=None)
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+    @property
+    def motors(self) -> Mapping[str, Motor]:
+        """Cylinder motor and, where described, steering motor."""
+        steering = {} if self.steering is None else {"steering": self.steering.motor}
+        return {"cylinder": self.motor, **steering}
+
+    @property
+    def mass(self) -> float | None:
+        """Mass of motors and gearhead, None where one is not known. [kg]"""
+        return known_sum(self.gearhead.mass, *(motor.mass for motor in self.motors.values()))
+
+    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
+        """Steady point at a link speed and force, in all four quadrants, with the wheel steered accordingly.
+
+        Parameters
+        ----------
+        speed : (...,) float   Link speed. Standing still under load needs a small steering angle. [m s^-1]
+        force : (...,) float   Force applied by the drive to the load. [N]
+
+        Returns
+        -------
+        DrivePoint   Inputs broadcast. Where the wheel would slip there is no steady motion and all powers are nan.
+
+        Source: faulring2006, section VI-B and Figs 10, 12, 13.
+        """
+        xp = namespace(speed, force)
+        speed, force = as_floats(xp, speed, force)
+        drag, guide_loss = self.guideway.operate(speed=speed, preload=self.transmission.preload)
+        element = self.transmission.deliver(
+            cylinder_speed=self.cylinder_speed, link_speed=speed, link_force=force + drag
+        )
+        power_in, losses, utilisation, states = electrical_side(
+            self.amplifier,
+            self.motor,
+            self.gearhead,
+            output_torque=element.torque,
+            output_speed=xp.asarray(self.cylinder_speed, dtype=xp.float64),
+        )
+        return DrivePoint(
+            power_in=power_in,
+            power_out=force * speed,
+            losses={**losses, **element.losses, "guideway": guide_loss},
+            utilisation={**element.utilisation, **utilisation},
+            states={**states, "steering_tangent": element.steering_tangent, "cylinder_torque_Nm": element.torque},
+        )

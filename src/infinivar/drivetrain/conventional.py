@@ -1,0 +1,74 @@
+"""The conventional drive-train: motor, fixed-ratio gearhead, pulley and guideway."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from infinivar._xp import Array, as_floats, namespace
+from infinivar.drivetrain.drive import DrivePoint, electrical_side, known_sum
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.linear import Guideway, Pulley
+from infinivar.parts.motor import Motor
+from infinivar.quantities import check, component, quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConventionalDrive:
+    """Motor through a fixed ratio to a pulley that pulls the load along a guideway.
+
+    Source: faulring2006, Fig 14.
+    """
+
+    motor: Motor = component("Motor")
+    gearhead: Gearhead = component("Gearhead between motor and pulley")
+    pulley: Pulley = component("Pulley or capstan")
+    guideway: Guideway = component("Guideway of the load, cable drag included", default_factory=Guideway)
+    amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
+    output_inertia: float | None = quantity(
+        "kg m^2", "> 0", "Inertia of gear, pulley and cable at the gear output", default=None
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+    @property
+    def motors(self) -> Mapping[str, Motor]:
+        """The one motor."""
+        return {"motor": self.motor}
+
+    @property
+    def mass(self) -> float | None:
+        """Mass of motor and gearhead, None where one is not known. [kg]"""
+        return known_sum(self.motor.mass, self.gearhead.mass)
+
+    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
+        """Steady point at a load speed and force, in all four quadrants.
+
+        Parameters
+        ----------
+        speed : (...,) float   Load speed; at exactly 0 friction neither helps nor hinders. [m s^-1]
+        force : (...,) float   Force applied by the drive to the load. [N]
+
+        Returns
+        -------
+        DrivePoint   Inputs broadcast. Powers are finite outside limits, too: they say what would be needed.
+
+        Source: faulring2006, section VI-A and Fig 14.
+        """
+        xp = namespace(speed, force)
+        speed, force = as_floats(xp, speed, force)
+        drag, guide_loss = self.guideway.operate(speed=speed)
+        torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=speed)
+        power_in, losses, utilisation, states = electrical_side(
+            self.amplifier, self.motor, self.gearhead, output_torque=torque, output_speed=turning
+        )
+        return DrivePoint(
+            power_in=power_in,
+            power_out=force * speed,
+            losses={**losses, "pulley": pulley_loss, "guideway": guide_loss},
+            utilisation=utilisation,
+            states=states,
+        )

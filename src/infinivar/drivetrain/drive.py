@@ -1,0 +1,95 @@
+"""What every drive-train has in common: the point it returns, and the electrical end."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+from infinivar import power
+from infinivar._xp import Array, namespace
+from infinivar.limits import Limit, binding
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DrivePoint:
+    """Steady operating point of a drive-train; arrays that broadcast to one shape, SI.
+
+    `losses` names every loss from supply to load [W]; `states` holds currents, voltages, angles and the like, each
+    under a name that ends in its unit. Where a limit leaves no steady motion the powers are nan and `limit` says why.
+    """
+
+    power_in: Array
+    power_out: Array
+    losses: Mapping[str, Array]
+    utilisation: Mapping[Limit, Array]
+    states: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def limit(self) -> Array:
+        """Limit that binds, as the integer of `Limit`."""
+        return binding(self.utilisation)[0]
+
+    @property
+    def margin(self) -> Array:
+        """Allowance over demand of the tightest limit. [-]"""
+        return binding(self.utilisation)[1]
+
+    @property
+    def efficiency(self) -> Array:
+        """Useful over spent power inside limits, else nan; see `infinivar.power.efficiency`. [-]"""
+        xp = namespace(self.power_in)
+        return xp.where(self.limit == 0, power.efficiency(self.power_in, self.power_out), xp.nan)
+
+
+@runtime_checkable
+class Drive(Protocol):
+    """A drive-train that moves a load along a line."""
+
+    @property
+    def motors(self) -> Mapping[str, Motor]:
+        """Motors by role."""
+        ...
+
+    @property
+    def mass(self) -> float | None:
+        """Mass of motors and gearheads, None where one is not known. [kg]"""
+        ...
+
+    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
+        """Steady point at a load speed [m s^-1] and force on the load [N], in all four quadrants."""
+        ...
+
+
+def known_sum(*values: float | None) -> float | None:
+    """Sum, or None as soon as one part is not known."""
+    return None if any(value is None for value in values) else sum(value for value in values if value is not None)
+
+
+def electrical_side(
+    amplifier: Amplifier, motor: Motor, gearhead: Gearhead, *, output_torque: Array, output_speed: Array
+) -> tuple[Array, dict[str, Array], dict[Limit, Array], dict[str, Array]]:
+    """Supply, amplifier, motor and gearhead behind an output torque and speed.
+
+    Returns
+    -------
+    power_in : (...,) float          From the supply. [W]
+    losses, utilisation, states      Of the three parts, by name.
+    """
+    gear = gearhead.operate(
+        output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor.continuous_torque
+    )
+    electric = motor.operate(torque=gear.motor_torque, speed=gear.motor_speed)
+    power_in, burnt, limits = amplifier.supply(electric.power)
+    losses = {**electric.losses, "gearhead": gear.loss, "amplifier": burnt}
+    utilisation = {**electric.utilisation, **gear.utilisation, **limits}
+    states = {
+        "motor_current_A": electric.current,
+        "motor_voltage_V": electric.voltage,
+        "motor_torque_Nm": gear.motor_torque,
+        "motor_speed_rad_s": gear.motor_speed,
+    }
+    return power_in, losses, utilisation, states

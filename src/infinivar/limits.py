@@ -1,0 +1,69 @@
+"""Operating limits, as data: a point outside one is a result with a name, not an error."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+
+from infinivar._xp import Array, namespace
+
+
+class Limit(IntEnum):
+    """What binds at an operating point. The numbers are those stored in maps and NetCDF files."""
+
+    OK = 0
+    """Within every limit."""
+    SLIP = 1
+    """The contact would need more than mu P of lateral force, or no steady rolling solution exists."""
+    THERMAL = 2
+    """The motor current exceeds what its winding can carry continuously."""
+    VOLTAGE = 3
+    """The motor needs more than the supply voltage at this speed and torque."""
+    STEERING = 4
+    """The wheel would have to be steered beyond its mechanical range."""
+    SPEED = 5
+    """The motor turns faster than its permissible speed."""
+    GEAR = 6
+    """The gearhead carries more than its continuous output torque."""
+    REGENERATION = 7
+    """Electrical power comes back and the amplifier can neither burn nor store it."""
+
+    @property
+    def words(self) -> str:
+        """What a designer calls it."""
+        return _WORDS[self]
+
+
+_WORDS = {
+    Limit.OK: "within limits",
+    Limit.SLIP: "wheel slip",
+    Limit.THERMAL: "motor continuous torque",
+    Limit.VOLTAGE: "supply voltage",
+    Limit.STEERING: "steering range",
+    Limit.SPEED: "motor permissible speed",
+    Limit.GEAR: "gearhead continuous torque",
+    Limit.REGENERATION: "regeneration",
+}
+
+
+def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
+    """Which limit binds, and how far away it is.
+
+    Parameters
+    ----------
+    utilisation : mapping of Limit to (...,) float   Demand over allowance of each limit; 1 is the limit. nan where a
+        quantity is not defined because another limit (with utilisation inf) excludes the point. [-]
+
+    Returns
+    -------
+    limit : (...,) int8     The limit with the largest utilisation where that exceeds 1, else Limit.OK.
+    margin : (...,) float   Allowance over demand of the tightest limit; below 1 outside, inf where nothing is demanded.
+    """
+    xp = namespace(*utilisation.values())
+    worst, code = 0.0, 0
+    for limit, demand in utilisation.items():
+        tighter = demand > worst
+        worst = xp.where(tighter, demand, worst)
+        code = xp.where(tighter, xp.asarray(int(limit), dtype=xp.int8), xp.asarray(code, dtype=xp.int8))
+    margin = xp.where(worst > 0, 1.0 / xp.where(worst > 0, worst, 1.0), xp.inf)
+    return xp.where(worst > 1.0, code, xp.asarray(0, dtype=xp.int8)), margin

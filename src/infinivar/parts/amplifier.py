@@ -1,0 +1,68 @@
+"""Motor amplifier: what the supply gives for what the motor takes, and what happens when the motor gives back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from infinivar._xp import Array, namespace
+from infinivar.errors import require
+from infinivar.limits import Limit
+from infinivar.quantities import check, component, quantity
+
+Regeneration = Literal["burn", "store", "none"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Amplifier:
+    """Amplifier between supply and motor.
+
+    Negative motor power is burnt in a brake resistor (``burn``, as in the paper), returned to the supply with
+    `storage_efficiency` (``store``), or cannot be taken at all (``none``: the point is outside the limit REGENERATION,
+    and its power counts as burnt).
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range, or if ``store`` comes without `storage_efficiency`.
+    """
+
+    regeneration: Regeneration = component("What happens to negative electrical power", default="burn")
+    storage_efficiency: float | None = quantity(
+        "1", ">= 0 and <= 1", "Share of negative power that the supply gets back; needed with store", default=None
+    )
+    efficiency: float = quantity("1", "> 0 and <= 1", "Power out over power in, either way", default=1.0)
+    standby_power: float = quantity("W", ">= 0", "Power drawn whether or not the motor runs", default=0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+        require(self.regeneration in ("burn", "store", "none"), "regeneration", self.regeneration, "burn, store or none")
+        if self.regeneration == "store":
+            require(self.storage_efficiency is not None, "storage_efficiency", None, "given with regeneration = store")
+
+    def supply(self, motor_power: Array) -> tuple[Array, Array, Mapping[Limit, Array]]:
+        """Power drawn from the supply for a motor power.
+
+        Parameters
+        ----------
+        motor_power : (...,) float   Electrical power at the motor, negative where it generates. [W]
+
+        Returns
+        -------
+        power_in, loss : (...,) float   Power from the supply (negative only with ``store``) and loss, brake resistor
+            and standby included. [W]
+        utilisation : of the regeneration limit, with ``none`` only.
+
+        Source: faulring2006, section VI-C (regenerative resistor); store and none: energy balance.
+        """
+        xp = namespace(motor_power)
+        drawn, returned = xp.clip(motor_power, 0.0, xp.inf), xp.clip(-motor_power, 0.0, xp.inf)
+        kept = self.efficiency * (self.storage_efficiency or 0.0) if self.regeneration == "store" else 0.0
+        power_in = drawn / self.efficiency - kept * returned + self.standby_power
+        loss = (1.0 / self.efficiency - 1.0) * drawn + (1.0 - kept) * returned + self.standby_power
+        limits = {}
+        if self.regeneration == "none":
+            limits[Limit.REGENERATION] = xp.where(returned > 0, xp.inf, 0.0)
+        return power_in, loss, limits

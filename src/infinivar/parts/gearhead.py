@@ -1,0 +1,106 @@
+"""Fixed-ratio gearhead: two ways to turn one efficiency figure into a loss that never creates power."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from infinivar._xp import Array, namespace, sign
+from infinivar.errors import require
+from infinivar.limits import Limit
+from infinivar.quantities import check, component, quantity
+
+LossModel = Literal["coulomb", "proportional"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearPoint:
+    """Motor side of a gearhead at an output torque and speed; arrays of one shape, SI."""
+
+    motor_torque: Array
+    motor_speed: Array
+    loss: Array
+    utilisation: Mapping[Limit, Array]
+
+
+def coulomb_torque(efficiency: Array, rated_torque: Array) -> Array:
+    """Friction torque at the motor that gives the efficiency at rated torque and is constant elsewhere.
+
+    Parameters
+    ----------
+    efficiency : (...,) float     At rated torque, in (0, 1]. [-]
+    rated_torque : (...,) float   Motor-side torque for which the efficiency holds. [N m]
+
+    Returns
+    -------
+    (...,) float   [N m]
+
+    Source: faulring2006, section VI-A.
+    """
+    return (1.0 - efficiency) * rated_torque
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gearhead:
+    """Gearhead with ratio, efficiency and a loss model.
+
+    - ``coulomb`` (the paper): constant friction torque ``(1 - efficiency) rated_torque`` at the motor. Losses do not
+      vanish with the load, so a lightly loaded gear is inefficient, as gears are.
+    - ``proportional``: power delivered is ``efficiency`` times power received, whichever side drives.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    name: str = component("Name for reports", default="gearhead")
+    ratio: float = quantity("1", "> 0", "Reduction ratio, motor speed over output speed")
+    efficiency: float = quantity("1", "> 0 and <= 1", "Efficiency at rated torque")
+    loss_model: LossModel = component("coulomb (constant torque) or proportional (to power)", default="coulomb")
+    rated_torque: float | None = quantity(
+        "N m", "> 0", "Motor-side torque at which the efficiency holds; the motor's continuous torque", default=None
+    )
+    continuous_torque: float | None = quantity("N m", "> 0", "Permissible continuous output torque", default=None)
+    inertia: float | None = quantity("kg m^2", "> 0", "Inertia at the motor side", default=None)
+    mass: float | None = quantity("kg", "> 0", "Mass", default=None)
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+        require(self.loss_model in ("coulomb", "proportional"), "loss_model", self.loss_model, "coulomb or proportional")
+
+    def operate(self, *, output_torque: Array, output_speed: Array, motor_rated_torque: Array) -> GearPoint:
+        """Motor torque and speed for an output torque and speed, in all four quadrants.
+
+        Parameters
+        ----------
+        output_torque, output_speed : (...,) float   At the output, power positive to the load. At exactly zero speed
+            friction neither helps nor hinders. [N m], [rad s^-1]
+        motor_rated_torque : float                   Stands in for `rated_torque` where that is None. [N m]
+
+        Returns
+        -------
+        GearPoint
+            motor torque [N m], motor speed [rad s^-1], loss [W], utilisation of the continuous torque if given.
+
+        Source: coulomb: faulring2006, section VI-A. proportional: definition of efficiency, taken in the direction in
+        which power flows.
+        """
+        xp = namespace(output_torque, output_speed)
+        ideal = output_torque / self.ratio
+        motor_speed = output_speed * self.ratio
+        if self.loss_model == "coulomb":
+            friction = coulomb_torque(self.efficiency, self.rated_torque or motor_rated_torque)
+            torque, loss = ideal + friction * sign(xp, motor_speed), friction * xp.abs(motor_speed)
+        else:
+            delivered = ideal * motor_speed
+            drives, driven = delivered > 0, delivered < 0
+            torque = ideal * xp.where(drives, 1.0 / self.efficiency, xp.where(driven, self.efficiency, 1.0))
+            share = xp.where(drives, 1.0 / self.efficiency - 1.0, 1.0 - self.efficiency)
+            loss = share * xp.abs(delivered)
+        utilisation = {}
+        if self.continuous_torque is not None:
+            utilisation[Limit.GEAR] = xp.abs(output_torque) / self.continuous_torque
+        return GearPoint(motor_torque=torque, motor_speed=motor_speed, loss=loss, utilisation=utilisation)

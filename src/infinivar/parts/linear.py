@@ -1,0 +1,80 @@
+"""Parts on the linear side: the pulley or capstan that makes motion linear, and the guideway that carries the load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from infinivar._xp import Array, namespace, sign
+from infinivar.quantities import check, quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pulley:
+    """Pulley or capstan: turns torque into cable force, with Coulomb friction in its own bearings.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    radius: float = quantity("m", "> 0", "Effective radius at the cable")
+    friction_torque: float = quantity("N m", ">= 0", "Coulomb friction torque of pulley and bearings", default=0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+    def operate(self, *, force: Array, speed: Array) -> tuple[Array, Array, Array]:
+        """Shaft torque and speed for a cable force and speed.
+
+        Parameters
+        ----------
+        force, speed : (...,) float   At the cable, power positive to the load. [N], [m s^-1]
+
+        Returns
+        -------
+        torque, speed, loss : (...,) float   At the shaft; loss of the pulley. [N m], [rad s^-1], [W]
+
+        Source: faulring2006, Fig 14 (transformer r_pulley).
+        """
+        xp = namespace(force, speed)
+        turning = speed / self.radius
+        torque = force * self.radius + self.friction_torque * sign(xp, turning)
+        return torque, turning, self.friction_torque * xp.abs(turning)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guideway:
+    """Linear guide with Coulomb friction: a constant part, and a part proportional to the preload it carries.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    friction: float = quantity("N", ">= 0", "Friction force that does not depend on preload", default=0.0)
+    coefficient: float = quantity("1", ">= 0", "Friction coefficient c_l, force over preload", default=0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+    def operate(self, *, speed: Array, preload: Array = 0.0) -> tuple[Array, Array]:
+        """Friction force against the motion, and its loss.
+
+        Parameters
+        ----------
+        speed : (...,) float     [m s^-1]
+        preload : (...,) float   Normal force on the guide. [N]
+
+        Returns
+        -------
+        force, loss : (...,) float   Force with the sign of the speed, 0 at rest. [N], [W]
+
+        Source: faulring2006, Fig 13 and Eq 18 (``c_l P sgn(ldot)``).
+        """
+        xp = namespace(speed, preload)
+        size = self.friction + self.coefficient * preload
+        return size * sign(xp, speed), size * xp.abs(speed)

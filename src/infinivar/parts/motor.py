@@ -1,0 +1,131 @@
+"""Brushed or electronically commutated DC motor from its data sheet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from infinivar._xp import Array, namespace, sign
+from infinivar.limits import Limit
+from infinivar.quantities import check, component, quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotorPoint:
+    """Electrical state of a motor at a torque and speed; arrays of one shape, SI."""
+
+    current: Array
+    voltage: Array
+    power: Array
+    losses: Mapping[str, Array]
+    utilisation: Mapping[Limit, Array]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motor:
+    """DC motor: ``V = I R + K w``, with the friction torque that its no-load current stands for.
+
+    Optional fields may be None: thermal and inertial data that a steady map does not need.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    name: str = component("Name for reports", default="motor")
+    voltage: float = quantity("V", "> 0", "Supply voltage available to the motor")
+    resistance: float = quantity("ohm", "> 0", "Terminal resistance, windings at data-sheet temperature")
+    torque_constant: float = quantity("N m/A", "> 0", "Torque constant K, also the back-emf constant in V s/rad")
+    no_load_current: float = quantity("A", ">= 0", "No-load current; K times it is the friction torque")
+    continuous_torque: float = quantity("N m", "> 0", "Torque at the shaft that the motor bears continuously")
+    inductance: float | None = quantity("H", "> 0", "Terminal inductance", default=None)
+    rotor_inertia: float | None = quantity("kg m^2", "> 0", "Rotor inertia", default=None)
+    max_speed: float | None = quantity("rad/s", "> 0", "Permissible speed", default=None)
+    mass: float | None = quantity("kg", "> 0", "Mass", default=None)
+    diameter: float | None = quantity("m", "> 0", "Outer diameter", default=None)
+    winding_to_housing: float | None = quantity("K/W", "> 0", "Thermal resistance winding to housing", default=None)
+    housing_to_ambient: float | None = quantity("K/W", "> 0", "Thermal resistance housing to ambient", default=None)
+    winding_time_constant: float | None = quantity("s", "> 0", "Thermal time constant of the winding", default=None)
+    housing_time_constant: float | None = quantity("s", "> 0", "Thermal time constant of the motor", default=None)
+    max_winding_temperature: float | None = quantity("K", "> 0", "Permissible winding temperature", default=None)
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+    @property
+    def friction_torque(self) -> float:
+        """Friction torque from the no-load current. [N m]"""
+        return self.torque_constant * self.no_load_current
+
+    @property
+    def continuous_current(self) -> float:
+        """Current at the continuous torque, which heats the winding to its limit. [A]"""
+        return self.continuous_torque / self.torque_constant + self.no_load_current
+
+    @property
+    def peak_efficiency(self) -> float:
+        """Best efficiency at the supply voltage, ``(1 - sqrt(I0/Istall))^2``. [-]"""
+        return (1.0 - (self.no_load_current * self.resistance / self.voltage) ** 0.5) ** 2
+
+    def scaled(self, factor: float) -> Motor:
+        """`factor` such motors sharing one shaft: torque, currents, inertia and mass grow, speed and voltage stay.
+
+        This is the only scaling that keeps efficiency, speed and voltage. Diameter has no meaning then and is dropped.
+        """
+
+        def times(value: float | None, by: float) -> float | None:
+            return None if value is None else value * by
+
+        return replace(
+            self,
+            name=f"{factor:g} x {self.name}",
+            resistance=self.resistance / factor,
+            no_load_current=self.no_load_current * factor,
+            continuous_torque=self.continuous_torque * factor,
+            inductance=times(self.inductance, 1 / factor),
+            rotor_inertia=times(self.rotor_inertia, factor),
+            mass=times(self.mass, factor),
+            diameter=None,
+            winding_to_housing=times(self.winding_to_housing, 1 / factor),
+            housing_to_ambient=times(self.housing_to_ambient, 1 / factor),
+        )
+
+    def operate(self, *, torque: Array, speed: Array) -> MotorPoint:
+        """Steady electrical state at the shaft torque and speed, in all four quadrants.
+
+        Parameters
+        ----------
+        torque : (...,) float   Torque from the motor to its load, at the shaft. [N m]
+        speed : (...,) float    Shaft speed; at exactly 0 friction neither helps nor hinders. [rad s^-1]
+
+        Returns
+        -------
+        MotorPoint
+            current [A], voltage [V], electrical power [W] (negative where the motor generates), losses "winding" and
+            "motor friction" [W], utilisation of the thermal and voltage limits, and of the permissible speed if given.
+
+        Source: faulring2006, Figs 12 and 14 (gyrator and resistance); friction and continuous torque: data sheets,
+        maxon2020.
+        """
+        xp = namespace(torque, speed)
+        constant = self.torque_constant
+        current = torque / constant + self.no_load_current * sign(xp, speed)
+        voltage = current * self.resistance + constant * speed
+        utilisation = {
+            Limit.THERMAL: xp.abs(current) / self.continuous_current,
+            Limit.VOLTAGE: xp.abs(voltage) / self.voltage,
+        }
+        if self.max_speed is not None:
+            utilisation[Limit.SPEED] = xp.abs(speed) / self.max_speed
+        return MotorPoint(
+            current=current,
+            voltage=voltage,
+            power=voltage * current,
+            losses={
+                "winding": current * current * self.resistance,
+                "motor friction": self.friction_torque * xp.abs(speed),
+            },
+            utilisation=utilisation,
+        )

@@ -1,0 +1,68 @@
+"""Power accounting shared by the element, the drives and the analyses: efficiency and the audit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from infinivar._xp import Array, namespace
+from infinivar.errors import AuditError
+
+AUDIT_TOLERANCE = 1e-9
+"""Largest accepted residual of a power balance, relative to the largest power in it. Float64 leaves about 1e-15;
+the tolerance allows for the cancellation in creep speeds, a thousandth of the rolling speed."""
+
+
+def efficiency(power_in: Array, power_out: Array) -> Array:
+    """Useful power over power spent, in whichever direction power flows.
+
+    Parameters
+    ----------
+    power_in : (...,) float    Power from the source, negative where it flows back into it. [W]
+    power_out : (...,) float   Power to the load, negative where the load drives. [W]
+
+    Returns
+    -------
+    (...,) float   power_out / power_in where the source drives, power_in / power_out where the load drives the source;
+        0 where power is spent and none comes out; nan where both sides feed the losses, where nothing flows, and
+        where an input is nan. [-]
+    """
+    xp = namespace(power_in, power_out)
+    forward = (power_in > 0) & (power_out >= 0)
+    backward = (power_out < 0) & (power_in <= 0)
+    spent = xp.where(forward, power_in, xp.where(backward, power_out, 1.0))
+    return xp.where(forward, power_out, xp.where(backward, power_in + 0.0, xp.nan)) / spent
+
+
+def residual(power_in: Array, power_out: Array, losses: Mapping[str, Array]) -> Array:
+    """Power not accounted for, relative to the largest power involved; 0 where nothing flows, nan where undefined.
+
+    Parameters
+    ----------
+    power_in, power_out : (...,) float            [W]
+    losses : mapping of name to (...,) float      [W]
+
+    Returns
+    -------
+    (...,) float   |power_in - power_out - sum(losses)| / max(|power_in|, |power_out|). [-]
+    """
+    xp = namespace(power_in, power_out)
+    missing = power_in - power_out
+    for loss in losses.values():
+        missing = missing - loss
+    return xp.abs(missing) / (xp.maximum(xp.abs(power_in), xp.abs(power_out)) + 1e-300)
+
+
+def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where: str) -> float:
+    """Largest residual over all points.
+
+    Raises
+    ------
+    AuditError
+        If any point misses more than `AUDIT_TOLERANCE` of its power.
+    """
+    import numpy as np
+
+    worst = float(np.max(np.nan_to_num(residual(power_in, power_out, losses)), initial=0.0))
+    if not worst <= AUDIT_TOLERANCE:
+        raise AuditError(f"{where}: power balance misses {worst:.3g} of the power, more than {AUDIT_TOLERANCE:g}")
+    return worst

@@ -1,0 +1,64 @@
+"""Physical fields of dataclasses: unit, permitted range and meaning in one place.
+
+The dataclass validates itself from these, and the study file's schema, its reference page and its error messages are
+made from them too.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from infinivar.errors import require
+
+_BOUNDS = {
+    "> 0": lambda value: value > 0,
+    ">= 0": lambda value: value >= 0,
+    "> 0 and <= 1": lambda value: (value > 0) & (value <= 1),
+    ">= 0 and <= 1": lambda value: (value >= 0) & (value <= 1),
+    ">= 1": lambda value: value >= 1,
+    "!= 0": lambda value: value != 0,
+}
+
+
+def quantity(unit: str, bound: str, meaning: str, *, default: Any = dataclasses.MISSING) -> Any:
+    """Dataclass field for a physical quantity in SI.
+
+    Parameters
+    ----------
+    unit : str      SI unit of the float, "1" for none.
+    bound : str     One of "> 0", ">= 0", "> 0 and <= 1", ">= 0 and <= 1", ">= 1", "!= 0".
+    meaning : str   One line for schemas and reference pages.
+    default         Value if left out; required if missing. None marks "not given".
+    """
+    assert bound in _BOUNDS, bound
+    return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
+
+
+def component(meaning: str, **default: Any) -> Any:
+    """Dataclass field for a part, a choice or a flag, with its one-line meaning."""
+    return dataclasses.field(**default, metadata={"meaning": meaning})
+
+
+def check_value(field: str, value: Any, unit: str, bound: str) -> None:
+    """Raise ValueError with field, value and unit unless every element is finite and within the bound.
+
+    Values that are neither numbers nor NumPy arrays (those of a tracing array library) are not looked at.
+    """
+    shown = "" if unit == "1" else unit
+    if isinstance(value, (int, float)):
+        require(math.isfinite(value) and bool(_BOUNDS[bound](value)), field, value, bound, shown)
+    elif type(value).__module__ == "numpy":
+        import numpy as np
+
+        wrong = ~(np.isfinite(value) & _BOUNDS[bound](value))
+        require(not wrong.any(), field, np.asarray(value)[wrong][:1], bound, shown)
+
+
+def check(instance: Any) -> None:
+    """Validate every physical field of a dataclass instance; for use in `__post_init__`."""
+    for field in dataclasses.fields(instance):
+        value = getattr(instance, field.name)
+        if "unit" in field.metadata and value is not None:
+            check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])

@@ -1,0 +1,1 @@
+"""Study files: schema, loading, and the shipped parameter sets with the provenance of every number."""

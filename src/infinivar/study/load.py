@@ -1,0 +1,307 @@
+"""From a study file to a frozen `Study`: read, lay over the shipped sets, validate, build."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import tomllib
+import typing
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import pydantic
+
+from infinivar.drivetrain.requirement import Requirement
+from infinivar.errors import InputError, nearest
+from infinivar.parts import catalogue
+from infinivar.parts.motor import Motor
+from infinivar.study.schema import CATALOGUES, DRIVES, KINDS, Entry, part_of, table
+from infinivar.study.study import Provenance, Study
+
+_TOP = ("title", "description", "requirement", "drives")
+# Keys that steer how a table is read; all other keys are fields of the part it describes.
+_DIRECTIVES = ("base", "part", "type", "title")
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
+
+Raw = dict[str, Any]
+
+
+class _Problems(Exception):
+    """Faults found in a study, each "field = value must be ..."; the caller adds the file."""
+
+    def __init__(self, *lines: str) -> None:
+        super().__init__(*lines)
+        self.lines = lines
+
+
+def load_study(path: str | Path) -> Study:
+    """Read a study file.
+
+    Parameters
+    ----------
+    path : str or Path   TOML file; `infinivar schema` and the documentation describe it.
+
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or says something that cannot be; the message names file, field, value and what
+        would be right, one line for each fault.
+    """
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            raw = tomllib.load(file)
+    except FileNotFoundError as problem:
+        raise InputError(f"{path}: no such file") from problem
+    except IsADirectoryError as problem:
+        raise InputError(f"{path}: is a folder, not a study file") from problem
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
+    except UnicodeDecodeError as problem:
+        raise InputError(f"{path}: is not a text file in UTF-8 (byte {problem.start})") from problem
+    except tomllib.TOMLDecodeError as problem:
+        raise InputError(f"{path}: is not valid TOML: {problem}") from problem
+    try:
+        return study_from(raw, name=path.stem, origin=path.name, path=path)
+    except _Problems as problems:
+        raise InputError("\n".join(f"{path}: {line}" for line in problems.lines)) from None
+
+
+def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) -> Study:
+    """Study from the nested tables of a study file; `origin` stands as the source of values that name none."""
+    for key in raw:
+        if key not in _TOP:
+            raise _Problems(f"{key} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
+    for key in ("title", "description"):
+        if not isinstance(raw.get(key, ""), str):
+            raise _Problems(f"{key} = {raw[key]!r} must be text")
+    for key in ("requirement", "drives"):
+        if not isinstance(raw.get(key), dict) or not raw[key]:
+            raise _Problems(f"{key} is missing: write a table [{key}{'.NAME' if key == 'drives' else ''}]")
+
+    problems: list[str] = []
+    rows: list[Provenance] = []
+    reconstruction: dict[str, str] = {}
+    drives, titles, requirement = {}, {}, None
+    try:
+        tree = _over_base(_annotated(raw["requirement"], "requirement", origin), "requirement", reconstruction)
+        requirement = _built(Requirement, tree, "requirement", "requirement", rows)
+    except _Problems as found:
+        problems += found.lines
+    for drive, description in raw["drives"].items():
+        where = f"drives.{drive}"
+        try:
+            if not _NAME.fullmatch(drive):
+                raise _Problems(f"drives.{drive!r} must be named with letters, digits, - and _ only")
+            if not isinstance(description, dict):
+                raise _Problems(f"{where} = {description!r} must be a table [{where}]")
+            tree = _over_base(_annotated(description, where, origin), where, reconstruction)
+            kind = tree.pop("type", None)
+            if kind not in DRIVES:
+                said = "is missing" if kind is None else f"= {kind!r}{nearest(str(kind), DRIVES)} is not known"
+                raise _Problems(f"{where}.type {said}: must be {' or '.join(DRIVES)}, unless base names a shipped drive")
+            titles[drive] = tree.pop("title", drive)
+            drives[drive] = _built(DRIVES[kind], tree, where, drive, rows)
+        except _Problems as found:
+            problems += found.lines
+    if problems or requirement is None:
+        raise _Problems(*problems)
+    return Study(
+        name=name,
+        title=raw.get("title", name),
+        description=raw.get("description", ""),
+        requirement=requirement,
+        drives=drives,
+        titles=titles,
+        provenance=tuple(rows),
+        reconstruction=tuple(reconstruction.values()),
+        path=path,
+    )
+
+
+def parameter_sets() -> tuple[str, ...]:
+    """Names of the shipped parameter sets."""
+    files = resources.files("infinivar.study") / "sets"
+    return tuple(sorted(file.name.removesuffix(".toml") for file in files.iterdir() if file.name.endswith(".toml")))
+
+
+def parameter_set(name: str) -> Raw:
+    """Nested tables of a shipped parameter set, as written.
+
+    Raises
+    ------
+    InputError
+        If there is no such set; the message lists those there are.
+    """
+    if name not in parameter_sets():
+        raise InputError(
+            f"{name!r} is not a shipped parameter set{nearest(name, parameter_sets())}; "
+            f"there is {', '.join(parameter_sets())}"
+        )
+    return tomllib.loads((resources.files("infinivar.study") / "sets" / f"{name}.toml").read_text("utf-8"))
+
+
+def _annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
+    """The table with kind and where spelled out at every value, so that tables of two sources can be laid over."""
+    kind, where = tree.get("kind", kind), tree.get("where", where)
+    if kind not in KINDS:
+        raise _Problems(f"{path}.kind = {kind!r} must be one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}")
+    if not isinstance(where, str):
+        raise _Problems(f"{path}.where = {where!r} must be text that names the source")
+    result: Raw = {}
+    for key, value in tree.items():
+        if key in ("kind", "where"):
+            continue
+        if key in _DIRECTIVES:
+            if not isinstance(value, str):
+                raise _Problems(f"{path}.{key} = {value!r} must be text")
+            result[key] = value
+        elif not isinstance(value, dict):
+            result[key] = {"value": value, "kind": kind, "where": where}
+        elif "value" in value:
+            result[key] = {"kind": kind, "where": where, **value}
+        else:
+            result[key] = _annotated(value, f"{path}.{key}", where, kind)
+    return result
+
+
+def _merged(under: Raw, over: Raw) -> Raw:
+    """Table `under` with everything that `over` says instead; a table that names a part starts afresh."""
+    if "part" in over:
+        return over
+    result = dict(under)
+    for key, value in over.items():
+        below = result.get(key)
+        tables = isinstance(value, dict) and "value" not in value and isinstance(below, dict) and "value" not in below
+        result[key] = _merged(typing.cast(Raw, below), value) if tables else value
+    return result
+
+
+def _over_base(tree: Raw, path: str, reconstruction: dict[str, str]) -> Raw:
+    """The table laid over the shipped one that its `base` names, if any; notes what that set reconstructs."""
+    base = tree.pop("base", None)
+    if base is None:
+        return tree
+    name, _, member = base.partition(".")
+    try:
+        shipped = parameter_set(name)
+        if path == "requirement":
+            if member or "requirement" not in shipped:
+                raise InputError(f"{base!r} must be the name of a parameter set, such as 'faulring2006'")
+            under = shipped["requirement"]
+        else:
+            choices = [f"{name}.{drive}" for drive in shipped["drives"]]
+            if base not in choices:
+                raise InputError(f"{base!r} is not a shipped drive{nearest(base, choices)}; {name} has {', '.join(choices)}")
+            under = shipped["drives"][member]
+    except InputError as problem:
+        raise _Problems(f"{path}.base = {problem}") from None
+    if "reconstruction" in shipped:
+        reconstruction[name] = shipped["reconstruction"]
+    under = _annotated(under, path, shipped["source"])
+    if "type" in tree and tree["type"] != under.get("type"):
+        raise _Problems(f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out")
+    return _merged(under, tree)
+
+
+def _over_parts(part: type, tree: Raw, path: str) -> Raw:
+    """The table with every `part` key replaced by that catalogue entry's values."""
+    result = dict(tree)
+    name = result.pop("part", None)
+    if name is not None:
+        if part not in CATALOGUES:
+            raise _Problems(f"{path}.part: only a motor or a gearhead can be taken from the catalogue")
+        try:
+            entry = catalogue.entry(CATALOGUES[part], name)
+        except InputError as problem:
+            raise _Problems(f"{path}.part = {problem}") from None
+        result = _merged(_annotated(entry, path, "catalogue"), result)
+    hints = typing.get_type_hints(part)
+    for key, value in result.items():
+        inner = part_of(hints.get(key))
+        if inner is not None and isinstance(value, dict) and "value" not in value:
+            result[key] = _over_parts(inner, value, f"{path}.{key}")
+    return result
+
+
+def _built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) -> Any:
+    """The dataclass that a table describes; appends the provenance of its values to `rows`."""
+    tree = _over_parts(part, tree, path)
+    try:
+        checked = table(part).model_validate(tree)
+    except pydantic.ValidationError as problem:
+        raise _Problems(*(_explained(error, part, path) for error in problem.errors(include_url=False))) from None
+    return _instance(part, checked, path, owner, "", rows)
+
+
+def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows: list[Provenance]) -> Any:
+    """Dataclass instance from a validated table, its parts first."""
+    hints = typing.get_type_hints(part)
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(part):
+        given = getattr(checked, field.name)
+        unit = field.metadata.get("unit", "")
+        here = f"{prefix}{field.name}"
+        inner = part_of(hints[field.name])
+        if isinstance(given, Entry):
+            values[field.name] = given.value
+            rows.append(_row(owner, here, given, unit))
+        elif inner is not None and given is not None:
+            values[field.name] = _instance(inner, given, f"{path}.{field.name}", owner, f"{here}.", rows)
+        elif inner is not None and field.default_factory is not dataclasses.MISSING:
+            empty = table(inner).model_validate({})
+            values[field.name] = _instance(inner, empty, f"{path}.{field.name}", owner, f"{here}.", rows)
+        elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
+            default = Entry(field.default, field.default, "assumed", "default of the program")
+            rows.append(_row(owner, here, default, unit))
+    try:
+        instance = part(**values)
+    except ValueError as problem:
+        raise _Problems(f"{path}.{problem}") from None
+    scale = getattr(checked, "scale", None)
+    if part is Motor and scale is not None:
+        rows.append(_row(owner, f"{prefix}scale", scale, "1"))
+        instance = instance.scaled(scale.value)
+    return instance
+
+
+def _row(owner: str, field: str, entry: Entry, unit: str) -> Provenance:
+    return Provenance(
+        owner=owner,
+        field=field,
+        written=str(entry.written),
+        value=entry.value,
+        unit=unit,
+        kind=entry.kind or "assumed",
+        where=entry.where or "",
+    )
+
+
+def _explained(error: Mapping[str, Any], part: type, path: str) -> str:
+    """A pydantic error as one line: field, value, what would be right."""
+    *tables, name = (str(step) for step in error["loc"])
+    for step in tables:
+        part = typing.cast(type, part_of(typing.get_type_hints(part)[step]))
+    field = ".".join([path, *tables, name])
+    raw = error["input"]
+    shown = f" = {_quoted(raw['value'])}" if isinstance(raw, dict) and "value" in raw else ""
+    if error["type"] == "missing":
+        meaning = next(f.metadata.get("meaning", "") for f in dataclasses.fields(part) if f.name == name)
+        table_hint = f"; write a table [{field}]" if part_of(typing.get_type_hints(part)[name]) else ""
+        return f"{field} is missing ({meaning}){table_hint}"
+    if error["type"] == "extra_forbidden":
+        known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else [])]
+        return f"{field}{shown} is not a known key{nearest(name, known)}; known are {', '.join(known)}"
+    if error["type"] in ("model_type", "model_attributes_type") or "ctx" not in error:
+        return f"{field}{shown} must be a table [{field}]"
+    return f"{field}{shown} {error['ctx']['error']}"
+
+
+def _quoted(value: Any) -> str:
+    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)

@@ -1,0 +1,223 @@
+"""Pydantic tables for study files, made from the dataclasses of parts and drives.
+
+A field's unit, range and meaning are written once, at the dataclass (`infinivar.quantities`); the table, its JSON
+Schema and its error messages follow from there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import types
+import typing
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import pydantic
+
+from infinivar import units
+from infinivar.contact import creep
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.requirement import Requirement
+from infinivar.errors import InputError, nearest
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+from infinivar.quantities import check_value
+
+KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
+"""Where a number comes from: printed in a paper, a data sheet, computed from others, fitted to data, or assumed."""
+
+DRIVES: dict[str, type] = {"cobotic": CoboticDrive, "conventional": ConventionalDrive}
+"""Drive types by the word that names them in a study file."""
+
+CHOICES: dict[str, tuple[str, ...]] = {"creep_law": tuple(creep.LAWS)}
+"""Words that a field typed as plain text accepts."""
+
+# Keys of a table that say where its values come from, rather than what they are.
+CATALOGUES = {Motor: "motors", Gearhead: "gearheads"}
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One value of a study file: in SI, as written, and where it comes from."""
+
+    value: Any
+    written: Any
+    kind: str | None = None
+    where: str | None = None
+
+
+def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
+    """Entry from a bare value or from a table with value, unit, kind and where; `read` turns text into a value."""
+    if isinstance(raw, Entry):
+        return raw
+    if not isinstance(raw, dict):
+        return Entry(_read(read, raw, None), raw)
+    if "value" not in raw:
+        raise ValueError("must be a value, or a table with value, unit, kind and where")
+    for key in raw:
+        if key not in ("value", "unit", "kind", "where"):
+            raise ValueError(f"has an unknown key {key!r}{nearest(key, ['value', 'unit', 'kind', 'where'])}")
+    kind, where, unit = raw.get("kind"), raw.get("where"), raw.get("unit")
+    if kind is not None and kind not in KINDS:
+        raise ValueError(f"must have a kind of {', '.join(KINDS)}, got {kind!r}")
+    if where is not None and not isinstance(where, str):
+        raise ValueError(f"must have its source as text in where, got {where!r}")
+    written = raw["value"] if unit is None else f"{raw['value']} {unit}"
+    return Entry(_read(read, raw["value"], unit), written, kind, where)
+
+
+def _read(read: Callable[[Any, str | None], Any], raw: Any, unit: str | None) -> Any:
+    try:
+        return read(raw, unit)
+    except InputError as problem:
+        raise ValueError(str(problem)) from problem
+
+
+def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Any:
+    """Field type for one value; its JSON Schema offers the bare value and the table with provenance."""
+    table = {
+        "type": "object",
+        "required": ["value"],
+        "additionalProperties": False,
+        "properties": {
+            "value": {"anyOf": [schema, {"type": "number"}]} if schema.get("type") == "string" else schema,
+            "unit": {"type": "string"},
+            "kind": {"enum": list(KINDS)},
+            "where": {"type": "string"},
+        },
+    }
+    return Annotated[
+        Any,
+        pydantic.BeforeValidator(lambda raw: _entry(raw, read)),
+        pydantic.WithJsonSchema({"anyOf": [schema, table]}),
+    ]
+
+
+def _quantity(unit: str, bound: str) -> Any:
+    def read(raw: Any, written_unit: str | None) -> float:
+        if written_unit is not None:
+            if isinstance(raw, bool) or not isinstance(raw, (int, float)):
+                raise InputError("must have a bare number as value when unit is given")
+            raw = f"{raw!r} {written_unit}"
+        value = units.parse(raw, unit)
+        try:
+            check_value("", value, unit, bound)
+        except ValueError as problem:
+            wanted = f"{bound} {unit}" if unit != "1" else bound
+            raise InputError(f"must be {wanted}, such as {units.EXAMPLES.get(unit, '')}") from problem
+        return value
+
+    if unit == "1":
+        return _leaf(read, {"anyOf": [{"type": "number"}, {"type": "string"}], "examples": [units.EXAMPLES["1"]]})
+    return _leaf(read, {"type": "string", "pattern": r"^\s*[+-]?[\d.]", "examples": [units.EXAMPLES[unit]]})
+
+
+def _choice(options: tuple[Any, ...]) -> Any:
+    def read(raw: Any, unit: str | None) -> Any:
+        if unit is not None or raw not in options or isinstance(raw, bool):
+            hint = nearest(raw, options) if isinstance(raw, str) else ""
+            raise InputError(f"must be one of {', '.join(map(str, options))}{hint}")
+        return raw
+
+    return _leaf(read, {"enum": list(options)})
+
+
+def _text() -> Any:
+    def read(raw: Any, unit: str | None) -> str:
+        if unit is not None or not isinstance(raw, str) or not raw.strip():
+            raise InputError("must be text")
+        return raw
+
+    return _leaf(read, {"type": "string"})
+
+
+def _field_type(hint: Any, field: dataclasses.Field) -> Any:
+    """Type of a table's field for a field of a dataclass."""
+    if "unit" in field.metadata:
+        return _quantity(field.metadata["unit"], field.metadata["bound"])
+    part = part_of(hint)
+    if part is not None:
+        return table(part)
+    if typing.get_origin(hint) is Literal:
+        return _choice(typing.get_args(hint))
+    if hint is int:
+        return _choice((1, 2, 4))
+    return _choice(CHOICES[field.name]) if field.name in CHOICES else _text()
+
+
+def part_of(hint: Any) -> type | None:
+    """The dataclass that a type hint names, if it names one."""
+    kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+    return next((kind for kind in kinds if dataclasses.is_dataclass(kind)), None)  # type: ignore[return-value]
+
+
+@functools.cache
+def table(part: type) -> type[pydantic.BaseModel]:
+    """Pydantic model of the table that describes a part, a drive or the requirement."""
+    hints = typing.get_type_hints(part)
+    fields: dict[str, Any] = {}
+    for field in dataclasses.fields(part):
+        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
+        fields[field.name] = (
+            _field_type(hints[field.name], field),
+            pydantic.Field(... if required else None, description=field.metadata.get("meaning", "")),
+        )
+    if part is Motor:
+        meaning = "Identical motors on one shaft (may be fractional): scales torque, currents, inertia and mass"
+        fields["scale"] = (_quantity("1", "> 0"), pydantic.Field(None, description=meaning))
+    summary = (part.__doc__ or "").strip().split("\n")[0]
+    config = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+    return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)
+
+
+def json_schema() -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a study file, for editors.
+
+    Editors check words and ranges of a file that is being written; a field that a base may supply is not required.
+    """
+    definitions: dict[str, Any] = {}
+    for part in (Requirement, *DRIVES.values()):
+        schema = table(part).model_json_schema(ref_template="#/$defs/{model}")
+        definitions.update(schema.pop("$defs", {}))
+        definitions[part.__name__] = schema
+    origin = {
+        "kind": {"enum": list(KINDS), "description": "Kind of every value in this table that names none"},
+        "where": {"type": "string", "description": "Source of every value in this table that names none"},
+    }
+    for schema in definitions.values():
+        schema.pop("required", None)
+        for field in schema["properties"].values():
+            field.pop("default", None)
+        schema["properties"].update(origin)
+    base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
+    part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
+    definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
+    for kind in CATALOGUES:
+        definitions[kind.__name__]["properties"]["part"] = part
+    for name, kind in DRIVES.items():
+        definitions[kind.__name__]["properties"].update(
+            {"base": base, "type": {"const": name}, "title": {"type": "string", "description": "Name for reports"}}
+        )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "infinivar study",
+        "type": "object",
+        "required": ["requirement", "drives"],
+        "additionalProperties": False,
+        "properties": {
+            "title": {"type": "string", "description": "Headline of the report"},
+            "description": {"type": "string", "description": "What is compared and why"},
+            "requirement": {"$ref": "#/$defs/Requirement"},
+            "drives": {
+                "type": "object",
+                "description": "Drive-trains to compare, by name",
+                "minProperties": 1,
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"anyOf": [{"$ref": f"#/$defs/{kind.__name__}"} for kind in DRIVES.values()]},
+            },
+        },
+        "$defs": definitions,
+    }

@@ -1,0 +1,63 @@
+"""A study: the requirement, the drives that compete for it, and where each of their numbers comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.requirement import Requirement
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance:
+    """Where one value comes from."""
+
+    owner: str
+    """Drive the value belongs to, or "requirement"."""
+    field: str
+    """Path of the field in the owner's table, such as "transmission.preload"."""
+    written: str
+    """The value as written in the file."""
+    value: Any
+    """The value in SI, or the word chosen."""
+    unit: str
+    """SI unit, "1" for pure numbers, "" for words."""
+    kind: str
+    """stated, catalogue, derived, fitted or assumed."""
+    where: str
+    """Place in the source, catalogue key or file."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """What a study file says, ready to compute with.
+
+    Attributes
+    ----------
+    name : str            Stem of the file, or a name given.
+    title, description    Headline and explanation for reports.
+    requirement           Force-speed-power region to cover.
+    drives                Drive-trains by name, in the order of the file.
+    titles                Their names for reports.
+    provenance            One record a value.
+    reconstruction        Statements of the parameter sets used about what in them is reconstructed; may be empty.
+    """
+
+    name: str
+    title: str
+    requirement: Requirement
+    drives: Mapping[str, Drive]
+    description: str = ""
+    titles: Mapping[str, str] = field(default_factory=dict)
+    provenance: tuple[Provenance, ...] = ()
+    reconstruction: tuple[str, ...] = ()
+    path: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Freeze the mappings; drives without a title go by their name."""
+        object.__setattr__(self, "drives", MappingProxyType(dict(self.drives)))
+        object.__setattr__(self, "titles", MappingProxyType({name: self.titles.get(name, name) for name in self.drives}))

@@ -1,0 +1,1 @@
+"""Transmission elements: what turns cylinder or motor power into link or load power."""

@@ -1,0 +1,434 @@
+r"""The rotational-to-linear cobotic transmission: a steered wheel pressed on a turning cylinder, carried by a link.
+
+Signs (all four quadrants): ``phi`` steers, ``omega`` is the cylinder speed, ``ldot`` the link speed, ``fl`` the force
+applied by the transmission to the link, ``tau`` the torque applied by the cylinder plant to the transmission.
+
+.. math::
+    u &= \dot l \cos\phi + R\omega\sin\phi, & v &= \dot l \sin\phi - R\omega\cos\phi \\
+    \tau &= R (f_u \sin\phi - f_r \cos\phi), & f_l &= -f_u \cos\phi - f_r \sin\phi \\
+    f_u &= C\,u/|v|, & f_r &= \mathrm{sgn}(v)\,(\tau_{in} + \tau_{wa})/r
+
+so that ``tau omega - fl ldot = fu u + fr v >= 0`` always. With the creepage ``e = u/|v|`` and ``s = sgn(omega)``, a
+wheel that rolls the way the cylinder drives it (``s v < 0``) moves the link at
+``ldot = R |omega| (e - s t)/(1 + s e t)``, ``t = tan(phi)``: forward operation is explicit, and its inverse is one
+Newton iteration in ``t``.
+
+Source: faulring2006, Eqs 3-8 and 12-14, in passive form (see the errata in the documentation).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from infinivar import power
+from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, sign, signed_infinity
+from infinivar.contact import creep
+from infinivar.limits import Limit, binding
+from infinivar.quantities import check, component, quantity
+
+_RIGHT_ANGLE = 1e-15
+"""Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
+
+
+def relative_velocities(link_speed: Array, surface_speed: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
+    """Creep velocity u and rolling velocity v of the wheel at the contact.
+
+    Parameters
+    ----------
+    link_speed, surface_speed : (...,) float   ldot and R omega. [m s^-1]
+    cosine, sine : (...,) float                Of the steering angle. [-]
+
+    Returns
+    -------
+    u, v : (...,) float   [m s^-1]; inputs broadcast.
+
+    Source: faulring2006, Eqs 3 and 4.
+    """
+    return link_speed * cosine + surface_speed * sine, link_speed * sine - surface_speed * cosine
+
+
+def contact_balance(
+    lateral_force: Array, rolling_force: Array, cosine: Array, sine: Array, cylinder_radius: Array
+) -> tuple[Array, Array]:
+    """Cylinder torque and link force that balance the contact forces.
+
+    Parameters
+    ----------
+    lateral_force, rolling_force : (...,) float   fu and fr. [N]
+    cosine, sine : (...,) float                   Of the steering angle. [-]
+    cylinder_radius : (...,) float                R. [m]
+
+    Returns
+    -------
+    tau, fl : (...,) float   [N m], [N]; inputs broadcast.
+
+    Source: faulring2006, Eqs 5 and 6.
+    """
+    tau = cylinder_radius * (lateral_force * sine - rolling_force * cosine)
+    return tau, -lateral_force * cosine - rolling_force * sine
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OperatingPoint:
+    """Where the element stands: arrays of one shape, SI.
+
+    Where the contact slips under a prescribed force there is no steady motion: link speed, powers and losses are nan
+    and `limit` says why. Where it slips at a prescribed speed the forces are those of gross sliding. The efficiency
+    is nan outside limits and where both sides feed the losses.
+    """
+
+    cylinder_speed: Array
+    steering_tangent: Array
+    torque: Array
+    link_speed: Array
+    link_force: Array
+    rolling_speed: Array
+    creep_speed: Array
+    lateral_force: Array
+    losses: Mapping[str, Array]
+    utilisation: Mapping[Limit, Array]
+
+    @property
+    def steering_angle(self) -> Array:
+        """Steering angle phi. [rad]"""
+        return namespace(self.steering_tangent).atan(self.steering_tangent)
+
+    @property
+    def power_in(self) -> Array:
+        """Power from the cylinder, tau omega. [W]"""
+        return self.torque * self.cylinder_speed
+
+    @property
+    def power_out(self) -> Array:
+        """Power to the link, fl ldot. [W]"""
+        return self.link_force * self.link_speed + 0.0  # no negative zero
+
+    @property
+    def limit(self) -> Array:
+        """Limit that binds, as the integer of `Limit`."""
+        return binding(self.utilisation)[0]
+
+    @property
+    def margin(self) -> Array:
+        """Allowance over demand of the tightest limit. [-]"""
+        return binding(self.utilisation)[1]
+
+    @property
+    def efficiency(self) -> Array:
+        """Useful over spent power; see `infinivar.power.efficiency`. [-]"""
+        xp = namespace(self.torque)
+        return xp.where(self.limit == 0, power.efficiency(self.power_in, self.power_out), xp.nan)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RotaryLinearIVT:
+    """Steered wheel on a cylinder: the paper's infinitely variable transmission.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    cylinder_radius: float = quantity("m", "> 0", "Cylinder radius R")
+    wheel_radius: float = quantity("m", "> 0", "Rolling radius r of the wheel")
+    preload: float = quantity("N", "> 0", "Normal force P that presses the wheel on the cylinder")
+    friction: float = quantity("1", "> 0", "Rolling friction limit mu: the contact slips at mu P")
+    creep_stiffness: float = quantity("N", "> 0", "Creep stiffness C = C22 G a b, lateral force over creepage")
+    rolling_torque: float = quantity("N m", ">= 0", "Hysteresis torque of the rolling contact, about the wheel axle")
+    bearing_torque: float = quantity("N m", ">= 0", "Friction torque of the wheel's axle bearings")
+    steering_range: float = quantity("rad", "> 0", "Largest steering angle to either side", default=math.pi / 2)
+    creep_law: str = component("Creep law: linear, or faulring (linear with the flow loss of Eq 17)", default="linear")
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+        creep.law(self.creep_law)
+
+    @property
+    def slip_force(self) -> float:
+        """Lateral force at which the wheel slides, mu P. [N]"""
+        return self.friction * self.preload
+
+    @property
+    def rolling_force(self) -> float:
+        """Force against rolling, (tau_in + tau_wa)/r. [N]"""
+        return (self.rolling_torque + self.bearing_torque) / self.wheel_radius
+
+    @property
+    def rolling_group(self) -> float:
+        """H = (tau_in + tau_wa)/(r mu P), rolling resistance over slip force. [-]"""
+        return self.rolling_force / self.slip_force
+
+    @property
+    def creep_group(self) -> float:
+        """K = C/(mu P): the linear law slips at the creepage 1/K. [-]"""
+        return self.creep_stiffness / self.slip_force
+
+    def operate(
+        self,
+        *,
+        cylinder_speed: Array,
+        steering_angle: Array,
+        link_force: Array | None = None,
+        link_speed: Array | None = None,
+    ) -> OperatingPoint:
+        """Steady operation at a given steering angle, in all four quadrants.
+
+        Parameters
+        ----------
+        cylinder_speed : (...,) float   omega; may be negative or zero. [rad s^-1]
+        steering_angle : (...,) float   phi in [-pi/2, pi/2]; 0 locks the link, +-pi/2 decouples it. [rad]
+        link_force : (...,) float       Force applied by the transmission to the link. [N]
+        link_speed : (...,) float       Speed of the link. Give this or `link_force`. [m s^-1]
+
+        Returns
+        -------
+        OperatingPoint
+            Inputs broadcast. Prescribed force beyond slip: motion is nan, `limit` is SLIP. Prescribed speed beyond
+            slip: forces of gross sliding, `limit` is SLIP. At rest (no cylinder nor link speed) the contact holds any
+            force below slip: with a prescribed force, static friction takes what it can and `torque` is the smallest
+            that holds; with a prescribed speed of zero the forces are not determined and nan.
+
+        Raises
+        ------
+        ValueError
+            If both or neither of `link_force` and `link_speed` are given, or a steering angle is beyond a right angle.
+
+        Source: faulring2006, Eqs 3-8 and 12-14, in passive form.
+        """
+        if (link_force is None) == (link_speed is None):
+            raise ValueError("give either link_force or link_speed")
+        given = link_speed if link_force is None else link_force
+        xp = namespace(cylinder_speed, steering_angle, given)
+        omega, phi, given = as_floats(xp, cylinder_speed, steering_angle, given)
+        if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + _RIGHT_ANGLE):
+            raise ValueError("steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own")
+        omega, phi, given = xp.broadcast_arrays(omega, phi, given)
+        cosine = xp.cos(phi)
+        cosine = xp.where(xp.abs(cosine) < _RIGHT_ANGLE, 0.0, cosine)
+        sine = xp.sin(phi)
+        if link_force is None:
+            return self._at_speed(xp, omega, cosine, sine, given)
+        return self._at_force(xp, omega, cosine, sine, given)
+
+    def steer(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> Array:
+        """Steering angle at which the link moves at a given speed under a given force.
+
+        Parameters
+        ----------
+        cylinder_speed : (...,) float   omega. At zero the link can only stand (angle 0) or be decoupled (+-pi/2).
+            [rad s^-1]
+        link_speed, link_force : (...,) float   Of the link, force as applied by the transmission. [m s^-1], [N]
+
+        Returns
+        -------
+        (...,) float   phi; nan where the contact would slip. Where two angles give the same motion (possible only
+            beyond |tan phi| = K, or near slip with Eq 17) the one nearer to the locked state. [rad]
+
+        Source: inverse of `operate`; derivation in the theory page.
+        """
+        xp = namespace(cylinder_speed, link_speed, link_force)
+        omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
+        tangent, usable = self._tangent(xp, omega, speed, force)
+        decoupled = (omega == 0) & (speed != 0)
+        angle = xp.where(usable, xp.atan(tangent), xp.nan)
+        return xp.where(decoupled, -0.5 * math.pi * sign(xp, speed), angle)
+
+    def deliver(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> OperatingPoint:
+        """Operating point that gives the link a prescribed speed and force: `steer`, then `operate`, in one pass.
+
+        Parameters and units as in `steer`; `OperatingPoint.link_speed` and the powers are nan, with limit SLIP, where
+        no steering angle does it.
+        """
+        xp = namespace(cylinder_speed, link_speed, link_force)
+        omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
+        tangent, usable = self._tangent(xp, omega, speed, force)
+        cosine = 1.0 / xp.sqrt(1.0 + tangent * tangent)
+        return self._at_force(xp, omega, cosine, tangent * cosine, force, usable)
+
+    def _tangent(self, xp, omega: Array, link_speed: Array, link_force: Array) -> tuple[Array, Array]:
+        """Tangent of the steering angle for a motion, and where one exists (the slip limit included)."""
+        spin = sign(xp, omega)
+        surface_speed = self.cylinder_radius * xp.abs(omega)
+        slope = safe_divide(xp, link_speed, surface_speed, 0.0)
+        load = link_force / self.slip_force
+        law, stiffness, rolling = creep.law(self.creep_law), self.creep_group, self.rolling_group
+
+        def step(tangent: Array) -> Array:
+            """One Newton step for T = s tan(phi) in T (1 + e q) - e + q = 0, q the link over the surface speed."""
+            root = xp.sqrt(1.0 + tangent * tangent)
+            ratio = rolling * tangent - load * root
+            d_ratio = rolling - load * (tangent / root)
+            creepage = law.creepage(ratio) / stiffness
+            d_creepage = law.slope(ratio) / stiffness * d_ratio
+            q, d_q = slope, 0.0
+            if law.flow_factor is not None:
+                q, d_q = _before_flow_loss(xp, law, ratio, slope)
+            value = tangent * (1.0 + creepage * q) - creepage + q
+            d_value = 1.0 + creepage * q + (tangent * q - 1.0) * d_creepage
+            if law.flow_factor is not None:
+                d_value = d_value + (tangent * creepage + 1.0) * d_q * d_ratio
+            # A slope that is not positive lies beyond the fastest motion this load allows: no steady angle.
+            rising = d_value > 0
+            return xp.where(rising, tangent - value / xp.where(rising, d_value, 1.0), xp.nan)
+
+        start = -slope + 0.0 * load
+        if law.flow_factor is not None:
+            # Beyond slip Eq 17 is a polynomial without meaning that would throw the iteration off: start at slip.
+            reach = xp.sqrt(xp.clip(1.0 / xp.where(load == 0, 1e-9, load) ** 2 - 1.0, 0.0, 1e18))
+            start = xp.clip(start, -reach, reach)
+        tangent = newton(xp, step, start, steps=24)
+        ratio = rolling * tangent - load * xp.sqrt(1.0 + tangent * tangent)
+        usable = xp.abs(ratio) <= 1.0  # nan is not
+        return spin * tangent, usable & ((spin != 0) | (link_speed == 0))
+
+    def _at_force(
+        self, xp, omega: Array, cosine: Array, sine: Array, link_force: Array, usable: Array = True
+    ) -> OperatingPoint:
+        """Operating point for a prescribed link force."""
+        rolling_force, slip_force = self.rolling_force, self.slip_force
+        spin = sign(xp, omega)
+        standing = spin == 0
+        # Static friction along the rolling direction takes as much of the force as it can.
+        held = xp.clip(-link_force * sine, -rolling_force, rolling_force)
+        against_rolling = xp.where(standing, held, -spin * rolling_force)
+        free = link_force + against_rolling * sine
+        right = cosine == 0
+        lateral = -xp.where(right, signed_infinity(xp, free), free / xp.where(right, 1.0, cosine))
+        lateral = xp.where(right & (free == 0), 0.0, lateral)
+        ratio = lateral / slip_force
+
+        law = creep.law(self.creep_law)
+        rolls = usable & (xp.abs(ratio) <= 1.0)
+        safe = xp.where(rolls, ratio, 0.0)
+        creepage = law.creepage(safe) / self.creep_group
+        along = cosine + spin * creepage * sine
+        rolls = rolls & (standing | (along > 0))
+        surface_speed = self.cylinder_radius * xp.abs(omega)
+        rolling = surface_speed / xp.where(along > 0, along, 1.0)  # |v|
+        link_speed = rolling * (creepage * cosine - spin * sine)
+        creep_speed, rolling_speed = creepage * rolling, -spin * rolling
+        if law.flow_factor is not None:
+            factor = _flow_factor(xp, law, safe, link_speed)
+            rolls = rolls & (factor > 0)
+            lost = link_speed * (xp.where(factor > 0, factor, 1.0) - 1.0)
+            link_speed, creep_speed, rolling_speed = (
+                link_speed + lost,
+                creep_speed + lost * cosine,
+                rolling_speed + lost * sine,
+            )
+            rolls = rolls & (standing | (rolling_speed * spin < 0))
+
+        finite = xp.where(xp.isinf(lateral), 0.0, lateral)
+        torque, _ = contact_balance(finite, against_rolling, cosine, sine, self.cylinder_radius)
+        nothing = xp.where(rolls, 0.0, xp.nan)
+        still = xp.where(standing, 0.0, 1.0) + nothing
+        return self._point(
+            xp,
+            omega,
+            cosine,
+            sine,
+            torque=torque + nothing,
+            link_speed=link_speed * still,
+            link_force=link_force,
+            rolling_speed=rolling_speed * still,
+            creep_speed=creep_speed * still,
+            lateral_force=lateral,
+            slip_demand=xp.where(rolls | (xp.abs(ratio) > 1.0), xp.abs(ratio), xp.inf),
+        )
+
+    def _at_speed(self, xp, omega: Array, cosine: Array, sine: Array, link_speed: Array) -> OperatingPoint:
+        """Operating point for a prescribed link speed."""
+        surface_speed = self.cylinder_radius * omega
+        creep_speed, rolling_speed = relative_velocities(link_speed, surface_speed, cosine, sine)
+        # cos(pi/2) is set to zero, but a wheel may still have nothing to roll on; inf is what a saturating law expects.
+        creepage = safe_divide(xp, creep_speed, xp.abs(rolling_speed), 0.0)
+        slides = (rolling_speed == 0) & (creep_speed != 0)
+        creepage = xp.where(slides, signed_infinity(xp, creep_speed), creepage)
+        law = creep.law(self.creep_law)
+        ratio = law.force(creepage * self.creep_group)
+        beyond = xp.abs(creepage * self.creep_group) > 1.0
+        if law.flow_factor is not None:
+            ratio, beyond = self._ratio_with_flow_loss(xp, omega, cosine, sine, link_speed, ratio)
+        lateral = ratio * self.slip_force
+        against_rolling = sign(xp, rolling_speed) * self.rolling_force
+        torque, link_force = contact_balance(lateral, against_rolling, cosine, sine, self.cylinder_radius)
+        at_rest = (rolling_speed == 0) & (creep_speed == 0)
+        unknown = xp.where(at_rest, xp.nan, 0.0)
+        return self._point(
+            xp,
+            omega,
+            cosine,
+            sine,
+            torque=torque + unknown,
+            link_speed=link_speed,
+            link_force=link_force + unknown,
+            rolling_speed=rolling_speed,
+            creep_speed=creep_speed,
+            lateral_force=lateral + unknown,
+            slip_demand=xp.where(beyond, xp.inf, xp.abs(ratio)),
+        )
+
+    def _ratio_with_flow_loss(self, xp, omega, cosine, sine, link_speed, sliding: Array) -> tuple[Array, Array]:
+        """Force ratio at which the link has a prescribed speed under a law with a flow loss; `sliding` beyond slip."""
+        spin = sign(xp, omega)
+        surface_speed = self.cylinder_radius * xp.abs(omega)
+        law = creep.law(self.creep_law)
+
+        def excess(ratio: Array) -> Array:
+            creepage = law.creepage(ratio) / self.creep_group
+            along = cosine + spin * creepage * sine
+            speed = surface_speed * (creepage * cosine - spin * sine) / xp.where(along > 0, along, 1.0)
+            factor = _flow_factor(xp, law, ratio, speed)
+            return xp.where(along > 0, speed * factor - link_speed, signed_infinity(xp, ratio))
+
+        top = xp.ones_like(link_speed) * (1.0 - 1e-15)
+        rolls = (excess(-top) < 0) & (excess(top) > 0) & (spin != 0)
+        found = bisect(xp, excess, -top, top)
+        return xp.where(rolls, found, sliding), ~rolls & ((xp.abs(sliding) >= 1.0) | (spin != 0))
+
+    def _point(self, xp, omega, cosine, sine, *, slip_demand: Array, **state: Array) -> OperatingPoint:
+        rolled = xp.abs(state["rolling_speed"])
+        right = cosine == 0
+        tangent = xp.where(right, signed_infinity(xp, sine), sine / xp.where(right, 1.0, cosine))
+        utilisation = {Limit.SLIP: slip_demand}
+        if self.steering_range < math.pi / 2:
+            utilisation[Limit.STEERING] = xp.abs(xp.atan(tangent)) / self.steering_range
+        return OperatingPoint(
+            cylinder_speed=omega,
+            steering_tangent=tangent,
+            losses={
+                "creep": state["lateral_force"] * state["creep_speed"],
+                "rolling": self.rolling_torque / self.wheel_radius * rolled,
+                "bearing": self.bearing_torque / self.wheel_radius * rolled,
+            },
+            utilisation=utilisation,
+            **state,
+        )
+
+
+def _flow_factor(xp, law: creep.CreepLaw, ratio: Array, link_speed: Array) -> Array:
+    """Factor on the link speed that always takes power away; 0 at and beyond slip.
+
+    Where the lateral force drives the link (``-fu ldot > 0``) the paper's factor slows it. Where the load drives, the
+    same factor would create power; its reciprocal lets the link run away faster instead, with the same torque.
+    """
+    assert law.flow_factor is not None
+    factor, _ = law.flow_factor(ratio)
+    rolls = factor > 0
+    drives = ratio * link_speed <= 0
+    return xp.where(rolls, xp.where(drives, factor, 1.0 / xp.where(rolls, factor, 1.0)), 0.0)
+
+
+def _before_flow_loss(xp, law: creep.CreepLaw, ratio: Array, slope: Array) -> tuple[Array, Array]:
+    """Speed ratio that `_flow_factor` turns into `slope`, and its derivative by the force ratio; nan beyond slip."""
+    assert law.flow_factor is not None
+    factor, d_factor = law.flow_factor(ratio)
+    rolls = factor > 0
+    inverse = xp.where(rolls, 1.0 / xp.where(rolls, factor, 1.0), xp.nan)
+    drives = ratio * slope <= 0
+    before = slope * xp.where(drives, inverse, factor)
+    return before, slope * d_factor * xp.where(drives, -inverse * inverse, 1.0)

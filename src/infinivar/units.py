@@ -1,0 +1,130 @@
+"""Units at the edge: text such as "26.3 mN m" to a float in SI. Inside the program there are only SI floats."""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+from typing import Any
+
+from infinivar.errors import InputError
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
+
+_NAMES_AN_ANGLE = re.compile(r"rad|deg|rev|turn|rpm|rps|cycle")
+
+EXAMPLES = {
+    "N": "50 N",
+    "m": "10 mm",
+    "m/s": "1.05 m/s",
+    "kg": "0.4 kg",
+    "W": "12 W",
+    "rad": "75 deg",
+    "rad/s": "8040 rpm",
+    "N m": "26.3 mN m",
+    "N m/A": "25.6 mN m/A",
+    "V": "24 V",
+    "A": "53 mA",
+    "ohm": "2.14 ohm",
+    "H": "0.278 mH",
+    "kg m^2": "14.9 g cm^2",
+    "K/W": "13.2 K/W",
+    "K": "100 degC",
+    "s": "17.8 s",
+    "1": "0.12",
+}
+"""A well-written value for every unit the study file uses."""
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint
+
+    registry = pint.UnitRegistry()
+    registry.define("@alias turn = rev")
+    return registry
+
+
+@functools.cache
+def _factor(unit: str, si_unit: str) -> tuple[float, float]:
+    """Scale and offset that take a value in `unit` to `si_unit`.
+
+    Raises
+    ------
+    InputError
+        If the unit is unknown or of another kind.
+    """
+    import pint
+
+    registry = _registry()
+    try:
+        source = registry.Unit(unit.replace("%", "percent"))
+    except Exception as problem:  # pint raises many kinds, down to tokenizer errors
+        hint = "write products with a space and powers with ^, as in mN m or g cm^2"
+        raise InputError(f"unknown unit {unit!r}; {hint}") from problem
+    try:
+        zero, one, thousand = (registry.Quantity(x, source).to(si_unit).magnitude for x in (0.0, 1.0, 1000.0))
+    except pint.DimensionalityError as problem:
+        raise InputError(f'{unit!r} is not a unit of {_kind(si_unit)}; {_example(si_unit)}') from problem
+    # The longer base line keeps the factor of an offset unit (degC) exact.
+    scale = one if zero == 0.0 else (thousand - zero) / 1000.0
+    return float(scale), float(zero)
+
+
+def _kind(si_unit: str) -> str:
+    return "a pure number" if si_unit in ("", "1") else f"the right kind (want {si_unit})"
+
+
+def _example(si_unit: str) -> str:
+    return f'write for example "{EXAMPLES.get(si_unit or "1", "1 " + si_unit)}"'
+
+
+def parse(text: object, si_unit: str) -> float:
+    """Value in SI of a number with a unit.
+
+    Parameters
+    ----------
+    text : object    "26.3 mN m"; a bare number is right only where `si_unit` is "1".
+    si_unit : str    Unit of the result, as pint spells it; "1" for a pure number.
+
+    Returns
+    -------
+    float   Finite.
+
+    Raises
+    ------
+    InputError
+        If a unit is missing, unknown or of another kind, or the number is not finite; the message says what is right.
+    """
+    hint = _example(si_unit)
+    if isinstance(text, bool) or not isinstance(text, (str, int, float)):
+        raise InputError(f"must be a number{'' if si_unit == '1' else ' with a unit'}; {hint}")
+    if isinstance(text, (int, float)):
+        if si_unit != "1":
+            raise InputError(f"needs a unit; {hint}")
+        value, unit = float(text), ""
+    else:
+        match = _NUMBER.match(text)
+        if match is None:
+            raise InputError(f"must begin with a number; {hint}")
+        value, unit = float(match[1]), match[2]
+    if unit.startswith(","):
+        raise InputError(f"must have a point before its decimals, not a comma; {hint}")
+    if si_unit == "1":
+        result = value * (_factor(unit, "")[0] if unit else 1.0)
+    elif not unit:
+        raise InputError(f"needs a unit; {hint}")
+    elif si_unit == "rad/s" and not _NAMES_AN_ANGLE.search(unit):
+        # 1/s and Hz convert to rad/s as if a turn were a radian: too likely a mistake to let through.
+        raise InputError(f"must name the angle (rpm, rev/s, deg/s or rad/s); {hint}")
+    else:
+        scale, offset = _factor(unit, si_unit)
+        result = value * scale + offset
+    if not math.isfinite(result):
+        raise InputError(f"must be a finite number; {hint}")
+    return result
+
+
+def show(value: float, si_unit: str, digits: int = 4) -> str:
+    """Value in SI for people: "0.0263 N m"."""
+    return f"{value:.{digits}g}" + ("" if si_unit == "1" else f" {si_unit}")
