@@ -20,8 +20,8 @@ from infinivar.study.study import Study
 MAP_REACH = 1.4
 """The maps reach this far beyond the requirement, so that limits just outside it are seen."""
 
-MAP_POINTS = 225
-"""Points along each axis of a map."""
+MAP_CELLS = 224
+"""Cells along each axis of a map. Points are cell centres: at exactly zero speed friction has no direction."""
 
 PEAK_REACH = 10.0
 """Peak efficiency is looked for up to this many times the required force and speed."""
@@ -153,14 +153,16 @@ def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **op
     residuals = [power.audit(point.power_in, point.power_out, point.losses, name)]
     efficiency = np.where(within, power.efficiency(point.power_in, point.power_out), np.nan)
     loss = point.power_in - point.power_out
-    tight = int(np.argmin(margin))
+    # Of many points at one margin, the one that moves most power is the most telling.
+    tight = int(np.argmax(np.where(margin <= margin.min() * (1 + 1e-9), np.abs(speed * force), -1.0)))
     worst = binding_at(point.utilisation, tight)
 
     signs = (1.0,) if requirement.quadrants == 1 else (-1.0, 1.0)
     reach = np.concatenate([sign * np.geomspace(1e-2, 1.0, 160) for sign in signs]) * PEAK_REACH
     wide = steady_map(drive, reach * requirement.speed, reach * requirement.force)
     low = {1: (0.0, 0.0), 2: (0.0, -1.0), 4: (-1.0, -1.0)}[requirement.quadrants]
-    axes = [np.linspace(start * MAP_REACH, MAP_REACH, MAP_POINTS) for start in low]
+    centres = (np.arange(MAP_CELLS) + 0.5) / MAP_CELLS
+    axes = [(start + (1.0 - start) * centres) * MAP_REACH for start in low]
     steady = steady_map(drive, axes[0] * requirement.speed, axes[1] * requirement.force, **options)
     residuals += [wide.audit_residual, steady.audit_residual]
     return DriveResult(

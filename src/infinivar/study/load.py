@@ -125,6 +125,20 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     )
 
 
+def shipped_study(name: str) -> Study:
+    """Study of everything in a shipped parameter set: its requirement and all its drives.
+
+    Raises
+    ------
+    InputError
+        If there is no such set.
+    """
+    shipped = parameter_set(name)
+    drives = {drive: {"base": f"{name}.{drive}"} for drive in shipped["drives"]}
+    raw = {"title": shipped["title"], "requirement": {"base": name}, "drives": drives}
+    return study_from(raw, name=name, origin=name)
+
+
 def parameter_sets() -> tuple[str, ...]:
     """Names of the shipped parameter sets."""
     files = resources.files("infinivar.study") / "sets"
@@ -228,6 +242,20 @@ def _over_parts(part: type, tree: Raw, path: str) -> Raw:
         if inner is not None and isinstance(value, dict) and "value" not in value:
             result[key] = _over_parts(inner, value, f"{path}.{key}")
     return result
+
+
+def built_part(part: type, key: str) -> Any:
+    """A motor or gearhead as the catalogue has it.
+
+    Raises
+    ------
+    InputError
+        If the catalogue has no such part.
+    """
+    try:
+        return _built(part, {"part": key}, CATALOGUES[part], key, [])
+    except _Problems as problems:
+        raise InputError("\n".join(problems.lines)) from None
 
 
 def _built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) -> Any:

@@ -1,0 +1,1 @@
+"""Benchmarks: ratios to something everyone can run, measured side by side; ``python -m benchmarks`` runs them."""

@@ -1,0 +1,171 @@
+"""Tables made from the program when the documentation is built, so that they cannot say anything else than it does."""
+
+import dataclasses
+import typing
+from pathlib import Path
+
+import infinivar
+from infinivar import units
+from infinivar.drivetrain.requirement import Requirement
+from infinivar.parts import catalogue
+from infinivar.study import schema
+from infinivar.study.load import parameter_set, parameter_sets, study_from
+
+
+def grid(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    """A Markdown table."""
+    lines = [header, ("---",) * len(header), *rows]
+    return "\n".join("| " + " | ".join(str(cell).replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
+
+
+def _options(property_schema: dict) -> list[object]:
+    """Words or numbers that a field accepts, from its JSON Schema; empty where it is free."""
+    return next((branch["enum"] for branch in property_schema.get("anyOf", []) if "enum" in branch), [])
+
+
+def _default(field: dataclasses.Field) -> str:
+    if field.default is None:
+        return "not given"
+    if field.default is not dataclasses.MISSING:
+        return f"`{field.default:.4g}`" if isinstance(field.default, float) else f"`{field.default}`"
+    return "**required**" if field.default_factory is dataclasses.MISSING else "its defaults"
+
+
+def fields_of(part: type) -> str:
+    """Table of the keys that describe a part."""
+    hints = typing.get_type_hints(part)
+    properties = schema.table(part).model_json_schema()["properties"]
+    known = {field.name: field for field in dataclasses.fields(part)}
+    rows = []
+    for key, property_schema in properties.items():
+        field = known.get(key)
+        meta = field.metadata if field is not None else {"meaning": property_schema["description"], "unit": "1"}
+        inner = schema.part_of(hints.get(key))
+        options = _options(property_schema)
+        unit = meta.get("unit", "")
+        if inner is not None:
+            write = f"table, see [{inner.__name__}](#{inner.__name__.lower()})"
+        elif options:
+            write = ", ".join(f"`{option if isinstance(option, int) else chr(34) + option + chr(34)}`" for option in options)
+        elif unit == "1":
+            write = "number"
+        elif unit:
+            write = f'`"{units.EXAMPLES[unit]}"`'
+        else:
+            write = "text"
+        rows.append(
+            (
+                f"`{key}`",
+                "not given" if field is None else _default(field),
+                write,
+                meta.get("bound", ""),
+                meta["meaning"],
+            )
+        )
+    return grid(("key", "if left out", "write", "must be", "meaning"), rows)
+
+
+def _parts(part: type, found: list[type]) -> None:
+    for hint in typing.get_type_hints(part).values():
+        inner = schema.part_of(hint)
+        if inner is not None and inner not in found:
+            found.append(inner)
+            _parts(inner, found)
+
+
+def study_fields() -> str:
+    """Reference of every table of a study file."""
+    parts: list[type] = []
+    for drive in schema.DRIVES.values():
+        _parts(drive, parts)
+    sections = [("`[requirement]`", Requirement)]
+    sections += [(f'`[drives.NAME]` with `type = "{name}"`', drive) for name, drive in schema.DRIVES.items()]
+    text = []
+    for heading, part in sections:
+        text.append(f"### {heading}\n\n{part.__doc__.strip().splitlines()[0]}\n\n{fields_of(part)}")
+    for part in parts:
+        summary = part.__doc__.strip().splitlines()[0].replace("``", "`")
+        text.append(f"({part.__name__.lower()})=\n### {part.__name__}\n\n{summary}\n\n{fields_of(part)}")
+    return "\n".join(text)
+
+
+def unit_examples() -> str:
+    rows = [(unit if unit != "1" else "pure number", f"`{text}`" if unit == "1" else f'`"{text}"`') for unit, text in units.EXAMPLES.items()]
+    return grid(("quantity in", "write for example"), rows)
+
+
+def motors() -> str:
+    keys = ("name", "voltage", "continuous_torque", "max_speed", "resistance", "torque_constant", "mass")
+    return _catalogue("motors", keys)
+
+
+def gearheads() -> str:
+    return _catalogue("gearheads", ("name", "ratio", "efficiency", "continuous_torque", "mass"))
+
+
+def _catalogue(kind: str, keys: tuple[str, ...]) -> str:
+    rows = [(f"`{name}`", *(part.get(key, "") for key in keys)) for name, part in catalogue.entries(kind).items()]
+    return grid(("part", *(key.replace("_", " ") for key in keys)), rows)
+
+
+def parameter_set_values(name: str) -> str:
+    """What a shipped set says about each drive and where it comes from, catalogue parts in one line."""
+    raw = {"requirement": {"base": name}, "drives": {key: {"base": f"{name}.{key}"} for key in parameter_set(name)["drives"]}}
+    study = study_from(raw, name=name, origin=name)
+    text = [f"> {statement}\n" for statement in study.reconstruction]
+    for owner in ("requirement", *study.drives):
+        rows, shown = [], set()
+        for row in study.provenance:
+            if row.owner != owner or row.field.endswith(".name"):
+                continue
+            if row.kind == "catalogue":
+                part = row.field.rsplit(".", 1)[0]
+                if part not in shown:
+                    shown.add(part)
+                    names = [r.value for r in study.provenance if (r.owner, r.field) == (owner, f"{part}.name")]
+                    rows.append((f"`{part}`", *names, row.kind, row.where))
+            else:
+                written = f"{row.value:.4g} rad" if row.field.endswith("steering_range") else row.written
+                rows.append((f"`{row.field}`", written, row.kind, row.where))
+        title = "The requirement" if owner == "requirement" else f"`{name}.{owner}`: {study.titles[owner]}"
+        text.append(f"#### {title}\n\n{grid(('value', 'is', 'kind', 'from'), rows)}")
+    return "\n".join(text)
+
+
+def references() -> str:
+    from infinivar.references import cite, entries
+
+    return "\n".join(f"`{key}`\n: {cite(key)}\n" for key in sorted(entries()))
+
+
+def write(app) -> None:
+    """Write every table that changed, so that an incremental build stays one."""
+    folder = Path(app.srcdir) / "reference" / "generated"
+    folder.mkdir(parents=True, exist_ok=True)
+    pages = {
+        "study_fields": study_fields(),
+        "unit_examples": unit_examples(),
+        "motors": motors(),
+        "gearheads": gearheads(),
+        "references": references(),
+        **{f"set_{name}": parameter_set_values(name) for name in parameter_sets()},
+    }
+    for name, text in pages.items():
+        path = folder / f"{name}.md"
+        if not path.exists() or path.read_text("utf-8") != text:
+            path.write_text(text, "utf-8")
+
+
+def check_public_names(app, exception) -> None:
+    """The API page must name every public name; raising here fails the build."""
+    if exception is None and app.builder.name == "html":
+        page = (Path(app.srcdir) / "api.md").read_text("utf-8")
+        missing = [name for name in infinivar.__all__ if name != "__version__" and f"infinivar.{name}\n" not in page]
+        if missing:
+            raise RuntimeError(f"api.md does not list {', '.join(missing)}")
+
+
+def setup(app):
+    app.connect("builder-inited", write)
+    app.connect("build-finished", check_public_names)
+    return {"parallel_read_safe": True}

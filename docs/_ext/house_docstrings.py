@@ -1,0 +1,62 @@
+"""Docstrings of this project as napoleon expects them, and dataclass fields from their metadata.
+
+The source keeps ``name : type   Meaning. [unit]`` on one line and ends with ``Source: key, place.``; NumPy style has the
+meaning on the next line, and would take a trailing paragraph for one more return value.
+"""
+
+import dataclasses
+import re
+
+_HEADER = re.compile(r"^\s*-{3,}$")
+_ONE_LINE = re.compile(r"^(?P<indent>\s*)(?P<name>\S.*?)\s{2,}(?P<meaning>\S.*)$")
+_LISTS = ("Parameters", "Returns", "Attributes")
+
+
+def split_lines(lines: list[str]) -> list[str]:
+    """Put each meaning on its own line, and make a section of the source."""
+    result: list[str] = []
+    section, indent = "", 0
+    for number, line in enumerate(lines):
+        follows = lines[number + 1] if number + 1 < len(lines) else ""
+        if _HEADER.match(follows):
+            section, indent = line.strip(), len(line) - len(line.lstrip())
+        elif line.strip() and not _HEADER.match(line):
+            source = re.match(r"^\s*Source: (.*)$", line)
+            if source is not None:
+                section, margin = "Source", " " * (len(line) - len(line.lstrip()))
+                result += [f"{margin}Source", f"{margin}------", f"{margin}{source[1]}"]
+                continue
+            pair = _ONE_LINE.match(line)
+            if section in _LISTS and pair is not None and len(pair["indent"]) == indent:
+                result += [f"{pair['indent']}{pair['name']}", f"{pair['indent']}    {pair['meaning']}"]
+                continue
+        result.append(line)
+    return result
+
+
+def describe_fields(part: type) -> list[str]:
+    """A section with the fields of a dataclass that carry their meaning as metadata."""
+    described = [field for field in dataclasses.fields(part) if "meaning" in field.metadata]
+    lines = ["", "Fields", "------"] if described else []
+    for field in described:
+        unit, bound = field.metadata.get("unit", ""), field.metadata.get("bound", "")
+        limits = f", {bound}" if bound else ""
+        shown = "" if not unit else " [-]" if unit == "1" else f" [{unit}]"
+        if field.default is None:
+            limits += ", optional"
+        elif field.default is not dataclasses.MISSING:
+            limits += f", default {field.default!r}"
+        lines += [f"{field.name} : {limits.lstrip(', ')}", f"    {field.metadata['meaning']}.{shown}"]
+    return lines
+
+
+def rewrite(app, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    lines[:] = split_lines(lines)
+    if what == "class" and isinstance(obj, type) and dataclasses.is_dataclass(obj):
+        lines += describe_fields(obj)
+
+
+def setup(app):
+    # Before napoleon, which listens with the default priority of 500.
+    app.connect("autodoc-process-docstring", rewrite, priority=400)
+    return {"parallel_read_safe": True}

@@ -1,0 +1,84 @@
+"""A claim with its verdict, and the machine it is checked on."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any, Literal, NamedTuple
+
+from infinivar.analysis.compare import Comparison, compare
+from infinivar.study.load import shipped_study
+from infinivar.transmission.rotary_linear import OperatingPoint, RotaryLinearIVT
+
+Verdict = Literal["holds", "does not hold", "undecidable", "not computed"]
+
+
+class Finding(NamedTuple):
+    """What a check found: the value (a number, or a few words), the verdict, and why in one sentence."""
+
+    computed: float | str | None
+    verdict: Verdict
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Claim:
+    """One claim of the paper, checked.
+
+    `paper` and `computed` are numbers where the claim is one, else words; `figure` is the figure it belongs to.
+    """
+
+    id: str
+    section: str
+    figure: int | None
+    claim: str
+    paper: float | str
+    computed: float | str | None
+    verdict: Verdict
+    why: str
+
+
+@functools.cache
+def statements() -> tuple[dict[str, Any], ...]:
+    """Every claim as the paper makes it: id, section, figure (if any), claim, paper."""
+    text = (resources.files("infinivar.analysis") / "claims" / "claims.toml").read_text("utf-8")
+    return tuple(tomllib.loads(text)["claim"])
+
+
+class Machine:
+    """The paper's machine as shipped, with what several checks need computed once."""
+
+    set_name = "faulring2006"
+
+    @functools.cached_property
+    def comparison(self) -> Comparison:
+        """All drives of the set against its requirement."""
+        return compare(shipped_study(self.set_name))
+
+    @property
+    def element(self) -> RotaryLinearIVT:
+        """The rolling-contact element of reconstruction A; its efficiency depends on H and K alone."""
+        return self.comparison.study.drives["cobotic"].transmission  # type: ignore[attr-defined]
+
+
+def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: float = 14.0) -> OperatingPoint:
+    """The element driving a link at a reduction ratio and a load.
+
+    Parameters
+    ----------
+    load : (...,) float    Link force over slip force, f. [-]
+    ratio : (...,) float   Cylinder surface speed over link speed, 1/|tan phi|, without creep. [-]
+
+    Source: faulring2006, Fig 7 (its axes).
+    """
+    import numpy as np
+
+    angle = -np.arctan(1.0 / np.asarray(ratio, dtype=float))
+    return element.operate(cylinder_speed=cylinder_speed, steering_angle=angle, link_force=load * element.slip_force)
+
+
+def about(value: float, paper: float, tolerance: float) -> Verdict:
+    """Whether a computed value agrees with the printed one to what its printed digits mean."""
+    return "holds" if abs(value - paper) <= tolerance else "does not hold"

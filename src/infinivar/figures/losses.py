@@ -1,0 +1,74 @@
+"""Where the power goes at the corners of the requirement: stacked bars, one a drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from infinivar.analysis.compare import Comparison
+from infinivar.figures import style
+from infinivar.limits import Limit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def data(comparison: Comparison, corner: str) -> dict[str, Any]:
+    """Losses [W] by drive and name at a corner, the useful power [W], and the limit exceeded if any."""
+    corners = {result.title: result.corners[corner] for result in comparison.results.values()}
+    first = next(iter(corners.values()))
+    return {
+        "corner": corner,
+        "force": first.force,
+        "speed": first.speed,
+        "losses": {title: dict(point.losses) for title, point in corners.items()},
+        "limit": {title: point.limit for title, point in corners.items()},
+    }
+
+
+def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    """Draw horizontal stacked bars; drives outside a limit are pale and say which."""
+    titles = list(numbers["losses"])
+    every = numbers["losses"].values()
+    names = [name for name in style.LOSS_COLOURS if any(losses.get(name, 0.0) > 0.0 for losses in every)]
+    left = [0.0] * len(titles)
+    for name in names:
+        values = [numbers["losses"][title].get(name, 0.0) for title in titles]
+        values = [value if value == value else 0.0 for value in values]
+        alphas = [1.0 if numbers["limit"][title] == Limit.OK else 0.35 for title in titles]
+        bars = ax.barh(titles, values, left=left, color=style.LOSS_COLOURS[name], label=name, height=0.65)
+        for bar, alpha in zip(bars, alphas, strict=True):
+            bar.set_alpha(alpha)
+        left = [start + value for start, value in zip(left, values, strict=True)]
+    for row, title in enumerate(titles):
+        limit = numbers["limit"][title]
+        note = f"{left[row]:.1f} W" if left[row] > 0 else ""
+        if limit != Limit.OK:
+            note = f"{note}  beyond {limit.words}".strip()
+        ax.text(left[row], row, f" {note}", va="center", fontsize=7.5)
+    ax.set_xlim(0.0, max(left) * 1.45 or 1.0)
+    ax.set_ylim(len(titles) - 0.5, -0.5)
+    ax.set_xlabel("loss [W]")
+    ax.set_title(f"{numbers['corner']}: {numbers['force']:.3g} N at {numbers['speed']:.3g} m/s")
+
+
+def draw_all(comparison: Comparison) -> Figure:
+    """Loss bars at every corner of the requirement, with one legend."""
+    corners = list(comparison.study.requirement.corners())
+    height = 0.9 + 0.34 * len(comparison.results)
+    with style.styled():
+        made, axes = style.figure(5.2 * len(corners) + 0.8, height + 0.5, 1, len(corners), squeeze=False, sharey=True)
+        for ax, corner in zip(axes.flat, corners, strict=True):
+            draw(ax, data(comparison, corner))
+        handles, labels = _every_loss(axes.flat)
+        made.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return made
+
+
+def _every_loss(axes: Any) -> tuple[list[Any], list[str]]:
+    """Legend entries of all axes, each loss once, at full strength."""
+    from matplotlib.patches import Patch
+
+    names = dict.fromkeys(label for ax in axes for label in ax.get_legend_handles_labels()[1])
+    return [Patch(color=style.LOSS_COLOURS[name]) for name in names], list(names)

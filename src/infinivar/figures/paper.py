@@ -1,0 +1,12 @@
+"""The figures of the paper that can be drawn, by number."""
+
+from infinivar.figures import cobotic_range, conventional_ranges, creep_curve, element_efficiency, gear_comparison
+
+FIGURES = {
+    5: creep_curve,
+    7: element_efficiency,
+    8: gear_comparison,
+    15: conventional_ranges,
+    16: cobotic_range,
+}
+"""Modules with ``data(machine)``, ``draw(ax, ...)``, ``draw_all(machine)`` and ``CAPTION``."""

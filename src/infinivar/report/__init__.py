@@ -1,0 +1,1 @@
+"""HTML reports from result objects: self-contained files, no network."""

@@ -1,0 +1,111 @@
+"""The report of a comparison, with its data files."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from infinivar import units
+from infinivar.analysis.compare import Comparison
+from infinivar.figures import losses, operating_map, style
+from infinivar.power import AUDIT_TOLERANCE
+from infinivar.report.page import all_or_nothing, render
+from infinivar.study.study import Provenance
+
+
+def save(comparison: Comparison, directory: Path) -> list[Path]:
+    """Write report, results and maps; see `Comparison.save`."""
+    with all_or_nothing(directory) as scratch:
+        (scratch / "report.html").write_text(html(comparison), "utf-8")
+        (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
+        for name, result in comparison.results.items():
+            result.map.save(scratch / f"{name}.nc")
+        names = [path.name for path in scratch.iterdir()]
+    order = ["report.html", "results.json", *(f"{name}.nc" for name in comparison.results)]
+    return [directory / name for name in sorted(names, key=order.index)]
+
+
+def to_json(value: Any) -> str:
+    """JSON text in which nan is null, as the standard has no nan."""
+    return json.dumps(_without_nan(value), indent=2, allow_nan=False) + "\n"
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def results(comparison: Comparison) -> dict[str, Any]:
+    """Everything the report says, as plain numbers."""
+    requirement = comparison.study.requirement
+    content = comparison.to_dict()
+    for name, result in comparison.results.items():
+        content["drives"][name]["corners"] = {
+            label: {
+                "speed": corner.speed,
+                "force": corner.force,
+                "power_in": corner.power_in,
+                "losses": dict(corner.losses),
+                "efficiency": corner.efficiency,
+                "limit": corner.limit.name,
+                "margin": corner.margin,
+            }
+            for label, corner in result.corners.items()
+        }
+    content["requirement"] = {
+        "force": requirement.force,
+        "speed": requirement.speed,
+        "power": requirement.power,
+        "load_mass": requirement.load_mass,
+        "quadrants": requirement.quadrants,
+    }
+    content["provenance"] = [
+        {
+            "owner": row.owner,
+            "field": row.field,
+            "written": row.written,
+            "value": row.value,
+            "unit": row.unit,
+            "kind": row.kind,
+            "where": row.where,
+        }
+        for row in comparison.study.provenance
+    ]
+    return content
+
+
+def html(comparison: Comparison) -> str:
+    """The report as one page that needs no other file."""
+    study = comparison.study
+    return render(
+        "comparison.html",
+        study=study,
+        comparison=comparison,
+        corners=list(study.requirement.corners()),
+        map_figure=style.inline_svg(operating_map.draw_all(comparison)),
+        loss_figure=style.inline_svg(losses.draw_all(comparison)),
+        provenance=provenance_tables(study.provenance),
+        audit_tolerance=AUDIT_TOLERANCE,
+    )
+
+
+def provenance_tables(rows: tuple[Provenance, ...]) -> dict[str, list[dict[str, str]]]:
+    """Provenance by owner, each value in words."""
+    tables: dict[str, list[dict[str, str]]] = {}
+    for row in rows:
+        si = units.show(row.value, row.unit) if row.unit else ""
+        tables.setdefault(row.owner, []).append(
+            {
+                "field": row.field.replace(".", " · ").replace("_", " "),
+                "written": row.written,
+                "si": si if si != row.written else "",
+                "kind": row.kind,
+                "where": row.where,
+            }
+        )
+    return tables

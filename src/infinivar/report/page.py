@@ -1,0 +1,52 @@
+"""Rendering a template, and putting finished files in place all at once."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from infinivar import __version__, references
+from infinivar.errors import InputError
+
+
+@functools.cache
+def _environment() -> Any:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("infinivar.report"), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    environment.filters["si"] = lambda value, digits=3: "–" if value is None or value != value else f"{value:.{digits}g}"
+    environment.filters["watts"] = lambda value: "–" if value != value else f"{value:.2f} W"
+    environment.filters["percent"] = lambda value: "–" if value != value else f"{100 * value:.1f} %"
+    environment.globals.update(version=__version__, cite=references.cite)
+    return environment
+
+
+def render(template: str, **values: Any) -> str:
+    """The page that a template makes of the values."""
+    return _environment().get_template(template).render(**values)
+
+
+@contextlib.contextmanager
+def all_or_nothing(directory: Path) -> Iterator[Path]:
+    """Scratch folder whose files replace those of `directory` once the block has ended without an error.
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be made or written to.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=directory, prefix=".infinivar-") as scratch:
+            yield Path(scratch)
+            for made in sorted(Path(scratch).iterdir()):
+                os.replace(made, directory / made.name)
+    except OSError as problem:
+        raise InputError(f"{directory}: cannot be written to: {problem.strerror}") from problem

@@ -1,0 +1,57 @@
+"""The commented study file that `infinivar init` writes."""
+
+TEMPLATE = '''\
+# A study for infinivar: what is required, and the drive-trains that compete for it.
+#
+# Every value with a dimension is text with a unit: "26.3 mN m", "8040 rpm", "50 N"; pure numbers stand bare: 0.12.
+# A value can say where it comes from:
+#   friction = {{ value = 0.12, kind = "stated", where = "measured on our rig, run 7" }}
+# with kind one of stated, catalogue, derived, fitted, assumed (which a bare value is). Written once in a table, kind
+# and where hold for all its values.
+#
+# Run it:                  infinivar compare {name}.toml --out out
+# Help from your editor:   infinivar schema > infinivar.schema.json
+# Parts:                   infinivar catalogue
+
+title = "{title}"
+description = "Replace this by what is compared and why."
+
+[requirement]
+force = "50 N"         # largest force on the load
+speed = "1.05 m/s"     # largest speed
+power = "12 W"         # largest power at any one time; leave it out to require force and speed together
+load_mass = "0.8 kg"
+quadrants = 1          # 1: driving one way; 2: driving and braking; 4: both directions of each
+
+# A drive can start from a shipped one and change what differs ...
+[drives.cobotic]
+base = "faulring2006.cobotic"
+title = "Cobotic, small motor"
+
+[drives.cobotic.transmission]
+preload = "650 N"
+friction = 0.12
+
+# ... or be given part by part.
+[drives.geared]
+type = "conventional"
+title = "Geared, large motor"
+
+[drives.geared.motor]
+part = "dcx-32-l-24v"          # from the catalogue; any of its values can be overridden here
+
+[drives.geared.gearhead]
+ratio = 3.9
+efficiency = {{ value = 0.96, kind = "catalogue", where = "single-stage planetary" }}
+loss_model = "proportional"    # or "coulomb": a constant friction torque (1 - efficiency) x rated torque
+
+[drives.geared.pulley]
+radius = "8 mm"
+
+[drives.geared.guideway]
+friction = "3 N"
+
+[drives.geared.amplifier]
+regeneration = "burn"          # negative electrical power: burn, store (with storage_efficiency) or none
+'''
+"""Filled by `str.format` with name and title."""
