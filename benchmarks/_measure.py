@@ -55,7 +55,8 @@ def wall_time(command: Sequence[str | Path], accept: Sequence[int] = (0,)) -> fl
 
 def in_turn(ours: Callable[[], T], theirs: Callable[[], T], pairs: int) -> tuple[list[T], list[T]]:
     """Results of both sides, run A B A B ... after one run of each that warms the caches and does not count."""
-    ours(), theirs()
+    ours()
+    theirs()
     results = [(ours(), theirs()) for _ in range(pairs)]
     return [a for a, _ in results], [b for _, b in results]
 

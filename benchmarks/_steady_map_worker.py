@@ -1,6 +1,7 @@
-"""One task of the steady-map benchmark in a process of its own: ``python -m benchmarks._steady_map_worker TASK FILE ...``.
+"""One task of the steady-map benchmark in a process of its own.
 
-The benchmark itself must stay small: on Linux a child's peak memory is never less than its parent's.
+Run as ``python -m benchmarks._steady_map_worker parameters|ours|agree parameters.json [coarse.bin]``. The process that
+starts it must stay small: on Linux a child's peak memory is never less than its parent's was.
 """
 
 from __future__ import annotations

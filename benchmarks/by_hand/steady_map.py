@@ -7,6 +7,7 @@ import json
 import resource
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -102,8 +103,7 @@ def steady_map(p, speed, force):
 
 
 if __name__ == "__main__":
-    with open(sys.argv[1]) as file:
-        parameters = json.load(file)
+    parameters = json.loads(Path(sys.argv[1]).read_text())
     grid = axes(parameters)
     start = time.perf_counter()
     result = steady_map(parameters, *grid)

@@ -115,7 +115,9 @@ def schema() -> None:
 
 
 @app.command()
-def init(name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written.", show_default=False)]) -> None:
+def init(
+    name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written.", show_default=False)],
+) -> None:
     """Write a commented study file to start from."""
     from infinivar.study.template import TEMPLATE
 
@@ -140,11 +142,15 @@ def catalogue(as_json: Json = False) -> None:
         import dataclasses
 
         parts = {"motors": motors(), "gearheads": gearheads()}
-        _print_json({kind: {key: dataclasses.asdict(part) for key, part in group.items()} for kind, group in parts.items()})
+        _print_json(
+            {kind: {key: dataclasses.asdict(part) for key, part in group.items()} for kind, group in parts.items()}
+        )
         return
     print(f"{'motor':<30} {'voltage':>8} {'cont. torque':>13} {'no-load speed':>14} {'peak eff.':>10} {'mass':>8}")
     for key, motor in motors().items():
-        rpm = (motor.voltage - motor.resistance * motor.no_load_current) / motor.torque_constant * 60 / 6.283185307179586
+        rpm = (
+            (motor.voltage - motor.resistance * motor.no_load_current) / motor.torque_constant * 60 / 6.283185307179586
+        )
         mass = "" if motor.mass is None else f"{motor.mass * 1e3:.0f} g"
         print(
             f"{key:<30} {motor.voltage:>6.3g} V {motor.continuous_torque * 1e3:>8.4g} mN m {rpm:>10.0f} rpm"
@@ -165,7 +171,9 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
 ) -> None:
     pass
 

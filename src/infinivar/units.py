@@ -65,7 +65,7 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
     try:
         zero, one, thousand = (registry.Quantity(x, source).to(si_unit).magnitude for x in (0.0, 1.0, 1000.0))
     except pint.DimensionalityError as problem:
-        raise InputError(f'{unit!r} is not a unit of {_kind(si_unit)}; {_example(si_unit)}') from problem
+        raise InputError(f"{unit!r} is not a unit of {_kind(si_unit)}; {_example(si_unit)}") from problem
     # The longer base line keeps the factor of an offset unit (degC) exact.
     scale = one if zero == 0.0 else (thousand - zero) / 1000.0
     return float(scale), float(zero)

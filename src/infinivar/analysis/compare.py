@@ -188,7 +188,9 @@ def _peak(efficiency: np.ndarray) -> float:
 
 def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
     """The limit with the largest utilisation at one point of a flat sample, whether or not it is exceeded."""
-    demands = {limit: float(np.ravel(demand)[index if np.size(demand) > 1 else 0]) for limit, demand in utilisation.items()}
+    demands = {
+        limit: float(np.ravel(demand)[index if np.size(demand) > 1 else 0]) for limit, demand in utilisation.items()
+    }
     return max(demands, key=lambda limit: -1.0 if np.isnan(demands[limit]) else demands[limit])
 
 

@@ -60,5 +60,3 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
         found = check(machine) if check else Finding(None, "not computed", _LATER[said["id"][0]])
         claims.append(Claim(**{"figure": None, **said}, **found._asdict()))
     return Reproduction(claims=tuple(claims), machine=machine)
-
-

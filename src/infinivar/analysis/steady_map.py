@@ -98,9 +98,7 @@ def _axis(name: str, values: Any, unit: str) -> np.ndarray:
     return axis
 
 
-def steady_map(
-    drive: Drive, speed: Any, force: Any, *, progress: Callable[[float], None] | None = None
-) -> SteadyMap:
+def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[float], None] | None = None) -> SteadyMap:
     """Evaluate a drive-train on a grid and audit every point.
 
     Parameters

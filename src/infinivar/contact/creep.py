@@ -50,8 +50,6 @@ def linear_force(creepage: Array) -> Array:
     return xp.clip(creepage, -1.0, 1.0)
 
 
-
-
 def faulring_flow_factor(force_ratio: Array) -> tuple[Array, Array]:
     r"""Factor on the link speed above 70 % of the slip force, and its derivative.
 

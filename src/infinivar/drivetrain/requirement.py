@@ -20,7 +20,9 @@ class Requirement:
 
     force: float = quantity("N", "> 0", "Largest force on the load")
     speed: float = quantity("m/s", "> 0", "Largest speed of the load")
-    power: float | None = quantity("W", "> 0", "Largest power at any one time; force times speed if left out", default=None)
+    power: float | None = quantity(
+        "W", "> 0", "Largest power at any one time; force times speed if left out", default=None
+    )
     load_mass: float | None = quantity("kg", "> 0", "Mass of the load, in addition to the drive's own", default=None)
     quadrants: int = component("1: driving one way; 2: driving and braking; 4: both directions of each", default=1)
 

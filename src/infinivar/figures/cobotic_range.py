@@ -39,7 +39,7 @@ def draw_all(machine: Machine) -> Figure:
     numbers = data(machine)
     with style.styled():
         made, axes = style.figure(4.4 * len(numbers) + 0.6, 3.8, 1, len(numbers), sharey=True, squeeze=False)
-        filled = None
+        filled: Any = None
         for ax, title in zip(axes.flat, numbers, strict=True):
             filled = draw(ax, numbers, title)
             ax.label_outer()

@@ -24,9 +24,7 @@ CAPTION = (
 
 def data(machine: Machine) -> dict[str, Any]:
     """Map of the largest motor, and the margin of the others on the same axes."""
-    results = [
-        result for result in machine.comparison.results.values() if isinstance(result.drive, ConventionalDrive)
-    ]
+    results = [result for result in machine.comparison.results.values() if isinstance(result.drive, ConventionalDrive)]
     largest = max(results, key=lambda result: next(iter(result.drive.motors.values())).continuous_torque)
     return {
         "largest": operating_map.data(largest.map, machine.comparison.study.requirement),

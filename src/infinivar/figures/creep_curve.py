@@ -25,7 +25,9 @@ CAPTION = (
 def data(machine: Machine) -> dict[str, Any]:
     """Scaled creepage ``C u/(mu P |v|)`` and force ratio ``fu/(mu P)`` of the linear law and of the exact theory."""
     creepage = np.linspace(0.0, 3.0, 301)
-    exact = {float(curve["a_over_b"]): (3.0 * curve["scaled_creepage"], curve["force_ratio"]) for curve in exact_creep()}
+    exact = {
+        float(curve["a_over_b"]): (3.0 * curve["scaled_creepage"], curve["force_ratio"]) for curve in exact_creep()
+    }
     return {"linear": (creepage, creep.linear_force(creepage)), "exact": exact}
 
 

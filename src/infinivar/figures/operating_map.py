@@ -62,7 +62,14 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = T
         ax.contour(force, speed, margin, levels=[1.0], colors="black", linewidths=1.4)
     for across, along in numbers["signs"]:
         x, y = numbers["outline"].T
-        ax.fill(np.append(across * x, 0), np.append(along * y, 0), facecolor="none", hatch="////", edgecolor="#ffffff66", lw=0)
+        ax.fill(
+            np.append(across * x, 0),
+            np.append(along * y, 0),
+            facecolor="none",
+            hatch="////",
+            edgecolor="#ffffff66",
+            lw=0,
+        )
         ax.plot(across * x, along * y, color="white", lw=2.6)
         ax.plot(across * x, along * y, color="#D55E00", lw=1.5, ls="--")
     if labels:
@@ -87,7 +94,8 @@ def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarr
             continue
         # Distance to the edge of the region in units of the text's size; a frame keeps the text off the axes.
         cell = tuple(1.0 / (size * count) for size, count in zip(_TEXT_HALF_SIZE, limit.shape, strict=True))
-        depth = distance_transform_edt(np.pad(limit == code, 1), sampling=cell)[1:-1, 1:-1]
+        depth: Any = distance_transform_edt(np.pad(limit == code, 1), sampling=cell)
+        depth = depth[1:-1, 1:-1]
         row, column = np.unravel_index(np.argmax(depth), depth.shape)
         if depth[row, column] < 1.0:
             continue
@@ -102,8 +110,10 @@ def draw_all(comparison: Comparison) -> Figure:
     columns = min(3, len(results))
     rows = -(-len(results) // columns)
     with style.styled():
-        made, axes = style.figure(3.5 * columns + 0.6, 3.0 * rows, rows, columns, squeeze=False, sharex=True, sharey=True)
-        filled = None
+        made, axes = style.figure(
+            3.5 * columns + 0.6, 3.0 * rows, rows, columns, squeeze=False, sharex=True, sharey=True
+        )
+        filled: Any = None
         for ax, result in zip(axes.flat, results, strict=False):
             filled = draw(ax, data(result.map, comparison.study.requirement), result.title)
             ax.label_outer()

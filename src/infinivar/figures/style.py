@@ -28,7 +28,7 @@ LOSS_COLOURS = {
 
 FORMATS = ("png", "svg", "pdf")
 
-_SETTINGS = {
+_SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 9,
     "axes.titlesize": 10,

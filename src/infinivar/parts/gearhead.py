@@ -69,7 +69,9 @@ class Gearhead:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
-        require(self.loss_model in ("coulomb", "proportional"), "loss_model", self.loss_model, "coulomb or proportional")
+        require(
+            self.loss_model in ("coulomb", "proportional"), "loss_model", self.loss_model, "coulomb or proportional"
+        )
 
     def operate(self, *, output_torque: Array, output_speed: Array, motor_rated_torque: Array) -> GearPoint:
         """Motor torque and speed for an output torque and speed, in all four quadrants.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,7 +20,9 @@ def _environment() -> Any:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("infinivar.report"), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters["si"] = lambda value, digits=3: "–" if value is None or value != value else f"{value:.{digits}g}"
+    environment.filters["si"] = lambda value, digits=3: (
+        "–" if value is None or value != value else f"{value:.{digits}g}"
+    )
     environment.filters["watts"] = lambda value: "–" if value != value else f"{value:.2f} W"
     environment.filters["percent"] = lambda value: "–" if value != value else f"{100 * value:.1f} %"
     environment.globals.update(version=__version__, cite=references.cite)
@@ -47,6 +48,6 @@ def all_or_nothing(directory: Path) -> Iterator[Path]:
         with tempfile.TemporaryDirectory(dir=directory, prefix=".infinivar-") as scratch:
             yield Path(scratch)
             for made in sorted(Path(scratch).iterdir()):
-                os.replace(made, directory / made.name)
+                made.replace(directory / made.name)
     except OSError as problem:
         raise InputError(f"{directory}: cannot be written to: {problem.strerror}") from problem

@@ -28,7 +28,7 @@ _NAME = re.compile(r"[A-Za-z0-9_-]+")
 Raw = dict[str, Any]
 
 
-class _Problems(Exception):
+class _StudyError(Exception):
     """Faults found in a study, each "field = value must be ..."; the caller adds the file."""
 
     def __init__(self, *lines: str) -> None:
@@ -69,7 +69,7 @@ def load_study(path: str | Path) -> Study:
         raise InputError(f"{path}: is not valid TOML: {problem}") from problem
     try:
         return study_from(raw, name=path.stem, origin=path.name, path=path)
-    except _Problems as problems:
+    except _StudyError as problems:
         raise InputError("\n".join(f"{path}: {line}" for line in problems.lines)) from None
 
 
@@ -77,13 +77,13 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     """Study from the nested tables of a study file; `origin` stands as the source of values that name none."""
     for key in raw:
         if key not in _TOP:
-            raise _Problems(f"{key} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
+            raise _StudyError(f"{key} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
     for key in ("title", "description"):
         if not isinstance(raw.get(key, ""), str):
-            raise _Problems(f"{key} = {raw[key]!r} must be text")
+            raise _StudyError(f"{key} = {raw[key]!r} must be text")
     for key in ("requirement", "drives"):
         if not isinstance(raw.get(key), dict) or not raw[key]:
-            raise _Problems(f"{key} is missing: write a table [{key}{'.NAME' if key == 'drives' else ''}]")
+            raise _StudyError(f"{key} is missing: write a table [{key}{'.NAME' if key == 'drives' else ''}]")
 
     problems: list[str] = []
     rows: list[Provenance] = []
@@ -92,26 +92,28 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     try:
         tree = _over_base(_annotated(raw["requirement"], "requirement", origin), "requirement", reconstruction)
         requirement = _built(Requirement, tree, "requirement", "requirement", rows)
-    except _Problems as found:
+    except _StudyError as found:
         problems += found.lines
     for drive, description in raw["drives"].items():
         where = f"drives.{drive}"
         try:
             if not _NAME.fullmatch(drive):
-                raise _Problems(f"drives.{drive!r} must be named with letters, digits, - and _ only")
+                raise _StudyError(f"drives.{drive!r} must be named with letters, digits, - and _ only")
             if not isinstance(description, dict):
-                raise _Problems(f"{where} = {description!r} must be a table [{where}]")
+                raise _StudyError(f"{where} = {description!r} must be a table [{where}]")
             tree = _over_base(_annotated(description, where, origin), where, reconstruction)
             kind = tree.pop("type", None)
             if kind not in DRIVES:
                 said = "is missing" if kind is None else f"= {kind!r}{nearest(str(kind), DRIVES)} is not known"
-                raise _Problems(f"{where}.type {said}: must be {' or '.join(DRIVES)}, unless base names a shipped drive")
+                raise _StudyError(
+                    f"{where}.type {said}: must be {' or '.join(DRIVES)}, unless base names a shipped drive"
+                )
             titles[drive] = tree.pop("title", drive)
             drives[drive] = _built(DRIVES[kind], tree, where, drive, rows)
-        except _Problems as found:
+        except _StudyError as found:
             problems += found.lines
     if problems or requirement is None:
-        raise _Problems(*problems)
+        raise _StudyError(*problems)
     return Study(
         name=name,
         title=raw.get("title", name),
@@ -165,16 +167,16 @@ def _annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
     """The table with kind and where spelled out at every value, so that tables of two sources can be laid over."""
     kind, where = tree.get("kind", kind), tree.get("where", where)
     if kind not in KINDS:
-        raise _Problems(f"{path}.kind = {kind!r} must be one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}")
+        raise _StudyError(f"{path}.kind = {kind!r} must be one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}")
     if not isinstance(where, str):
-        raise _Problems(f"{path}.where = {where!r} must be text that names the source")
+        raise _StudyError(f"{path}.where = {where!r} must be text that names the source")
     result: Raw = {}
     for key, value in tree.items():
         if key in ("kind", "where"):
             continue
         if key in _DIRECTIVES:
             if not isinstance(value, str):
-                raise _Problems(f"{path}.{key} = {value!r} must be text")
+                raise _StudyError(f"{path}.{key} = {value!r} must be text")
             result[key] = value
         elif not isinstance(value, dict):
             result[key] = {"value": value, "kind": kind, "where": where}
@@ -212,15 +214,19 @@ def _over_base(tree: Raw, path: str, reconstruction: dict[str, str]) -> Raw:
         else:
             choices = [f"{name}.{drive}" for drive in shipped["drives"]]
             if base not in choices:
-                raise InputError(f"{base!r} is not a shipped drive{nearest(base, choices)}; {name} has {', '.join(choices)}")
+                raise InputError(
+                    f"{base!r} is not a shipped drive{nearest(base, choices)}; {name} has {', '.join(choices)}"
+                )
             under = shipped["drives"][member]
     except InputError as problem:
-        raise _Problems(f"{path}.base = {problem}") from None
+        raise _StudyError(f"{path}.base = {problem}") from None
     if "reconstruction" in shipped:
         reconstruction[name] = shipped["reconstruction"]
     under = _annotated(under, path, shipped["source"])
     if "type" in tree and tree["type"] != under.get("type"):
-        raise _Problems(f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out")
+        raise _StudyError(
+            f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out"
+        )
     return _merged(under, tree)
 
 
@@ -230,11 +236,11 @@ def _over_parts(part: type, tree: Raw, path: str) -> Raw:
     name = result.pop("part", None)
     if name is not None:
         if part not in CATALOGUES:
-            raise _Problems(f"{path}.part: only a motor or a gearhead can be taken from the catalogue")
+            raise _StudyError(f"{path}.part: only a motor or a gearhead can be taken from the catalogue")
         try:
             entry = catalogue.entry(CATALOGUES[part], name)
         except InputError as problem:
-            raise _Problems(f"{path}.part = {problem}") from None
+            raise _StudyError(f"{path}.part = {problem}") from None
         result = _merged(_annotated(entry, path, "catalogue"), result)
     hints = typing.get_type_hints(part)
     for key, value in result.items():
@@ -254,7 +260,7 @@ def built_part(part: type, key: str) -> Any:
     """
     try:
         return _built(part, {"part": key}, CATALOGUES[part], key, [])
-    except _Problems as problems:
+    except _StudyError as problems:
         raise InputError("\n".join(problems.lines)) from None
 
 
@@ -264,7 +270,7 @@ def _built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance])
     try:
         checked = table(part).model_validate(tree)
     except pydantic.ValidationError as problem:
-        raise _Problems(*(_explained(error, part, path) for error in problem.errors(include_url=False))) from None
+        raise _StudyError(*(_explained(error, part, path) for error in problem.errors(include_url=False))) from None
     return _instance(part, checked, path, owner, "", rows)
 
 
@@ -291,7 +297,7 @@ def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows
     try:
         instance = part(**values)
     except ValueError as problem:
-        raise _Problems(f"{path}.{problem}") from None
+        raise _StudyError(f"{path}.{problem}") from None
     scale = getattr(checked, "scale", None)
     if part is Motor and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))

@@ -60,4 +60,6 @@ class Study:
     def __post_init__(self) -> None:
         """Freeze the mappings; drives without a title go by their name."""
         object.__setattr__(self, "drives", MappingProxyType(dict(self.drives)))
-        object.__setattr__(self, "titles", MappingProxyType({name: self.titles.get(name, name) for name in self.drives}))
+        object.__setattr__(
+            self, "titles", MappingProxyType({name: self.titles.get(name, name) for name in self.drives})
+        )

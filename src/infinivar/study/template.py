@@ -1,6 +1,6 @@
 """The commented study file that `infinivar init` writes."""
 
-TEMPLATE = '''\
+TEMPLATE = """\
 # A study for infinivar: what is required, and the drive-trains that compete for it.
 #
 # Every value with a dimension is text with a unit: "26.3 mN m", "8040 rpm", "50 N"; pure numbers stand bare: 0.12.
@@ -53,5 +53,5 @@ friction = "3 N"
 
 [drives.geared.amplifier]
 regeneration = "burn"          # negative electrical power: burn, store (with storage_efficiency) or none
-'''
+"""
 """Filled by `str.format` with name and title."""

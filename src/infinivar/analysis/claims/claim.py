@@ -81,4 +81,9 @@ def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: fl
 
 def about(value: float, paper: float, tolerance: float) -> Verdict:
     """Whether a computed value agrees with the printed one to what its printed digits mean."""
-    return "holds" if abs(value - paper) <= tolerance else "does not hold"
+    return yes(abs(value - paper) <= tolerance)
+
+
+def yes(condition: bool) -> Verdict:
+    """The verdict on a claim that is true or false."""
+    return "holds" if condition else "does not hold"

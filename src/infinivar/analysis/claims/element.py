@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.claims.claim import Finding, Machine, about, at_ratio
+from infinivar.analysis.claims.claim import Finding, Machine, about, at_ratio, yes
 from infinivar.parts import catalogue
 
 _HALF = 0.5
@@ -71,7 +71,7 @@ def e5(machine: Machine) -> Finding:
     at60, at70 = excess_creep(0.6), excess_creep(0.7)
     value = f"{at60.min():.2f}-{at60.max():.2f} x at 0.6, {at70.min():.2f}-{at70.max():.2f} x at 0.7"
     why = "Exact rolling theory creeps this much more than the linear law there (a/b from 0.2 to 5), beyond any 10 % band."
-    return Finding(value, "holds" if at60.max() <= 1.1 else "does not hold", why)
+    return Finding(value, yes(at60.max() <= 1.1), why)
 
 
 def e6(machine: Machine) -> Finding:
@@ -101,7 +101,7 @@ def e8(machine: Machine) -> Finding:
         "Median of element (half load) minus gear at the gear's ratio: close to planetary and worm gears, but far below "
         "harmonic drives, whose ratios near 100:1 are where rolling loss H decides; harmonic and worm data are weak."
     )
-    return Finding(value, "holds" if similar else "does not hold", why)
+    return Finding(value, yes(similar), why)
 
 
 def e9(machine: Machine) -> Finding:
@@ -117,7 +117,7 @@ def e9(machine: Machine) -> Finding:
         f"From 8:1 to 100:1 efficiency falls from {drop[0]:.2f} to {drop[1]:.2f}; rolling and bearing are most of the loss "
         "at 100:1 at light and half load, while near slip creep takes more than they do."
     )
-    return Finding(value, "holds" if shares[0.15] > 0.5 and shares[0.5] > 0.5 else "does not hold", why)
+    return Finding(value, yes(shares[0.15] > 0.5 and shares[0.5] > 0.5), why)
 
 
 def e10(machine: Machine) -> Finding:
@@ -127,7 +127,7 @@ def e10(machine: Machine) -> Finding:
     slip_angle = np.arctan(point.creep_speed / np.abs(point.rolling_speed))
     value = float(np.ptp(slip_angle) / np.abs(slip_angle).mean())
     why = "Steady creep of elastic bodies with Coulomb friction knows no time scale, so no law here contains a speed."
-    return Finding(f"relative spread {value:.0e}", "holds" if value < 1e-9 else "does not hold", why)
+    return Finding(f"relative spread {value:.0e}", yes(value < 1e-9), why)
 
 
 def e11(machine: Machine) -> Finding:
@@ -144,4 +144,16 @@ def e11(machine: Machine) -> Finding:
     return Finding(f"peak at f = 0.95: {peaks[0]:.2f} by Eq 16, {peaks[1]:.2f} by Eq 17", "undecidable", why)
 
 
-CHECKS = {"E1": e1, "E2": e2, "E3": e3, "E4": e4, "E5": e5, "E6": e6, "E7": e7, "E8": e8, "E9": e9, "E10": e10, "E11": e11}
+CHECKS = {
+    "E1": e1,
+    "E2": e2,
+    "E3": e3,
+    "E4": e4,
+    "E5": e5,
+    "E6": e6,
+    "E7": e7,
+    "E8": e8,
+    "E9": e9,
+    "E10": e10,
+    "E11": e11,
+}

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from infinivar.analysis.claims.claim import Finding, Machine, about
+from infinivar.analysis.claims.claim import Finding, Machine, about, yes
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Limit
 from infinivar.parts.linear import Guideway
@@ -15,10 +15,6 @@ _SMALL = ("motor1-gear1", "motor1-gear2", "motor1-gear3")
 _LARGE = "motor2-gear4"
 _COBOTIC = {"A": "cobotic", "B": "cobotic-b"}
 _READING = 0.01
-
-
-def _yes(condition: bool) -> str:
-    return "holds" if condition else "does not hold"
 
 
 def _conventional(machine: Machine, name: str) -> ConventionalDrive:
@@ -38,14 +34,14 @@ def smallest_scale(machine: Machine, ratio: float) -> float:
         drive = replace(large, motor=motor.scaled(scale), gearhead=replace(large.gearhead, ratio=ratio))
         return float(drive.operate(speed=speed, force=force).margin.min()) - 1.0
 
-    return float(brentq(spare, 0.5, 50.0, xtol=1e-6)) if spare(50.0) > 0 else np.inf
+    return brentq(spare, 0.5, 50.0, xtol=1e-6) if spare(50.0) > 0 else np.inf  # type: ignore[return-value]
 
 
 def c1(machine: Machine) -> Finding:
     """Coverage of Motor 1 on three ratios."""
     shares = [machine.comparison.results[name].coverage for name in _SMALL]
     why = "Each ratio runs out of voltage at speed, of torque at force, or of both; the ratios are reconstructed."
-    return Finding(", ".join(f"{share:.0%}" for share in shares), _yes(max(shares) < 1.0), why)
+    return Finding(", ".join(f"{share:.0%}" for share in shares), yes(max(shares) < 1.0), why)
 
 
 def c2(machine: Machine) -> Finding:
@@ -54,14 +50,14 @@ def c2(machine: Machine) -> Finding:
     value = max(float(steady.power_out[steady.limit == Limit.OK].max()) for steady in maps)
     required = machine.comparison.study.requirement.power or np.inf
     why = f"That many watts reach the load continuously on its best ratio; {required:.3g} W are required."
-    return Finding(value, _yes(value >= required), why)
+    return Finding(value, yes(value >= required), why)
 
 
 def c3(machine: Machine) -> Finding:
     """Coverage of Motor 2."""
     result = machine.comparison.results[_LARGE]
     why = f"The tightest limit is {result.tightest.limit.words} with a margin of {result.tightest.value:.3f}."
-    return Finding(f"{result.coverage:.0%}", _yes(result.covers), why)
+    return Finding(f"{result.coverage:.0%}", yes(result.covers), why)
 
 
 def c4(machine: Machine) -> Finding:
@@ -93,7 +89,7 @@ def c6(machine: Machine) -> Finding:
     """Peak efficiency of Motor 2's drive in the region."""
     value = machine.comparison.results[_LARGE].peak_efficiency_in_region
     why = "Motor 2 is larger than the power needs, and in the region it works at low speed or low load; drag decides."
-    return Finding(value, _yes(value <= 0.65), why)
+    return Finding(value, yes(value <= 0.65), why)
 
 
 def c7(machine: Machine) -> Finding:
@@ -108,7 +104,7 @@ def c7(machine: Machine) -> Finding:
         f"Averaged over the region winding heat is {mean['winding'] / sum(mean.values()):.0%} of the loss, and the largest "
         f"single loss is {largest}; at maximum force it is {corner.losses['winding'] / sum(corner.losses.values()):.0%}."
     )
-    return Finding(f"{mean['winding'] / power:.0%} of the input", _yes(largest == "winding"), why)
+    return Finding(f"{mean['winding'] / power:.0%} of the input", yes(largest == "winding"), why)
 
 
 def b1(machine: Machine) -> Finding:
@@ -117,14 +113,14 @@ def b1(machine: Machine) -> Finding:
     tight = results["A"].tightest
     why = f"With both reconstructions; in A the tightest margin is {tight.value:.2f} ({tight.limit.words})."
     found = ", ".join(f"{result.coverage:.0%} ({letter})" for letter, result in results.items())
-    return Finding(found, _yes(all(result.covers for result in results.values())), why)
+    return Finding(found, yes(all(result.covers for result in results.values())), why)
 
 
 def b2(machine: Machine) -> Finding:
     """Peak efficiency of the cobotic drive."""
     a, b = (machine.comparison.results[name].peak_efficiency for name in _COBOTIC.values())
     why = f"Reconstruction B, with a gear loss proportional to power, reaches {b:.3f}; both stay below 0.75."
-    return Finding(a, _yes(max(a, b) < 0.75), why)
+    return Finding(a, yes(max(a, b) < 0.75), why)
 
 
 def b3(machine: Machine) -> Finding:
@@ -142,7 +138,7 @@ def b3(machine: Machine) -> Finding:
         "torque (A) still pays for 14 rad/s, one that loses in proportion to power (B) does not: that law decides."
     )
     found = ", ".join(f"{value:.0%} of the region ({letter})" for letter, value in share.items())
-    return Finding(found, _yes(min(share.values()) >= 1.0), why)
+    return Finding(found, yes(min(share.values()) >= 1.0), why)
 
 
 def b4(machine: Machine) -> Finding:
@@ -154,7 +150,7 @@ def b4(machine: Machine) -> Finding:
     found = {Limit(int(code)) for code in np.unique(point.limit)} - {Limit.OK}
     why = "At 14 rad/s the motor keeps its speed, and its continuous torque runs out before its voltage does."
     words = " and ".join(limit.words for limit in sorted(found))
-    return Finding(words, _yes(found == {Limit.SLIP, Limit.THERMAL}), why)
+    return Finding(words, yes(found == {Limit.SLIP, Limit.THERMAL}), why)
 
 
 def b5(machine: Machine) -> Finding:
