@@ -25,6 +25,8 @@ myst_heading_anchors = 3
 # The generated tables are included by pages, they are none themselves.
 exclude_patterns = ["_build", "reference/generated"]
 
+# A word between single backticks in a docstring is code.
+default_role = "code"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 napoleon_google_docstring = False
@@ -34,3 +36,5 @@ napoleon_custom_sections = [("Source", "notes_style"), ("Fields", "params_style"
 html_theme = "furo"
 html_title = f"infinivar {release}"
 html_show_copyright = False
+html_static_path = ["_static"]
+html_css_files = ["wrap.css"]

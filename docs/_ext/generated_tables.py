@@ -9,7 +9,7 @@ from infinivar import units
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.parts import catalogue
 from infinivar.study import schema
-from infinivar.study.load import parameter_set, parameter_sets, study_from
+from infinivar.study.load import parameter_set, parameter_sets, shipped_study
 
 
 def grid(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
@@ -27,7 +27,8 @@ def _default(field: dataclasses.Field) -> str:
     if field.default is None:
         return "not given"
     if field.default is not dataclasses.MISSING:
-        return f"`{field.default:.4g}`" if isinstance(field.default, float) else f"`{field.default}`"
+        shown = units.show(field.default, field.metadata["unit"]) if "unit" in field.metadata else field.default
+        return f"`{shown}`"
     return "**required**" if field.default_factory is dataclasses.MISSING else "its defaults"
 
 
@@ -46,7 +47,9 @@ def fields_of(part: type) -> str:
         if inner is not None:
             write = f"table, see [{inner.__name__}](#{inner.__name__.lower()})"
         elif options:
-            write = ", ".join(f"`{option if isinstance(option, int) else chr(34) + option + chr(34)}`" for option in options)
+            write = ", ".join(
+                f"`{option if isinstance(option, int) else chr(34) + option + chr(34)}`" for option in options
+            )
         elif unit == "1":
             write = "number"
         elif unit:
@@ -90,7 +93,10 @@ def study_fields() -> str:
 
 
 def unit_examples() -> str:
-    rows = [(unit if unit != "1" else "pure number", f"`{text}`" if unit == "1" else f'`"{text}"`') for unit, text in units.EXAMPLES.items()]
+    rows = [
+        (unit if unit != "1" else "pure number", f"`{text}`" if unit == "1" else f'`"{text}"`')
+        for unit, text in units.EXAMPLES.items()
+    ]
     return grid(("quantity in", "write for example"), rows)
 
 
@@ -110,8 +116,7 @@ def _catalogue(kind: str, keys: tuple[str, ...]) -> str:
 
 def parameter_set_values(name: str) -> str:
     """What a shipped set says about each drive and where it comes from, catalogue parts in one line."""
-    raw = {"requirement": {"base": name}, "drives": {key: {"base": f"{name}.{key}"} for key in parameter_set(name)["drives"]}}
-    study = study_from(raw, name=name, origin=name)
+    study = shipped_study(name)
     text = [f"> {statement}\n" for statement in study.reconstruction]
     for owner in ("requirement", *study.drives):
         rows, shown = [], set()
@@ -125,11 +130,21 @@ def parameter_set_values(name: str) -> str:
                     names = [r.value for r in study.provenance if (r.owner, r.field) == (owner, f"{part}.name")]
                     rows.append((f"`{part}`", *names, row.kind, row.where))
             else:
-                written = f"{row.value:.4g} rad" if row.field.endswith("steering_range") else row.written
+                default = row.where == "default of the program" and row.unit != ""
+                written = units.show(row.value, row.unit) if default else row.written
                 rows.append((f"`{row.field}`", written, row.kind, row.where))
         title = "The requirement" if owner == "requirement" else f"`{name}.{owner}`: {study.titles[owner]}"
         text.append(f"#### {title}\n\n{grid(('value', 'is', 'kind', 'from'), rows)}")
     return "\n".join(text)
+
+
+def set_drives() -> str:
+    """Drives of every shipped set, as `base` names them."""
+    rows = []
+    for name in parameter_sets():
+        for key, drive in parameter_set(name)["drives"].items():
+            rows.append((f"`{name}.{key}`", f"`{drive['type']}`", drive["title"]))
+    return grid(("base", "type", "what it is"), rows)
 
 
 def references() -> str:
@@ -148,6 +163,7 @@ def write(app) -> None:
         "motors": motors(),
         "gearheads": gearheads(),
         "references": references(),
+        "set_drives": set_drives(),
         **{f"set_{name}": parameter_set_values(name) for name in parameter_sets()},
     }
     for name, text in pages.items():

@@ -1,7 +1,8 @@
 """Docstrings of this project as napoleon expects them, and dataclass fields from their metadata.
 
-The source keeps ``name : type   Meaning. [unit]`` on one line and ends with ``Source: key, place.``; NumPy style has the
-meaning on the next line, and would take a trailing paragraph for one more return value.
+The source keeps ``name : type   Meaning. [unit]`` on one line and ends with ``Source: key, place.``; NumPy style has
+the meaning on the next line, and would take a trailing paragraph for one more return value. Bars stand for absolute
+values, which reStructuredText would take for substitutions.
 """
 
 import dataclasses
@@ -9,6 +10,7 @@ import re
 
 _HEADER = re.compile(r"^\s*-{3,}$")
 _ONE_LINE = re.compile(r"^(?P<indent>\s*)(?P<name>\S.*?)\s{2,}(?P<meaning>\S.*)$")
+_LITERAL_OR_BAR = re.compile(r"(``.*?``|`.*?`)|(?<!\\)\|")
 _LISTS = ("Parameters", "Returns", "Attributes")
 
 
@@ -20,6 +22,9 @@ def split_lines(lines: list[str]) -> list[str]:
         follows = lines[number + 1] if number + 1 < len(lines) else ""
         if _HEADER.match(follows):
             section, indent = line.strip(), len(line) - len(line.lstrip())
+            if section == "Attributes":
+                # Napoleon splits names joined by commas here; our own section shows them as written.
+                line = line.replace("Attributes", "Fields")
         elif line.strip() and not _HEADER.match(line):
             source = re.match(r"^\s*Source: (.*)$", line)
             if source is not None:
@@ -31,6 +36,20 @@ def split_lines(lines: list[str]) -> list[str]:
                 result += [f"{pair['indent']}{pair['name']}", f"{pair['indent']}    {pair['meaning']}"]
                 continue
         result.append(line)
+    return result
+
+
+def escape_bars(lines: list[str]) -> list[str]:
+    """Bars in plain text as characters; those in literals and in formulas stay."""
+    result: list[str] = []
+    formula: int | None = None  # indent of the math directive we are in
+    for line in lines:
+        indent = len(line) - len(line.lstrip())
+        if line.strip() and formula is not None and indent <= formula:
+            formula = None
+        if line.lstrip().startswith(".. math::"):
+            formula = indent
+        result.append(line if formula is not None else _LITERAL_OR_BAR.sub(lambda hit: hit[1] or "\\|", line))
     return result
 
 
@@ -51,7 +70,7 @@ def describe_fields(part: type) -> list[str]:
 
 
 def rewrite(app, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
-    lines[:] = split_lines(lines)
+    lines[:] = split_lines(escape_bars(lines))
     if what == "class" and isinstance(obj, type) and dataclasses.is_dataclass(obj):
         lines += describe_fields(obj)
 

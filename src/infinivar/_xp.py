@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 SETTLED = 1e-9
@@ -13,7 +13,7 @@ Array = Any
 
 
 def namespace(*arguments: Array) -> Any:
-    """Array namespace of the first argument that has one; NumPy for plain numbers.
+    """Array namespace of the arguments; NumPy for plain numbers. A part (dataclass) stands for its fields.
 
     Raises
     ------
@@ -21,7 +21,7 @@ def namespace(*arguments: Array) -> Any:
         If arguments of two array libraries are mixed.
     """
     found = None
-    for argument in arguments:
+    for argument in _leaves(arguments):
         get = getattr(argument, "__array_namespace__", None)
         if get is None:
             continue
@@ -36,19 +36,24 @@ def namespace(*arguments: Array) -> Any:
     return found
 
 
+def _leaves(arguments: Iterable[Any]) -> Iterator[Any]:
+    for argument in arguments:
+        fields = getattr(argument, "__dataclass_fields__", None)
+        if fields is None:
+            yield argument
+        else:
+            yield from _leaves(getattr(argument, name) for name in fields)
+
+
 def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
     """Each value as a float64 array of `xp` (integers and lists are welcome)."""
     return tuple(xp.asarray(value, dtype=xp.float64) for value in values)
 
 
-def sign(xp: Any, value: Array) -> Array:
-    """-1, 0 or 1, and 0 at -0.0 too; differentiable elsewhere."""
-    return xp.where(value > 0, 1.0, xp.where(value < 0, -1.0, 0.0))
-
-
 def signed_infinity(xp: Any, value: Array) -> Array:
     """inf with the sign of `value`, 0 where it is 0."""
-    return xp.where(value > 0, xp.inf, xp.where(value < 0, -xp.inf, 0.0))
+    infinite = xp.full_like(value, xp.inf)
+    return xp.where(value > 0, infinite, xp.where(value < 0, -infinite, 0.0))
 
 
 def safe_divide(xp: Any, numerator: Array, denominator: Array, otherwise: float) -> Array:

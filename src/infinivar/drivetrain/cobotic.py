@@ -79,7 +79,7 @@ class CoboticDrive:
 
         Source: faulring2006, section VI-B and Figs 10, 12, 13.
         """
-        xp = namespace(speed, force)
+        xp = namespace(self, speed, force)
         speed, force = as_floats(xp, speed, force)
         drag, guide_loss = self.guideway.operate(speed=speed, preload=self.transmission.preload)
         element = self.transmission.deliver(

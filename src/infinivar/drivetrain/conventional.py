@@ -58,7 +58,7 @@ class ConventionalDrive:
 
         Source: faulring2006, section VI-A and Fig 14.
         """
-        xp = namespace(speed, force)
+        xp = namespace(self, speed, force)
         speed, force = as_floats(xp, speed, force)
         drag, guide_loss = self.guideway.operate(speed=speed)
         torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=speed)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from infinivar._xp import Array, namespace
+from infinivar._xp import Array, namespace, signed_infinity
 from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
@@ -59,12 +59,12 @@ class Amplifier:
 
         Source: faulring2006, section VI-C (regenerative resistor); store and none: energy balance.
         """
-        xp = namespace(motor_power)
+        xp = namespace(self, motor_power)
         drawn, returned = xp.clip(motor_power, 0.0, xp.inf), xp.clip(-motor_power, 0.0, xp.inf)
         kept = self.efficiency * (self.storage_efficiency or 0.0) if self.regeneration == "store" else 0.0
         power_in = drawn / self.efficiency - kept * returned + self.standby_power
         loss = (1.0 / self.efficiency - 1.0) * drawn + (1.0 - kept) * returned + self.standby_power
         limits = {}
         if self.regeneration == "none":
-            limits[Limit.REGENERATION] = xp.where(returned > 0, xp.inf, 0.0)
+            limits[Limit.REGENERATION] = signed_infinity(xp, returned)
         return power_in, loss, limits

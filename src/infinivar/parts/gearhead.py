@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from infinivar._xp import Array, namespace, sign
+from infinivar._xp import Array, namespace
 from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
@@ -90,18 +90,18 @@ class Gearhead:
         Source: coulomb: faulring2006, section VI-A. proportional: definition of efficiency, taken in the direction in
         which power flows.
         """
-        xp = namespace(output_torque, output_speed)
+        xp = namespace(self, output_torque, output_speed)
         ideal = output_torque / self.ratio
         motor_speed = output_speed * self.ratio
         if self.loss_model == "coulomb":
             friction = coulomb_torque(self.efficiency, self.rated_torque or motor_rated_torque)
-            torque, loss = ideal + friction * sign(xp, motor_speed), friction * xp.abs(motor_speed)
+            torque, loss = ideal + friction * xp.sign(motor_speed), friction * xp.abs(motor_speed)
         else:
             delivered = ideal * motor_speed
             drives, driven = delivered > 0, delivered < 0
-            torque = ideal * xp.where(drives, 1.0 / self.efficiency, xp.where(driven, self.efficiency, 1.0))
-            share = xp.where(drives, 1.0 / self.efficiency - 1.0, 1.0 - self.efficiency)
-            loss = share * xp.abs(delivered)
+            torque = xp.where(drives, ideal / self.efficiency, xp.where(driven, ideal * self.efficiency, ideal))
+            received = xp.where(drives, delivered / self.efficiency, -delivered)
+            loss = (1.0 - self.efficiency) * received
         utilisation = {}
         if self.continuous_torque is not None:
             utilisation[Limit.GEAR] = xp.abs(output_torque) / self.continuous_torque

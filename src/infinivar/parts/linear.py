@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from infinivar._xp import Array, namespace, sign
+from infinivar._xp import Array, namespace
 from infinivar.quantities import check, quantity
 
 
@@ -38,9 +38,9 @@ class Pulley:
 
         Source: faulring2006, Fig 14 (transformer r_pulley).
         """
-        xp = namespace(force, speed)
+        xp = namespace(self, force, speed)
         turning = speed / self.radius
-        torque = force * self.radius + self.friction_torque * sign(xp, turning)
+        torque = force * self.radius + self.friction_torque * xp.sign(turning)
         return torque, turning, self.friction_torque * xp.abs(turning)
 
 
@@ -75,6 +75,6 @@ class Guideway:
 
         Source: faulring2006, Fig 13 and Eq 18 (``c_l P sgn(ldot)``).
         """
-        xp = namespace(speed, preload)
+        xp = namespace(self, speed, preload)
         size = self.friction + self.coefficient * preload
-        return size * sign(xp, speed), size * xp.abs(speed)
+        return size * xp.sign(speed), size * xp.abs(speed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from infinivar._xp import Array, namespace, sign
+from infinivar._xp import Array, namespace
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
 
@@ -109,9 +109,9 @@ class Motor:
         Source: faulring2006, Figs 12 and 14 (gyrator and resistance); friction and continuous torque: data sheets,
         maxon2020.
         """
-        xp = namespace(torque, speed)
+        xp = namespace(self, torque, speed)
         constant = self.torque_constant
-        current = torque / constant + self.no_load_current * sign(xp, speed)
+        current = torque / constant + self.no_load_current * xp.sign(speed)
         voltage = current * self.resistance + constant * speed
         utilisation = {
             Limit.THERMAL: xp.abs(current) / self.continuous_current,

@@ -23,7 +23,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from infinivar import power
-from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, sign, signed_infinity
+from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, signed_infinity
 from infinivar.contact import creep
 from infinivar.limits import Limit, binding
 from infinivar.quantities import check, component, quantity
@@ -202,7 +202,7 @@ class RotaryLinearIVT:
         if (link_force is None) == (link_speed is None):
             raise ValueError("give either link_force or link_speed")
         given = link_speed if link_force is None else link_force
-        xp = namespace(cylinder_speed, steering_angle, given)
+        xp = namespace(self, cylinder_speed, steering_angle, given)
         omega, phi, given = as_floats(xp, cylinder_speed, steering_angle, given)
         if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + _RIGHT_ANGLE):
             raise ValueError("steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own")
@@ -230,12 +230,12 @@ class RotaryLinearIVT:
 
         Source: inverse of `operate`; derivation in the theory page.
         """
-        xp = namespace(cylinder_speed, link_speed, link_force)
+        xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         tangent, usable = self._tangent(xp, omega, speed, force)
         decoupled = (omega == 0) & (speed != 0)
         angle = xp.where(usable, xp.atan(tangent), xp.nan)
-        return xp.where(decoupled, -0.5 * math.pi * sign(xp, speed), angle)
+        return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
 
     def deliver(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> OperatingPoint:
         """Operating point that gives the link a prescribed speed and force: `steer`, then `operate`, in one pass.
@@ -243,7 +243,7 @@ class RotaryLinearIVT:
         Parameters and units as in `steer`; `OperatingPoint.link_speed` and the powers are nan, with limit SLIP, where
         no steering angle does it.
         """
-        xp = namespace(cylinder_speed, link_speed, link_force)
+        xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         tangent, usable = self._tangent(xp, omega, speed, force)
         cosine = 1.0 / xp.sqrt(1.0 + tangent * tangent)
@@ -251,7 +251,7 @@ class RotaryLinearIVT:
 
     def _tangent(self, xp, omega: Array, link_speed: Array, link_force: Array) -> tuple[Array, Array]:
         """Tangent of the steering angle for a motion, and where one exists (the slip limit included)."""
-        spin = sign(xp, omega)
+        spin = xp.sign(omega)
         surface_speed = self.cylinder_radius * xp.abs(omega)
         slope = safe_divide(xp, link_speed, surface_speed, 0.0)
         load = link_force / self.slip_force
@@ -280,7 +280,9 @@ class RotaryLinearIVT:
             # Beyond slip Eq 17 is a polynomial without meaning that would throw the iteration off: start at slip.
             reach = xp.sqrt(xp.clip(1.0 / xp.where(load == 0, 1e-9, load) ** 2 - 1.0, 0.0, 1e18))
             start = xp.clip(start, -reach, reach)
-        tangent = newton(xp, step, start, steps=24)
+        # The linear law settles in 3 or 4 steps; with Eq 17 two solutions meet at the fastest motion, and near it
+        # each step gains one bit only.
+        tangent = newton(xp, step, start, steps=10 if law.flow_factor is None else 24)
         ratio = rolling * tangent - load * xp.sqrt(1.0 + tangent * tangent)
         usable = xp.abs(ratio) <= 1.0  # nan is not
         return spin * tangent, usable & ((spin != 0) | (link_speed == 0))
@@ -290,7 +292,7 @@ class RotaryLinearIVT:
     ) -> OperatingPoint:
         """Operating point for a prescribed link force."""
         rolling_force, slip_force = self.rolling_force, self.slip_force
-        spin = sign(xp, omega)
+        spin = xp.sign(omega)
         standing = spin == 0
         # Static friction along the rolling direction takes as much of the force as it can.
         held = xp.clip(-link_force * sine, -rolling_force, rolling_force)
@@ -324,8 +326,8 @@ class RotaryLinearIVT:
 
         finite = xp.where(xp.isinf(lateral), 0.0, lateral)
         torque, _ = contact_balance(finite, against_rolling, cosine, sine, self.cylinder_radius)
-        nothing = xp.where(rolls, 0.0, xp.nan)
-        still = xp.where(standing, 0.0, 1.0) + nothing
+        nothing = xp.where(rolls, 0.0 * link_force, xp.nan)
+        still = xp.abs(spin) + nothing
         return self._point(
             xp,
             omega,
@@ -354,10 +356,10 @@ class RotaryLinearIVT:
         if law.flow_factor is not None:
             ratio, beyond = self._ratio_with_flow_loss(xp, omega, cosine, sine, link_speed, ratio)
         lateral = ratio * self.slip_force
-        against_rolling = sign(xp, rolling_speed) * self.rolling_force
+        against_rolling = xp.sign(rolling_speed) * self.rolling_force
         torque, link_force = contact_balance(lateral, against_rolling, cosine, sine, self.cylinder_radius)
         at_rest = (rolling_speed == 0) & (creep_speed == 0)
-        unknown = xp.where(at_rest, xp.nan, 0.0)
+        unknown = xp.where(at_rest, xp.nan, 0.0 * link_speed)
         return self._point(
             xp,
             omega,
@@ -374,7 +376,7 @@ class RotaryLinearIVT:
 
     def _ratio_with_flow_loss(self, xp, omega, cosine, sine, link_speed, sliding: Array) -> tuple[Array, Array]:
         """Force ratio at which the link has a prescribed speed under a law with a flow loss; `sliding` beyond slip."""
-        spin = sign(xp, omega)
+        spin = xp.sign(omega)
         surface_speed = self.cylinder_radius * xp.abs(omega)
         law = creep.law(self.creep_law)
 
