@@ -4,6 +4,8 @@ import dataclasses
 import typing
 from pathlib import Path
 
+from sphinx.errors import ExtensionError
+
 import infinivar
 from infinivar import units
 from infinivar.drivetrain.requirement import Requirement
@@ -132,7 +134,7 @@ def parameter_set_values(name: str) -> str:
             else:
                 default = row.where == "default of the program" and row.unit != ""
                 written = units.show(row.value, row.unit) if default else row.written
-                rows.append((f"`{row.field}`", written, row.kind, row.where))
+                rows.append((f"`{row.field}`", written.replace(" ", "\N{NO-BREAK SPACE}"), row.kind, row.where))
         title = "The requirement" if owner == "requirement" else f"`{name}.{owner}`: {study.titles[owner]}"
         text.append(f"#### {title}\n\n{grid(('value', 'is', 'kind', 'from'), rows)}")
     return "\n".join(text)
@@ -178,7 +180,7 @@ def check_public_names(app, exception) -> None:
         page = (Path(app.srcdir) / "api.md").read_text("utf-8")
         missing = [name for name in infinivar.__all__ if name != "__version__" and f"infinivar.{name}\n" not in page]
         if missing:
-            raise RuntimeError(f"api.md does not list {', '.join(missing)}")
+            raise ExtensionError(f"api.md does not list {', '.join(missing)}")
 
 
 def setup(app):

@@ -10,6 +10,7 @@ import re
 
 _HEADER = re.compile(r"^\s*-{3,}$")
 _ONE_LINE = re.compile(r"^(?P<indent>\s*)(?P<name>\S.*?)\s{2,}(?P<meaning>\S.*)$")
+_LONG_NAME = re.compile(r"^(?P<indent>\s*)(?P<name>[a-z_]+) (?P<meaning>[A-Z].*)$")
 _LITERAL_OR_BAR = re.compile(r"(``.*?``|`.*?`)|(?<!\\)\|")
 _LISTS = ("Parameters", "Returns", "Attributes")
 
@@ -31,7 +32,7 @@ def split_lines(lines: list[str]) -> list[str]:
                 section, margin = "Source", " " * (len(line) - len(line.lstrip()))
                 result += [f"{margin}Source", f"{margin}------", f"{margin}{source[1]}"]
                 continue
-            pair = _ONE_LINE.match(line)
+            pair = _ONE_LINE.match(line) or _LONG_NAME.match(line)
             if section in _LISTS and pair is not None and len(pair["indent"]) == indent:
                 result += [f"{pair['indent']}{pair['name']}", f"{pair['indent']}    {pair['meaning']}"]
                 continue
@@ -64,13 +65,17 @@ def describe_fields(part: type) -> list[str]:
         if field.default is None:
             limits += ", optional"
         elif field.default is not dataclasses.MISSING:
-            limits += f", default {field.default!r}"
+            shown_default = f"{field.default:.4g}" if isinstance(field.default, float) else repr(field.default)
+            limits += f", default {shown_default}"
         lines += [f"{field.name} : {limits.lstrip(', ')}", f"    {field.metadata['meaning']}.{shown}"]
     return lines
 
 
 def rewrite(app, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     lines[:] = split_lines(escape_bars(lines))
+    if what == "property" and lines:
+        # Napoleon would take what stands before a colon for the type of the property.
+        lines[0] = lines[0].replace(": ", "; ")
     if what == "class" and isinstance(obj, type) and dataclasses.is_dataclass(obj):
         lines += describe_fields(obj)
 

@@ -12,9 +12,12 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Amplifier": "parts.amplifier",
+    "AuditError": "errors",
     "CoboticDrive": "drivetrain.cobotic",
     "Comparison": "analysis.compare",
     "ConventionalDrive": "drivetrain.conventional",
+    "DrivePoint": "drivetrain.drive",
+    "DriveResult": "analysis.compare",
     "Gearhead": "parts.gearhead",
     "Guideway": "parts.linear",
     "InfinivarError": "errors",
@@ -37,13 +40,14 @@ _HOME = {
 __all__ = [*sorted(_HOME), "__version__"]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from infinivar.analysis.compare import Comparison, compare
+    from infinivar.analysis.compare import Comparison, DriveResult, compare
     from infinivar.analysis.reproduce import reproduce
     from infinivar.analysis.steady_map import SteadyMap, steady_map
     from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
     from infinivar.drivetrain.conventional import ConventionalDrive
+    from infinivar.drivetrain.drive import DrivePoint
     from infinivar.drivetrain.requirement import Requirement
-    from infinivar.errors import InfinivarError, InputError
+    from infinivar.errors import AuditError, InfinivarError, InputError
     from infinivar.limits import Limit
     from infinivar.parts.amplifier import Amplifier
     from infinivar.parts.gearhead import Gearhead

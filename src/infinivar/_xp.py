@@ -62,6 +62,17 @@ def safe_divide(xp: Any, numerator: Array, denominator: Array, otherwise: float)
     return xp.where(zero, otherwise, numerator / xp.where(zero, 1.0, denominator))
 
 
+def _repeat(xp: Any, function: Callable[[Any], Any], value: Any, steps: int) -> Any:
+    """Apply `function` to `value` so many times; traced as a loop where unrolling would take minutes to compile."""
+    if xp.__name__ == "jax.numpy":
+        from jax.lax import fori_loop
+
+        return fori_loop(0, steps, lambda _, state: function(state), value)
+    for _ in range(steps):
+        value = function(value)
+    return value
+
+
 def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
     """Repeat `step` until nothing changes, at most `steps` times.
 
@@ -69,20 +80,26 @@ def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) ->
     all the steps. Elements that turn nan stay nan: that is how `step` says "no solution here". Elements that have not
     settled in the end are nan, too. Steps shrink quadratically, so one below `SETTLED` leaves an error of its square.
     """
-    value, settled = start, False
-    for _ in range(steps):
+    known = xp.__name__ == "numpy"
+    value = start if known else _repeat(xp, step, start, steps - 1)
+    settled: Array = False
+    for _ in range(steps if known else 1):
         new = step(value)
         settled = xp.abs(new - value) <= SETTLED * (1.0 + xp.abs(new))
         value = new
-        if xp.__name__ == "numpy" and xp.all(settled | xp.isnan(value)):
+        if known and xp.all(settled | xp.isnan(value)):
             break
     return xp.where(settled, value, xp.nan)
 
 
 def bisect(xp: Any, function: Callable[[Array], Array], low: Array, high: Array, steps: int = 60) -> Array:
     """Root of a function that rises from `low` to `high`, by halving the bracket `steps` times."""
-    for _ in range(steps):
+
+    def halve(bracket: tuple[Array, Array]) -> tuple[Array, Array]:
+        low, high = bracket
         middle = 0.5 * (low + high)
         above = function(middle) > 0
-        low, high = xp.where(above, low, middle), xp.where(above, middle, high)
+        return xp.where(above, low, middle), xp.where(above, middle, high)
+
+    low, high = _repeat(xp, halve, (low, high), steps)
     return 0.5 * (low + high)

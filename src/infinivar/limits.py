@@ -52,11 +52,12 @@ def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
     Parameters
     ----------
     utilisation : mapping of Limit to (...,) float   Demand over allowance of each limit; 1 is the limit. nan where a
-        quantity is not defined because another limit (with utilisation inf) excludes the point. [-]
+        quantity is not defined because the wheel slips. [-]
 
     Returns
     -------
-    limit : (...,) int8     The limit with the largest utilisation where that exceeds 1, else Limit.OK.
+    limit : (...,) int8     The limit with the largest utilisation where that exceeds 1, else Limit.OK. Slip comes
+        before all others: without steady motion there is nothing else to name.
     margin : (...,) float   Allowance over demand of the tightest limit; below 1 outside, inf where nothing is demanded.
     """
     xp = namespace(*utilisation.values())
@@ -65,5 +66,10 @@ def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
         tighter = demand > worst
         worst = xp.where(tighter, demand, worst)
         code = xp.where(tighter, xp.asarray(int(limit), dtype=xp.int8), xp.asarray(code, dtype=xp.int8))
+    if Limit.SLIP in utilisation:
+        slip = utilisation[Limit.SLIP]
+        slips = slip > 1.0
+        worst = xp.where(slips, slip, worst)
+        code = xp.where(slips, xp.asarray(int(Limit.SLIP), dtype=xp.int8), code)
     margin = xp.where(worst > 0, 1.0 / xp.where(worst > 0, worst, 1.0), xp.inf)
     return xp.where(worst > 1.0, code, xp.asarray(0, dtype=xp.int8)), margin

@@ -15,7 +15,9 @@ def entries() -> dict[str, dict[str, str]]:
     """Fields of every entry of ``references.bib``, by key."""
     text = (resources.files("infinivar") / "references.bib").read_text("utf-8")
     return {
-        match["key"]: {field["name"]: " ".join(field["value"].split()) for field in _FIELD.finditer(match["body"])}
+        match["key"]: {
+            field["name"]: " ".join(field["value"].split()).strip("{}") for field in _FIELD.finditer(match["body"])
+        }
         for match in _ENTRY.finditer(text)
     }
 

@@ -61,18 +61,18 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
         source = registry.Unit(unit.replace("%", "percent"))
     except Exception as problem:  # pint raises many kinds, down to tokenizer errors
         hint = "write products with a space and powers with ^, as in mN m or g cm^2"
-        raise InputError(f"unknown unit {unit!r}; {hint}") from problem
+        raise InputError(f"has an unknown unit {unit!r}; {hint}") from problem
     try:
         zero, one, thousand = (registry.Quantity(x, source).to(si_unit).magnitude for x in (0.0, 1.0, 1000.0))
     except pint.DimensionalityError as problem:
-        raise InputError(f"{unit!r} is not a unit of {_kind(si_unit)}; {_example(si_unit)}") from problem
+        raise InputError(f"has the unit {unit!r} where {_kind(si_unit)} is needed; {_example(si_unit)}") from problem
     # The longer base line keeps the factor of an offset unit (degC) exact.
     scale = one if zero == 0.0 else (thousand - zero) / 1000.0
     return float(scale), float(zero)
 
 
 def _kind(si_unit: str) -> str:
-    return "a pure number" if si_unit in ("", "1") else f"the right kind (want {si_unit})"
+    return "a pure number" if si_unit in ("", "1") else si_unit
 
 
 def _example(si_unit: str) -> str:

@@ -37,7 +37,10 @@ def test_motor(motor, seed):
 def test_scaled_motor_is_that_many_motors(motor, factor, seed):
     """n motors sharing torque and speed draw n times the power and reach their limits together."""
     torque, speed = quadrants(seed, 3 * motor.continuous_torque, 2 * motor.voltage / motor.torque_constant)
-    one, many = motor.operate(torque=torque, speed=speed), motor.scaled(factor).operate(torque=torque * factor, speed=speed)
+    one, many = (
+        motor.operate(torque=torque, speed=speed),
+        motor.scaled(factor).operate(torque=torque * factor, speed=speed),
+    )
     assert_allclose(many.power, one.power * factor, rtol=1e-9, atol=1e-9)
     for limit in (Limit.THERMAL, Limit.VOLTAGE):
         assert_allclose(many.utilisation[limit], one.utilisation[limit], rtol=1e-9, atol=1e-12)

@@ -118,6 +118,6 @@ def draw_all(comparison: Comparison) -> Figure:
             filled = draw(ax, data(result.map, comparison.study.requirement), result.title)
             ax.label_outer()
         for ax in axes.flat[len(results) :]:
-            ax.remove()
+            ax.set_visible(False)  # a removed one would still be asked to make room for the colour bar
         made.colorbar(filled, ax=axes[:, -1], label="efficiency, supply to load [-]", ticks=LEVELS[::2])
     return made

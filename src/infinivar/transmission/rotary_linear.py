@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from infinivar import power
 from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, signed_infinity
@@ -219,8 +219,8 @@ class RotaryLinearIVT:
 
         Parameters
         ----------
-        cylinder_speed : (...,) float   omega. At zero the link can only stand (angle 0) or be decoupled (+-pi/2).
-            [rad s^-1]
+        cylinder_speed : (...,) float   omega. At zero the link can only stand (angle 0) or be decoupled (+-pi/2), where
+            it feels the rolling resistance, whatever force is asked for. [rad s^-1]
         link_speed, link_force : (...,) float   Of the link, force as applied by the transmission. [m s^-1], [N]
 
         Returns
@@ -247,7 +247,9 @@ class RotaryLinearIVT:
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         tangent, usable = self._tangent(xp, omega, speed, force)
         cosine = 1.0 / xp.sqrt(1.0 + tangent * tangent)
-        return self._at_force(xp, omega, cosine, tangent * cosine, force, usable)
+        point = self._at_force(xp, omega, cosine, tangent * cosine, force, usable)
+        # Exactly the speed asked for, not the one found to rounding: at standstill the power out is then exactly 0.
+        return replace(point, link_speed=xp.where(xp.isnan(point.link_speed), xp.nan, speed))
 
     def _tangent(self, xp, omega: Array, link_speed: Array, link_force: Array) -> tuple[Array, Array]:
         """Tangent of the steering angle for a motion, and where one exists (the slip limit included)."""
@@ -334,7 +336,7 @@ class RotaryLinearIVT:
             cosine,
             sine,
             torque=torque + nothing,
-            link_speed=link_speed * still,
+            link_speed=link_speed * still + 0.0,  # no negative zero
             link_force=link_force,
             rolling_speed=rolling_speed * still,
             creep_speed=creep_speed * still,

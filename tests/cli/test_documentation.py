@@ -1,0 +1,53 @@
+"""What the pages of the documentation show is what the program does.
+
+On each page, from top to bottom in one folder and one namespace: ``toml`` blocks that begin with ``# NAME.toml`` are
+written to that file (appended with ``, continued``); ``python`` blocks run, and a ``text`` block after one is what it
+printed; lines of ``console`` blocks that begin with ``$ `` are run, and what follows them is what they print.
+"""
+
+import contextlib
+import io
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BLOCK = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+FILE = re.compile(r"# (\S+\.toml)(, continued)?\n")
+
+
+def shown_and_real(text, folder):
+    """Pairs of what a page shows and what happened, for every block that shows output."""
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    namespace: dict = {}
+    printed = None
+    for language, body in BLOCK.findall(text):
+        if language == "python":
+            with contextlib.redirect_stdout(io.StringIO()) as output:
+                exec(compile(body, "page", "exec"), namespace)
+            printed = output.getvalue()
+        elif language == "text" and printed is not None:
+            yield body, printed
+            printed = None
+        elif language == "toml" and (named := FILE.match(body)):
+            with (folder / named[1]).open("a" if named[2] else "w", encoding="utf-8") as file:
+                file.write(("\n" if named[2] else "") + body)
+        elif language == "console":
+            real = ""
+            for line in re.findall(r"^\$ .*$", body, re.MULTILINE):
+                run = subprocess.run(line[2:], shell=True, capture_output=True, text=True, env=environment, cwd=folder)
+                real += f"{line}\n{run.stdout}{run.stderr}"
+            yield body, real
+
+
+@pytest.mark.parametrize("page", ["theory.md", "errata.md", "tutorial.md", "study-file.md"])
+def test_page(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "studies").symlink_to(ROOT / "studies")
+    pairs = list(shown_and_real((ROOT / "docs" / page).read_text("utf-8"), tmp_path))
+    assert [shown for shown, _ in pairs] == [real for _, real in pairs]
+    assert pairs or page == "study-file.md"

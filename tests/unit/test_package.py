@@ -1,0 +1,43 @@
+"""The package as a whole: what importing costs, what it cites, and what the documentation says it does."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import infinivar as iv
+from infinivar import references
+
+ROOT = Path(__file__).parents[2]
+SOURCES = sorted((ROOT / "src").rglob("*.py"))
+
+
+def test_import_loads_nothing_heavy():
+    code = "import sys, infinivar; print([m for m in ('numpy', 'scipy', 'pydantic', 'matplotlib') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_public_names_resolve():
+    for name in iv.__all__:
+        assert getattr(iv, name) is not None
+    assert set(iv.__all__) <= set(dir(iv))
+    with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
+        _ = iv.nonsense
+
+
+def test_every_cited_source_is_listed():
+    """Keys look like author1985; each that a docstring, a set, the catalogue or a page cites is in references.bib."""
+    known = references.entries()
+    paths = [*SOURCES, *(ROOT / "src").rglob("*.toml"), *(ROOT / "docs").glob("*.md")]
+    texts = [path.read_text("utf-8") for path in paths]
+    cited = {key for text in texts for key in re.findall(r"\b([a-z]{3,}(?:19|20)\d\d[a-z]?)\b", text)}
+    assert cited - set(known) == set()
+    assert set(known) - cited == set()
+    for key in known:
+        assert known[key]["year"] in references.cite(key)
+
+
+def test_modules_stay_small():
+    assert {path.name: count for path in SOURCES if (count := path.read_text("utf-8").count("\n")) > 500} == {}

@@ -1,0 +1,158 @@
+"""Study files: what is laid over what, and where each number comes from."""
+
+import dataclasses
+import tomllib
+
+import pytest
+
+import infinivar as iv
+from infinivar.errors import InputError
+from infinivar.study.load import parameter_set, parameter_sets, shipped_study
+from infinivar.study.parts import gearheads, motors
+from infinivar.study.schema import DRIVES, KINDS, json_schema, table
+from infinivar.study.template import TEMPLATE
+
+MINIMAL = """
+[requirement]
+force = "50 N"
+speed = "1 m/s"
+
+[drives.mine]
+base = "faulring2006.cobotic"
+"""
+
+
+@pytest.fixture
+def load(tmp_path):
+    def write_and_load(text):
+        path = tmp_path / "mine.toml"
+        path.write_text(text, "utf-8")
+        return iv.load_study(path)
+
+    return write_and_load
+
+
+def rows(study, owner):
+    return {row.field: row for row in study.provenance if row.owner == owner}
+
+
+def test_base_supplies_what_the_file_does_not_say(load):
+    mine, shipped = load(MINIMAL), shipped_study("faulring2006")
+    assert mine.drives["mine"] == shipped.drives["cobotic"]
+    assert mine.titles["mine"] == shipped.titles["cobotic"]
+    assert mine.reconstruction == shipped.reconstruction != ()
+
+
+def test_override_replaces_one_value_and_its_provenance(load):
+    study = load(MINIMAL + '[drives.mine.transmission]\npreload = "700 N"\n')
+    element = study.drives["mine"].transmission
+    assert element.preload == 700.0
+    assert element.friction == 0.12
+    found = rows(study, "mine")
+    assert (found["transmission.preload"].kind, found["transmission.preload"].where) == ("assumed", "mine.toml")
+    assert (found["transmission.friction"].kind, found["transmission.friction"].where) == ("stated", "III-B.2")
+
+
+def test_value_tables_and_table_wide_provenance(load):
+    study = load(
+        MINIMAL
+        + """
+        [drives.mine.transmission]
+        kind = "fitted"
+        where = "rig, run 7"
+        preload = "700 N"
+        friction = { value = 0.2, kind = "stated", where = "handbook" }
+        cylinder_radius = { value = 55, unit = "mm" }
+        """
+    )
+    found = rows(study, "mine")
+    assert (found["transmission.preload"].kind, found["transmission.preload"].where) == ("fitted", "rig, run 7")
+    assert (found["transmission.friction"].kind, found["transmission.friction"].where) == ("stated", "handbook")
+    assert found["transmission.cylinder_radius"].value == pytest.approx(0.055)
+    assert found["transmission.cylinder_radius"].written == "55 mm"
+    # The table's own kind is not that of the base's values.
+    assert found["transmission.wheel_radius"].kind == "assumed"
+
+
+def test_part_from_the_catalogue(load):
+    study = load(MINIMAL + '[drives.mine.motor]\npart = "dcx-22-s-24v"\nvoltage = "18 V"\n')
+    motor = study.drives["mine"].motor
+    assert motor == dataclasses.replace(motors()["dcx-22-s-24v"], voltage=18.0)
+    found = rows(study, "mine")
+    assert found["motor.resistance"].kind == "catalogue"
+    assert found["motor.voltage"].kind == "assumed"
+
+
+def test_a_named_part_starts_afresh(load):
+    """A base's scale or overrides belong to the base's part, not to the one named instead."""
+    study = load(
+        MINIMAL.replace("faulring2006.cobotic", "faulring2006.motor2-gear4")
+        + '[drives.mine.motor]\npart = "re-40-24v"\n'
+    )
+    assert study.drives["mine"].motor == motors()["re-40-24v"]
+
+
+def test_scale(load):
+    study = load(MINIMAL + "[drives.mine.motor]\nscale = 2\n")
+    assert study.drives["mine"].motor == motors()["dc-max-26-s-24v"].scaled(2.0)
+    assert rows(study, "mine")["motor.scale"].value == 2.0
+
+
+def test_defaults_are_listed_as_assumed(load):
+    found = rows(load(MINIMAL), "mine")
+    assert found["amplifier.regeneration"].where == "default of the program"
+
+
+def test_study_is_frozen(study):
+    with pytest.raises(TypeError):
+        study.drives["new"] = None
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        study.title = "x"
+
+
+@pytest.mark.parametrize("name", parameter_sets())
+def test_shipped_sets_say_where_every_value_comes_from(name):
+    study = shipped_study(name)
+    assert parameter_set(name)["source"] in __import__("infinivar.references").references.entries()
+    for row in study.provenance:
+        assert row.kind in KINDS
+        assert row.where, row
+
+
+def test_catalogue_parts_all_build():
+    assert len(motors()) == 22
+    assert len(gearheads()) == 39
+    assert gearheads()["gp-22-hd-53"].efficiency == 0.78
+
+
+def test_template_is_a_study(load):
+    study = load(TEMPLATE.format(name="mine", title="Mine"))
+    assert list(study.drives) == ["cobotic", "geared"]
+
+
+def test_all_faults_are_named_at_once(load):
+    with pytest.raises(InputError) as raised:
+        load(MINIMAL + '[drives.mine.transmission]\npreload = "0 N"\nfrictoin = 0.1\n[drives.other]\n')
+    lines = str(raised.value).splitlines()
+    assert len(lines) == 3
+    assert "drives.mine.transmission.preload" in lines[0]
+    assert "did you mean 'friction'" in lines[1]
+    assert "drives.other.type" in lines[2]
+
+
+def test_schema_knows_every_field():
+    """Editors are offered each field of each part, with its meaning."""
+    definitions = json_schema()["$defs"]
+    for part in (*DRIVES.values(), iv.Requirement, iv.Motor, iv.Gearhead, iv.RotaryLinearIVT):
+        properties = definitions[part.__name__]["properties"]
+        for field in dataclasses.fields(part):
+            assert field.name in properties, field.name
+            assert properties[field.name].get("description") or "$ref" in str(properties[field.name])
+        assert "required" not in definitions[part.__name__]
+    assert set(table(iv.Motor).model_fields) == {*(field.name for field in dataclasses.fields(iv.Motor)), "scale"}
+
+
+def test_shipped_studies_are_valid(study):
+    assert study.title == "Cobotic Hand Controller, one leg"
+    with study.path.open("rb") as file:
+        assert list(tomllib.load(file)["drives"]) == list(study.drives)
