@@ -56,6 +56,9 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = T
     if np.isfinite(within).any():
         lines = ax.contour(force, speed, within, levels=_LINES, colors="white", linewidths=0.6)
         ax.clabel(lines, fmt="%.2g", fontsize=7)
+    if labels:
+        for code in np.unique(limit[limit != Limit.OK])[1:]:
+            ax.contour(force, speed, limit == code, levels=[0.5], colors="#888888", linewidths=0.8, linestyles="dotted")
     # Infinite margins (nothing demanded) would spoil the interpolation of the boundary.
     margin = np.clip(numbers["margin"], 0.0, 2.0)
     if margin.min() < 1.0 < margin.max():
@@ -73,8 +76,6 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = T
         ax.plot(across * x, along * y, color="white", lw=2.6)
         ax.plot(across * x, along * y, color="#D55E00", lw=1.5, ls="--")
     if labels:
-        for code in np.unique(limit[limit != Limit.OK])[1:]:
-            ax.contour(force, speed, limit == code, levels=[0.5], colors="#888888", linewidths=0.8, linestyles="dotted")
         _name_limits(ax, force, speed, limit)
     half = 0.5 * (force[1] - force[0]), 0.5 * (speed[1] - speed[0])  # axes hold the centres of cells
     ax.set_xlim(force[0] - half[0], force[-1] + half[0])
