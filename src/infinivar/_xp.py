@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-SETTLED = 1e-9
+SETTLED = 1e-12
 """Relative step below which a Newton iteration has converged."""
 
 Array = Any

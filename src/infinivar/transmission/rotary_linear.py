@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from infinivar import power
 from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, signed_infinity
@@ -247,9 +247,7 @@ class RotaryLinearIVT:
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         tangent, usable = self._tangent(xp, omega, speed, force)
         cosine = 1.0 / xp.sqrt(1.0 + tangent * tangent)
-        point = self._at_force(xp, omega, cosine, tangent * cosine, force, usable)
-        # Exactly the speed asked for, not the one found to rounding: at standstill the power out is then exactly 0.
-        return replace(point, link_speed=xp.where(xp.isnan(point.link_speed), xp.nan, speed))
+        return self._at_force(xp, omega, cosine, tangent * cosine, force, usable, speed)
 
     def _tangent(self, xp, omega: Array, link_speed: Array, link_force: Array) -> tuple[Array, Array]:
         """Tangent of the steering angle for a motion, and where one exists (the slip limit included)."""
@@ -290,9 +288,16 @@ class RotaryLinearIVT:
         return spin * tangent, usable & ((spin != 0) | (link_speed == 0))
 
     def _at_force(
-        self, xp, omega: Array, cosine: Array, sine: Array, link_force: Array, usable: Array = True
+        self,
+        xp,
+        omega: Array,
+        cosine: Array,
+        sine: Array,
+        link_force: Array,
+        usable: Array = True,
+        exact_speed: Array | None = None,
     ) -> OperatingPoint:
-        """Operating point for a prescribed link force."""
+        """Operating point for a prescribed link force; `exact_speed` is the link speed if known from elsewhere."""
         rolling_force, slip_force = self.rolling_force, self.slip_force
         spin = xp.sign(omega)
         standing = spin == 0
@@ -325,6 +330,11 @@ class RotaryLinearIVT:
                 rolling_speed + lost * sine,
             )
             rolls = rolls & (standing | (rolling_speed * spin < 0))
+        if exact_speed is not None:
+            # The steering angle was found to rounding, which Eq 17 blows up near slip: close the balance exactly.
+            rest = exact_speed - link_speed
+            link_speed, creep_speed = exact_speed, creep_speed + rest * cosine
+            rolling_speed = rolling_speed + rest * sine
 
         finite = xp.where(xp.isinf(lateral), 0.0, lateral)
         torque, _ = contact_balance(finite, against_rolling, cosine, sine, self.cylinder_radius)
