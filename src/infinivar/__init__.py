@@ -24,7 +24,7 @@ _HOME = {
     "InputError": "errors",
     "Limit": "limits",
     "Motor": "parts.motor",
-    "OperatingPoint": "transmission.rotary_linear",
+    "OperatingPoint": "transmission.operating_point",
     "Pulley": "parts.linear",
     "Requirement": "drivetrain.requirement",
     "RotaryLinearIVT": "transmission.rotary_linear",
@@ -55,7 +55,8 @@ if TYPE_CHECKING:
     from infinivar.parts.motor import Motor
     from infinivar.study.load import load_study
     from infinivar.study.study import Study
-    from infinivar.transmission.rotary_linear import OperatingPoint, RotaryLinearIVT
+    from infinivar.transmission.operating_point import OperatingPoint
+    from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 
 def __getattr__(name: str) -> Any:

@@ -118,3 +118,54 @@ def law(name: str) -> CreepLaw:
     if name not in LAWS:
         raise ValueError(f"creep_law must be one of {', '.join(LAWS)}, got {name!r}{nearest(name, LAWS)}")
     return LAWS[name]
+
+
+def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Array:
+    """Factor on the link speed that always takes power away; 0 at and beyond slip.
+
+    Where the lateral force drives the link (``-fu ldot > 0``) the paper's factor slows it. Where the load drives, the
+    same factor would create power; its reciprocal lets the link run away faster instead, with the same torque.
+
+    Parameters
+    ----------
+    law : CreepLaw              One with a flow factor.
+    ratio : (...,) float        Lateral force over mu P. [-]
+    link_speed : (...,) float   Link speed before the loss, or anything with its sign. [m s^-1]
+
+    Returns
+    -------
+    (...,) float   [-]
+
+    Source: faulring2006, Eq 17, made passive in all quadrants.
+    """
+    assert law.flow_factor is not None
+    xp = namespace(ratio, link_speed)
+    factor, _ = law.flow_factor(ratio)
+    rolls = factor > 0
+    drives = ratio * link_speed <= 0
+    return xp.where(rolls, xp.where(drives, factor, 1.0 / xp.where(rolls, factor, 1.0)), 0.0)
+
+
+def before_flow_loss(law: CreepLaw, ratio: Array, slope: Array) -> tuple[Array, Array]:
+    """Speed ratio that `directed_flow_factor` turns into `slope`, and its derivative by the force ratio; nan beyond slip.
+
+    Parameters
+    ----------
+    law : CreepLaw         One with a flow factor.
+    ratio : (...,) float   Lateral force over mu P. [-]
+    slope : (...,) float   Link speed over surface speed with the loss. [-]
+
+    Returns
+    -------
+    before, derivative : (...,) float   [-]
+
+    Source: faulring2006, Eq 17, solved for the speed before the loss.
+    """
+    assert law.flow_factor is not None
+    xp = namespace(ratio, slope)
+    factor, d_factor = law.flow_factor(ratio)
+    rolls = factor > 0
+    inverse = xp.where(rolls, 1.0 / xp.where(rolls, factor, 1.0), xp.nan)
+    drives = ratio * slope <= 0
+    before = slope * xp.where(drives, inverse, factor)
+    return before, slope * d_factor * xp.where(drives, -inverse * inverse, 1.0)

@@ -19,14 +19,13 @@ Source: faulring2006, Eqs 3-8 and 12-14, in passive form (see the errata in the 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-from infinivar import power
 from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, signed_infinity
 from infinivar.contact import creep
-from infinivar.limits import Limit, binding
+from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
+from infinivar.transmission.operating_point import OperatingPoint
 
 _RIGHT_ANGLE = 1e-15
 """Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
@@ -68,58 +67,6 @@ def contact_balance(
     """
     tau = cylinder_radius * (lateral_force * sine - rolling_force * cosine)
     return tau, -lateral_force * cosine - rolling_force * sine
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OperatingPoint:
-    """Where the element stands: arrays of one shape, SI.
-
-    Where the contact slips under a prescribed force there is no steady motion: link speed, powers and losses are nan
-    and `limit` says why. Where it slips at a prescribed speed the forces are those of gross sliding. The efficiency
-    is nan outside limits and where both sides feed the losses.
-    """
-
-    cylinder_speed: Array
-    steering_tangent: Array
-    torque: Array
-    link_speed: Array
-    link_force: Array
-    rolling_speed: Array
-    creep_speed: Array
-    lateral_force: Array
-    losses: Mapping[str, Array]
-    utilisation: Mapping[Limit, Array]
-
-    @property
-    def steering_angle(self) -> Array:
-        """Steering angle phi. [rad]"""
-        return namespace(self.steering_tangent).atan(self.steering_tangent)
-
-    @property
-    def power_in(self) -> Array:
-        """Power from the cylinder, tau omega. [W]"""
-        return self.torque * self.cylinder_speed
-
-    @property
-    def power_out(self) -> Array:
-        """Power to the link, fl ldot. [W]"""
-        return self.link_force * self.link_speed + 0.0  # no negative zero
-
-    @property
-    def limit(self) -> Array:
-        """Limit that binds, as the integer of `Limit`."""
-        return binding(self.utilisation)[0]
-
-    @property
-    def margin(self) -> Array:
-        """Allowance over demand of the tightest limit. [-]"""
-        return binding(self.utilisation)[1]
-
-    @property
-    def efficiency(self) -> Array:
-        """Useful over spent power; see `infinivar.power.efficiency`. [-]"""
-        xp = namespace(self.torque)
-        return xp.where(self.limit == 0, power.efficiency(self.power_in, self.power_out), xp.nan)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -266,7 +213,7 @@ class RotaryLinearIVT:
             d_creepage = law.slope(ratio) / stiffness * d_ratio
             q, d_q = slope, 0.0
             if law.flow_factor is not None:
-                q, d_q = _before_flow_loss(xp, law, ratio, slope)
+                q, d_q = creep.before_flow_loss(law, ratio, slope)
             value = tangent * (1.0 + creepage * q) - creepage + q
             d_value = 1.0 + creepage * q + (tangent * q - 1.0) * d_creepage
             if law.flow_factor is not None:
@@ -321,7 +268,7 @@ class RotaryLinearIVT:
         link_speed = rolling * (creepage * cosine - spin * sine)
         creep_speed, rolling_speed = creepage * rolling, -spin * rolling
         if law.flow_factor is not None:
-            factor = _flow_factor(xp, law, safe, link_speed)
+            factor = creep.directed_flow_factor(law, safe, link_speed)
             rolls = rolls & (factor > 0)
             lost = link_speed * (xp.where(factor > 0, factor, 1.0) - 1.0)
             link_speed, creep_speed, rolling_speed = (
@@ -396,7 +343,7 @@ class RotaryLinearIVT:
             creepage = law.creepage(ratio) / self.creep_group
             along = cosine + spin * creepage * sine
             speed = surface_speed * (creepage * cosine - spin * sine) / xp.where(along > 0, along, 1.0)
-            factor = _flow_factor(xp, law, ratio, speed)
+            factor = creep.directed_flow_factor(law, ratio, speed)
             return xp.where(along > 0, speed * factor - link_speed, signed_infinity(xp, ratio))
 
         top = xp.ones_like(link_speed) * (1.0 - 1e-15)
@@ -422,27 +369,3 @@ class RotaryLinearIVT:
             utilisation=utilisation,
             **state,
         )
-
-
-def _flow_factor(xp, law: creep.CreepLaw, ratio: Array, link_speed: Array) -> Array:
-    """Factor on the link speed that always takes power away; 0 at and beyond slip.
-
-    Where the lateral force drives the link (``-fu ldot > 0``) the paper's factor slows it. Where the load drives, the
-    same factor would create power; its reciprocal lets the link run away faster instead, with the same torque.
-    """
-    assert law.flow_factor is not None
-    factor, _ = law.flow_factor(ratio)
-    rolls = factor > 0
-    drives = ratio * link_speed <= 0
-    return xp.where(rolls, xp.where(drives, factor, 1.0 / xp.where(rolls, factor, 1.0)), 0.0)
-
-
-def _before_flow_loss(xp, law: creep.CreepLaw, ratio: Array, slope: Array) -> tuple[Array, Array]:
-    """Speed ratio that `_flow_factor` turns into `slope`, and its derivative by the force ratio; nan beyond slip."""
-    assert law.flow_factor is not None
-    factor, d_factor = law.flow_factor(ratio)
-    rolls = factor > 0
-    inverse = xp.where(rolls, 1.0 / xp.where(rolls, factor, 1.0), xp.nan)
-    drives = ratio * slope <= 0
-    before = slope * xp.where(drives, inverse, factor)
-    return before, slope * d_factor * xp.where(drives, -inverse * inverse, 1.0)

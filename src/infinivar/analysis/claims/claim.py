@@ -10,7 +10,8 @@ from typing import Any, Literal, NamedTuple
 
 from infinivar.analysis.compare import Comparison, compare
 from infinivar.study.load import shipped_study
-from infinivar.transmission.rotary_linear import OperatingPoint, RotaryLinearIVT
+from infinivar.transmission.operating_point import OperatingPoint
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 Verdict = Literal["holds", "does not hold", "undecidable", "not computed"]
 

@@ -1,0 +1,62 @@
+"""Where a transmission element stands: what `operate` and `deliver` return."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from infinivar import power
+from infinivar._xp import Array, namespace
+from infinivar.limits import Limit, binding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OperatingPoint:
+    """Where the element stands: arrays of one shape, SI.
+
+    Where the contact slips under a prescribed force there is no steady motion: link speed, powers and losses are nan
+    and `limit` says why. Where it slips at a prescribed speed the forces are those of gross sliding. The efficiency
+    is nan outside limits and where both sides feed the losses.
+    """
+
+    cylinder_speed: Array
+    steering_tangent: Array
+    torque: Array
+    link_speed: Array
+    link_force: Array
+    rolling_speed: Array
+    creep_speed: Array
+    lateral_force: Array
+    losses: Mapping[str, Array]
+    utilisation: Mapping[Limit, Array]
+
+    @property
+    def steering_angle(self) -> Array:
+        """Steering angle phi. [rad]"""
+        return namespace(self.steering_tangent).atan(self.steering_tangent)
+
+    @property
+    def power_in(self) -> Array:
+        """Power from the cylinder, tau omega. [W]"""
+        return self.torque * self.cylinder_speed
+
+    @property
+    def power_out(self) -> Array:
+        """Power to the link, fl ldot. [W]"""
+        return self.link_force * self.link_speed + 0.0  # no negative zero
+
+    @property
+    def limit(self) -> Array:
+        """Limit that binds, as the integer of `Limit`."""
+        return binding(self.utilisation)[0]
+
+    @property
+    def margin(self) -> Array:
+        """Allowance over demand of the tightest limit. [-]"""
+        return binding(self.utilisation)[1]
+
+    @property
+    def efficiency(self) -> Array:
+        """Useful over spent power; see `infinivar.power.efficiency`. [-]"""
+        xp = namespace(self.torque)
+        return xp.where(self.limit == 0, power.efficiency(self.power_in, self.power_out), xp.nan)

@@ -1,0 +1,71 @@
+"""The command line run inside the test process, and one shared run of each slow command."""
+
+import contextlib
+import io
+import json
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from infinivar.cli import main
+
+STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    code: int
+    out: str
+    err: str
+
+
+def run(*arguments, folder: Path) -> Outcome:
+    """What `infinivar ARGUMENTS` does when typed in a folder."""
+    out, err, argv, code = io.StringIO(), io.StringIO(), sys.argv, 0
+    sys.argv = ["infinivar", *map(str, arguments)]
+    try:
+        with contextlib.chdir(folder), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            try:
+                main()
+            except SystemExit as stop:
+                code = stop.code or 0
+    finally:
+        sys.argv = argv
+    return Outcome(code, out.getvalue(), err.getvalue())
+
+
+@pytest.fixture
+def infinivar(tmp_path):
+    """`infinivar(...)` runs the command line in a fresh folder, which is `tmp_path`."""
+    return lambda *arguments: run(*arguments, folder=tmp_path)
+
+
+@pytest.fixture
+def study(tmp_path):
+    """`study(text)` writes study.toml into that folder."""
+
+    def write(text: str | bytes) -> str:
+        (tmp_path / "study.toml").write_bytes(text if isinstance(text, bytes) else text.encode())
+        return "study.toml"
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def compared(tmp_path_factory):
+    """One `infinivar compare` of the shipped study into a folder in use: outcome, folder, and the printed JSON."""
+    folder = tmp_path_factory.mktemp("compared")
+    (folder / "notes.txt").write_text("keep me", "utf-8")
+    (folder / "report.html").write_text("the report before", "utf-8")
+    outcome = run("compare", STUDY, "--out", folder, "--json", folder=folder)
+    return outcome, folder, json.loads(outcome.out)
+
+
+@pytest.fixture(scope="session")
+def reproduced(tmp_path_factory):
+    """One `infinivar reproduce` of everything: outcome, folder, and the printed JSON."""
+    folder = tmp_path_factory.mktemp("reproduced")
+    outcome = run("reproduce", "--out", folder, "--json", folder=folder)
+    return outcome, folder, json.loads(outcome.out)

@@ -1,0 +1,332 @@
+"""`infinivar compare`: verdicts, JSON, report, maps, and what it leaves alone."""
+
+import html.parser
+import json
+import math
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray
+from conftest import STUDY
+
+from infinivar.limits import Limit
+
+DRIVES = ["cobotic", "cobotic-b", "motor1-gear1", "motor1-gear2", "motor1-gear3", "motor2-gear4"]
+
+ONE_DRIVE = """
+[requirement]
+force = "{force}"
+speed = "1.05 m/s"
+power = "{power}"
+[drives.mine]
+base = "faulring2006.{base}"
+"""
+
+
+def numbers(value):
+    """Every number in nested lists and tables."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list):
+        return [number for item in value for number in numbers(item)]
+    return [value] if isinstance(value, float) else []
+
+
+def test_the_shipped_study_has_the_known_answer(compared):
+    outcome, _, said = compared
+    assert (outcome.code, outcome.err) == (0, "")
+    coverage = {name: drive["coverage"] for name, drive in said["drives"].items()}
+    assert list(coverage) == DRIVES
+    assert coverage["cobotic"] == coverage["cobotic-b"] == coverage["motor2-gear4"] == 1.0
+    assert all(0.3 < coverage[f"motor1-gear{ratio}"] < 0.9 for ratio in (1, 2, 3))
+
+
+def test_json_has_the_promised_keys(compared):
+    _, folder, said = compared
+    assert list(said) == ["study", "drives", "files"]
+    assert said["study"] == "hand_controller"
+    assert said["files"] == [str(folder / name) for name in ("report.html", "results.json", *(f"{d}.nc" for d in DRIVES))]
+    for drive in said["drives"].values():
+        assert {"title", "verdict", "coverage", "peak_efficiency", "peak_efficiency_in_region"} < drive.keys()
+        assert 0.0 < drive["peak_efficiency_in_region"] <= drive["peak_efficiency"] < 1.0
+        assert 0.0 <= drive["audit_residual"] < 1e-9
+        tight = drive["tightest_margin"]
+        assert list(tight) == ["limit", "value", "force", "speed"]
+        assert tight["limit"] in Limit.__members__
+        assert tight["limit"] != "OK"
+        # The tightest point lies in the region, and a drive covers exactly where the margin there is at least 1.
+        assert 0 < tight["force"] <= 50
+        assert 0 < tight["speed"] <= 1.05
+        assert tight["force"] * tight["speed"] <= 12 * (1 + 1e-12)
+        assert (tight["value"] >= 1) == (drive["coverage"] == 1)
+
+
+def test_results_file_is_strict_json_and_agrees(compared):
+    _, folder, said = compared
+
+    def refuse(word):
+        raise AssertionError(f"{word} is not JSON")
+
+    stored = json.loads((folder / "results.json").read_text("utf-8"), parse_constant=refuse)
+    for name, drive in said["drives"].items():
+        assert {key: stored["drives"][name][key] for key in drive} == drive
+        for corner in stored["drives"][name]["corners"].values():
+            if corner["limit"] != "SLIP":
+                power_out = corner["force"] * corner["speed"]
+                assert corner["power_in"] == pytest.approx(power_out + sum(corner["losses"].values()), rel=1e-9)
+    assert stored["requirement"] == {"force": 50.0, "speed": 1.05, "power": 12.0, "load_mass": 0.8, "quadrants": 1}
+    assert {row["owner"] for row in stored["provenance"]} == {"requirement", *DRIVES}
+    assert all(map(math.isfinite, numbers(stored)))
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_map_is_labelled_and_adds_up(compared, drive):
+    _, folder, said = compared
+    with xarray.open_dataset(folder / f"{drive}.nc") as data:
+        assert {"power_in", "power_out", "efficiency", "limit", "margin"} < set(data.data_vars)
+        assert all(data[name].attrs["units"] for name in data.variables)
+        assert (data.force.attrs["units"], data.speed.attrs["units"]) == ("N", "m s-1")
+        losses = [data[name] for name in data.data_vars if str(name).startswith("loss_")]
+        assert len(losses) >= 6
+        assert all(loss.attrs["units"] == "W" for loss in losses)
+        scale = np.maximum(abs(data.power_in), abs(data.power_out))
+        missing = abs(data.power_in - data.power_out - sum(losses)) / scale
+        assert float(missing.max()) < 1e-9
+        assert np.isfinite(data.power_in).mean() > 0.5
+        # Efficiency is a number between 0 and 1 within limits, and nothing outside them.
+        within = data.limit == Limit.OK
+        assert bool(np.isnan(data.efficiency).where(~within, True).all())
+        assert float(data.efficiency.min()) >= 0
+        assert float(data.efficiency.max()) <= said["drives"][drive]["peak_efficiency"]
+
+
+class Links(html.parser.HTMLParser):
+    """Addresses a browser would fetch, the tags that stay open, and the text."""
+
+    VOID = ("meta", "link", "img", "br", "hr", "col", "input")
+
+    def __init__(self, text):
+        super().__init__()
+        self.fetched, self.open, self.scripts, self.text = [], [], 0, ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.fetched += [given[key] for key in ("src", "srcset", "data", "poster") if key in given]
+        self.fetched += [given["href"]] if tag == "link" else []
+        self.scripts += tag == "script"
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.mark.parametrize("page", ["report.html", "reproduction.html"])
+def test_page_needs_no_network(page, request):
+    shared = "compared" if page == "report.html" else "reproduced"
+    text = (request.getfixturevalue(shared)[1] / page).read_text("utf-8")
+    found = Links(text)
+    assert found.fetched
+    assert all(address.startswith("data:") for address in found.fetched)
+    assert found.scripts == 0
+    assert found.open == []
+    assert "@import" not in text
+    assert "url(http" not in text
+
+
+def test_report_says_what_was_found(compared):
+    _, folder, said = compared
+    text = Links((folder / "report.html").read_text("utf-8")).text
+    for drive in said["drives"].values():
+        assert drive["title"] in text
+    assert "reconstruct" in text
+    assert "nan" not in text.lower().split()
+
+
+def test_other_files_stay_and_old_results_go(compared):
+    outcome, folder, _ = compared
+    assert outcome.code == 0
+    assert (folder / "notes.txt").read_text("utf-8") == "keep me"
+    assert (folder / "report.html").stat().st_size > 100_000
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        ["notes.txt", "report.html", "results.json", *(f"{drive}.nc" for drive in DRIVES)]
+    )
+
+
+def test_plain_output_is_one_line_a_drive(infinivar, study):
+    outcome = infinivar("compare", study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")))
+    assert (outcome.code, outcome.err) == (0, "")
+    verdict, report = outcome.out.splitlines()
+    assert "covers 100 %" in verdict
+    assert report.startswith("Report: ")
+
+
+def test_exit_code_1_where_no_drive_covers(infinivar, study, tmp_path):
+    name = study(ONE_DRIVE.format(force="500 N", power="1 kW", base="motor1-gear1"))
+    outcome = infinivar("compare", name, "--out", "out", "--json")
+    assert (outcome.code, outcome.err) == (1, "")
+    drive = json.loads(outcome.out)["drives"]["mine"]
+    assert drive["coverage"] < 0.1
+    assert drive["tightest_margin"]["value"] < 0.2
+    # "Not feasible" is an answer: everything is written.
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["mine.nc", "report.html", "results.json"]
+
+
+def test_coverage_is_a_share_of_the_area(infinivar, study):
+    """Half the force at every speed on a rectangle: a drive that just makes the half covers half."""
+    text = """
+        requirement = { force = "20 N", speed = "1 m/s" }
+        [drives.mine]
+        type = "conventional"
+        [drives.mine.motor]
+        part = "re-40-24v"
+        [drives.mine.gearhead]
+        ratio = 1
+        efficiency = 1
+        continuous_torque = "0.1 N m"
+        [drives.mine.pulley]
+        radius = "10 mm"
+    """
+    outcome = infinivar("compare", study(text), "--json")
+    drive = json.loads(outcome.out)["drives"]["mine"]
+    assert drive["tightest_margin"]["limit"] == "GEAR"
+    assert drive["tightest_margin"]["value"] == pytest.approx(0.5)
+    assert drive["coverage"] == pytest.approx(0.5, abs=0.01)
+
+
+def test_coverage_where_the_power_binds_over_most_of_the_force_axis(infinivar, study):
+    """|F v| <= P out to 50 kN: of the area P (1 + ln(F V/P)) a gear that bears 50 N covers 0.264."""
+    text = """
+        requirement = { force = "50 kN", speed = "1.05 m/s", power = "12 W" }
+        [drives.mine]
+        type = "conventional"
+        [drives.mine.motor]
+        part = "re-40-24v"
+        voltage = "240 V"
+        continuous_torque = "2 N m"
+        [drives.mine.gearhead]
+        ratio = 1
+        efficiency = 1
+        continuous_torque = "0.5 N m"
+        [drives.mine.pulley]
+        radius = "10 mm"
+    """
+    outcome = infinivar("compare", study(text), "--json")
+    drive = json.loads(outcome.out)["drives"]["mine"]
+    assert drive["tightest_margin"]["limit"] == "GEAR"
+    exact = (1 + math.log(50 * 1.05 / 12)) / (1 + math.log(50_000 * 1.05 / 12))
+    assert drive["coverage"] == pytest.approx(exact, abs=0.01)
+    assert drive["peak_efficiency"] is not None
+
+
+@pytest.mark.parametrize("quadrants", [2, 4])
+def test_more_quadrants_ask_for_more(infinivar, study, quadrants):
+    """An amplifier that takes no power back covers only the driving half of the region."""
+    text = f"""
+        requirement = {{ base = "faulring2006", quadrants = {quadrants} }}
+        [drives.mine]
+        base = "faulring2006.motor2-gear4"
+        amplifier = {{ regeneration = "none" }}
+    """
+    outcome = infinivar("compare", study(text), "--json")
+    drive = json.loads(outcome.out)["drives"]["mine"]
+    assert outcome.code == 1
+    assert drive["tightest_margin"]["limit"] == "REGENERATION"
+    assert 0.5 <= drive["coverage"] < 0.9
+
+
+@pytest.mark.parametrize("title", ["$x^$", "cost $5 or $6", "x [/b] y", "<script>alert(1)</script>", "Größe µ", "日本", "_"])
+def test_titles_are_only_text(infinivar, study, tmp_path, title):
+    """Whatever a title contains is shown as it is, not taken for a formula, for markup or for code."""
+    text = ONE_DRIVE.format(force="50 N", power="12 W", base="motor2-gear4") + f"title = {json.dumps(title)}\n"
+    outcome = infinivar("compare", study(text))
+    assert (outcome.code, outcome.err) == (0, "")
+    assert title in outcome.out
+    page = Links((tmp_path / "out" / "report.html").read_text("utf-8"))
+    assert page.scripts == 0
+    assert title in page.text
+
+
+def test_drives_of_one_base_are_told_apart(infinivar, study, tmp_path):
+    """Two variants of a shipped drive have its title both: neither may vanish from output, figure or report."""
+    text = """
+        requirement.base = "faulring2006"
+        drives.light = { base = "faulring2006.motor1-gear1" }
+        drives.heavy = { base = "faulring2006.motor1-gear1", motor = { scale = 3 } }
+    """
+    outcome = infinivar("compare", study(text))
+    first, second, _ = outcome.out.splitlines()
+    assert "light" in first
+    assert "heavy" in second
+    from infinivar import compare, load_study
+    from infinivar.figures import losses
+
+    comparison = compare(load_study(tmp_path / "study.toml"))
+    assert len(losses.data(comparison, "maximum force")["losses"]) == 2
+
+
+@pytest.mark.parametrize("occupied", ["mine.nc", "report.html", "results.json"])
+def test_nothing_is_replaced_unless_everything_can_be(infinivar, study, tmp_path, occupied):
+    """A folder in the place of one result: the other results of the run before stay whole."""
+    names = ("mine.nc", "report.html", "results.json")
+    (tmp_path / "out" / occupied).mkdir(parents=True)
+    for name in names:
+        if name != occupied:
+            (tmp_path / "out" / name).write_text("before", "utf-8")
+    name = study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic"))
+    outcome = infinivar("compare", name, "--out", "out")
+    assert outcome.code == 2
+    assert occupied in outcome.err
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(names)
+    assert all((tmp_path / "out" / name).read_text("utf-8") == "before" for name in names if name != occupied)
+
+
+@pytest.mark.parametrize("out", ["taken", "taken/below", "study.toml/deep/er"])
+def test_a_folder_that_cannot_be_is_bad_input(infinivar, study, tmp_path, out):
+    (tmp_path / "taken").write_text("a file", "utf-8")
+    outcome = infinivar("compare", study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", out)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith(f"infinivar: {out}: ")
+    assert len(outcome.err.splitlines()) == 1
+    assert (tmp_path / "taken").read_text("utf-8") == "a file"
+
+
+def test_odd_folder_names(infinivar, study, tmp_path):
+    outcome = infinivar("compare", study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", "a b/ü/x.y")
+    assert outcome.code == 0
+    assert (tmp_path / "a b" / "ü" / "x.y" / "report.html").is_file()
+
+
+def test_console_script_on_a_terminal_that_knows_only_ascii(study, tmp_path):
+    """The real console script: a title the terminal cannot show is no reason to fail."""
+    text = ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic") + 'title = "Größe"\n'
+    script = os.path.join(os.path.dirname(sys.executable), "infinivar")  # noqa: PTH118, PTH120
+    done = subprocess.run(
+        [script, "compare", study(text)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONIOENCODING": "ascii"},
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "covers 100 %" in done.stdout
+
+
+def test_the_report_does_not_depend_on_matplotlib_settings(study, tmp_path):
+    """A user's matplotlibrc, here one that asks for LaTeX and for a backend without a window, changes nothing."""
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.titlesize: 40\n", "utf-8")
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-m", "infinivar", "compare", study(STUDY.read_text("utf-8"))],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "MPLBACKEND": "TkAgg"},
+    )
+    assert (done.returncode, done.stderr) == (0, "")
