@@ -17,12 +17,12 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
-    "generated_tables",
+    "generated_pages",
     "house_docstrings",
 ]
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
-# The generated tables are included by pages, they are none themselves.
+# What is generated is included by pages, not a page itself.
 exclude_patterns = ["_build", "reference/generated"]
 
 # A word between single backticks in a docstring is code.

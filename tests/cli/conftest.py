@@ -43,14 +43,14 @@ def infinivar(tmp_path):
 
 
 @pytest.fixture
-def study(tmp_path):
-    """`study(text)` writes study.toml into that folder."""
+def write(tmp_path):
+    """`write(text)` makes study.toml in that folder."""
 
-    def write(text: str | bytes) -> str:
+    def study(text: str | bytes) -> str:
         (tmp_path / "study.toml").write_bytes(text if isinstance(text, bytes) else text.encode())
         return "study.toml"
 
-    return write
+    return study
 
 
 @pytest.fixture(scope="session")

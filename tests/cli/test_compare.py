@@ -6,14 +6,15 @@ import math
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray
-from conftest import STUDY
 
 from infinivar.limits import Limit
 
+STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
 DRIVES = ["cobotic", "cobotic-b", "motor1-gear1", "motor1-gear2", "motor1-gear3", "motor2-gear4"]
 
 ONE_DRIVE = """
@@ -160,16 +161,16 @@ def test_other_files_stay_and_old_results_go(compared):
     )
 
 
-def test_plain_output_is_one_line_a_drive(infinivar, study):
-    outcome = infinivar("compare", study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")))
+def test_plain_output_is_one_line_a_drive(infinivar, write):
+    outcome = infinivar("compare", write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")))
     assert (outcome.code, outcome.err) == (0, "")
     verdict, report = outcome.out.splitlines()
     assert "covers 100 %" in verdict
     assert report.startswith("Report: ")
 
 
-def test_exit_code_1_where_no_drive_covers(infinivar, study, tmp_path):
-    name = study(ONE_DRIVE.format(force="500 N", power="1 kW", base="motor1-gear1"))
+def test_exit_code_1_where_no_drive_covers(infinivar, write, tmp_path):
+    name = write(ONE_DRIVE.format(force="500 N", power="1 kW", base="motor1-gear1"))
     outcome = infinivar("compare", name, "--out", "out", "--json")
     assert (outcome.code, outcome.err) == (1, "")
     drive = json.loads(outcome.out)["drives"]["mine"]
@@ -179,7 +180,7 @@ def test_exit_code_1_where_no_drive_covers(infinivar, study, tmp_path):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["mine.nc", "report.html", "results.json"]
 
 
-def test_coverage_is_a_share_of_the_area(infinivar, study):
+def test_coverage_is_a_share_of_the_area(infinivar, write):
     """Half the force at every speed on a rectangle: a drive that just makes the half covers half."""
     text = """
         requirement = { force = "20 N", speed = "1 m/s" }
@@ -194,14 +195,14 @@ def test_coverage_is_a_share_of_the_area(infinivar, study):
         [drives.mine.pulley]
         radius = "10 mm"
     """
-    outcome = infinivar("compare", study(text), "--json")
+    outcome = infinivar("compare", write(text), "--json")
     drive = json.loads(outcome.out)["drives"]["mine"]
     assert drive["tightest_margin"]["limit"] == "GEAR"
     assert drive["tightest_margin"]["value"] == pytest.approx(0.5)
     assert drive["coverage"] == pytest.approx(0.5, abs=0.01)
 
 
-def test_coverage_where_the_power_binds_over_most_of_the_force_axis(infinivar, study):
+def test_coverage_where_the_power_binds_over_most_of_the_force_axis(infinivar, write):
     """|F v| <= P out to 50 kN: of the area P (1 + ln(F V/P)) a gear that bears 50 N covers 0.264."""
     text = """
         requirement = { force = "50 kN", speed = "1.05 m/s", power = "12 W" }
@@ -218,7 +219,7 @@ def test_coverage_where_the_power_binds_over_most_of_the_force_axis(infinivar, s
         [drives.mine.pulley]
         radius = "10 mm"
     """
-    outcome = infinivar("compare", study(text), "--json")
+    outcome = infinivar("compare", write(text), "--json")
     drive = json.loads(outcome.out)["drives"]["mine"]
     assert drive["tightest_margin"]["limit"] == "GEAR"
     exact = (1 + math.log(50 * 1.05 / 12)) / (1 + math.log(50_000 * 1.05 / 12))
@@ -227,7 +228,7 @@ def test_coverage_where_the_power_binds_over_most_of_the_force_axis(infinivar, s
 
 
 @pytest.mark.parametrize("quadrants", [2, 4])
-def test_more_quadrants_ask_for_more(infinivar, study, quadrants):
+def test_more_quadrants_ask_for_more(infinivar, write, quadrants):
     """An amplifier that takes no power back covers only the driving half of the region."""
     text = f"""
         requirement = {{ base = "faulring2006", quadrants = {quadrants} }}
@@ -235,7 +236,7 @@ def test_more_quadrants_ask_for_more(infinivar, study, quadrants):
         base = "faulring2006.motor2-gear4"
         amplifier = {{ regeneration = "none" }}
     """
-    outcome = infinivar("compare", study(text), "--json")
+    outcome = infinivar("compare", write(text), "--json")
     drive = json.loads(outcome.out)["drives"]["mine"]
     assert outcome.code == 1
     assert drive["tightest_margin"]["limit"] == "REGENERATION"
@@ -243,10 +244,10 @@ def test_more_quadrants_ask_for_more(infinivar, study, quadrants):
 
 
 @pytest.mark.parametrize("title", ["$x^$", "cost $5 or $6", "x [/b] y", "<script>alert(1)</script>", "Größe µ", "日本", "_"])
-def test_titles_are_only_text(infinivar, study, tmp_path, title):
+def test_titles_are_only_text(infinivar, write, tmp_path, title):
     """Whatever a title contains is shown as it is, not taken for a formula, for markup or for code."""
     text = ONE_DRIVE.format(force="50 N", power="12 W", base="motor2-gear4") + f"title = {json.dumps(title)}\n"
-    outcome = infinivar("compare", study(text))
+    outcome = infinivar("compare", write(text))
     assert (outcome.code, outcome.err) == (0, "")
     assert title in outcome.out
     page = Links((tmp_path / "out" / "report.html").read_text("utf-8"))
@@ -254,14 +255,14 @@ def test_titles_are_only_text(infinivar, study, tmp_path, title):
     assert title in page.text
 
 
-def test_drives_of_one_base_are_told_apart(infinivar, study, tmp_path):
+def test_drives_of_one_base_are_told_apart(infinivar, write, tmp_path):
     """Two variants of a shipped drive have its title both: neither may vanish from output, figure or report."""
     text = """
         requirement.base = "faulring2006"
         drives.light = { base = "faulring2006.motor1-gear1" }
         drives.heavy = { base = "faulring2006.motor1-gear1", motor = { scale = 3 } }
     """
-    outcome = infinivar("compare", study(text))
+    outcome = infinivar("compare", write(text))
     first, second, _ = outcome.out.splitlines()
     assert "light" in first
     assert "heavy" in second
@@ -273,14 +274,14 @@ def test_drives_of_one_base_are_told_apart(infinivar, study, tmp_path):
 
 
 @pytest.mark.parametrize("occupied", ["mine.nc", "report.html", "results.json"])
-def test_nothing_is_replaced_unless_everything_can_be(infinivar, study, tmp_path, occupied):
+def test_nothing_is_replaced_unless_everything_can_be(infinivar, write, tmp_path, occupied):
     """A folder in the place of one result: the other results of the run before stay whole."""
     names = ("mine.nc", "report.html", "results.json")
     (tmp_path / "out" / occupied).mkdir(parents=True)
     for name in names:
         if name != occupied:
             (tmp_path / "out" / name).write_text("before", "utf-8")
-    name = study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic"))
+    name = write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic"))
     outcome = infinivar("compare", name, "--out", "out")
     assert outcome.code == 2
     assert occupied in outcome.err
@@ -289,27 +290,27 @@ def test_nothing_is_replaced_unless_everything_can_be(infinivar, study, tmp_path
 
 
 @pytest.mark.parametrize("out", ["taken", "taken/below", "study.toml/deep/er"])
-def test_a_folder_that_cannot_be_is_bad_input(infinivar, study, tmp_path, out):
+def test_a_folder_that_cannot_be_is_bad_input(infinivar, write, tmp_path, out):
     (tmp_path / "taken").write_text("a file", "utf-8")
-    outcome = infinivar("compare", study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", out)
+    outcome = infinivar("compare", write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", out)
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err.startswith(f"infinivar: {out}: ")
     assert len(outcome.err.splitlines()) == 1
     assert (tmp_path / "taken").read_text("utf-8") == "a file"
 
 
-def test_odd_folder_names(infinivar, study, tmp_path):
-    outcome = infinivar("compare", study(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", "a b/ü/x.y")
+def test_odd_folder_names(infinivar, write, tmp_path):
+    outcome = infinivar("compare", write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", "a b/ü/x.y")
     assert outcome.code == 0
     assert (tmp_path / "a b" / "ü" / "x.y" / "report.html").is_file()
 
 
-def test_console_script_on_a_terminal_that_knows_only_ascii(study, tmp_path):
+def test_console_script_on_a_terminal_that_knows_only_ascii(write, tmp_path):
     """The real console script: a title the terminal cannot show is no reason to fail."""
     text = ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic") + 'title = "Größe"\n'
-    script = os.path.join(os.path.dirname(sys.executable), "infinivar")  # noqa: PTH118, PTH120
+    script = Path(sys.executable).with_name("infinivar")
     done = subprocess.run(
-        [script, "compare", study(text)],
+        [script, "compare", write(text)],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -319,11 +320,11 @@ def test_console_script_on_a_terminal_that_knows_only_ascii(study, tmp_path):
     assert "covers 100 %" in done.stdout
 
 
-def test_the_report_does_not_depend_on_matplotlib_settings(study, tmp_path):
+def test_the_report_does_not_depend_on_matplotlib_settings(write, tmp_path):
     """A user's matplotlibrc, here one that asks for LaTeX and for a backend without a window, changes nothing."""
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.titlesize: 40\n", "utf-8")
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-m", "infinivar", "compare", study(STUDY.read_text("utf-8"))],
+        [sys.executable, "-W", "error", "-m", "infinivar", "compare", write(STUDY.read_text("utf-8"))],
         cwd=tmp_path,
         capture_output=True,
         text=True,

@@ -1,4 +1,4 @@
-"""Tables made from the program when the documentation is built, so that they cannot say anything else than it does."""
+"""Tables and figures made from the program when the documentation is built, so that they say what it does."""
 
 import dataclasses
 import typing
@@ -174,6 +174,17 @@ def write(app) -> None:
             path.write_text(text, "utf-8")
 
 
+def draw(app) -> None:
+    """Draw the paper's figures."""
+    from infinivar.analysis.claims.claim import Machine
+    from infinivar.figures import style
+    from infinivar.figures.paper import FIGURES
+
+    machine = Machine()
+    for number, module in FIGURES.items():
+        style.write(module.draw_all(machine), Path(app.srcdir) / "reference" / "generated" / f"fig{number}", ("svg",))
+
+
 def check_public_names(app, exception) -> None:
     """The API page must name every public name; raising here fails the build."""
     if exception is None and app.builder.name == "html":
@@ -185,5 +196,6 @@ def check_public_names(app, exception) -> None:
 
 def setup(app):
     app.connect("builder-inited", write)
+    app.connect("builder-inited", draw)
     app.connect("build-finished", check_public_names)
     return {"parallel_read_safe": True}
