@@ -29,7 +29,7 @@ class Line:
     passed: bool | None = None
 
 
-def run(command: Sequence[str | Path], accept: Sequence[int] = (0,)) -> str:
+def run(command: Sequence[str | Path]) -> str:
     """Standard output of a fresh process.
 
     Bytecode is cached, as it is for any installed program, whatever the environment says.
@@ -37,19 +37,19 @@ def run(command: Sequence[str | Path], accept: Sequence[int] = (0,)) -> str:
     Raises
     ------
     RuntimeError
-        If the process ends with a code not in `accept`; the message has its errors.
+        If the process does not end with 0; the message has its errors.
     """
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
-    if done.returncode not in accept:
+    if done.returncode != 0:
         raise RuntimeError(f"{' '.join(map(str, command))} ended with {done.returncode}:\n{done.stderr}")
     return done.stdout
 
 
-def wall_time(command: Sequence[str | Path], accept: Sequence[int] = (0,)) -> float:
+def wall_time(command: Sequence[str | Path]) -> float:
     """Seconds that a fresh process takes, start to end."""
     start = time.perf_counter()
-    run(command, accept)
+    run(command)
     return time.perf_counter() - start
 
 

@@ -87,7 +87,7 @@ def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) ->
         new = step(value)
         settled = xp.abs(new - value) <= SETTLED * (1.0 + xp.abs(new))
         value = new
-        if known and xp.all(settled | xp.isnan(value)):
+        if known and (xp.all(settled) or xp.all(settled | xp.isnan(value))):
             break
     return xp.where(settled, value, xp.nan)
 

@@ -62,7 +62,7 @@ def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where:
     """
     import numpy as np
 
-    worst = float(np.max(np.nan_to_num(residual(power_in, power_out, losses)), initial=0.0))
+    worst = float(np.fmax.reduce(residual(power_in, power_out, losses), axis=None, initial=0.0))
     if not worst <= AUDIT_TOLERANCE:
         raise AuditError(f"{where}: power balance misses {worst:.3g} of the power, more than {AUDIT_TOLERANCE:g}")
     return worst

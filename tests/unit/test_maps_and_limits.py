@@ -148,6 +148,22 @@ def test_map_tiles_long_axes(study):
     assert tall.power_in[30_000, 0] == drive.operate(speed=tall.speed[30_000], force=10.0).power_in
 
 
+def test_map_is_the_same_on_threads(study, monkeypatch):
+    """Many small tiles, done side by side, and progress that rises to 1."""
+    axes = np.linspace(-1, 2, 60), np.linspace(-100, 100, 70)
+    whole = iv.steady_map(study.drives["cobotic"], *axes)
+    monkeypatch.setattr("infinivar.analysis.steady_map._TILE", 64)
+    shares: list[float] = []
+    tiled = iv.steady_map(study.drives["cobotic"], *axes, progress=shares.append)
+    assert len(shares) == 60 * 2
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+    for field in ("power_in", "power_out", "efficiency", "limit", "margin"):
+        assert_array_equal(getattr(tiled, field), getattr(whole, field))
+    for name, loss in whole.losses.items():
+        assert_array_equal(tiled.losses[name], loss)
+
+
 def test_map_as_labelled_data(study, tmp_path):
     import xarray
 

@@ -30,6 +30,9 @@ from infinivar.transmission.operating_point import OperatingPoint
 _RIGHT_ANGLE = 1e-15
 """Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
 
+_BEYOND_ANY = 1e200
+"""Stands for the secant of a right angle: finite, so that no force times it is still no force."""
+
 
 def relative_velocities(link_speed: Array, surface_speed: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
     """Creep velocity u and rolling velocity v of the wheel at the contact.
@@ -67,6 +70,32 @@ def contact_balance(
     """
     tau = cylinder_radius * (lateral_force * sine - rolling_force * cosine)
     return tau, -lateral_force * cosine - rolling_force * sine
+
+
+@dataclass(frozen=True, slots=True)
+class _Steering:
+    """Steering angle by its functions, so that formulas call no trigonometry."""
+
+    cosine: Array
+    sine: Array
+    tangent: Array
+    secant: Array
+
+    @classmethod
+    def at_angle(cls, xp, angle: Array) -> _Steering:
+        """From an angle, right angles included."""
+        cosine, sine = xp.cos(angle), xp.sin(angle)
+        right = xp.abs(cosine) < _RIGHT_ANGLE
+        safe = xp.where(right, 1.0, cosine)
+        tangent = xp.where(right, signed_infinity(xp, sine), sine / safe)
+        return cls(xp.where(right, 0.0, cosine), sine, tangent, xp.where(right, _BEYOND_ANY, 1.0 / safe))
+
+    @classmethod
+    def at_tangent(cls, xp, tangent: Array) -> _Steering:
+        """From a finite tangent, or nan."""
+        secant = xp.sqrt(1.0 + tangent * tangent)
+        cosine = 1.0 / secant
+        return cls(cosine, tangent * cosine, tangent, secant)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,12 +183,10 @@ class RotaryLinearIVT:
         if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + _RIGHT_ANGLE):
             raise ValueError("steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own")
         omega, phi, given = xp.broadcast_arrays(omega, phi, given)
-        cosine = xp.cos(phi)
-        cosine = xp.where(xp.abs(cosine) < _RIGHT_ANGLE, 0.0, cosine)
-        sine = xp.sin(phi)
+        steering = _Steering.at_angle(xp, phi)
         if link_force is None:
-            return self._at_speed(xp, omega, cosine, sine, given)
-        return self._at_force(xp, omega, cosine, sine, given)
+            return self._at_speed(xp, omega, steering, given)
+        return self._at_force(xp, omega, steering, given)
 
     def steer(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> Array:
         """Steering angle at which the link moves at a given speed under a given force.
@@ -193,8 +220,7 @@ class RotaryLinearIVT:
         xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         tangent, usable = self._tangent(xp, omega, speed, force)
-        cosine = 1.0 / xp.sqrt(1.0 + tangent * tangent)
-        return self._at_force(xp, omega, cosine, tangent * cosine, force, usable, speed)
+        return self._at_force(xp, omega, _Steering.at_tangent(xp, tangent), force, usable, speed)
 
     def _tangent(self, xp, omega: Array, link_speed: Array, link_force: Array) -> tuple[Array, Array]:
         """Tangent of the steering angle for a motion, and where one exists (the slip limit included)."""
@@ -227,9 +253,8 @@ class RotaryLinearIVT:
             # Beyond slip Eq 17 is a polynomial without meaning that would throw the iteration off: start at slip.
             reach = xp.sqrt(xp.clip(1.0 / xp.where(load == 0, 1e-9, load) ** 2 - 1.0, 0.0, 1e18))
             start = xp.clip(start, -reach, reach)
-        # The linear law settles in 3 or 4 steps; with Eq 17 two solutions meet at the fastest motion, and near it
-        # each step gains one bit only.
-        tangent = newton(xp, step, start, steps=10 if law.flow_factor is None else 24)
+        # Most points settle in 2 or 3 steps. Near the fastest motion two solutions meet and a step gains one bit only.
+        tangent = newton(xp, step, start, steps=24)
         ratio = rolling * tangent - load * xp.sqrt(1.0 + tangent * tangent)
         usable = xp.abs(ratio) <= 1.0  # nan is not
         return spin * tangent, usable & ((spin != 0) | (link_speed == 0))
@@ -238,23 +263,20 @@ class RotaryLinearIVT:
         self,
         xp,
         omega: Array,
-        cosine: Array,
-        sine: Array,
+        steering: _Steering,
         link_force: Array,
         usable: Array = True,
         exact_speed: Array | None = None,
     ) -> OperatingPoint:
         """Operating point for a prescribed link force; `exact_speed` is the link speed if known from elsewhere."""
         rolling_force, slip_force = self.rolling_force, self.slip_force
+        cosine, sine = steering.cosine, steering.sine
         spin = xp.sign(omega)
         standing = spin == 0
         # Static friction along the rolling direction takes as much of the force as it can.
         held = xp.clip(-link_force * sine, -rolling_force, rolling_force)
         against_rolling = xp.where(standing, held, -spin * rolling_force)
-        free = link_force + against_rolling * sine
-        right = cosine == 0
-        lateral = -xp.where(right, signed_infinity(xp, free), free / xp.where(right, 1.0, cosine))
-        lateral = xp.where(right & (free == 0), 0.0, lateral)
+        lateral = -(link_force + against_rolling * sine) * steering.secant
         ratio = lateral / slip_force
 
         law = creep.law(self.creep_law)
@@ -283,15 +305,13 @@ class RotaryLinearIVT:
             link_speed, creep_speed = exact_speed, creep_speed + rest * cosine
             rolling_speed = rolling_speed + rest * sine
 
-        finite = xp.where(xp.isinf(lateral), 0.0, lateral)
-        torque, _ = contact_balance(finite, against_rolling, cosine, sine, self.cylinder_radius)
+        torque, _ = contact_balance(lateral, against_rolling, cosine, sine, self.cylinder_radius)
         nothing = xp.where(rolls, 0.0 * link_force, xp.nan)
         still = xp.abs(spin) + nothing
         return self._point(
             xp,
             omega,
-            cosine,
-            sine,
+            steering,
             torque=torque + nothing,
             link_speed=link_speed * still + 0.0,  # no negative zero
             link_force=link_force,
@@ -301,8 +321,9 @@ class RotaryLinearIVT:
             slip_demand=xp.where(rolls | (xp.abs(ratio) > 1.0), xp.abs(ratio), xp.inf),
         )
 
-    def _at_speed(self, xp, omega: Array, cosine: Array, sine: Array, link_speed: Array) -> OperatingPoint:
+    def _at_speed(self, xp, omega: Array, steering: _Steering, link_speed: Array) -> OperatingPoint:
         """Operating point for a prescribed link speed."""
+        cosine, sine = steering.cosine, steering.sine
         surface_speed = self.cylinder_radius * omega
         creep_speed, rolling_speed = relative_velocities(link_speed, surface_speed, cosine, sine)
         # cos(pi/2) is set to zero, but a wheel may still have nothing to roll on; inf is what a saturating law expects.
@@ -313,7 +334,7 @@ class RotaryLinearIVT:
         ratio = law.force(creepage * self.creep_group)
         beyond = xp.abs(creepage * self.creep_group) > 1.0
         if law.flow_factor is not None:
-            ratio, beyond = self._ratio_with_flow_loss(xp, omega, cosine, sine, link_speed, ratio)
+            ratio, beyond = self._ratio_with_flow_loss(xp, omega, steering, link_speed, ratio)
         lateral = ratio * self.slip_force
         against_rolling = xp.sign(rolling_speed) * self.rolling_force
         torque, link_force = contact_balance(lateral, against_rolling, cosine, sine, self.cylinder_radius)
@@ -322,8 +343,7 @@ class RotaryLinearIVT:
         return self._point(
             xp,
             omega,
-            cosine,
-            sine,
+            steering,
             torque=torque + unknown,
             link_speed=link_speed,
             link_force=link_force + unknown,
@@ -333,8 +353,11 @@ class RotaryLinearIVT:
             slip_demand=xp.where(beyond, xp.inf, xp.abs(ratio)),
         )
 
-    def _ratio_with_flow_loss(self, xp, omega, cosine, sine, link_speed, sliding: Array) -> tuple[Array, Array]:
+    def _ratio_with_flow_loss(
+        self, xp, omega: Array, steering: _Steering, link_speed: Array, sliding: Array
+    ) -> tuple[Array, Array]:
         """Force ratio at which the link has a prescribed speed under a law with a flow loss; `sliding` beyond slip."""
+        cosine, sine = steering.cosine, steering.sine
         spin = xp.sign(omega)
         surface_speed = self.cylinder_radius * xp.abs(omega)
         law = creep.law(self.creep_law)
@@ -351,16 +374,14 @@ class RotaryLinearIVT:
         found = bisect(xp, excess, -top, top)
         return xp.where(rolls, found, sliding), ~rolls & ((xp.abs(sliding) >= 1.0) | (spin != 0))
 
-    def _point(self, xp, omega, cosine, sine, *, slip_demand: Array, **state: Array) -> OperatingPoint:
+    def _point(self, xp, omega: Array, steering: _Steering, *, slip_demand: Array, **state: Array) -> OperatingPoint:
         rolled = xp.abs(state["rolling_speed"])
-        right = cosine == 0
-        tangent = xp.where(right, signed_infinity(xp, sine), sine / xp.where(right, 1.0, cosine))
         utilisation = {Limit.SLIP: slip_demand}
         if self.steering_range < math.pi / 2:
-            utilisation[Limit.STEERING] = xp.abs(xp.atan(tangent)) / self.steering_range
+            utilisation[Limit.STEERING] = xp.abs(xp.atan(steering.tangent)) / self.steering_range
         return OperatingPoint(
             cylinder_speed=omega,
-            steering_tangent=tangent,
+            steering_tangent=steering.tangent,
             losses={
                 "creep": state["lateral_force"] * state["creep_speed"],
                 "rolling": self.rolling_torque / self.wheel_radius * rolled,
