@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import json
+import re
+import shlex
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,9 +15,9 @@ from typing import Annotated, Any
 import typer
 
 from infinivar import __version__
-from infinivar.errors import InputError
+from infinivar.errors import AuditError, InputError
 
-NOT_FEASIBLE, BAD_INPUT = 1, 2
+NOT_FEASIBLE, BAD_INPUT, OWN_FAULT = 1, 2, 3
 
 app = typer.Typer(
     help="Models, sizes and compares drive-trains with an infinitely variable (cobotic) transmission and a fixed ratio.",
@@ -31,13 +34,22 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on 
 
 def main() -> None:
     """Entry point: bad input is one message on stderr and exit code 2."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="replace")  # a title the terminal cannot show is no reason to fail
     try:
         app()
     except InputError as problem:
         print(f"infinivar: {problem}", file=sys.stderr)
         sys.exit(BAD_INPUT)
+    except AuditError as problem:
+        print(f"infinivar: fault of the program, please report it with your study: {problem}", file=sys.stderr)
+        sys.exit(OWN_FAULT)
     except BrokenPipeError:  # the reader of our output, such as head, has gone
         sys.stderr.close()
+    except OSError as problem:
+        print(f"infinivar: {problem.filename or 'standard output'}: {problem.strerror}", file=sys.stderr)
+        sys.stdout = None  # there is nothing left to flush it to
+        sys.exit(BAD_INPUT)
 
 
 @contextlib.contextmanager
@@ -49,7 +61,7 @@ def _progress() -> Iterator[Callable[[str, float], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    columns = (TextColumn("{task.description:<40.40}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description:<40.40}", markup=False), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("reading", total=1.0)
         yield lambda title, share: bar.update(task, description=title, completed=share)
@@ -124,6 +136,8 @@ def init(
     from infinivar.study.template import TEMPLATE
 
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    if not re.fullmatch(r"\w[\w .-]*", path.stem) or name.endswith("/"):
+        raise InputError(f"{name!r} must end in letters, digits, spaces, points, - and _ only")
     text = TEMPLATE.format(name=path.stem, title=path.stem.replace("_", " ").replace("-", " ").capitalize())
     try:
         with path.open("x", encoding="utf-8") as file:
@@ -132,7 +146,7 @@ def init(
         raise InputError(f"{path}: is there already; choose another name or remove it") from problem
     except OSError as problem:
         raise InputError(f"{path}: cannot be written: {problem.strerror}") from problem
-    print(f"{path} written. Next: infinivar compare {path} --out out")
+    print(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
 
 
 @app.command()

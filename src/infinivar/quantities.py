@@ -17,6 +17,7 @@ _BOUNDS = {
     ">= 0": lambda value: value >= 0,
     "> 0 and <= 1": lambda value: (value > 0) & (value <= 1),
     ">= 0 and <= 1": lambda value: (value >= 0) & (value <= 1),
+    "> 0 and <= pi/2": lambda value: (value > 0) & (value <= math.pi / 2 * (1 + 1e-12)),
     ">= 1": lambda value: value >= 1,
     "!= 0": lambda value: value != 0,
 }

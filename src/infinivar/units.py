@@ -11,7 +11,13 @@ from infinivar.errors import InputError
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
 
-_NAMES_AN_ANGLE = re.compile(r"rad|deg|rev|turn|rpm|rps|cycle")
+_NAMES_AN_ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|rps|cycle|arcmin|arcsec")
+_STRANGE = re.compile(r"[^\w\s*·/^().²³⁻¹°Ω-]")
+# Other units without dimension (rad, dB, bit) are slips where a pure number is wanted.
+_PURE = {"": 1.0, "1": 1.0, "%": 1e-2, "percent": 1e-2, "‰": 1e-3, "permille": 1e-3, "ppm": 1e-6}
+_LARGEST = 1e20
+"""Sizes beyond this and below its inverse are slips, and products of them would overflow."""
+
 
 EXAMPLES = {
     "N": "50 N",
@@ -57,13 +63,20 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
     import pint
 
     registry = _registry()
+    if unit in _PURE:
+        raise InputError(f"has the unit {unit!r} where {_kind(si_unit)} is needed; {_example(si_unit)}")
     try:
-        source = registry.Unit(unit.replace("%", "percent"))
+        if _STRANGE.search(unit) or len(unit) > 60:
+            raise ValueError
+        source = registry.Unit(unit)
     except Exception as problem:  # pint raises many kinds, down to tokenizer errors
         hint = "write products with a space and powers with ^, as in mN m or g cm^2"
-        raise InputError(f"has an unknown unit {unit!r}; {hint}") from problem
+        raise InputError(f"has an unknown unit {unit[:60]!r}; {hint}") from problem
     try:
-        zero, one, thousand = (registry.Quantity(x, source).to(si_unit).magnitude for x in (0.0, 1.0, 1000.0))
+        zero, one, two = (registry.Quantity(x, source).to(si_unit).magnitude for x in (0.0, 1.0, 2.0))
+        if abs(two - 2 * one + zero) > 1e-9 * abs(two):
+            raise InputError(f"has the logarithmic unit {unit!r}; {_example(si_unit)}")
+        thousand = registry.Quantity(1000.0, source).to(si_unit).magnitude
     except pint.DimensionalityError as problem:
         raise InputError(f"has the unit {unit!r} where {_kind(si_unit)} is needed; {_example(si_unit)}") from problem
     # The longer base line keeps the factor of an offset unit (degC) exact.
@@ -102,7 +115,10 @@ def parse(text: object, si_unit: str) -> float:
     if isinstance(text, (int, float)):
         if si_unit != "1":
             raise InputError(f"needs a unit; {hint}")
-        value, unit = float(text), ""
+        try:
+            value, unit = float(text), ""
+        except OverflowError:
+            value, unit = math.inf, ""
     else:
         match = _NUMBER.match(text)
         if match is None:
@@ -111,17 +127,24 @@ def parse(text: object, si_unit: str) -> float:
     if unit.startswith(","):
         raise InputError(f"must have a point before its decimals, not a comma; {hint}")
     if si_unit == "1":
-        result = value * (_factor(unit, "")[0] if unit else 1.0)
+        if unit not in _PURE:
+            raise InputError(f"has the unit {unit[:60]!r} where a pure number is needed; {hint}")
+        result = value * _PURE[unit]
     elif not unit:
         raise InputError(f"needs a unit; {hint}")
-    elif si_unit == "rad/s" and not _NAMES_AN_ANGLE.search(unit):
+    elif re.search("[Hh](ert)?z", unit):
+        raise InputError(f"must name the angle, which {unit!r} does not; {hint}")
+    elif si_unit in ("rad", "rad/s") and not _NAMES_AN_ANGLE.search(unit):
         # 1/s and Hz convert to rad/s as if a turn were a radian: too likely a mistake to let through.
-        raise InputError(f"must name the angle (rpm, rev/s, deg/s or rad/s); {hint}")
+        choices = "rpm, rev/s, deg/s or rad/s" if si_unit == "rad/s" else "deg, rad or rev"
+        raise InputError(f"must name the angle ({choices}); {hint}")
     else:
         scale, offset = _factor(unit, si_unit)
         result = value * scale + offset
     if not math.isfinite(result):
         raise InputError(f"must be a finite number; {hint}")
+    if result and not 1 / _LARGEST <= abs(result) <= _LARGEST:
+        raise InputError(f"must be between {1 / _LARGEST:g} and {_LARGEST:g} in SI units; {hint}")
     return result
 
 

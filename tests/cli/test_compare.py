@@ -49,7 +49,9 @@ def test_json_has_the_promised_keys(compared):
     _, folder, said = compared
     assert list(said) == ["study", "drives", "files"]
     assert said["study"] == "hand_controller"
-    assert said["files"] == [str(folder / name) for name in ("report.html", "results.json", *(f"{d}.nc" for d in DRIVES))]
+    assert said["files"] == [
+        str(folder / name) for name in ("report.html", "results.json", *(f"{d}.nc" for d in DRIVES))
+    ]
     for drive in said["drives"].values():
         assert {"title", "verdict", "coverage", "peak_efficiency", "peak_efficiency_in_region"} < drive.keys()
         assert 0.0 < drive["peak_efficiency_in_region"] <= drive["peak_efficiency"] < 1.0
@@ -243,7 +245,9 @@ def test_more_quadrants_ask_for_more(infinivar, write, quadrants):
     assert 0.5 <= drive["coverage"] < 0.9
 
 
-@pytest.mark.parametrize("title", ["$x^$", "cost $5 or $6", "x [/b] y", "<script>alert(1)</script>", "Größe µ", "日本", "_"])
+@pytest.mark.parametrize(
+    "title", ["$x^$", "cost $5 or $6", "x [/b] y", "<script>alert(1)</script>", "Größe µ", "日本", "_"]
+)
 def test_titles_are_only_text(infinivar, write, tmp_path, title):
     """Whatever a title contains is shown as it is, not taken for a formula, for markup or for code."""
     text = ONE_DRIVE.format(force="50 N", power="12 W", base="motor2-gear4") + f"title = {json.dumps(title)}\n"
@@ -300,7 +304,9 @@ def test_a_folder_that_cannot_be_is_bad_input(infinivar, write, tmp_path, out):
 
 
 def test_odd_folder_names(infinivar, write, tmp_path):
-    outcome = infinivar("compare", write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", "a b/ü/x.y")
+    outcome = infinivar(
+        "compare", write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")), "--out", "a b/ü/x.y"
+    )
     assert outcome.code == 0
     assert (tmp_path / "a b" / "ü" / "x.y" / "report.html").is_file()
 

@@ -158,10 +158,12 @@ def test_map_is_the_same_on_threads(study, monkeypatch):
     assert len(shares) == 60 * 2
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
-    for field in ("power_in", "power_out", "efficiency", "limit", "margin"):
-        assert_array_equal(getattr(tiled, field), getattr(whole, field))
+    assert_array_equal(tiled.limit, whole.limit)
+    # Vector and scalar instructions round differently, and a tile may need one Newton step less.
+    for field in ("power_in", "power_out", "efficiency", "margin"):
+        assert_allclose(getattr(tiled, field), getattr(whole, field), rtol=1e-12, atol=1e-12)
     for name, loss in whole.losses.items():
-        assert_array_equal(tiled.losses[name], loss)
+        assert_allclose(tiled.losses[name], loss, rtol=1e-12, atol=1e-12)
 
 
 def test_map_as_labelled_data(study, tmp_path):

@@ -158,7 +158,7 @@ def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **op
     worst = binding_at(point.utilisation, tight)
 
     signs = (1.0,) if requirement.quadrants == 1 else (-1.0, 1.0)
-    reach = np.concatenate([sign * np.geomspace(1e-2, 1.0, 160) for sign in signs]) * PEAK_REACH
+    reach = np.concatenate([sign * np.geomspace(1e-7, 1.0, 320) for sign in signs]) * PEAK_REACH
     wide = steady_map(drive, reach * requirement.speed, reach * requirement.force)
     low = {1: (0.0, 0.0), 2: (0.0, -1.0), 4: (-1.0, -1.0)}[requirement.quadrants]
     centres = (np.arange(MAP_CELLS) + 0.5) / MAP_CELLS

@@ -36,8 +36,10 @@ class Requirement:
         import numpy as np
 
         force = np.abs(np.asarray(force, dtype=float))
-        power = np.inf if self.power is None else self.power
-        return np.minimum(self.speed, power / np.maximum(force, 1e-300))
+        if self.power is None:
+            return np.full_like(force, self.speed)
+        # Written so that nothing overflows at zero force.
+        return self.power / np.maximum(force, self.power / self.speed)
 
     def contains(self, speed: Any, force: Any) -> Any:
         """Whether the region contains the point, its boundary included."""
@@ -71,6 +73,9 @@ class Requirement:
 
         corners = [force for _, force in self.corners().values()]
         force = np.union1d(np.linspace(0.0, self.force, count), corners)
+        if len(corners) > 1:
+            # Where power binds, the region shrinks like 1/force: steps in proportion to the force keep up with it.
+            force = np.union1d(force, np.geomspace(min(corners), self.force, count)[1:-1])
         reach = self.speed_at(force)
         share = np.linspace(0.0, 1.0, count)
         weight = (_cell_widths(force) * reach)[:, None] * _cell_widths(share)[None, :]

@@ -37,17 +37,18 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         values = [numbers["losses"][title].get(name, 0.0) for title in titles]
         values = [value if value == value else 0.0 for value in values]
         alphas = [1.0 if numbers["limit"][title] == Limit.OK else 0.35 for title in titles]
-        bars = ax.barh(titles, values, left=left, color=style.LOSS_COLOURS[name], label=name, height=0.65)
+        bars = ax.barh(range(len(titles)), values, left=left, color=style.LOSS_COLOURS[name], label=name, height=0.65)
         for bar, alpha in zip(bars, alphas, strict=True):
             bar.set_alpha(alpha)
         left = [start + value for start, value in zip(left, values, strict=True)]
     for row, title in enumerate(titles):
         limit = numbers["limit"][title]
-        note = f"{left[row]:.1f} W" if left[row] > 0 else ""
+        note = f"{left[row]:.3g} W" if left[row] > 0 else ""
         if limit != Limit.OK:
             note = f"{note}  beyond {limit.words}".strip()
         ax.text(left[row], row, f" {note}", va="center", fontsize=7.5)
     ax.set_xlim(0.0, max(left) * 1.45 or 1.0)
+    ax.set_yticks(range(len(titles)), titles, parse_math=False)
     ax.set_ylim(len(titles) - 0.5, -0.5)
     ax.set_xlabel("loss [W]")
     ax.set_title(f"{numbers['corner']}: {numbers['force']:.3g} N at {numbers['speed']:.3g} m/s")

@@ -82,7 +82,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = T
     ax.set_ylim(speed[0] - half[1], speed[-1] + half[1])
     ax.set_xlabel("force on the load [N]")
     ax.set_ylabel("speed of the load [m/s]")
-    ax.set_title(title)
+    ax.set_title(title, parse_math=False)
     return filled
 
 

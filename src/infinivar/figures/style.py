@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -49,7 +50,11 @@ def styled() -> Iterator[None]:
     """The project's figure style, for the time of a block."""
     import matplotlib
 
-    with matplotlib.rc_context(_SETTINGS):
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        matplotlib.rcdefaults()  # a user's matplotlibrc is for other figures
+        matplotlib.rcParams.update(_SETTINGS)
+        # A title may hold letters that the font lacks: a box stands for each.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
 
 

@@ -47,6 +47,9 @@ def all_or_nothing(directory: Path) -> Iterator[Path]:
         directory.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=directory, prefix=".infinivar-") as scratch:
             yield Path(scratch)
+            taken = [made.name for made in Path(scratch).iterdir() if (directory / made.name).is_dir()]
+            if taken:
+                raise InputError(f"{directory / taken[0]}: cannot be replaced: is a folder")
             for made in sorted(Path(scratch).iterdir()):
                 made.replace(directory / made.name)
     except OSError as problem:

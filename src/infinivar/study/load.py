@@ -6,7 +6,6 @@ import dataclasses
 import re
 import tomllib
 import typing
-from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -17,13 +16,18 @@ from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, nearest
 from infinivar.parts import catalogue
 from infinivar.parts.motor import Motor
+from infinivar.study.messages import explained, plain, quoted, short
 from infinivar.study.schema import CATALOGUES, DRIVES, KINDS, Entry, part_of, table
 from infinivar.study.study import Provenance, Study
 
 _TOP = ("title", "description", "requirement", "drives")
 # Keys that steer how a table is read; all other keys are fields of the part it describes.
 _DIRECTIVES = ("base", "part", "type", "title")
-_NAME = re.compile(r"[A-Za-z0-9_-]+")
+_HEAD = ("base", "type", "title", "kind", "where")
+_NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
+_LONGEST_TITLE = 120
+_MOST = 12
+"""Faults listed at once."""
 
 Raw = dict[str, Any]
 
@@ -55,8 +59,7 @@ def load_study(path: str | Path) -> Study:
     """
     path = Path(path)
     try:
-        with path.open("rb") as file:
-            raw = tomllib.load(file)
+        raw = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except FileNotFoundError as problem:
         raise InputError(f"{path}: no such file") from problem
     except IsADirectoryError as problem:
@@ -65,30 +68,38 @@ def load_study(path: str | Path) -> Study:
         raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
     except UnicodeDecodeError as problem:
         raise InputError(f"{path}: is not a text file in UTF-8 (byte {problem.start})") from problem
-    except tomllib.TOMLDecodeError as problem:
-        raise InputError(f"{path}: is not valid TOML: {problem}") from problem
+    except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
+        raise InputError(f"{path}: is not valid TOML: {str(problem).partition(';')[0]}") from problem
+    except RecursionError as problem:
+        raise InputError(f"{path}: is nested too deeply") from problem
     try:
         return study_from(raw, name=path.stem, origin=path.name, path=path)
+    except RecursionError as problem:
+        raise InputError(f"{path}: is nested too deeply") from problem
     except _StudyError as problems:
-        raise InputError("\n".join(f"{path}: {line}" for line in problems.lines)) from None
+        lines = [f"{path}: {line}" for line in problems.lines[:_MOST]]
+        more = len(problems.lines) - len(lines)
+        raise InputError("\n".join([*lines, f"and {more} more"] if more else lines)) from None
 
 
 def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) -> Study:
     """Study from the nested tables of a study file; `origin` stands as the source of values that name none."""
     for key in raw:
         if key not in _TOP:
-            raise _StudyError(f"{key} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
-    for key in ("title", "description"):
-        if not isinstance(raw.get(key, ""), str):
-            raise _StudyError(f"{key} = {raw[key]!r} must be text")
+            raise _StudyError(f"{plain(key)} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
+    for key, longest in (("title", _LONGEST_TITLE), ("description", 10_000)):
+        if not isinstance(raw.get(key, ""), str) or len(raw.get(key, "")) > longest:
+            raise _StudyError(f"{key} = {quoted(raw[key])} must be text of up to {longest} letters")
     for key in ("requirement", "drives"):
         if not isinstance(raw.get(key), dict) or not raw[key]:
-            raise _StudyError(f"{key} is missing: write a table [{key}{'.NAME' if key == 'drives' else ''}]")
+            said = f"= {quoted(raw[key])} must be" if raw.get(key) else "is missing: write"
+            raise _StudyError(f"{key} {said} a table [{key}{'.NAME' if key == 'drives' else ''}]")
 
     problems: list[str] = []
     rows: list[Provenance] = []
     reconstruction: dict[str, str] = {}
     drives, titles, requirement = {}, {}, None
+    seen: list[str] = []
     try:
         tree = _over_base(_annotated(raw["requirement"], "requirement", origin), "requirement", reconstruction)
         requirement = _built(Requirement, tree, "requirement", "requirement", rows)
@@ -98,11 +109,28 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         where = f"drives.{drive}"
         try:
             if not _NAME.fullmatch(drive):
-                raise _StudyError(f"drives.{drive!r} must be named with letters, digits, - and _ only")
+                raise _StudyError(
+                    f"drives.{short(repr(drive))} must be named with up to 64 letters, digits, - and _ only"
+                )
+            twin = next((other for other in raw["drives"] if other != drive and other.lower() == drive.lower()), None)
+            if twin is not None and twin in seen:
+                raise _StudyError(
+                    f"{where} and drives.{twin} differ in case only, which not every file system tells apart"
+                )
+            seen.append(drive)
             if not isinstance(description, dict):
-                raise _StudyError(f"{where} = {description!r} must be a table [{where}]")
+                raise _StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
             tree = _over_base(_annotated(description, where, origin), where, reconstruction)
             kind = tree.pop("type", None)
+            if kind is None:
+                known = dict.fromkeys(
+                    [*_HEAD, *(field.name for part in DRIVES.values() for field in dataclasses.fields(part))]
+                )
+                unknown = [key for key in tree if key not in known]
+                if unknown:
+                    raise _StudyError(
+                        *(f"{where}.{plain(key)} is not a known key{nearest(key, known)}" for key in unknown)
+                    )
             if kind not in DRIVES:
                 said = "is missing" if kind is None else f"= {kind!r}{nearest(str(kind), DRIVES)} is not known"
                 raise _StudyError(
@@ -167,16 +195,16 @@ def _annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
     """The table with kind and where spelled out at every value, so that tables of two sources can be laid over."""
     kind, where = tree.get("kind", kind), tree.get("where", where)
     if kind not in KINDS:
-        raise _StudyError(f"{path}.kind = {kind!r} must be one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}")
+        raise _StudyError(f"{path}.kind = {quoted(kind)} must be one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}")
     if not isinstance(where, str):
-        raise _StudyError(f"{path}.where = {where!r} must be text that names the source")
+        raise _StudyError(f"{path}.where = {quoted(where)} must be text that names the source")
     result: Raw = {}
     for key, value in tree.items():
         if key in ("kind", "where"):
             continue
         if key in _DIRECTIVES:
-            if not isinstance(value, str):
-                raise _StudyError(f"{path}.{key} = {value!r} must be text")
+            if not isinstance(value, str) or len(value) > _LONGEST_TITLE:
+                raise _StudyError(f"{path}.{key} = {quoted(value)} must be text of up to {_LONGEST_TITLE} letters")
             result[key] = value
         elif not isinstance(value, dict):
             result[key] = {"value": value, "kind": kind, "where": where}
@@ -219,7 +247,7 @@ def _over_base(tree: Raw, path: str, reconstruction: dict[str, str]) -> Raw:
                 )
             under = shipped["drives"][member]
     except InputError as problem:
-        raise _StudyError(f"{path}.base = {problem}") from None
+        raise _StudyError(f"{path}.base = {quoted(base)}: {problem}") from None
     if "reconstruction" in shipped:
         reconstruction[name] = shipped["reconstruction"]
     under = _annotated(under, path, shipped["source"])
@@ -236,7 +264,9 @@ def _over_parts(part: type, tree: Raw, path: str) -> Raw:
     name = result.pop("part", None)
     if name is not None:
         if part not in CATALOGUES:
-            raise _StudyError(f"{path}.part: only a motor or a gearhead can be taken from the catalogue")
+            raise _StudyError(
+                f"{path}.part = {quoted(name)}: only a motor or a gearhead can be taken from the catalogue"
+            )
         try:
             entry = catalogue.entry(CATALOGUES[part], name)
         except InputError as problem:
@@ -245,7 +275,10 @@ def _over_parts(part: type, tree: Raw, path: str) -> Raw:
     hints = typing.get_type_hints(part)
     for key, value in result.items():
         inner = part_of(hints.get(key))
-        if inner is not None and isinstance(value, dict) and "value" not in value:
+        if inner is not None and "value" in value:
+            hint = ' with part = "..."' if inner in CATALOGUES else ""
+            raise _StudyError(f"{path}.{key} = {quoted(value['value'])} must be a table [{path}.{key}]{hint}")
+        if inner is not None:
             result[key] = _over_parts(inner, value, f"{path}.{key}")
     return result
 
@@ -270,7 +303,7 @@ def _built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance])
     try:
         checked = table(part).model_validate(tree)
     except pydantic.ValidationError as problem:
-        raise _StudyError(*(_explained(error, part, path) for error in problem.errors(include_url=False))) from None
+        raise _StudyError(*(explained(error, part, path) for error in problem.errors(include_url=False))) from None
     return _instance(part, checked, path, owner, "", rows)
 
 
@@ -298,6 +331,10 @@ def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows
         instance = part(**values)
     except ValueError as problem:
         raise _StudyError(f"{path}.{problem}") from None
+    if part is Motor and instance.no_load_current > (stall := instance.voltage / instance.resistance):
+        raise _StudyError(
+            f"{path}.no_load_current = {instance.no_load_current:g} A must be below the stall current {stall:.3g} A"
+        )
     scale = getattr(checked, "scale", None)
     if part is Motor and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))
@@ -315,27 +352,3 @@ def _row(owner: str, field: str, entry: Entry, unit: str) -> Provenance:
         kind=entry.kind or "assumed",
         where=entry.where or "",
     )
-
-
-def _explained(error: Mapping[str, Any], part: type, path: str) -> str:
-    """A pydantic error as one line: field, value, what would be right."""
-    *tables, name = (str(step) for step in error["loc"])
-    for step in tables:
-        part = typing.cast(type, part_of(typing.get_type_hints(part)[step]))
-    field = ".".join([path, *tables, name])
-    raw = error["input"]
-    shown = f" = {_quoted(raw['value'])}" if isinstance(raw, dict) and "value" in raw else ""
-    if error["type"] == "missing":
-        meaning = next(f.metadata.get("meaning", "") for f in dataclasses.fields(part) if f.name == name)
-        table_hint = f"; write a table [{field}]" if part_of(typing.get_type_hints(part)[name]) else ""
-        return f"{field} is missing ({meaning}){table_hint}"
-    if error["type"] == "extra_forbidden":
-        known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else [])]
-        return f"{field}{shown} is not a known key{nearest(name, known)}; known are {', '.join(known)}"
-    if error["type"] in ("model_type", "model_attributes_type") or "ctx" not in error:
-        return f"{field}{shown} must be a table [{field}]"
-    return f"{field}{shown} {error['ctx']['error']}"
-
-
-def _quoted(value: Any) -> str:
-    return f'"{value}"' if isinstance(value, str) else str(value).lower() if isinstance(value, bool) else str(value)

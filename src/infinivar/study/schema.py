@@ -118,7 +118,7 @@ def _quantity(unit: str, bound: str) -> Any:
 def _choice(options: tuple[Any, ...]) -> Any:
     def read(raw: Any, unit: str | None) -> Any:
         if unit is not None or raw not in options or isinstance(raw, bool):
-            hint = nearest(raw, options) if isinstance(raw, str) else ""
+            hint = nearest(raw, [word for word in options if isinstance(word, str)]) if isinstance(raw, str) else ""
             raise InputError(f"must be one of {', '.join(map(str, options))}{hint}")
         return raw
 

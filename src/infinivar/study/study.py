@@ -61,5 +61,11 @@ class Study:
         """Freeze the mappings; drives without a title go by their name."""
         object.__setattr__(self, "drives", MappingProxyType(dict(self.drives)))
         object.__setattr__(
-            self, "titles", MappingProxyType({name: self.titles.get(name, name) for name in self.drives})
+            self, "titles", MappingProxyType(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
         )
+
+
+def _told_apart(titles: dict[str, str]) -> dict[str, str]:
+    """Titles, with the name behind those that several drives share (those of one base do)."""
+    every = list(titles.values())
+    return {name: title if every.count(title) == 1 else f"{title} ({name})" for name, title in titles.items()}

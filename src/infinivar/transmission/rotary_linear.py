@@ -115,7 +115,9 @@ class RotaryLinearIVT:
     creep_stiffness: float = quantity("N", "> 0", "Creep stiffness C = C22 G a b, lateral force over creepage")
     rolling_torque: float = quantity("N m", ">= 0", "Hysteresis torque of the rolling contact, about the wheel axle")
     bearing_torque: float = quantity("N m", ">= 0", "Friction torque of the wheel's axle bearings")
-    steering_range: float = quantity("rad", "> 0", "Largest steering angle to either side", default=math.pi / 2)
+    steering_range: float = quantity(
+        "rad", "> 0 and <= pi/2", "Largest steering angle to either side", default=math.pi / 2
+    )
     creep_law: str = component("Creep law: linear, or faulring (linear with the flow loss of Eq 17)", default="linear")
 
     def __post_init__(self) -> None:

@@ -1,0 +1,130 @@
+"""`infinivar reproduce`: claims with verdicts and reasons, figures that show something."""
+
+import json
+import struct
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+KEYS = ["id", "section", "claim", "paper", "computed", "verdict", "why"]
+VERDICTS = {"holds", "does not hold", "undecidable", "not computed"}
+FIGURES = [5, 7, 8, 15, 16]
+
+
+def test_claims_are_complete(reproduced):
+    outcome, _, claims = reproduced
+    assert (outcome.code, outcome.err) == (0, "")
+    assert isinstance(claims, list)
+    assert all(list(claim) == KEYS for claim in claims)
+    assert len({claim["id"] for claim in claims}) == len(claims)
+    for claim in claims:
+        assert claim["verdict"] in VERDICTS
+        assert all(str(claim[key]).strip() for key in ("section", "claim", "paper"))
+        # A reason is a sentence.
+        assert not claim["why"][0].islower()
+        assert claim["why"].endswith(".")
+        if claim["verdict"] in ("holds", "does not hold"):
+            assert claim["computed"] is not None
+        if claim["verdict"] == "not computed":
+            assert claim["computed"] is None
+    assert sum(claim["verdict"] != "not computed" for claim in claims) >= 20
+
+
+@pytest.mark.parametrize(
+    ("claim", "verdict"),
+    [
+        ("E1", "holds"),
+        ("E2", "holds"),
+        ("E3", "does not hold"),  # Eqs 16 and 17 give about 0.985 at 1:1
+        ("E4", "holds"),
+        ("C1", "holds"),
+        ("C3", "holds"),
+        ("B1", "holds"),
+        ("D1", "not computed"),  # needs motion in time
+    ],
+)
+def test_known_verdicts(reproduced, claim, verdict):
+    assert next(row for row in reproduced[2] if row["id"] == claim)["verdict"] == verdict
+
+
+def test_known_numbers(reproduced):
+    """The two printed points that the element is built from, and what follows from them."""
+    computed = {claim["id"]: claim["computed"] for claim in reproduced[2]}
+    assert computed["E1"] == pytest.approx(0.50, abs=0.005)
+    assert computed["E2"] == pytest.approx(0.94, abs=0.005)
+    assert computed["E3"] == pytest.approx(0.985, abs=0.005)
+    assert computed["E4"] == pytest.approx(0.986, abs=0.005)
+
+
+def test_files_agree_with_what_is_printed(reproduced):
+    _, folder, claims = reproduced
+    assert json.loads((folder / "claims.json").read_text("utf-8")) == claims
+    page = (folder / "reproduction.html").read_text("utf-8")
+    for claim in claims:
+        assert f">{claim['id']}<" in page
+    figures = [f"fig{number}.{kind}" for number in FIGURES for kind in ("png", "svg", "pdf")]
+    assert sorted(path.name for path in folder.iterdir()) == sorted(["claims.json", "reproduction.html", *figures])
+
+
+@pytest.mark.parametrize("number", FIGURES)
+def test_figures_show_something(reproduced, number):
+    _, folder, _ = reproduced
+    png = (folder / f"fig{number}.png").read_bytes()
+    assert png.startswith(b"\x89PNG\r\n")
+    width, height = struct.unpack(">II", png[16:24])
+    assert 600 < width < 6000
+    assert 400 < height < 6000
+    # A blank page of this size takes a few kilobytes.
+    assert len(png) > 50_000
+    assert (folder / f"fig{number}.pdf").read_bytes().startswith(b"%PDF")
+    drawing = ElementTree.parse(folder / f"fig{number}.svg").getroot()
+    paths = [element for element in drawing.iter() if element.tag.endswith("}path")]
+    assert len(paths) > 50
+
+
+def test_one_figure_and_its_claims(infinivar, tmp_path, reproduced):
+    outcome = infinivar("reproduce", "--figure", 7, "--out", "out", "--json")
+    assert (outcome.code, outcome.err) == (0, "")
+    claims = json.loads(outcome.out)
+    assert {"E1", "E2", "E3", "E4"} <= {claim["id"] for claim in claims}
+    assert not {claim["id"] for claim in claims} & {"C1", "C3", "B1"}
+    assert all(claim in reproduced[2] for claim in claims)
+    names = ["claims.json", "fig7.pdf", "fig7.png", "fig7.svg", "reproduction.html"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == names
+    # The same figure gives the same file.
+    again = reproduced[1] / "fig7.svg"
+    assert (tmp_path / "out" / "fig7.svg").read_bytes() == again.read_bytes()
+
+
+def test_plain_output_is_one_line_a_claim(infinivar):
+    outcome = infinivar("reproduce", "--figure", 8)
+    assert (outcome.code, outcome.err) == (0, "")
+    *claims, report = outcome.out.splitlines()
+    assert report == "Report: out/reproduction.html"
+    assert all(any(verdict in claim for verdict in VERDICTS) for claim in claims)
+    assert claims[0].startswith("E8 ")
+
+
+@pytest.mark.parametrize("figure", ["99", "-7", "0", "1"])
+def test_a_figure_that_is_not_there(infinivar, tmp_path, figure):
+    outcome = infinivar("reproduce", "--figure", figure)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == f"infinivar: --figure {figure}: must be one of 5, 7, 8, 15, 16\n"
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("figure", ["x", "7.5", "", "7,8"])
+def test_a_figure_that_is_no_number(infinivar, tmp_path, figure):
+    outcome = infinivar("reproduce", "--figure", figure)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "'--figure'" in outcome.err
+    assert "integer" in outcome.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be(infinivar, tmp_path):
+    (tmp_path / "taken").write_text("a file", "utf-8")
+    outcome = infinivar("reproduce", "--figure", 8, "--out", "taken/below")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("infinivar: taken/below: ")
+    assert len(outcome.err.splitlines()) == 1
