@@ -91,6 +91,8 @@ class DriveResult:
         place = f"{tight.force:.3g} N and {tight.speed:.3g} m/s"
         if self.covers:
             return f"covers {share} % of the required region; weakest margin: {tight.limit.words}, {tight.value:.2f} at {place}"
+        if tight.value < 0.005:
+            return f"covers {share} % of the required region; {tight.limit.words} rules out {place}"
         return f"covers {share} % of the required region; {tight.limit.words} allows {tight.value:.2f} of what {place} takes"
 
     def to_dict(self) -> dict[str, Any]:

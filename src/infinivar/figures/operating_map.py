@@ -52,6 +52,8 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = T
     force, speed, limit = numbers["force"], numbers["speed"], numbers["limit"]
     ax.set_facecolor(_OUTSIDE)
     within = np.where(limit == Limit.OK, numbers["efficiency"], np.nan)
+    # White shows where the drive works but both ends feed the losses, so that efficiency means nothing.
+    ax.contourf(force, speed, limit == Limit.OK, levels=[0.5, 1.5], colors=["white"])
     filled = ax.contourf(force, speed, within, levels=LEVELS, cmap="viridis", vmin=0.0, vmax=1.0)
     if np.isfinite(within).any():
         lines = ax.contour(force, speed, within, levels=_LINES, colors="white", linewidths=0.6)
@@ -108,16 +110,19 @@ def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarr
 def draw_all(comparison: Comparison) -> Figure:
     """Maps of all drives of a comparison, side by side, with one colour bar."""
     results = list(comparison.results.values())
-    columns = min(3, len(results))
+    columns = 2 if len(results) == 4 else min(3, len(results))
     rows = -(-len(results) // columns)
     with style.styled():
         made, axes = style.figure(
             3.5 * columns + 0.6, 3.0 * rows, rows, columns, squeeze=False, sharex=True, sharey=True
         )
         filled: Any = None
-        for ax, result in zip(axes.flat, results, strict=False):
+        for index, (ax, result) in enumerate(zip(axes.flat, results, strict=False)):
             filled = draw(ax, data(result.map, comparison.study.requirement), result.title)
             ax.label_outer()
+            if index + columns >= len(results):  # nothing below it
+                ax.tick_params(labelbottom=True)
+                ax.set_xlabel("force on the load [N]")
         for ax in axes.flat[len(results) :]:
             ax.set_visible(False)  # a removed one would still be asked to make room for the colour bar
         made.colorbar(filled, ax=axes[:, -1], label="efficiency, supply to load [-]", ticks=LEVELS[::2])
