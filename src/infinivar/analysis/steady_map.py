@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 _TILE = 65_536
 """Points computed at once: the intermediate arrays of a tile fit the processor's caches, and dwarf Python's overhead."""
 
+_LOSS = "loss: "
+"""Marks a loss among the fields of a tile."""
+
 _TILES_WORTH_THREADS = 8
 """Fewer tiles are done before threads have started."""
 
@@ -36,7 +39,7 @@ class SteadyMap:
     ----------
     speed, force : (n,), (m,) float     Axes. [m s^-1], [N]
     power_in, power_out : (n, m) float  From the supply, to the load; nan where there is no steady motion. [W]
-    losses : mapping of name to (n, m) float   [W]
+    losses : mapping of name to (n, m) float   Read-only views where a loss does not depend on an axis. [W]
     efficiency : (n, m) float           nan outside limits and where both sides feed the losses. [-]
     limit : (n, m) int8                 Values of `Limit`.
     margin : (n, m) float               Allowance over demand of the tightest limit. [-]
@@ -123,8 +126,6 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     """
     speed, force = _axis("speed", speed, "m/s"), _axis("force", force, "N")
     shape = (speed.size, force.size)
-    fields: dict[str, np.ndarray] = {}
-    losses: dict[str, np.ndarray] = {}
     rows = max(1, _TILE // force.size)
     columns = min(force.size, _TILE)
     tiles = [
@@ -132,17 +133,17 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
         for top in range(0, speed.size, rows)
         for left in range(0, force.size, columns)
     ]
-    # The first tile says which fields there are; with these in place, threads write to disjoint parts of them.
+    # The first tile says which fields there are, and on which axes they depend; a loss that is the same everywhere
+    # takes the room of one number. Threads then write to disjoint parts.
     first = _evaluated(drive, speed, force, tiles[0])
-    for store, values in ((fields, first[0]), (losses, first[1])):
-        for name in values:
-            store[name] = np.empty(shape, dtype=np.int8 if name == "limit" else float)
+    tile_shape = first[0]["power_out"].shape
+    room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}
 
     def compute(tile: tuple[slice, slice]) -> float:
-        values, tile_losses, residual = first if tile is tiles[0] else _evaluated(drive, speed, force, tile)
-        for store, parts in ((fields, values), (losses, tile_losses)):
-            for name, value in parts.items():
-                store[name][tile] = value
+        values, residual = first if tile is tiles[0] else _evaluated(drive, speed, force, tile)
+        for name, value in values.items():
+            store = room[name]
+            store[tuple(part if size > 1 else np.s_[:] for part, size in zip(tile, store.shape, strict=True))] = value
         return residual
 
     worst = 0.0
@@ -151,26 +152,36 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
             worst = max(worst, residual)
             if progress is not None:
                 progress(done / len(tiles))
+    fields = {name: np.broadcast_to(values, shape) for name, values in room.items()}
+    losses = {name.removeprefix(_LOSS): fields.pop(name) for name in room if name.startswith(_LOSS)}
     return SteadyMap(speed=speed, force=force, losses=MappingProxyType(losses), audit_residual=worst, **fields)
+
+
+def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
+    """Empty array for a field of the whole map, of length 1 along each axis on which the field does not depend."""
+    value = np.asarray(value)
+    extents = zip((1,) * (2 - value.ndim) + value.shape, tile_shape, shape, strict=True)
+    return np.empty(tuple(1 if here == 1 < tile else whole for here, tile, whole in extents), dtype=value.dtype)
 
 
 def _evaluated(
     drive: Drive, speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
-) -> tuple[dict, dict, float]:
-    """Fields and losses of one tile, audited, and its largest residual."""
+) -> tuple[dict[str, Any], float]:
+    """Fields of one tile, losses among them, audited, and the largest residual."""
     point = drive.operate(speed=speed[tile[0], None], force=force[None, tile[1]])
     residual = power.audit(point.power_in, point.power_out, point.losses, "steady map")
     limit, margin = binding(point.utilisation)
     if np.any(np.isnan(point.power_in) & (limit != Limit.SLIP)):
         raise AuditError("steady map: a power is nan although the wheel does not slip")
-    values = {
+    fields = {
         "power_in": point.power_in,
         "power_out": point.power_out,
         "efficiency": np.where(limit == 0, power.efficiency(point.power_in, point.power_out), np.nan),
         "limit": limit,
         "margin": margin,
+        **{_LOSS + name: loss for name, loss in point.losses.items()},
     }
-    return values, dict(point.losses), residual
+    return fields, residual
 
 
 @contextlib.contextmanager
