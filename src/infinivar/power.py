@@ -1,4 +1,4 @@
-"""Power accounting shared by the element, the drives and the analyses: efficiency and the audit."""
+"""Power accounting shared by the element, the drives and the analyses: efficiency, the audit, operating points."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from infinivar._xp import Array, namespace
 from infinivar.errors import AuditError
+from infinivar.limits import Limit, binding
 
 AUDIT_TOLERANCE = 1e-9
 """Largest accepted residual of a power balance, relative to the largest power in it. Float64 leaves about 1e-15;
@@ -66,3 +67,32 @@ def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where:
     if not worst <= AUDIT_TOLERANCE:
         raise AuditError(f"{where}: power balance misses {worst:.3g} of the power, more than {AUDIT_TOLERANCE:g}")
     return worst
+
+
+class PowerPoint:
+    """What an operating point of an element and one of a drive have in common.
+
+    Subclasses give `power_in`, `power_out` [W] and `utilisation`, demand over allowance by limit.
+    """
+
+    __slots__ = ()
+
+    power_in: Array
+    power_out: Array
+    utilisation: Mapping[Limit, Array]
+
+    @property
+    def limit(self) -> Array:
+        """Limit that binds, as the integer of `Limit`."""
+        return binding(self.utilisation)[0]
+
+    @property
+    def margin(self) -> Array:
+        """Allowance over demand of the tightest limit. [-]"""
+        return binding(self.utilisation)[1]
+
+    @property
+    def efficiency(self) -> Array:
+        """Useful over spent power; see `infinivar.power.efficiency`. [-]"""
+        xp = namespace(self.power_in)
+        return xp.where(self.limit == 0, efficiency(self.power_in, self.power_out), xp.nan)

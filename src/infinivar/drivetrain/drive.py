@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from infinivar import power
-from infinivar._xp import Array, namespace
-from infinivar.limits import Limit, binding
+from infinivar._xp import Array
+from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.power import PowerPoint
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DrivePoint:
+class DrivePoint(PowerPoint):
     """Steady operating point of a drive-train; arrays that broadcast to one shape, SI.
 
     `losses` names every loss from supply to load [W]; `states` holds currents, voltages, angles and the like, each
@@ -27,22 +27,6 @@ class DrivePoint:
     losses: Mapping[str, Array]
     utilisation: Mapping[Limit, Array]
     states: Mapping[str, Array] = field(default_factory=dict)
-
-    @property
-    def limit(self) -> Array:
-        """Limit that binds, as the integer of `Limit`."""
-        return binding(self.utilisation)[0]
-
-    @property
-    def margin(self) -> Array:
-        """Allowance over demand of the tightest limit. [-]"""
-        return binding(self.utilisation)[1]
-
-    @property
-    def efficiency(self) -> Array:
-        """Useful over spent power inside limits, else nan; see `infinivar.power.efficiency`. [-]"""
-        xp = namespace(self.power_in)
-        return xp.where(self.limit == 0, power.efficiency(self.power_in, self.power_out), xp.nan)
 
 
 @runtime_checkable

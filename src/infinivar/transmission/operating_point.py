@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from infinivar import power
 from infinivar._xp import Array, namespace
-from infinivar.limits import Limit, binding
+from infinivar.limits import Limit
+from infinivar.power import PowerPoint
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class OperatingPoint:
+class OperatingPoint(PowerPoint):
     """Where the element stands: arrays of one shape, SI.
 
     Where the contact slips under a prescribed force there is no steady motion: link speed, powers and losses are nan
@@ -44,19 +44,3 @@ class OperatingPoint:
     def power_out(self) -> Array:
         """Power to the link, fl ldot. [W]"""
         return self.link_force * self.link_speed + 0.0  # no negative zero
-
-    @property
-    def limit(self) -> Array:
-        """Limit that binds, as the integer of `Limit`."""
-        return binding(self.utilisation)[0]
-
-    @property
-    def margin(self) -> Array:
-        """Allowance over demand of the tightest limit. [-]"""
-        return binding(self.utilisation)[1]
-
-    @property
-    def efficiency(self) -> Array:
-        """Useful over spent power; see `infinivar.power.efficiency`. [-]"""
-        xp = namespace(self.torque)
-        return xp.where(self.limit == 0, power.efficiency(self.power_in, self.power_out), xp.nan)
