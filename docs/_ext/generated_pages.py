@@ -11,7 +11,8 @@ from infinivar import units
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.parts import catalogue
 from infinivar.study import schema
-from infinivar.study.load import parameter_set, parameter_sets, shipped_study
+from infinivar.study.load import shipped_study
+from infinivar.study.shipped import parameter_set, parameter_sets
 
 
 def grid(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
-from infinivar.study.load import parameter_set
 from infinivar.study.parts import gearheads, motors
+from infinivar.study.shipped import parameter_set
 
 
 def bash(command, folder):

@@ -34,12 +34,13 @@ def elements(draw, law=laws, largest_h=0.05, smallest_k=20.0):
 
 @st.composite
 def motors(draw):
-    """A motor whose continuous torque its supply can feed."""
+    """A motor that its supply can turn."""
+    voltage, resistance = draw(st.floats(6, 60)), draw(st.floats(0.05, 30))
     return iv.Motor(
-        voltage=draw(st.floats(6, 60)),
-        resistance=draw(st.floats(0.05, 30)),
+        voltage=voltage,
+        resistance=resistance,
         torque_constant=draw(st.floats(0.005, 0.1)),
-        no_load_current=draw(st.floats(0, 0.3)),
+        no_load_current=draw(st.floats(0, 0.9)) * voltage / resistance,
         continuous_torque=draw(st.floats(0.002, 0.5)),
     )
 

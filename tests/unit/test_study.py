@@ -7,9 +7,10 @@ import pytest
 
 import infinivar as iv
 from infinivar.errors import InputError
-from infinivar.study.load import parameter_set, parameter_sets, shipped_study
+from infinivar.study.load import shipped_study
 from infinivar.study.parts import gearheads, motors
 from infinivar.study.schema import DRIVES, KINDS, json_schema, table
+from infinivar.study.shipped import parameter_set, parameter_sets
 from infinivar.study.template import TEMPLATE
 
 MINIMAL = """

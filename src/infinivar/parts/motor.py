@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from infinivar._xp import Array, namespace
+from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
 
@@ -53,6 +54,12 @@ class Motor:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
+        known = all(isinstance(value, (int, float)) for value in (self.no_load_current, self.voltage, self.resistance))
+        if known:
+            stall = self.voltage / self.resistance
+            require(
+                self.no_load_current < stall, "no_load_current", self.no_load_current, f"< {stall:.3g} (stall)", "A"
+            )
 
     @property
     def friction_torque(self) -> float:

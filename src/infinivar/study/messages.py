@@ -12,6 +12,15 @@ from infinivar.errors import nearest
 from infinivar.study.schema import CATALOGUES, DRIVES, part_of, table
 
 
+class StudyError(Exception):
+    """Faults found in a study, each "field = value must be ..."; the caller adds the file."""
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The faults, a line each."""
+        return self.args
+
+
 def explained(error: Mapping[str, Any], part: type, path: str) -> str:
     """A pydantic error as one line: field, value, what would be right."""
     *tables, name = (str(step) for step in error["loc"])

@@ -7,7 +7,7 @@ from typing import Any
 from infinivar.parts import catalogue
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
-from infinivar.study.load import built_part
+from infinivar.study.build import built_part
 from infinivar.study.schema import CATALOGUES
 
 

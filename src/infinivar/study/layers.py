@@ -1,0 +1,112 @@
+"""Laying tables over one another: a study over the shipped set it starts from, values over a catalogue part."""
+
+from __future__ import annotations
+
+import typing
+from typing import Any
+
+from infinivar.errors import InputError, nearest
+from infinivar.parts import catalogue
+from infinivar.study.messages import StudyError, quoted
+from infinivar.study.schema import CATALOGUES, KINDS, part_of
+from infinivar.study.shipped import parameter_set
+
+LONGEST_TITLE = 120
+
+# Keys that steer how a table is read; all other keys are fields of the part it describes.
+_DIRECTIVES = ("base", "part", "type", "title")
+
+Raw = dict[str, Any]
+"""A table as written, or with kind and where spelled out."""
+
+
+def annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
+    """The table with kind and where spelled out at every value, so that tables of two sources can be laid over."""
+    kind, where = tree.get("kind", kind), tree.get("where", where)
+    if kind not in KINDS:
+        raise StudyError(f"{path}.kind = {quoted(kind)} must be one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}")
+    if not isinstance(where, str):
+        raise StudyError(f"{path}.where = {quoted(where)} must be text that names the source")
+    result: Raw = {}
+    for key, value in tree.items():
+        if key in ("kind", "where"):
+            continue
+        if key in _DIRECTIVES:
+            if not isinstance(value, str) or len(value) > LONGEST_TITLE:
+                raise StudyError(f"{path}.{key} = {quoted(value)} must be text of up to {LONGEST_TITLE} letters")
+            result[key] = value
+        elif not isinstance(value, dict):
+            result[key] = {"value": value, "kind": kind, "where": where}
+        elif "value" in value:
+            result[key] = {"kind": kind, "where": where, **value}
+        else:
+            result[key] = annotated(value, f"{path}.{key}", where, kind)
+    return result
+
+
+def merged(under: Raw, over: Raw) -> Raw:
+    """Table `under` with everything that `over` says instead; a table that names a part starts afresh."""
+    if "part" in over:
+        return over
+    result = dict(under)
+    for key, value in over.items():
+        below = result.get(key)
+        tables = isinstance(value, dict) and "value" not in value and isinstance(below, dict) and "value" not in below
+        result[key] = merged(typing.cast(Raw, below), value) if tables else value
+    return result
+
+
+def over_base(tree: Raw, path: str, reconstruction: dict[str, str]) -> Raw:
+    """The table laid over the shipped one that its `base` names, if any; notes what that set reconstructs."""
+    base = tree.pop("base", None)
+    if base is None:
+        return tree
+    name, _, member = base.partition(".")
+    try:
+        shipped = parameter_set(name)
+        if path == "requirement":
+            if member or "requirement" not in shipped:
+                raise InputError(f"{base!r} must be the name of a parameter set, such as 'faulring2006'")
+            under = shipped["requirement"]
+        else:
+            choices = [f"{name}.{drive}" for drive in shipped["drives"]]
+            if base not in choices:
+                raise InputError(
+                    f"{base!r} is not a shipped drive{nearest(base, choices)}; {name} has {', '.join(choices)}"
+                )
+            under = shipped["drives"][member]
+    except InputError as problem:
+        raise StudyError(f"{path}.base = {quoted(base)}: {problem}") from None
+    if "reconstruction" in shipped:
+        reconstruction[name] = shipped["reconstruction"]
+    under = annotated(under, path, shipped["source"])
+    if "type" in tree and tree["type"] != under.get("type"):
+        raise StudyError(
+            f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out"
+        )
+    return merged(under, tree)
+
+
+def over_parts(part: type, tree: Raw, path: str) -> Raw:
+    """The table with every `part` key replaced by that catalogue entry's values."""
+    result = dict(tree)
+    name = result.pop("part", None)
+    if name is not None:
+        if part not in CATALOGUES:
+            raise StudyError(
+                f"{path}.part = {quoted(name)}: only a motor or a gearhead can be taken from the catalogue"
+            )
+        try:
+            entry = catalogue.entry(CATALOGUES[part], name)
+        except InputError as problem:
+            raise StudyError(f"{path}.part = {problem}") from None
+        result = merged(annotated(entry, path, "catalogue"), result)
+    hints = typing.get_type_hints(part)
+    for key, value in result.items():
+        inner = part_of(hints.get(key))
+        if inner is not None and "value" in value:
+            hint = ' with part = "..."' if inner in CATALOGUES else ""
+            raise StudyError(f"{path}.{key} = {quoted(value['value'])} must be a table [{path}.{key}]{hint}")
+        if inner is not None:
+            result[key] = over_parts(inner, value, f"{path}.{key}")
+    return result
