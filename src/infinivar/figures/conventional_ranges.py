@@ -36,7 +36,7 @@ def data(machine: Machine) -> dict[str, Any]:
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> Any:
     """Draw the map and the outlines; returns the filled contours, for a colour bar."""
     largest = numbers["largest"]
-    filled = operating_map.draw(ax, largest, labels=False)
+    filled = operating_map.draw(ax, largest)
     colours = ("#CC79A7", "#E69F00", "#56B4E9")
     for colour, (title, margin) in zip(colours, numbers["others"].items(), strict=False):
         clipped = np.clip(margin, 0.0, 2.0)
@@ -44,14 +44,14 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> Any:
         ax.plot([], [], color=colour, lw=2.0, label=title)
     ax.plot([], [], color="black", lw=1.4, label=numbers["title"] + " (with efficiency)")
     ax.plot([], [], color="#D55E00", lw=1.5, ls="--", label="required region")
-    ax.legend(loc="upper right", frameon=True, framealpha=1.0, edgecolor="none")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)
     return filled
 
 
 def draw_all(machine: Machine) -> Figure:
     """The figure."""
     with style.styled():
-        made, ax = style.figure(7.2, 4.4)
+        made, ax = style.figure(7.2, 4.8)
         filled = draw(ax, data(machine))
         made.colorbar(filled, ax=ax, label="efficiency, supply to load [-]", ticks=operating_map.LEVELS[::2])
     return made

@@ -47,8 +47,8 @@ def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = True) -> Any:
-    """Draw one map; returns the filled contours, for a colour bar. `labels` names the limits on the map."""
+def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "") -> Any:
+    """Draw one map; returns the filled contours, for a colour bar."""
     force, speed, limit = numbers["force"], numbers["speed"], numbers["limit"]
     ax.set_facecolor(_OUTSIDE)
     within = np.where(limit == Limit.OK, numbers["efficiency"], np.nan)
@@ -58,9 +58,8 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = T
     if np.isfinite(within).any():
         lines = ax.contour(force, speed, within, levels=_LINES, colors="white", linewidths=0.6)
         ax.clabel(lines, fmt="%.2g", fontsize=7)
-    if labels:
-        for code in np.unique(limit[limit != Limit.OK])[1:]:
-            ax.contour(force, speed, limit == code, levels=[0.5], colors="#888888", linewidths=0.8, linestyles="dotted")
+    for code in np.unique(limit[limit != Limit.OK])[1:]:
+        ax.contour(force, speed, limit == code, levels=[0.5], colors="#888888", linewidths=0.8, linestyles="dotted")
     # Infinite margins (nothing demanded) would spoil the interpolation of the boundary.
     margin = np.clip(numbers["margin"], 0.0, 2.0)
     if margin.min() < 1.0 < margin.max():
@@ -77,8 +76,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", labels: bool = T
         )
         ax.plot(across * x, along * y, color="white", lw=2.6)
         ax.plot(across * x, along * y, color="#D55E00", lw=1.5, ls="--")
-    if labels:
-        _name_limits(ax, force, speed, limit)
+    _name_limits(ax, force, speed, limit)
     half = 0.5 * (force[1] - force[0]), 0.5 * (speed[1] - speed[0])  # axes hold the centres of cells
     ax.set_xlim(force[0] - half[0], force[-1] + half[0])
     ax.set_ylim(speed[0] - half[1], speed[-1] + half[1])
