@@ -50,6 +50,22 @@ def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
     return tuple(xp.asarray(value, dtype=xp.float64) for value in values)
 
 
+def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
+    """As `as_floats`, refusing values that are not finite (where values are known).
+
+    Raises
+    ------
+    ValueError
+        Naming the argument.
+    """
+    values = as_floats(xp, *named.values())
+    if xp.__name__ == "numpy":
+        for name, value in zip(named, values, strict=True):
+            if not xp.all(xp.isfinite(value)):
+                raise ValueError(f"{name} must be finite, got {value[~xp.isfinite(value)].ravel()[0]}")
+    return values
+
+
 def signed_infinity(xp: Any, value: Array) -> Array:
     """inf with the sign of `value`, 0 where it is 0."""
     infinite = xp.full_like(value, xp.inf)

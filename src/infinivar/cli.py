@@ -83,6 +83,8 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
+    for warning in loaded.warnings:
+        print(f"infinivar: {study}: check {warning}", file=sys.stderr)
     with _progress() as progress:
         comparison = run(loaded, progress=progress)
         progress("writing the report", 1.0)

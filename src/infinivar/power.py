@@ -59,10 +59,14 @@ def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where:
     Raises
     ------
     AuditError
-        If any point misses more than `AUDIT_TOLERANCE` of its power.
+        If any point misses more than `AUDIT_TOLERANCE` of its power, or a loss is negative by more than that.
     """
     import numpy as np
 
+    scale = AUDIT_TOLERANCE * (np.abs(power_in) + np.abs(power_out))
+    for name, loss in losses.items():
+        if np.any(loss < -scale):
+            raise AuditError(f"{where}: the loss in {name} is negative, down to {np.nanmin(loss):.3g} W")
     worst = float(np.fmax.reduce(residual(power_in, power_out, losses), axis=None, initial=0.0))
     if not worst <= AUDIT_TOLERANCE:
         raise AuditError(f"{where}: power balance misses {worst:.3g} of the power, more than {AUDIT_TOLERANCE:g}")

@@ -18,7 +18,6 @@ _BOUNDS = {
     "> 0 and <= 1": lambda value: (value > 0) & (value <= 1),
     ">= 0 and <= 1": lambda value: (value >= 0) & (value <= 1),
     "> 0 and <= pi/2": lambda value: (value > 0) & (value <= math.pi / 2 * (1 + 1e-12)),
-    ">= 1": lambda value: value >= 1,
     "!= 0": lambda value: value != 0,
 }
 
@@ -29,7 +28,7 @@ def quantity(unit: str, bound: str, meaning: str, *, default: Any = dataclasses.
     Parameters
     ----------
     unit : str      SI unit of the float, "1" for none.
-    bound : str     One of "> 0", ">= 0", "> 0 and <= 1", ">= 0 and <= 1", ">= 1", "!= 0".
+    bound : str     One of "> 0", ">= 0", "> 0 and <= 1", ">= 0 and <= 1", "> 0 and <= pi/2", "!= 0".
     meaning : str   One line for schemas and reference pages.
     default         Value if left out; required if missing. None marks "not given".
     """
@@ -48,18 +47,21 @@ def check_value(field: str, value: Any, unit: str, bound: str) -> None:
     Values that are neither numbers nor NumPy arrays (those of a tracing array library) are not looked at.
     """
     shown = "" if unit == "1" else unit
+    if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
+        require(False, field, repr(value), f"a number {bound}", shown)
     if isinstance(value, (int, float)):
         require(math.isfinite(value) and bool(_BOUNDS[bound](value)), field, value, bound, shown)
     elif type(value).__module__ == "numpy":
         import numpy as np
 
+        value = np.asarray(value)
         wrong = ~(np.isfinite(value) & _BOUNDS[bound](value))
-        require(not wrong.any(), field, np.asarray(value)[wrong][:1], bound, shown)
+        require(not wrong.any(), field, value[wrong][:1], bound, shown)
 
 
 def check(instance: Any) -> None:
     """Validate every physical field of a dataclass instance; for use in `__post_init__`."""
     for field in dataclasses.fields(instance):
         value = getattr(instance, field.name)
-        if "unit" in field.metadata and value is not None:
+        if "unit" in field.metadata and (value is not None or field.default is not None):
             check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])

@@ -12,6 +12,8 @@ from infinivar.errors import InputError
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
 
 _NAMES_AN_ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|rps|cycle|arcmin|arcsec")
+# Libraries of units differ in what they take these for.
+_RUN_TOGETHER = re.compile(r"(?<![A-Za-z])[munkM]?Nm(?![A-Za-z])|gcm|kgm")
 _STRANGE = re.compile(r"[^\w\s*·/^().²³⁻¹°Ω-]")
 # Other units without dimension (rad, dB, bit) are slips where a pure number is wanted.
 _PURE = {"": 1.0, "1": 1.0, "%": 1e-2, "percent": 1e-2, "‰": 1e-3, "permille": 1e-3, "ppm": 1e-6}
@@ -132,6 +134,8 @@ def parse(text: object, si_unit: str) -> float:
         result = value * _PURE[unit]
     elif not unit:
         raise InputError(f"needs a unit; {hint}")
+    elif _RUN_TOGETHER.search(unit):
+        raise InputError(f"has the unit {unit!r}: separate the units of a product; {hint}")
     elif re.search("[Hh](ert)?z", unit):
         raise InputError(f"must name the angle, which {unit!r} does not; {hint}")
     elif si_unit in ("rad", "rad/s") and not _NAMES_AN_ANGLE.search(unit):

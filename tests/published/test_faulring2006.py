@@ -108,6 +108,7 @@ def test_every_claim_has_an_honest_verdict():
     assert len(claims) == 38
     assert sum(claim.verdict != "not computed" for claim in claims.values()) >= 20
     assert [claims[name].verdict for name in ("E1", "E2", "E4", "C1", "C3", "B1")] == ["holds"] * 6
+    assert claims["C4"].verdict == "undecidable"
     assert [claims[name].verdict for name in ("E3", "E5", "B3", "B5")] == ["does not hold"] * 4
     for claim in claims.values():
         assert claim.why.endswith(".")

@@ -124,6 +124,12 @@ def test_refuses_what_is_not_physical(element, field, value, message):
         replace(element, **{field: value})
 
 
+@pytest.mark.parametrize("value", ["650 N", None, [650.0], True])
+def test_refuses_what_is_no_number(element, value):
+    with pytest.raises(ValueError, match="preload must be a number > 0 N"):
+        replace(element, preload=value)
+
+
 def test_misuse_is_an_exception(element):
     with pytest.raises(ValueError, match="either link_force or link_speed"):
         element.operate(cylinder_speed=14.0, steering_angle=0.1)

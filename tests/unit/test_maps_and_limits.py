@@ -21,7 +21,7 @@ def test_region_area():
     """Area under the power hyperbola by closed form: P (1 + ln(F v/P))."""
     speed, force, weight = CAPPED.sample(401)
     assert weight.sum() == pytest.approx(1.0, rel=1e-12)
-    assert CAPPED.contains(speed, force).all()
+    assert np.all((force <= 50.0) & (speed <= 1.05) & (force * speed <= 12.0 * (1 + 1e-12)))
     area = 12.0 * (1.0 + math.log(50.0 * 1.05 / 12.0))
     # Share of the region below a force, exactly: F v/area up to the corner. The trapezoidal rule is second order.
     below = weight[force <= 12.0 / 1.05].sum()
@@ -114,13 +114,51 @@ class LeakyDrive:
         return self.inner.motors
 
     @property
-    def mass(self):
-        return self.inner.mass
+    def gearhead(self):
+        return self.inner.gearhead
 
     def operate(self, *, speed, force):
         point = self.inner.operate(speed=speed, force=force)
         wrong = np.where(force > 20.0, np.nan, 1.0) if self.hole else 1.0 + self.leak
         return replace(point, power_in=point.power_in * wrong)
+
+
+def test_audit_refuses_a_negative_loss():
+    """Two wrongs can add up to a closed balance; a loss below zero gives them away."""
+    with pytest.raises(AuditError, match="the loss in creep is negative, down to -1 W"):
+        power.audit(np.array([10.0]), np.array([9.0]), {"creep": np.array([-1.0]), "gear": np.array([2.0])}, "test")
+
+
+def test_a_wrong_steering_angle_is_found(study, monkeypatch):
+    """Prescribed motion closes its balance by construction; the angle itself must be checked."""
+    tangent = iv.RotaryLinearIVT._tangent
+
+    def off(self, *arguments):
+        found, usable = tangent(self, *arguments)
+        return 0.9999 * found, usable
+
+    monkeypatch.setattr(iv.RotaryLinearIVT, "_tangent", off)
+    with pytest.raises(AuditError, match="steering angle"):
+        study.drives["cobotic"].operate(speed=0.3, force=20.0)
+
+
+@pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
+def test_points_must_be_finite(study, name):
+    with pytest.raises(ValueError, match="speed must be finite, got nan"):
+        study.drives[name].operate(speed=[0.1, math.nan], force=10.0)
+    with pytest.raises(ValueError, match="force must be finite, got inf"):
+        study.drives[name].operate(speed=0.1, force=math.inf)
+
+
+def test_braking_corners():
+    assert set(replace(CAPPED, quadrants=2).corners()) == {
+        "maximum force",
+        "maximum speed",
+        "braking at maximum force",
+        "braking at maximum speed",
+    }
+    speed, force = replace(CAPPED, quadrants=4).corners()["braking at maximum force"]
+    assert (speed, force) == (12.0 / 50.0, -50.0)
 
 
 def test_every_map_is_audited(study):

@@ -1,5 +1,7 @@
 """The package as a whole: what importing costs, what it cites, and what the documentation says it does."""
 
+import copy
+import pickle
 import re
 import subprocess
 import sys
@@ -37,6 +39,17 @@ def test_every_cited_source_is_listed():
     assert set(known) - cited == set()
     for key in known:
         assert known[key]["year"] in references.cite(key)
+
+
+def test_values_travel(study, comparison):
+    """Studies and results can be copied and sent to other processes."""
+    for value in (study, comparison):
+        again = pickle.loads(pickle.dumps(value))
+        assert type(again) is type(value)
+    assert copy.deepcopy(study).drives == study.drives
+    assert again.results["cobotic"].coverage == comparison.results["cobotic"].coverage
+    with pytest.raises(TypeError, match="frozen"):
+        again.results["cobotic"].map.losses.clear()
 
 
 def test_modules_stay_small():

@@ -99,14 +99,30 @@ def test_scale(load):
     assert rows(study, "mine")["motor.scale"].value == 2.0
 
 
+def test_a_load_changed_without_what_follows_is_pointed_out(load):
+    """Creep stiffness and friction torques of the base were derived for the base's preload."""
+    study = load(MINIMAL + '[drives.mine.transmission]\npreload = "6500 N"\nbearing_torque = "20 mN m"\n')
+    assert len(study.warnings) == 1
+    assert "preload changed, but creep_stiffness and rolling_torque stayed" in study.warnings[0]
+    found = rows(study, "mine")
+    assert found["transmission.creep_stiffness"].kind == "assumed"
+    assert "where preload differed" in found["transmission.creep_stiffness"].where
+    every = 'preload = "6500 N"\ncreep_stiffness = "170 kN"\nrolling_torque = "2 mN m"\nbearing_torque = "20 mN m"\n'
+    assert load(MINIMAL + "[drives.mine.transmission]\n" + every).warnings == ()
+    assert load(MINIMAL + '[drives.mine.transmission]\npreload = "650 N"\n').warnings == ()
+    assert load(MINIMAL).warnings == ()
+
+
 def test_defaults_are_listed_as_assumed(load):
     found = rows(load(MINIMAL), "mine")
     assert found["amplifier.regeneration"].where == "default of the program"
 
 
 def test_study_is_frozen(study):
-    with pytest.raises(TypeError):
+    with pytest.raises(TypeError, match="frozen"):
         study.drives["new"] = None
+    with pytest.raises(TypeError, match="frozen"):
+        study.titles.update(new="x")
     with pytest.raises(dataclasses.FrozenInstanceError):
         study.title = "x"
 

@@ -43,7 +43,7 @@ def test_reads(text, unit, value):
         (float("nan"), "1", "must be a finite number"),
         ("5 kg", "N", "has the unit 'kg' where N is needed"),
         ("5 parsnips", "m/s", "has an unknown unit 'parsnips'"),
-        ("5 mNm", "N m", "has the unit 'mNm' where N m is needed"),
+        ("5 mNm", "N m", "has the unit 'mNm': separate the units of a product"),
         ("14 Hz", "rad/s", "must name the angle"),
         ("14 1/s", "rad/s", "must name the angle"),
         ("1,5 N", "N", "not a comma"),

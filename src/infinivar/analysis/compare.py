@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from infinivar import power
 from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
 from infinivar.study.study import Study
 
@@ -176,7 +176,7 @@ def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **op
         peak_efficiency_in_region=_peak(efficiency),
         mean_loss=float(np.average(loss[within], weights=weight[within])) if weight[within].sum() > 0 else np.nan,
         tightest=Margin(limit=worst, value=float(margin[tight]), force=float(force[tight]), speed=float(speed[tight])),
-        corners=MappingProxyType({label: corner(drive, *place) for label, place in requirement.corners().items()}),
+        corners=FrozenDict({label: corner(drive, *place) for label, place in requirement.corners().items()}),
         map=steady,
         audit_residual=max(residuals),
     )
@@ -204,7 +204,7 @@ def corner(drive: Drive, speed: float, force: float) -> Corner:
         speed=speed,
         force=force,
         power_in=float(point.power_in),
-        losses=MappingProxyType({name: float(loss) for name, loss in point.losses.items()}),
+        losses=FrozenDict({name: float(loss) for name, loss in point.losses.items()}),
         efficiency=float(power.efficiency(point.power_in, point.power_out)),
         limit=Limit(int(limit)),
         margin=float(margin),
@@ -239,4 +239,4 @@ def compare(study: Study, *, progress: Callable[[str, float], None] | None = Non
 
         report(0.0)
         results[name] = evaluate(name, title, drive, study.requirement, progress=report)
-    return Comparison(study=study, results=MappingProxyType(results))
+    return Comparison(study=study, results=FrozenDict(results))

@@ -9,6 +9,7 @@ from typing import Any
 
 from infinivar.analysis.claims import element, system
 from infinivar.analysis.claims.claim import Claim, Finding, Machine, statements
+from infinivar.errors import InputError
 
 CHECKS: dict[str, Callable[[Machine], Finding]] = {**element.CHECKS, **system.CHECKS}
 
@@ -49,7 +50,15 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     -------
     Reproduction
         A claim nothing here can check yet has the verdict "not computed".
+
+    Raises
+    ------
+    InputError
+        If no claim belongs to the figure.
     """
+    figures = sorted({said["figure"] for said in statements() if "figure" in said})
+    if figure is not None and figure not in figures:
+        raise InputError(f"figure {figure}: must be one of {', '.join(map(str, figures))}")
     machine = Machine()
     wanted = [said for said in statements() if figure is None or said.get("figure") == figure]
     claims = []

@@ -6,7 +6,6 @@ import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy as np
 from infinivar import power
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import AuditError, InputError
+from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
 
 if TYPE_CHECKING:
@@ -33,13 +33,13 @@ _TILES_WORTH_THREADS = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteadyMap:
-    """Map over speed (first axis) and force (second axis); SI.
+    """Map over speed (first axis) and force (second axis); SI. The maps are read-only.
 
     Attributes
     ----------
     speed, force : (n,), (m,) float     Axes. [m s^-1], [N]
     power_in, power_out : (n, m) float  From the supply, to the load; nan where there is no steady motion. [W]
-    losses : mapping of name to (n, m) float   Read-only views where a loss does not depend on an axis. [W]
+    losses : mapping of name to (n, m) float   [W]
     efficiency : (n, m) float           nan outside limits and where both sides feed the losses. [-]
     limit : (n, m) int8                 Values of `Limit`.
     margin : (n, m) float               Allowance over demand of the tightest limit. [-]
@@ -154,7 +154,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
                 progress(done / len(tiles))
     fields = {name: np.broadcast_to(values, shape) for name, values in room.items()}
     losses = {name.removeprefix(_LOSS): fields.pop(name) for name in room if name.startswith(_LOSS)}
-    return SteadyMap(speed=speed, force=force, losses=MappingProxyType(losses), audit_residual=worst, **fields)
+    return SteadyMap(speed=speed, force=force, losses=FrozenDict(losses), audit_residual=worst, **fields)
 
 
 def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:

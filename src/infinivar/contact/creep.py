@@ -84,7 +84,6 @@ class CreepLaw:
     flow_factor : force ratio -> factor on the link speed and its derivative, or None where the law is a creep law alone
     """
 
-    name: str
     creepage: Callable[[Array], Array]
     slope: Callable[[Array], Array]
     force: Callable[[Array], Array]
@@ -96,9 +95,8 @@ def _unit_slope(force_ratio: Array) -> Any:
 
 
 LAWS = {
-    "linear": CreepLaw(name="linear", creepage=linear_creepage, slope=_unit_slope, force=linear_force),
+    "linear": CreepLaw(creepage=linear_creepage, slope=_unit_slope, force=linear_force),
     "faulring": CreepLaw(
-        name="faulring",
         creepage=linear_creepage,
         slope=_unit_slope,
         force=linear_force,

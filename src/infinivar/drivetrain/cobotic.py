@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from infinivar._xp import Array, as_floats, namespace
-from infinivar.drivetrain.drive import DrivePoint, electrical_side, known_sum
+from infinivar._xp import Array, finite_floats, namespace
+from infinivar.drivetrain.drive import DrivePoint, electrical_side
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
@@ -60,11 +60,6 @@ class CoboticDrive:
         steering = {} if self.steering is None else {"steering": self.steering.motor}
         return {"cylinder": self.motor, **steering}
 
-    @property
-    def mass(self) -> float | None:
-        """Mass of motors and gearhead, None where one is not known. [kg]"""
-        return known_sum(self.gearhead.mass, *(motor.mass for motor in self.motors.values()))
-
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
         """Steady point at a link speed and force, in all four quadrants, with the wheel steered accordingly.
 
@@ -80,7 +75,7 @@ class CoboticDrive:
         Source: faulring2006, section VI-B and Figs 10, 12, 13.
         """
         xp = namespace(self, speed, force)
-        speed, force = as_floats(xp, speed, force)
+        speed, force = finite_floats(xp, speed=speed, force=force)
         drag, guide_loss = self.guideway.operate(speed=speed, preload=self.transmission.preload)
         element = self.transmission.deliver(
             cylinder_speed=self.cylinder_speed, link_speed=speed, link_force=force + drag

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from infinivar._xp import Array, as_floats, namespace
-from infinivar.drivetrain.drive import DrivePoint, electrical_side, known_sum
+from infinivar._xp import Array, finite_floats, namespace
+from infinivar.drivetrain.drive import DrivePoint, electrical_side
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway, Pulley
@@ -39,11 +39,6 @@ class ConventionalDrive:
         """The one motor."""
         return {"motor": self.motor}
 
-    @property
-    def mass(self) -> float | None:
-        """Mass of motor and gearhead, None where one is not known. [kg]"""
-        return known_sum(self.motor.mass, self.gearhead.mass)
-
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
         """Steady point at a load speed and force, in all four quadrants.
 
@@ -59,7 +54,7 @@ class ConventionalDrive:
         Source: faulring2006, section VI-A and Fig 14.
         """
         xp = namespace(self, speed, force)
-        speed, force = as_floats(xp, speed, force)
+        speed, force = finite_floats(xp, speed=speed, force=force)
         drag, guide_loss = self.guideway.operate(speed=speed)
         torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=speed)
         power_in, losses, utilisation, states = electrical_side(

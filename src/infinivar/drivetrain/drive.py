@@ -39,18 +39,16 @@ class Drive(Protocol):
         ...
 
     @property
-    def mass(self) -> float | None:
-        """Mass of motors and gearheads, None where one is not known. [kg]"""
+    def gearhead(self) -> Gearhead:
+        """Gearhead of the motor that moves the load."""
         ...
 
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
-        """Steady point at a load speed [m s^-1] and force on the load [N], in all four quadrants."""
+        """Steady point at a load speed [m s^-1] and force on the load [N], in all four quadrants.
+
+        Must not depend on calls made at the same time: maps are computed on several threads.
+        """
         ...
-
-
-def known_sum(*values: float | None) -> float | None:
-    """Sum, or None as soon as one part is not known."""
-    return None if any(value is None for value in values) else sum(value for value in values if value is not None)
 
 
 def electrical_side(

@@ -41,14 +41,6 @@ class Requirement:
         # Written so that nothing overflows at zero force.
         return self.power / np.maximum(force, self.power / self.speed)
 
-    def contains(self, speed: Any, force: Any) -> Any:
-        """Whether the region contains the point, its boundary included."""
-        import numpy as np
-
-        speed, force = np.abs(speed), np.abs(force)
-        inside = (force <= self.force) & (speed <= self.speed)
-        return inside if self.power is None else inside & (force * speed <= self.power * (1 + 1e-12))
-
     def corners(self) -> dict[str, tuple[float, float]]:
         """Named corners of the region as (speed, force): where designs usually fail. [m s^-1], [N]"""
         slow, fast = float(self.speed_at(self.force)), self.speed
@@ -56,6 +48,8 @@ class Requirement:
         points = {"maximum force": (slow, self.force)}
         if (fast, light) != (slow, self.force):
             points["maximum speed"] = (fast, light)
+        if self.quadrants > 1:
+            points |= {f"braking at {name}": (speed, -force) for name, (speed, force) in points.items()}
         return points
 
     def sample(self, count: int = 201) -> tuple[Any, Any, Any]:
@@ -71,11 +65,11 @@ class Requirement:
         """
         import numpy as np
 
-        corners = [force for _, force in self.corners().values()]
+        corners = sorted({abs(force) for _, force in self.corners().values()})
         force = np.union1d(np.linspace(0.0, self.force, count), corners)
         if len(corners) > 1:
             # Where power binds, the region shrinks like 1/force: steps in proportion to the force keep up with it.
-            force = np.union1d(force, np.geomspace(min(corners), self.force, count)[1:-1])
+            force = np.union1d(force, np.geomspace(corners[0], self.force, count)[1:-1])
         reach = self.speed_at(force)
         share = np.linspace(0.0, 1.0, count)
         weight = (_cell_widths(force) * reach)[:, None] * _cell_widths(share)[None, :]

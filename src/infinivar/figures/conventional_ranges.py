@@ -53,5 +53,5 @@ def draw_all(machine: Machine) -> Figure:
     with style.styled():
         made, ax = style.figure(7.2, 4.8)
         filled = draw(ax, data(machine))
-        made.colorbar(filled, ax=ax, label="efficiency, supply to load [-]", ticks=operating_map.LEVELS[::2])
+        made.colorbar(filled, ax=ax, label=operating_map.LABEL, ticks=operating_map.LEVELS[::2])
     return made

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def data(comparison: Comparison, corner: str) -> dict[str, Any]:
-    """Losses [W] by drive and name at a corner, the useful power [W], and the limit exceeded if any."""
+    """Losses and power from the supply [W] by drive at a corner, and the limit exceeded if any."""
     corners = {result.title: result.corners[corner] for result in comparison.results.values()}
     first = next(iter(corners.values()))
     return {
@@ -23,6 +23,7 @@ def data(comparison: Comparison, corner: str) -> dict[str, Any]:
         "force": first.force,
         "speed": first.speed,
         "losses": {title: dict(point.losses) for title, point in corners.items()},
+        "power_in": {title: point.power_in for title, point in corners.items()},
         "limit": {title: point.limit for title, point in corners.items()},
     }
 
@@ -44,6 +45,8 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     for row, title in enumerate(titles):
         limit = numbers["limit"][title]
         note = f"{left[row]:.3g} W" if left[row] > 0 else ""
+        if numbers["power_in"][title] < 0:
+            note = f"{note}, {-numbers['power_in'][title]:.3g} W go back"
         if limit != Limit.OK:
             note = f"{note}  beyond {limit.words}".strip()
         ax.text(left[row], row, f" {note}", va="center", fontsize=7.5)
@@ -57,9 +60,11 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
 def draw_all(comparison: Comparison) -> Figure:
     """Loss bars at every corner of the requirement, with one legend."""
     corners = list(comparison.study.requirement.corners())
-    height = 0.9 + 0.34 * len(comparison.results)
+    columns = min(2, len(corners))
+    rows = -(-len(corners) // columns)
+    height = (0.9 + 0.34 * len(comparison.results)) * rows + 0.5
     with style.styled():
-        made, axes = style.figure(5.2 * len(corners) + 0.8, height + 0.5, 1, len(corners), squeeze=False, sharey=True)
+        made, axes = style.figure(5.2 * columns + 0.8, height, rows, columns, squeeze=False, sharey=True)
         for ax, corner in zip(axes.flat, corners, strict=True):
             draw(ax, data(comparison, corner))
         handles, labels = _every_loss(axes.flat)

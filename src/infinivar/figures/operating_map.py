@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+LABEL = "efficiency, useful over spent power [-]"
 LEVELS = np.arange(0.0, 1.01, 0.1)
 _LINES = (0.2, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
 _OUTSIDE = "#EDEDED"
@@ -123,5 +124,5 @@ def draw_all(comparison: Comparison) -> Figure:
                 ax.set_xlabel("force on the load [N]")
         for ax in axes.flat[len(results) :]:
             ax.set_visible(False)  # a removed one would still be asked to make room for the colour bar
-        made.colorbar(filled, ax=axes[:, -1], label="efficiency, supply to load [-]", ticks=LEVELS[::2])
+        made.colorbar(filled, ax=axes[:, -1], label=LABEL, ticks=LEVELS[::2])
     return made

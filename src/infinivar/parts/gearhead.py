@@ -16,7 +16,7 @@ LossModel = Literal["coulomb", "proportional"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GearPoint:
-    """Motor side of a gearhead at an output torque and speed; arrays of one shape, SI."""
+    """Motor side of a gearhead at an output torque and speed; arrays that broadcast to one shape, SI."""
 
     motor_torque: Array
     motor_speed: Array

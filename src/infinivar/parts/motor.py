@@ -13,7 +13,7 @@ from infinivar.quantities import check, component, quantity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MotorPoint:
-    """Electrical state of a motor at a torque and speed; arrays of one shape, SI."""
+    """Electrical state of a motor at a torque and speed; arrays that broadcast to one shape, SI."""
 
     current: Array
     voltage: Array
@@ -70,6 +70,11 @@ class Motor:
     def continuous_current(self) -> float:
         """Current at the continuous torque, which heats the winding to its limit. [A]"""
         return self.continuous_torque / self.torque_constant + self.no_load_current
+
+    @property
+    def no_load_speed(self) -> float:
+        """Speed at the supply voltage without load. [rad s^-1]"""
+        return (self.voltage - self.resistance * self.no_load_current) / self.torque_constant
 
     @property
     def peak_efficiency(self) -> float:

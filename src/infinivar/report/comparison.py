@@ -64,6 +64,7 @@ def results(comparison: Comparison) -> dict[str, Any]:
         "load_mass": requirement.load_mass,
         "quadrants": requirement.quadrants,
     }
+    content["warnings"] = list(comparison.study.warnings)
     content["provenance"] = [
         {
             "owner": row.owner,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import typing
+from dataclasses import dataclass, field
 from typing import Any
 
 from infinivar.errors import InputError, nearest
@@ -15,6 +16,10 @@ LONGEST_TITLE = 120
 
 # Keys that steer how a table is read; all other keys are fields of the part it describes.
 _DIRECTIVES = ("base", "part", "type", "title")
+
+# Numbers of one contact: the second group was derived for the values of the first.
+_CONTACT = ("preload", "friction", "wheel_radius")
+_FOLLOWS = ("creep_stiffness", "rolling_torque", "bearing_torque")
 
 Raw = dict[str, Any]
 """A table as written, or with kind and where spelled out."""
@@ -56,7 +61,16 @@ def merged(under: Raw, over: Raw) -> Raw:
     return result
 
 
-def over_base(tree: Raw, path: str, reconstruction: dict[str, str]) -> Raw:
+@dataclass(frozen=True, slots=True)
+class Remarks:
+    """What there is to say about a study besides its values."""
+
+    reconstruction: dict[str, str] = field(default_factory=dict)
+    """What each parameter set used has reconstructed."""
+    warnings: list[str] = field(default_factory=list)
+
+
+def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
     """The table laid over the shipped one that its `base` names, if any; notes what that set reconstructs."""
     base = tree.pop("base", None)
     if base is None:
@@ -78,13 +92,29 @@ def over_base(tree: Raw, path: str, reconstruction: dict[str, str]) -> Raw:
     except InputError as problem:
         raise StudyError(f"{path}.base = {quoted(base)}: {problem}") from None
     if "reconstruction" in shipped:
-        reconstruction[name] = shipped["reconstruction"]
+        remarks.reconstruction[name] = shipped["reconstruction"]
     under = annotated(under, path, shipped["source"])
     if "type" in tree and tree["type"] != under.get("type"):
         raise StudyError(
             f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out"
         )
+    _check_contact(under.get("transmission", {}), tree.get("transmission", {}), base, path, remarks)
     return merged(under, tree)
+
+
+def _check_contact(under: Raw, over: Any, base: str, path: str, remarks: Remarks) -> None:
+    """Warn where a contact's load changes and the numbers derived for the old one stay; they are assumed then."""
+    given = over if "value" not in over else {}
+    changed = [key for key in _CONTACT if key in given and given[key].get("value") != under[key]["value"]]
+    stale = [key for key in _FOLLOWS if key not in given]
+    if not changed or not stale:
+        return
+    for key in stale:
+        under[key] = {**under[key], "kind": "assumed", "where": f"{base}, where {' and '.join(changed)} differed"}
+    remarks.warnings.append(
+        f"{path}.transmission: {' and '.join(changed)} changed, but {' and '.join(stale)} stayed as {base} has them. "
+        "They do not follow by themselves: give them, too."
+    )
 
 
 def over_parts(part: type, tree: Raw, path: str) -> Raw:

@@ -11,7 +11,7 @@ from pathlib import Path
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, nearest
 from infinivar.study.build import built
-from infinivar.study.layers import LONGEST_TITLE, Raw, annotated, over_base
+from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, plain, quoted, short
 from infinivar.study.schema import DRIVES
 from infinivar.study.shipped import parameter_set
@@ -81,10 +81,10 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
 
     problems: list[str] = []
     rows: list[Provenance] = []
-    reconstruction: dict[str, str] = {}
+    remarks = Remarks()
     drives, titles, requirement = {}, {}, None
     try:
-        tree = over_base(annotated(raw["requirement"], "requirement", origin), "requirement", reconstruction)
+        tree = over_base(annotated(raw["requirement"], "requirement", origin), "requirement", remarks)
         requirement = built(Requirement, tree, "requirement", "requirement", rows)
     except StudyError as found:
         problems += found.lines
@@ -94,7 +94,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
             _check_name(drive, raw["drives"])
             if not isinstance(description, dict):
                 raise StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
-            tree = over_base(annotated(description, where, origin), where, reconstruction)
+            tree = over_base(annotated(description, where, origin), where, remarks)
             kind = _type_of(tree, where)
             titles[drive] = tree.pop("title", drive)
             drives[drive] = built(DRIVES[kind], tree, where, drive, rows)
@@ -110,7 +110,8 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         drives=drives,
         titles=titles,
         provenance=tuple(rows),
-        reconstruction=tuple(reconstruction.values()),
+        reconstruction=tuple(remarks.reconstruction.values()),
+        warnings=tuple(remarks.warnings),
         path=path,
     )
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.frozen import FrozenDict
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,6 +45,7 @@ class Study:
     titles                Their names for reports.
     provenance            One record a value.
     reconstruction        Statements of the parameter sets used about what in them is reconstructed; may be empty.
+    warnings              What looks like an oversight, though it can be computed.
     """
 
     name: str
@@ -55,13 +56,14 @@ class Study:
     titles: Mapping[str, str] = field(default_factory=dict)
     provenance: tuple[Provenance, ...] = ()
     reconstruction: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     path: Path | None = None
 
     def __post_init__(self) -> None:
         """Freeze the mappings; drives without a title go by their name."""
-        object.__setattr__(self, "drives", MappingProxyType(dict(self.drives)))
+        object.__setattr__(self, "drives", FrozenDict(dict(self.drives)))
         object.__setattr__(
-            self, "titles", MappingProxyType(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
+            self, "titles", FrozenDict(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
         )
 
 

@@ -28,9 +28,15 @@ quadrants = 1          # 1: driving one way; 2: driving and braking; 4: both dir
 base = "faulring2006.cobotic"
 title = "Cobotic, small motor"
 
-[drives.cobotic.transmission]
-preload = "650 N"
-friction = 0.12
+[drives.cobotic.gearhead]
+efficiency = 0.88
+
+# Preload, friction, wheel radius and the three numbers below belong together: change one, and give all that follow.
+# [drives.cobotic.transmission]
+# preload = "650 N"
+# creep_stiffness = "17238 N"
+# rolling_torque = "0.19358 mN m"
+# bearing_torque = "1.9358 mN m"
 
 # ... or be given part by part.
 [drives.geared]
@@ -43,7 +49,8 @@ part = "dcx-32-l-24v"          # from the catalogue; any of its values can be ov
 [drives.geared.gearhead]
 ratio = 3.9
 efficiency = {{ value = 0.96, kind = "catalogue", where = "single-stage planetary" }}
-loss_model = "proportional"    # or "coulomb": a constant friction torque (1 - efficiency) x rated torque
+loss_model = "coulomb"         # a constant friction torque (1 - efficiency) x rated torque, as in the base above;
+                               # or "proportional" to power. Compare drives by one law: it can decide between them.
 
 [drives.geared.pulley]
 radius = "8 mm"

@@ -12,7 +12,7 @@ from infinivar.power import PowerPoint
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OperatingPoint(PowerPoint):
-    """Where the element stands: arrays of one shape, SI.
+    """Where the element stands: arrays that broadcast to one shape, SI.
 
     Where the contact slips under a prescribed force there is no steady motion: link speed, powers and losses are nan
     and `limit` says why. Where it slips at a prescribed speed the forces are those of gross sliding. The efficiency

@@ -23,12 +23,16 @@ from dataclasses import dataclass
 
 from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, signed_infinity
 from infinivar.contact import creep
+from infinivar.errors import AuditError
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
 from infinivar.transmission.operating_point import OperatingPoint
 
 _RIGHT_ANGLE = 1e-15
 """Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
+
+_SPEED_TOLERANCE = 1e-6
+"""Of surface and link speed together. Rounding leaves 1e-15, and more only within a millionth of slip with Eq 17."""
 
 _BEYOND_ANY = 1e200
 """Stands for the secant of a right angle: finite, so that no force times it is still no force."""
@@ -216,8 +220,22 @@ class RotaryLinearIVT:
     def deliver(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> OperatingPoint:
         """Operating point that gives the link a prescribed speed and force: `steer`, then `operate`, in one pass.
 
-        Parameters and units as in `steer`; `OperatingPoint.link_speed` and the powers are nan, with limit SLIP, where
-        no steering angle does it.
+        Parameters
+        ----------
+        cylinder_speed, link_speed, link_force : (...,) float   As in `steer`. [rad s^-1], [m s^-1], [N]
+
+        Returns
+        -------
+        OperatingPoint
+            Its arrays broadcast to one shape. Where no steering angle does it, link speed and powers are nan and the
+            limit is SLIP.
+
+        Raises
+        ------
+        AuditError
+            If an angle found does not give the speed asked for: a fault of the program.
+
+        Source: inverse of `operate`; derivation in the theory page.
         """
         xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
@@ -288,8 +306,7 @@ class RotaryLinearIVT:
         along = cosine + spin * creepage * sine
         rolls = rolls & (standing | (along > 0))
         surface_speed = self.cylinder_radius * xp.abs(omega)
-        rolling = surface_speed / xp.where(along > 0, along, 1.0)  # |v|
-        link_speed = rolling * (creepage * cosine - spin * sine)
+        rolling, link_speed = _driven(xp, surface_speed, spin, creepage, steering, along)
         creep_speed, rolling_speed = creepage * rolling, -spin * rolling
         if law.flow_factor is not None:
             factor = creep.directed_flow_factor(law, safe, link_speed)
@@ -304,6 +321,7 @@ class RotaryLinearIVT:
         if exact_speed is not None:
             # The steering angle was found to rounding, which Eq 17 blows up near slip: close the balance exactly.
             rest = exact_speed - link_speed
+            _check_angle(xp, rest, surface_speed + xp.abs(exact_speed), rolls)
             link_speed, creep_speed = exact_speed, creep_speed + rest * cosine
             rolling_speed = rolling_speed + rest * sine
 
@@ -367,7 +385,7 @@ class RotaryLinearIVT:
         def excess(ratio: Array) -> Array:
             creepage = law.creepage(ratio) / self.creep_group
             along = cosine + spin * creepage * sine
-            speed = surface_speed * (creepage * cosine - spin * sine) / xp.where(along > 0, along, 1.0)
+            _, speed = _driven(xp, surface_speed, spin, creepage, steering, along)
             factor = creep.directed_flow_factor(law, ratio, speed)
             return xp.where(along > 0, speed * factor - link_speed, signed_infinity(xp, ratio))
 
@@ -392,3 +410,20 @@ class RotaryLinearIVT:
             utilisation=utilisation,
             **state,
         )
+
+
+def _driven(
+    xp, surface_speed: Array, spin: Array, creepage: Array, steering: _Steering, along: Array
+) -> tuple[Array, Array]:
+    """Rolling speed |v| and link speed of a wheel that rolls the way the cylinder drives it.
+
+    `along` is ``cos(phi) + s e sin(phi)``, positive for such a wheel; elsewhere the result means nothing.
+    """
+    rolling = surface_speed / xp.where(along > 0, along, 1.0)
+    return rolling, rolling * (creepage * steering.cosine - spin * steering.sine)
+
+
+def _check_angle(xp, rest: Array, scale: Array, rolls: Array) -> None:
+    """The steering angle found must give the speed asked for; without this a wrong one would hide in the creep loss."""
+    if xp.__name__ == "numpy" and xp.any(rolls & (xp.abs(rest) > _SPEED_TOLERANCE * scale)):
+        raise AuditError("the steering angle found does not give the link speed asked for")

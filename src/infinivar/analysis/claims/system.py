@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -37,10 +38,33 @@ def smallest_scale(machine: Machine, ratio: float) -> float:
     return brentq(spare, 0.5, 50.0, xtol=1e-6) if spare(50.0) > 0 else np.inf  # type: ignore[return-value]
 
 
+def drag_at(machine: Machine, spare: Callable[[ConventionalDrive], float]) -> float:
+    """Drag at the load at which `spare` of Motor 2's drive passes zero. [N]"""
+    from scipy.optimize import brentq
+
+    large = _conventional(machine, _LARGE)
+    return brentq(lambda drag: spare(replace(large, guideway=Guideway(friction=drag))), 0.0, 20.0, xtol=1e-3)  # type: ignore[return-value]
+
+
+def _region_peak(machine: Machine, drive: ConventionalDrive) -> float:
+    speed, force, _ = machine.comparison.study.requirement.sample(61)
+    return float(np.nanmax(drive.operate(speed=speed, force=force).efficiency))
+
+
+def _region_losses(machine: Machine, drive: ConventionalDrive) -> dict[str, float]:
+    """Mean of each loss over the region. [W]"""
+    speed, force, weight = machine.comparison.study.requirement.sample(61)
+    point = drive.operate(speed=speed, force=force)
+    return {name: float(np.sum(weight * loss)) for name, loss in point.losses.items()}
+
+
 def c1(machine: Machine) -> Finding:
     """Coverage of Motor 1 on three ratios."""
     shares = [machine.comparison.results[name].coverage for name in _SMALL]
-    why = "Each ratio runs out of voltage at speed, of torque at force, or of both; the ratios are reconstructed."
+    why = (
+        "Each ratio runs out of voltage at speed, of torque at force, or of both; the ratios are assumed, and chosen so "
+        "that they do, but no single ratio gives Motor 1 both."
+    )
     return Finding(", ".join(f"{share:.0%}" for share in shares), yes(max(shares) < 1.0), why)
 
 
@@ -56,31 +80,39 @@ def c2(machine: Machine) -> Finding:
 def c3(machine: Machine) -> Finding:
     """Coverage of Motor 2."""
     result = machine.comparison.results[_LARGE]
-    why = f"The tightest limit is {result.tightest.limit.words} with a margin of {result.tightest.value:.3f}."
+    speed, force, _ = machine.comparison.study.requirement.sample(41)
+    most = drag_at(machine, lambda drive: float(drive.operate(speed=speed, force=force).margin.min()) - 1.0)
+    drag = _conventional(machine, _LARGE).guideway.friction
+    why = (
+        f"The tightest limit is {result.tightest.limit.words} with a margin of {result.tightest.value:.3f}; it holds up to "
+        f"{most:.1f} N of drag at the load, of which {drag:.1f} N are assumed."
+    )
     return Finding(f"{result.coverage:.0%}", yes(result.covers), why)
 
 
 def c4(machine: Machine) -> Finding:
-    """Smallest scale of Motor 1, over all ratios."""
+    """Smallest scale of Motor 1, on the shipped ratio and over all ratios."""
     ratios = np.linspace(3.5, 4.6, 111)
     scales = np.array([smallest_scale(machine, ratio) for ratio in ratios])
     best = int(np.argmin(scales))
     shipped = _conventional(machine, _LARGE).gearhead.ratio
+    at_shipped = smallest_scale(machine, shipped)
     why = (
-        f"On the reconstructed {shipped:g}:1 the smallest scale is {smallest_scale(machine, shipped):.2f}, which rounds to "
-        f"2.7, but {ratios[best]:.2f}:1 would need only {scales[best]:.2f}: the fourth ratio, not printed, decides."
+        f"On the reconstructed {shipped:g}:1 the smallest scale is {at_shipped:.2f}, which rounds to 2.7, but "
+        f"{ratios[best]:.2f}:1 would need only {scales[best]:.2f}: the fourth ratio, which the paper does not print, decides."
     )
-    return Finding(float(scales[best]), about(float(scales[best]), 2.7, 0.05), why)
+    return Finding(f"{at_shipped:.2f} at {shipped:g}:1, {scales[best]:.2f} at {ratios[best]:.2f}:1", "undecidable", why)
 
 
 def c5(machine: Machine) -> Finding:
     """Peak efficiency of Motor 2's drive."""
     result = machine.comparison.results[_LARGE]
-    drive = replace(_conventional(machine, _LARGE), guideway=Guideway())
-    free = drive.operate(speed=result.map.speed[:, None], force=result.map.force[None, :]).efficiency
+    large = _conventional(machine, _LARGE)
+    free = replace(large, guideway=Guideway())
+    peak = np.nanmax(free.operate(speed=result.map.speed[:, None], force=result.map.force[None, :]).efficiency)
     why = (
-        f"Drag of 4.5 N at the load (assumed) costs the rest; without it the same motor and gear reach {np.nanmax(free):.2f}, "
-        "and 0.87 x 0.97 = 0.84 bounds them anyway."
+        f"{large.guideway.friction:g} N of drag at the load (assumed) cost the rest; without drag it would be {peak:.2f}, but "
+        f"then {_region_peak(machine, free):.2f} inside the regime, and C6 would fail: here C5 and C6 exclude each other."
     )
     return Finding(result.peak_efficiency, about(result.peak_efficiency, 0.85, _READING), why)
 
@@ -88,23 +120,31 @@ def c5(machine: Machine) -> Finding:
 def c6(machine: Machine) -> Finding:
     """Peak efficiency of Motor 2's drive in the region."""
     value = machine.comparison.results[_LARGE].peak_efficiency_in_region
-    why = "Motor 2 is larger than the power needs, and in the region it works at low speed or low load; drag decides."
+    least = drag_at(machine, lambda drive: 0.65 - _region_peak(machine, drive))
+    drag = _conventional(machine, _LARGE).guideway.friction
+    why = (
+        f"It holds from {least:.1f} N of drag at the load; {drag:g} N are assumed, and chosen so that it does (see C5)."
+    )
     return Finding(value, yes(value <= 0.65), why)
 
 
 def c7(machine: Machine) -> Finding:
     """Share of winding loss of Motor 2's drive over the region."""
-    speed, force, weight = machine.comparison.study.requirement.sample()
-    point = _conventional(machine, _LARGE).operate(speed=speed, force=force)
-    mean = {name: float(np.sum(weight * loss)) for name, loss in point.losses.items()}
+    large = _conventional(machine, _LARGE)
+    mean = _region_losses(machine, large)
     corner = machine.comparison.results[_LARGE].corners["maximum force"]
-    power = float(np.sum(weight * point.power_in))
-    largest = max(mean, key=lambda name: mean[name])
+
+    def lead(drive: ConventionalDrive) -> float:
+        losses = _region_losses(machine, drive)
+        return losses["winding"] - losses["guideway"]
+
     why = (
-        f"Averaged over the region winding heat is {mean['winding'] / sum(mean.values()):.0%} of the loss, and the largest "
-        f"single loss is {largest}; at maximum force it is {corner.losses['winding'] / sum(corner.losses.values()):.0%}."
+        f"Winding heat is {corner.losses['winding'] / sum(corner.losses.values()):.0%} of the loss at maximum force, but on "
+        f"average over the regime {mean['winding'] / sum(mean.values()):.0%}, hardly more than drag at the load "
+        f"({mean['guideway'] / sum(mean.values()):.0%}, assumed), which leads from {drag_at(machine, lead):.1f} N."
     )
-    return Finding(f"{mean['winding'] / power:.0%} of the input", yes(largest == "winding"), why)
+    share = mean["winding"] / sum(mean.values())
+    return Finding(f"{share:.0%} of the loss", yes(max(mean, key=lambda name: mean[name]) == "winding"), why)
 
 
 def b1(machine: Machine) -> Finding:
@@ -127,15 +167,14 @@ def b3(machine: Machine) -> Finding:
     """Share of the region in which the cobotic drive beats Motor 2 on its gear."""
     speed, force, weight = machine.comparison.study.requirement.sample()
     drives = machine.comparison.study.drives
-    moving = (speed > 0) & (force > 0)
     rival = drives[_LARGE].operate(speed=speed, force=force).power_in
     share = {}
     for letter, name in _COBOTIC.items():
         better = drives[name].operate(speed=speed, force=force).power_in < rival
-        share[letter] = float(weight[better & moving].sum() / weight[moving].sum())
+        share[letter] = float(weight[better].sum())
     why = (
         "Against Motor 2, the only conventional drive that covers; at light load a cylinder gear with constant friction "
-        "torque (A) still pays for 14 rad/s, one that loses in proportion to power (B) does not: that law decides."
+        "torque (A) still pays for 14 rad/s, one that loses in proportion to power (B) hardly: that law decides."
     )
     found = ", ".join(f"{value:.0%} of the region ({letter})" for letter, value in share.items())
     return Finding(found, yes(min(share.values()) >= 1.0), why)
@@ -156,7 +195,8 @@ def b4(machine: Machine) -> Finding:
 def b5(machine: Machine) -> Finding:
     """Cylinder speed at 8040 rpm through 57:1."""
     value = 8040.0 * 2.0 * np.pi / 60.0 / 57.0
-    why = "8040 rpm through 57:1 is 14.77 rad/s; 14 rad/s is 7620 rpm at the motor, 5 % less power at the same torque."
+    turns = 14.0 * 57.0 * 60.0 / (2.0 * np.pi)
+    why = f"8040 rpm through 57:1 is {value:.2f} rad/s; 14 rad/s is {turns:.0f} rpm at the motor, so one of the three is rounded."
     return Finding(value, about(value, 14.0, 0.5), why)
 
 
