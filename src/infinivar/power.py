@@ -31,7 +31,7 @@ def efficiency(power_in: Array, power_out: Array) -> Array:
     forward = (power_in > 0) & (power_out >= 0)
     backward = (power_out < 0) & (power_in <= 0)
     spent = xp.where(forward, power_in, xp.where(backward, power_out, 1.0))
-    return xp.where(forward, power_out, xp.where(backward, power_in + 0.0, xp.nan)) / spent
+    return xp.where(forward, power_out, xp.where(backward, power_in, xp.nan)) / spent + 0.0  # no -0
 
 
 def residual(power_in: Array, power_out: Array, losses: Mapping[str, Array]) -> Array:

@@ -92,7 +92,9 @@ def test_exactly_at_a_limit_is_within():
     ],
 )
 def test_efficiency(power_in, power_out, expected):
-    assert power.efficiency(np.float64(power_in), np.float64(power_out)) == pytest.approx(expected, nan_ok=True)
+    found = power.efficiency(np.float64(power_in), np.float64(power_out))
+    assert found == pytest.approx(expected, nan_ok=True)
+    assert not (found == 0 and math.copysign(1.0, found) < 0)
 
 
 def test_audit_refuses_a_leak():

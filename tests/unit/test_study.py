@@ -103,7 +103,7 @@ def test_a_load_changed_without_what_follows_is_pointed_out(load):
     """Creep stiffness and friction torques of the base were derived for the base's preload."""
     study = load(MINIMAL + '[drives.mine.transmission]\npreload = "6500 N"\nbearing_torque = "20 mN m"\n')
     assert len(study.warnings) == 1
-    assert "preload changed, but creep_stiffness and rolling_torque stayed" in study.warnings[0]
+    assert "preload changed, but creep_stiffness, rolling_torque stayed" in study.warnings[0]
     found = rows(study, "mine")
     assert found["transmission.creep_stiffness"].kind == "assumed"
     assert "where preload differed" in found["transmission.creep_stiffness"].where

@@ -110,9 +110,9 @@ def _check_contact(under: Raw, over: Any, base: str, path: str, remarks: Remarks
     if not changed or not stale:
         return
     for key in stale:
-        under[key] = {**under[key], "kind": "assumed", "where": f"{base}, where {' and '.join(changed)} differed"}
+        under[key] = {**under[key], "kind": "assumed", "where": f"{base}, where {', '.join(changed)} differed"}
     remarks.warnings.append(
-        f"{path}.transmission: {' and '.join(changed)} changed, but {' and '.join(stale)} stayed as {base} has them. "
+        f"{path}.transmission: {', '.join(changed)} changed, but {', '.join(stale)} stayed as {base} has them. "
         "They do not follow by themselves: give them, too."
     )
 
