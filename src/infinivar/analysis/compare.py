@@ -172,7 +172,9 @@ def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **op
         title=title,
         drive=drive,
         coverage=float(weight[within].sum()) if not within.all() else 1.0,
-        peak_efficiency=max(_peak(wide.efficiency), _peak(steady.efficiency), _peak(efficiency)),
+        peak_efficiency=_peak(
+            np.concatenate([found.ravel() for found in (wide.efficiency, steady.efficiency, efficiency)])
+        ),
         peak_efficiency_in_region=_peak(efficiency),
         mean_loss=float(np.average(loss[within], weights=weight[within])) if weight[within].sum() > 0 else np.nan,
         tightest=Margin(limit=worst, value=float(margin[tight]), force=float(force[tight]), speed=float(speed[tight])),
@@ -189,10 +191,12 @@ def _peak(efficiency: np.ndarray) -> float:
 
 
 def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
-    """The limit with the largest utilisation at one point of a flat sample, whether or not it is exceeded."""
+    """The limit that `binding` names at one point of a flat sample, or would name if it were exceeded."""
     demands = {
         limit: float(np.ravel(demand)[index if np.size(demand) > 1 else 0]) for limit, demand in utilisation.items()
     }
+    if demands.get(Limit.SLIP, 0.0) > 1.0:
+        return Limit.SLIP
     return max(demands, key=lambda limit: -1.0 if np.isnan(demands[limit]) else demands[limit])
 
 
