@@ -17,15 +17,13 @@ class AuditError(InfinivarError):
     """Power in, power out and losses do not add up: a fault of the program, never of the input."""
 
 
-def require(
-    condition: bool, field: str, value: object, wanted: str, unit: str = "", error: type[Exception] = ValueError
-) -> None:
-    """Raise `error` with "field must be wanted unit, got value" unless `condition` holds.
+def require(condition: bool, field: str, value: object, wanted: str, unit: str = "") -> None:
+    """Raise ValueError with "field must be wanted unit, got value" unless `condition` holds.
 
     A nan fails every comparison, so conditions written as `value > 0` refuse it too.
     """
     if not condition:
-        raise error(f"{field} must be {wanted}{' ' + unit if unit else ''}, got {value}")
+        raise ValueError(f"{field} must be {wanted}{' ' + unit if unit else ''}, got {value}")
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:

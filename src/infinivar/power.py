@@ -34,6 +34,12 @@ def efficiency(power_in: Array, power_out: Array) -> Array:
     return xp.where(forward, power_out, xp.where(backward, power_in, xp.nan)) / spent + 0.0  # no -0
 
 
+def efficiency_within(limit: Array, power_in: Array, power_out: Array) -> Array:
+    """As `efficiency`, and nan where a limit is exceeded. [-]"""
+    xp = namespace(power_in, power_out)
+    return xp.where(limit == int(Limit.OK), efficiency(power_in, power_out), xp.nan)
+
+
 def residual(power_in: Array, power_out: Array, losses: Mapping[str, Array]) -> Array:
     """Power not accounted for, relative to the largest power involved; 0 where nothing flows, nan where undefined.
 
@@ -97,6 +103,5 @@ class PowerPoint:
 
     @property
     def efficiency(self) -> Array:
-        """Useful over spent power; see `infinivar.power.efficiency`. [-]"""
-        xp = namespace(self.power_in)
-        return xp.where(self.limit == 0, efficiency(self.power_in, self.power_out), xp.nan)
+        """Useful over spent power within limits, else nan; see `infinivar.power.efficiency`. [-]"""
+        return efficiency_within(self.limit, self.power_in, self.power_out)

@@ -66,7 +66,7 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
 
     registry = _registry()
     if unit in _PURE:
-        raise InputError(f"has the unit {unit!r} where {_kind(si_unit)} is needed; {_example(si_unit)}")
+        raise InputError(f"has the unit {unit!r} where {si_unit} is needed; {_example(si_unit)}")
     try:
         if _STRANGE.search(unit) or len(unit) > 60:
             raise ValueError
@@ -80,18 +80,14 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
             raise InputError(f"has the logarithmic unit {unit!r}; {_example(si_unit)}")
         thousand = registry.Quantity(1000.0, source).to(si_unit).magnitude
     except pint.DimensionalityError as problem:
-        raise InputError(f"has the unit {unit!r} where {_kind(si_unit)} is needed; {_example(si_unit)}") from problem
+        raise InputError(f"has the unit {unit!r} where {si_unit} is needed; {_example(si_unit)}") from problem
     # The longer base line keeps the factor of an offset unit (degC) exact.
     scale = one if zero == 0.0 else (thousand - zero) / 1000.0
     return float(scale), float(zero)
 
 
-def _kind(si_unit: str) -> str:
-    return "a pure number" if si_unit in ("", "1") else si_unit
-
-
 def _example(si_unit: str) -> str:
-    return f'write for example "{EXAMPLES.get(si_unit or "1", "1 " + si_unit)}"'
+    return f'write for example "{EXAMPLES.get(si_unit, "1 " + si_unit)}"'
 
 
 def parse(text: object, si_unit: str) -> float:

@@ -8,8 +8,9 @@ from scipy.optimize import brentq
 
 import infinivar as iv
 from infinivar.analysis.claims.claim import at_ratio
-from infinivar.analysis.claims.element import exact_creep, excess_creep
+from infinivar.analysis.claims.element import excess_creep
 from infinivar.contact import creep
+from infinivar.contact.exact import lateral_creep
 
 
 def test_half_load_points(element):
@@ -70,7 +71,7 @@ def test_exact_creep_against_the_linear_law():
     The first tabulated point carries 14 % of the slip force, where the curve has bent away by 5 %. Between the
     tabulated points, 0.1 apart in k, interpolation leaves 2 %.
     """
-    for curve in exact_creep():
+    for curve in lateral_creep():
         k, force = curve["scaled_creepage"], curve["force_ratio"]
         assert force[1] / k[1] == pytest.approx(3.0, rel=0.06)
         assert force[1] < 3 * k[1]

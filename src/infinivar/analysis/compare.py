@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -104,12 +104,7 @@ class DriveResult:
             "peak_efficiency": self.peak_efficiency,
             "peak_efficiency_in_region": self.peak_efficiency_in_region,
             "mean_loss_in_region": self.mean_loss,
-            "tightest_margin": {
-                "limit": self.tightest.limit.name,
-                "value": self.tightest.value,
-                "force": self.tightest.force,
-                "speed": self.tightest.speed,
-            },
+            "tightest_margin": {**asdict(self.tightest), "limit": self.tightest.limit.name},
             "audit_residual": self.audit_residual,
         }
 
@@ -153,7 +148,7 @@ def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **op
     limit, margin = binding(point.utilisation)
     within = limit == Limit.OK
     residuals = [power.audit(point.power_in, point.power_out, point.losses, name)]
-    efficiency = np.where(within, power.efficiency(point.power_in, point.power_out), np.nan)
+    efficiency = power.efficiency_within(limit, point.power_in, point.power_out)
     loss = point.power_in - point.power_out
     # Of many points at one margin, the one that moves most power is the most telling.
     tight = int(np.argmax(np.where(margin <= margin.min() * (1 + 1e-9), np.abs(speed * force), -1.0)))

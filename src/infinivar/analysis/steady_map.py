@@ -176,7 +176,7 @@ def _evaluated(
     fields = {
         "power_in": point.power_in,
         "power_out": point.power_out,
-        "efficiency": np.where(limit == 0, power.efficiency(point.power_in, point.power_out), np.nan),
+        "efficiency": power.efficiency_within(limit, point.power_in, point.power_out),
         "limit": limit,
         "margin": margin,
         **{_LOSS + name: loss for name, loss in point.losses.items()},

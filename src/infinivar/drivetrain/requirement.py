@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from infinivar.errors import require
 from infinivar.quantities import check, component, quantity
@@ -24,7 +24,9 @@ class Requirement:
         "W", "> 0", "Largest power at any one time; force times speed if left out", default=None
     )
     load_mass: float | None = quantity("kg", "> 0", "Mass of the load, in addition to the drive's own", default=None)
-    quadrants: int = component("1: driving one way; 2: driving and braking; 4: both directions of each", default=1)
+    quadrants: Literal[1, 2, 4] = component(
+        "1: driving one way; 2: driving and braking; 4: both directions of each", default=1
+    )
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""

@@ -43,5 +43,5 @@ def draw_all(machine: Machine) -> Figure:
         for ax, title in zip(axes.flat, numbers, strict=True):
             filled = draw(ax, numbers, title)
             ax.label_outer()
-        made.colorbar(filled, ax=axes, label=operating_map.LABEL, ticks=operating_map.LEVELS[::2])
+        operating_map.colour_bar(made, filled, axes)
     return made

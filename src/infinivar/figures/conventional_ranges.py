@@ -43,7 +43,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> Any:
         ax.contour(largest["force"], largest["speed"], clipped, levels=[1.0], colors=colour, linewidths=2.0)
         ax.plot([], [], color=colour, lw=2.0, label=title)
     ax.plot([], [], color="black", lw=1.4, label=numbers["title"] + " (with efficiency)")
-    ax.plot([], [], color="#D55E00", lw=1.5, ls="--", label="required region")
+    ax.plot([], [], **operating_map.REQUIRED, label="required region")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)
     return filled
 
@@ -53,5 +53,5 @@ def draw_all(machine: Machine) -> Figure:
     with style.styled():
         made, ax = style.figure(7.2, 4.8)
         filled = draw(ax, data(machine))
-        made.colorbar(filled, ax=ax, label=operating_map.LABEL, ticks=operating_map.LEVELS[::2])
+        operating_map.colour_bar(made, filled, ax)
     return made

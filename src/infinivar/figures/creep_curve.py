@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.analysis.claims.claim import Machine
-from infinivar.analysis.claims.element import exact_creep
-from infinivar.contact import creep
+from infinivar.contact import creep, exact
 from infinivar.figures import style
 
 if TYPE_CHECKING:
@@ -25,10 +24,11 @@ CAPTION = (
 def data(machine: Machine) -> dict[str, Any]:
     """Scaled creepage ``C u/(mu P |v|)`` and force ratio ``fu/(mu P)`` of the linear law and of the exact theory."""
     creepage = np.linspace(0.0, 3.0, 301)
-    exact = {
-        float(curve["a_over_b"]): (3.0 * curve["scaled_creepage"], curve["force_ratio"]) for curve in exact_creep()
+    curves = {
+        float(curve["a_over_b"]): (3.0 * curve["scaled_creepage"], curve["force_ratio"])
+        for curve in exact.lateral_creep()
     }
-    return {"linear": (creepage, creep.linear_force(creepage)), "exact": exact}
+    return {"linear": (creepage, creep.linear_force(creepage)), "exact": curves}
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:

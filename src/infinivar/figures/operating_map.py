@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LABEL = "efficiency, useful over spent power [-]"
+REQUIRED = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
+"""How the outline of the required region is drawn."""
+
 LEVELS = np.arange(0.0, 1.01, 0.1)
 _LINES = (0.2, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
 _OUTSIDE = "#EDEDED"
@@ -76,7 +78,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "") -> Any:
             lw=0,
         )
         ax.plot(across * x, along * y, color="white", lw=2.6)
-        ax.plot(across * x, along * y, color="#D55E00", lw=1.5, ls="--")
+        ax.plot(across * x, along * y, **REQUIRED)
     _name_limits(ax, force, speed, limit)
     half = 0.5 * (force[1] - force[0]), 0.5 * (speed[1] - speed[0])  # axes hold the centres of cells
     ax.set_xlim(force[0] - half[0], force[-1] + half[0])
@@ -85,6 +87,11 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "") -> Any:
     ax.set_ylabel("speed of the load [m/s]")
     ax.set_title(title, parse_math=False)
     return filled
+
+
+def colour_bar(made: Figure, filled: Any, beside: Any) -> None:
+    """Add the scale of the efficiency beside one or several axes."""
+    made.colorbar(filled, ax=beside, label="efficiency, useful over spent power [-]", ticks=LEVELS[::2])
 
 
 def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarray) -> None:
@@ -124,5 +131,5 @@ def draw_all(comparison: Comparison) -> Figure:
                 ax.set_xlabel("force on the load [N]")
         for ax in axes.flat[len(results) :]:
             ax.set_visible(False)  # a removed one would still be asked to make room for the colour bar
-        made.colorbar(filled, ax=axes[:, -1], label=LABEL, ticks=LEVELS[::2])
+        colour_bar(made, filled, axes[:, -1])
     return made

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,9 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
         (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
         for name, result in comparison.results.items():
             result.map.save(scratch / f"{name}.nc")
-        names = [path.name for path in scratch.iterdir()]
-    order = ["report.html", "results.json", *(f"{name}.nc" for name in comparison.results)]
-    return [directory / name for name in sorted(names, key=order.index)]
+    return [
+        directory / name for name in ("report.html", "results.json", *(f"{name}.nc" for name in comparison.results))
+    ]
 
 
 def to_json(value: Any) -> str:
@@ -42,41 +43,14 @@ def _without_nan(value: Any) -> Any:
 
 def results(comparison: Comparison) -> dict[str, Any]:
     """Everything the report says, as plain numbers."""
-    requirement = comparison.study.requirement
     content = comparison.to_dict()
     for name, result in comparison.results.items():
         content["drives"][name]["corners"] = {
-            label: {
-                "speed": corner.speed,
-                "force": corner.force,
-                "power_in": corner.power_in,
-                "losses": dict(corner.losses),
-                "efficiency": corner.efficiency,
-                "limit": corner.limit.name,
-                "margin": corner.margin,
-            }
-            for label, corner in result.corners.items()
+            label: {**asdict(corner), "limit": corner.limit.name} for label, corner in result.corners.items()
         }
-    content["requirement"] = {
-        "force": requirement.force,
-        "speed": requirement.speed,
-        "power": requirement.power,
-        "load_mass": requirement.load_mass,
-        "quadrants": requirement.quadrants,
-    }
-    content["warnings"] = list(comparison.study.warnings)
-    content["provenance"] = [
-        {
-            "owner": row.owner,
-            "field": row.field,
-            "written": row.written,
-            "value": row.value,
-            "unit": row.unit,
-            "kind": row.kind,
-            "where": row.where,
-        }
-        for row in comparison.study.provenance
-    ]
+    content["requirement"] = asdict(comparison.study.requirement)
+    content["warnings"] = comparison.study.warnings
+    content["provenance"] = [asdict(row) for row in comparison.study.provenance]
     return content
 
 

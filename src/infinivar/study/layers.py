@@ -9,13 +9,13 @@ from typing import Any
 from infinivar.errors import InputError, nearest
 from infinivar.parts import catalogue
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.schema import CATALOGUES, KINDS, part_of
+from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, part_of
 from infinivar.study.shipped import parameter_set
 
 LONGEST_TITLE = 120
 
 # Keys that steer how a table is read; all other keys are fields of the part it describes.
-_DIRECTIVES = ("base", "part", "type", "title")
+_DIRECTIVES = (*HEAD, "part")
 
 # Numbers of one contact: the second group was derived for the values of the first.
 _CONTACT = ("preload", "friction", "wheel_radius")
@@ -34,7 +34,7 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
         raise StudyError(f"{path}.where = {quoted(where)} must be text that names the source")
     result: Raw = {}
     for key, value in tree.items():
-        if key in ("kind", "where"):
+        if key in ORIGIN:
             continue
         if key in _DIRECTIVES:
             if not isinstance(value, str) or len(value) > LONGEST_TITLE:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 import tomllib
 from collections.abc import Iterable
@@ -13,12 +12,11 @@ from infinivar.errors import InputError, nearest
 from infinivar.study.build import built
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, plain, quoted, short
-from infinivar.study.schema import DRIVES
+from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set
 from infinivar.study.study import Provenance, Study
 
 _TOP = ("title", "description", "requirement", "drives")
-_HEAD = ("base", "type", "title", "kind", "where")
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
 """Faults listed at once."""
@@ -134,8 +132,7 @@ def _type_of(tree: Raw, where: str) -> str:
         return kind
     if kind is not None:
         raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(DRIVES)}{nearest(kind, DRIVES)}")
-    fields = (field.name for part in DRIVES.values() for field in dataclasses.fields(part))
-    known = dict.fromkeys([*_HEAD, *fields])
+    known = dict.fromkeys(key for part in DRIVES.values() for key in keys(part))
     unknown = [f"{where}.{plain(key)} is not a known key{nearest(key, known)}" for key in tree if key not in known]
     missing = f"{where}.type is missing: must be {' or '.join(DRIVES)}, unless base names a shipped drive"
     raise StudyError(*(unknown or [missing]))

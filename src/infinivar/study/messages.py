@@ -7,9 +7,8 @@ import typing
 from collections.abc import Mapping
 from typing import Any
 
-from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import nearest
-from infinivar.study.schema import CATALOGUES, DRIVES, part_of, table
+from infinivar.study.schema import keys, part_of
 
 
 class StudyError(Exception):
@@ -34,8 +33,7 @@ def explained(error: Mapping[str, Any], part: type, path: str) -> str:
         table_hint = f"; write a table [{field}]" if part_of(typing.get_type_hints(part)[name]) else ""
         return f"{field} is missing ({meaning}){table_hint}"
     if error["type"] == "extra_forbidden":
-        known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else []), "kind", "where"]
-        known += ["base", "title", "type"] if part in DRIVES.values() else ["base"] if part is Requirement else []
+        known = keys(part)
         field = ".".join([path, *tables, plain(name)])
         return f"{field}{shown} is not a known key{nearest(name, known)}; known are {', '.join(known)}"
     if error["type"] in ("model_type", "model_attributes_type") or "ctx" not in error:

@@ -35,8 +35,14 @@ DRIVES: dict[str, type] = {"cobotic": CoboticDrive, "conventional": Conventional
 CHOICES: dict[str, tuple[str, ...]] = {"creep_law": tuple(creep.LAWS)}
 """Words that a field typed as plain text accepts."""
 
-# Keys of a table that say where its values come from, rather than what they are.
 CATALOGUES = {Motor: "motors", Gearhead: "gearheads"}
+"""Parts that a table can take from a catalogue, and which."""
+
+HEAD = ("base", "title", "type")
+"""Keys at the head of a drive's table that steer how it is read."""
+
+ORIGIN = ("kind", "where")
+"""Keys of any table that say where its values come from."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +57,6 @@ class Entry:
 
 def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
     """Entry from a bare value or from a table with value, unit, kind and where; `read` turns text into a value."""
-    if isinstance(raw, Entry):
-        return raw
     if not isinstance(raw, dict):
         return Entry(_read(read, raw, None), raw)
     if "value" not in raw:
@@ -143,8 +147,6 @@ def _field_type(hint: Any, field: dataclasses.Field) -> Any:
         return table(part)
     if typing.get_origin(hint) is Literal:
         return _choice(typing.get_args(hint))
-    if hint is int:
-        return _choice((1, 2, 4))
     return _choice(CHOICES[field.name]) if field.name in CHOICES else _text()
 
 
@@ -152,6 +154,12 @@ def part_of(hint: Any) -> type | None:
     """The dataclass that a type hint names, if it names one."""
     kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
     return next((kind for kind in kinds if dataclasses.is_dataclass(kind)), None)  # type: ignore[return-value]
+
+
+def keys(part: type) -> list[str]:
+    """Every key that the table of a part may have."""
+    known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else []), *ORIGIN]
+    return [*known, *(HEAD if part in DRIVES.values() else ["base"] if part is Requirement else [])]
 
 
 @functools.cache

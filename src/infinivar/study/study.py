@@ -61,7 +61,7 @@ class Study:
 
     def __post_init__(self) -> None:
         """Freeze the mappings; drives without a title go by their name."""
-        object.__setattr__(self, "drives", FrozenDict(dict(self.drives)))
+        object.__setattr__(self, "drives", FrozenDict(self.drives))
         object.__setattr__(
             self, "titles", FrozenDict(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
         )

@@ -212,9 +212,11 @@ class RotaryLinearIVT:
         """
         xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
-        tangent, usable = self._tangent(xp, omega, speed, force)
+        tangent, possible = self._tangent(xp, omega, speed, force)
         decoupled = (omega == 0) & (speed != 0)
-        angle = xp.where(usable, xp.atan(tangent), xp.nan)
+        load, rolled = force / self.slip_force, self.rolling_group * xp.sign(omega) * tangent
+        ratio = rolled - load * xp.sqrt(1.0 + tangent * tangent)
+        angle = xp.where(possible & (xp.abs(ratio) <= 1.0), xp.atan(tangent), xp.nan)  # a nan ratio is not
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
 
     def deliver(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> OperatingPoint:
@@ -239,11 +241,11 @@ class RotaryLinearIVT:
         """
         xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
-        tangent, usable = self._tangent(xp, omega, speed, force)
-        return self._at_force(xp, omega, _Steering.at_tangent(xp, tangent), force, usable, speed)
+        tangent, possible = self._tangent(xp, omega, speed, force)
+        return self._at_force(xp, omega, _Steering.at_tangent(xp, tangent), force, possible, speed)
 
     def _tangent(self, xp, omega: Array, link_speed: Array, link_force: Array) -> tuple[Array, Array]:
-        """Tangent of the steering angle for a motion, and where one exists (the slip limit included)."""
+        """Tangent of the steering angle for a motion, nan where none gives it, and whether the wheel can follow at all."""
         spin = xp.sign(omega)
         surface_speed = self.cylinder_radius * xp.abs(omega)
         slope = safe_divide(xp, link_speed, surface_speed, 0.0)
@@ -275,9 +277,7 @@ class RotaryLinearIVT:
             start = xp.clip(start, -reach, reach)
         # Most points settle in 2 or 3 steps. Near the fastest motion two solutions meet and a step gains one bit only.
         tangent = newton(xp, step, start, steps=24)
-        ratio = rolling * tangent - load * xp.sqrt(1.0 + tangent * tangent)
-        usable = xp.abs(ratio) <= 1.0  # nan is not
-        return spin * tangent, usable & ((spin != 0) | (link_speed == 0))
+        return spin * tangent, (spin != 0) | (link_speed == 0)
 
     def _at_force(
         self,
@@ -285,7 +285,7 @@ class RotaryLinearIVT:
         omega: Array,
         steering: _Steering,
         link_force: Array,
-        usable: Array = True,
+        possible: Array = True,
         exact_speed: Array | None = None,
     ) -> OperatingPoint:
         """Operating point for a prescribed link force; `exact_speed` is the link speed if known from elsewhere."""
@@ -300,7 +300,7 @@ class RotaryLinearIVT:
         ratio = lateral / slip_force
 
         law = creep.law(self.creep_law)
-        rolls = usable & (xp.abs(ratio) <= 1.0)
+        rolls = possible & (xp.abs(ratio) <= 1.0)
         safe = xp.where(rolls, ratio, 0.0)
         creepage = law.creepage(safe) / self.creep_group
         along = cosine + spin * creepage * sine

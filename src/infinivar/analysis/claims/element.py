@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import replace
-from importlib import resources
-from typing import Any
 
 import numpy as np
 
 from infinivar.analysis.claims.claim import Finding, Machine, about, at_ratio, yes
+from infinivar.contact.exact import lateral_creep
 from infinivar.parts import catalogue
 
 _HALF = 0.5
@@ -25,18 +23,13 @@ _BANDS = (
 _READING = 0.01
 
 
-def exact_creep() -> list[dict[str, Any]]:
-    """Curves of the exact rolling theory: a_over_b, scaled_creepage k (linear: force = 3 k), force_ratio. kalker1990."""
-    text = (resources.files("infinivar.contact") / "data" / "lateral_creep_exact.toml").read_text("utf-8")
-    curves = tomllib.loads(text)["curve"]
-    return [{name: np.asarray(value) for name, value in curve.items()} for curve in curves]
-
-
 def excess_creep(force_ratio: float) -> np.ndarray:
     """Creep of the exact theory over that of the linear law at a force ratio, one value a curve."""
     from scipy.interpolate import PchipInterpolator
 
-    found = [PchipInterpolator(curve["force_ratio"], curve["scaled_creepage"])(force_ratio) for curve in exact_creep()]
+    found = [
+        PchipInterpolator(curve["force_ratio"], curve["scaled_creepage"])(force_ratio) for curve in lateral_creep()
+    ]
     return 3.0 * np.asarray(found) / force_ratio
 
 

@@ -24,16 +24,21 @@ def _conventional(machine: Machine, name: str) -> ConventionalDrive:
     return drive
 
 
+def _spare(machine: Machine, drive: ConventionalDrive) -> float:
+    """How far the least margin over the region is above 1. [-]"""
+    speed, force, _ = machine.comparison.study.requirement.sample(41)
+    return float(drive.operate(speed=speed, force=force).margin.min()) - 1.0
+
+
 def smallest_scale(machine: Machine, ratio: float) -> float:
     """Smallest scale of Motor 1 that covers the requirement on a fixed ratio, inf where none does. [-]"""
     from scipy.optimize import brentq
 
     large, motor = _conventional(machine, _LARGE), _conventional(machine, _SMALL[0]).motor
-    speed, force, _ = machine.comparison.study.requirement.sample(41)
+    geared = replace(large, gearhead=replace(large.gearhead, ratio=ratio))
 
     def spare(scale: float) -> float:
-        drive = replace(large, motor=motor.scaled(scale), gearhead=replace(large.gearhead, ratio=ratio))
-        return float(drive.operate(speed=speed, force=force).margin.min()) - 1.0
+        return _spare(machine, replace(geared, motor=motor.scaled(scale)))
 
     return brentq(spare, 0.5, 50.0, xtol=1e-6) if spare(50.0) > 0 else np.inf  # type: ignore[return-value]
 
@@ -80,8 +85,7 @@ def c2(machine: Machine) -> Finding:
 def c3(machine: Machine) -> Finding:
     """Coverage of Motor 2."""
     result = machine.comparison.results[_LARGE]
-    speed, force, _ = machine.comparison.study.requirement.sample(41)
-    most = drag_at(machine, lambda drive: float(drive.operate(speed=speed, force=force).margin.min()) - 1.0)
+    most = drag_at(machine, lambda drive: _spare(machine, drive))
     drag = _conventional(machine, _LARGE).guideway.friction
     why = (
         f"The tightest limit is {result.tightest.limit.words} with a margin of {result.tightest.value:.3f}; it holds up to "
