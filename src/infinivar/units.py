@@ -39,6 +39,8 @@ EXAMPLES = {
     "K/W": "13.2 K/W",
     "K": "100 degC",
     "s": "17.8 s",
+    "Pa": "210 GPa",
+    "m^2/s": "100 mm^2/s",
     "1": "0.12",
 }
 """A well-written value for every unit the study file uses."""
@@ -151,3 +153,9 @@ def parse(text: object, si_unit: str) -> float:
 def show(value: float, si_unit: str, digits: int = 4) -> str:
     """Value in SI for people: "0.0263 N m"."""
     return f"{value:.{digits}g}" + ("" if si_unit == "1" else f" {si_unit}")
+
+
+def show_in(value: float, si_unit: str, unit: str, digits: int = 4) -> str:
+    """Value in SI in the unit in which people read it: 0.0263 N m as "26.3 mN m"."""
+    scale = _PURE[unit] if si_unit == "1" else _factor(unit, si_unit)[0]
+    return f"{value / scale:.{digits}g}" + ("" if unit == "1" else f" {unit}")

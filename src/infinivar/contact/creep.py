@@ -1,75 +1,39 @@
-r"""Lateral creep laws: how fast a wheel drifts sideways under a lateral force.
+r"""Creep laws: how fast a wheel drifts sideways under a lateral force, and forces under creep in several directions.
 
 A law relates two numbers: the force ratio ``x = fu/(mu P)`` and the scaled creepage ``xi = (C/(mu P)) u/|v|``, which
-the linear law makes equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, gross slip.
+the linear law makes equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, gross slip, though
+Polach's only in the limit. Rolling theory counts in ``k = C22 G a b upsilon/(3 mu N)``, which is ``xi/3``.
+
+The laws are "linear", straight to slip; "faulring", linear with a loss of link speed above 70 % of slip;
+"vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory. Only "fastsim" is meant for
+any spin, and "vermeulen-johnson", in the form of shen1983, for a little.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
-from infinivar._xp import Array, namespace
+from infinivar._xp import Array, as_floats, namespace
+from infinivar.contact import fastsim, kalker
+from infinivar.contact.laws import (
+    FASTSIM_SLIP,
+    VERMEULEN_JOHNSON_SLIP,
+    fastsim_creepage,
+    fastsim_force,
+    fastsim_slope,
+    faulring_flow_factor,
+    linear_creepage,
+    linear_force,
+    linear_slope,
+    polach_creepage,
+    polach_force,
+    polach_slope,
+    vermeulen_johnson_creepage,
+    vermeulen_johnson_force,
+    vermeulen_johnson_slope,
+)
 from infinivar.errors import nearest
-
-FAULRING_ONSET = 0.7
-"""Force ratio above which Eq 17 departs from the linear law."""
-
-
-def linear_creepage(force_ratio: Array) -> Array:
-    """Scaled creepage of the linear law, which is the force ratio itself.
-
-    Parameters
-    ----------
-    force_ratio : (...,) float   Lateral force over mu P. Beyond +-1 the law continues; the caller names the slip. [-]
-
-    Returns
-    -------
-    (...,) float   Scaled creepage. [-]
-
-    Source: faulring2006, Eq 7, with the sign of Eq 8.
-    """
-    return force_ratio
-
-
-def linear_force(creepage: Array) -> Array:
-    """Force ratio of the linear law: proportional to the creepage, then constant at gross slip.
-
-    Parameters
-    ----------
-    creepage : (...,) float   Scaled creepage; infinite for a wheel that slides without rolling. [-]
-
-    Returns
-    -------
-    (...,) float   Force ratio in [-1, 1]. [-]
-
-    Source: faulring2006, Eq 7 and Fig 5.
-    """
-    xp = namespace(creepage)
-    return xp.clip(creepage, -1.0, 1.0)
-
-
-def faulring_flow_factor(force_ratio: Array) -> tuple[Array, Array]:
-    r"""Factor on the link speed above 70 % of the slip force, and its derivative.
-
-    .. math:: \eta_t'/\eta_t = 1 - \left(\frac{|x| - 0.7}{0.3}\right)^2 \quad (|x| > 0.7)
-
-    Parameters
-    ----------
-    force_ratio : (...,) float   Lateral force over mu P. Meaningless beyond +-1, where the factor turns negative. [-]
-
-    Returns
-    -------
-    factor, slope : (...,) float   Factor, and its derivative by the force ratio. [-]
-
-    Source: faulring2006, Eq 17.
-    """
-    xp = namespace(force_ratio)
-    size = xp.abs(force_ratio)
-    over = xp.where(size > FAULRING_ONSET, size - FAULRING_ONSET, 0.0) / (1.0 - FAULRING_ONSET)
-    slope = -2.0 * over / (1.0 - FAULRING_ONSET)
-    return 1.0 - over * over, xp.where(force_ratio < 0, -slope, slope)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,29 +42,38 @@ class CreepLaw:
 
     Attributes
     ----------
-    creepage : force ratio -> scaled creepage
-    slope : force ratio -> derivative of the scaled creepage
+    creepage : force ratio -> scaled creepage; finite beyond slip, too
+    slope : force ratio -> derivative of the scaled creepage, finite and >= 0
     force : scaled creepage -> force ratio
+    slip_creepage : scaled creepage at which gross slip begins, inf if the law only tends to it
     flow_factor : force ratio -> factor on the link speed and its derivative, or None where the law is a creep law alone
     """
 
     creepage: Callable[[Array], Array]
     slope: Callable[[Array], Array]
     force: Callable[[Array], Array]
+    slip_creepage: float
     flow_factor: Callable[[Array], tuple[Array, Array]] | None = None
 
 
-def _unit_slope(force_ratio: Array) -> Any:
-    return 1.0
-
-
 LAWS = {
-    "linear": CreepLaw(creepage=linear_creepage, slope=_unit_slope, force=linear_force),
+    "linear": CreepLaw(creepage=linear_creepage, slope=linear_slope, force=linear_force, slip_creepage=1.0),
     "faulring": CreepLaw(
         creepage=linear_creepage,
-        slope=_unit_slope,
+        slope=linear_slope,
         force=linear_force,
+        slip_creepage=1.0,
         flow_factor=faulring_flow_factor,
+    ),
+    "vermeulen-johnson": CreepLaw(
+        creepage=vermeulen_johnson_creepage,
+        slope=vermeulen_johnson_slope,
+        force=vermeulen_johnson_force,
+        slip_creepage=VERMEULEN_JOHNSON_SLIP,
+    ),
+    "polach": CreepLaw(creepage=polach_creepage, slope=polach_slope, force=polach_force, slip_creepage=float("inf")),
+    "fastsim": CreepLaw(
+        creepage=fastsim_creepage, slope=fastsim_slope, force=fastsim_force, slip_creepage=FASTSIM_SLIP
     ),
 }
 
@@ -116,6 +89,113 @@ def law(name: str) -> CreepLaw:
     if name not in LAWS:
         raise ValueError(f"creep_law must be one of {', '.join(LAWS)}, got {name!r}{nearest(name, LAWS)}")
     return LAWS[name]
+
+
+def lateral_force(creep_law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
+    """Lateral force under a lateral creepage, without spin.
+
+    Parameters
+    ----------
+    creep_law : str             Name of the law. The flow loss of "faulring" is no part of it.
+    k : (...,) float            C22 G a b upsilon/(3 mu N), may be infinite. [-]
+    a_over_b : (...,) float     Rolling over lateral semi-axis of the patch. [-]
+    poisson : (...,) float      Poisson ratio of the bodies. [-]
+
+    Returns
+    -------
+    (...,) float   |Fy|/(mu N) with the sign of k; inputs broadcast. In terms of k every law is the same for all shapes
+        and materials, which enter by way of C22: `a_over_b` and `poisson` only broadcast. [-]
+
+    Raises
+    ------
+    ValueError
+        If there is no such law.
+
+    Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
+    """
+    found = law(creep_law)
+    return found.force(3.0 * _broadcast(k, a_over_b, poisson))
+
+
+def lateral_creep(creep_law: str, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
+    """Lateral creepage that a lateral force needs, without spin: the inverse of `lateral_force`.
+
+    Parameters
+    ----------
+    creep_law : str                Name of the law. The flow loss of "faulring" is no part of it.
+    force_ratio : (...,) float     Fy/(mu N). [-]
+    a_over_b, poisson : (...,) float   As in `lateral_force`. [-]
+
+    Returns
+    -------
+    (...,) float   C22 G a b upsilon/(3 mu N) with the sign of the force; at gross slip the smallest there is (infinite
+        with "polach"), nan beyond. [-]
+
+    Raises
+    ------
+    ValueError
+        If there is no such law.
+
+    Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
+    """
+    found = law(creep_law)
+    ratio = _broadcast(force_ratio, a_over_b, poisson)
+    xp = namespace(ratio)
+    size = xp.abs(ratio)
+    creepage = xp.where(size < 1.0, found.creepage(ratio), found.slip_creepage * xp.sign(ratio))
+    return xp.where(size <= 1.0, creepage, xp.nan) / 3.0
+
+
+def planar_force(
+    creep_law: str, k_x: Array, k_y: Array, psi: Array = 0.0, a_over_b: Array = 1.0, poisson: Array = 0.3
+) -> tuple[Array, Array]:
+    """Longitudinal and lateral force under creep in both directions and spin.
+
+    "fastsim" runs the algorithm with 50 x 50 cells and the exact direction of slip. The other laws take the force of
+    Kalker's linear theory and reduce its size, keeping its direction: with "vermeulen-johnson" that is the law of
+    shen1983, meant for small spin; the others serve for little more than none.
+
+    Parameters
+    ----------
+    creep_law : str           Name of the law. The flow loss of "faulring" is no part of it.
+    k_x : (...,) float        C11 G a b ux/(3 mu N), finite. [-]
+    k_y : (...,) float        C22 G a b uy/(3 mu N), finite. [-]
+    psi : (...,) float        C23 G (a b)^1.5 phi/(mu N), finite. [-]
+    a_over_b : (...,) float   Rolling over lateral semi-axis of the patch, > 0; only "fastsim" depends on it. [-]
+    poisson : (...,) float    Poisson ratio of the bodies, 0 to 0.5; only "fastsim" depends on it, little. [-]
+
+    Returns
+    -------
+    fx, fy : (...,) float   Forces over mu N that resist: positive under a positive creepage, as on the track. On the
+        wheel they have the other sign. Inputs broadcast. [-]
+
+    Raises
+    ------
+    ValueError
+        If there is no such law; with "fastsim", if `a_over_b` or `poisson` is outside its range.
+
+    Source: shen1983, kalker1982, vermeulen1964, polach2005, by law.
+    """
+    found = law(creep_law)
+    if creep_law == "fastsim":
+        linear = kalker.coefficients(a_over_b, poisson)
+        patch = fastsim.forces(k_x, k_y, psi, a_over_b, linear.c11 / linear.c22)
+        return patch.fx, patch.fy
+    others = (k_x, k_y, psi, a_over_b, poisson)
+    k_x, k_y, psi = (_broadcast(value, *others) for value in (k_x, k_y, psi))
+    xp = namespace(k_x)
+    linear_x, linear_y = 3.0 * k_x, 3.0 * k_y + psi
+    square = linear_x * linear_x + linear_y * linear_y
+    creeps = square > 0
+    size = xp.sqrt(xp.where(creeps, square, 1.0))
+    reduction = xp.where(creeps, found.force(size) / size, 1.0)
+    return linear_x * reduction, linear_y * reduction
+
+
+def _broadcast(value: Array, *others: Array) -> Array:
+    """`value` as floats in the shape that all arguments have together."""
+    xp = namespace(value, *others)
+    return xp.broadcast_arrays(*as_floats(xp, value, *others))[0]
 
 
 def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Array:

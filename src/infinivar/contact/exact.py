@@ -18,7 +18,42 @@ def lateral_creep() -> list[dict[str, Any]]:
 
     Source: kalker1990 (theory); computed with an independent program.
     """
+    return _curves("lateral_creep_exact", "curve")
+
+
+def spin_creep() -> list[dict[str, Any]]:
+    """Curves of steady lateral creep with spin, one for each spin, of a circular patch.
+
+    Returns
+    -------
+    list of dict
+        ``a_over_b`` and ``spin`` psi = C23 G (a b)^1.5 phi/(mu N), float; ``scaled_creepage`` k, ``lateral_force`` over
+        mu N and ``moment`` over mu N sqrt(a b), (n,) float, in the sense in which a positive creepage is resisted by a
+        positive force. Poisson ratio 0.3, error about 0.01. [-]
+
+    Source: kalker1990 (theory); computed with an independent program.
+    """
+    return _curves("rolling_exact", "spin")
+
+
+def combined_creep() -> list[dict[str, Any]]:
+    """Curves of steady creep in a slanting direction, one for each direction, of a circular patch.
+
+    Returns
+    -------
+    list of dict
+        ``a_over_b``, float; ``direction``, float, 0 longitudinal, 90 lateral [deg]; ``scaled_creepage`` k, of which
+        k cos(direction) is C11 G a b ux/(3 mu N) and k sin(direction) is C22 G a b uy/(3 mu N); ``longitudinal_force``
+        and ``lateral_force`` over mu N, ``moment`` over mu N sqrt(a b), (n,) float, in the sense in which a positive
+        creepage is resisted by a positive force. Poisson ratio 0.3, error about 0.01. [-]
+
+    Source: kalker1990 (theory); computed with an independent program.
+    """
+    return _curves("rolling_exact", "combined")
+
+
+def _curves(file: str, table: str) -> list[dict[str, Any]]:
     import numpy as np
 
-    text = (resources.files("infinivar.contact") / "data" / "lateral_creep_exact.toml").read_text("utf-8")
-    return [{name: np.asarray(value) for name, value in curve.items()} for curve in tomllib.loads(text)["curve"]]
+    text = (resources.files("infinivar.contact") / "data" / f"{file}.toml").read_text("utf-8")
+    return [{name: np.asarray(value) for name, value in curve.items()} for curve in tomllib.loads(text)[table]]

@@ -1,4 +1,4 @@
-"""The shipped catalogue: tables of motors, gearheads and gear efficiencies with their sources."""
+"""The shipped catalogue: tables of motors, gearheads, bearings and gear efficiencies with their sources."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from infinivar.errors import InputError, nearest
 
 @functools.cache
 def data(name: str) -> dict[str, Any]:
-    """Nested tables of a data file as written: "motors", "gearheads" or "gear_efficiencies"."""
+    """Nested tables of a data file as written: "motors", "gearheads", "bearings" or "gear_efficiencies"."""
     return tomllib.loads((resources.files("infinivar.parts") / "data" / f"{name}.toml").read_text("utf-8"))
 
 
 def entries(name: str) -> dict[str, dict[str, Any]]:
-    """Parts of a catalogue ("motors" or "gearheads") by key, each with the kind and source of its values."""
+    """Parts of a catalogue ("motors", "gearheads" or "bearings") by key, each with the kind and source of its values."""
     raw = data(name)
     origin = {key: raw[key] for key in ("kind", "where")}
     return {key: {**origin, **value} for key, value in raw.items() if isinstance(value, dict)}

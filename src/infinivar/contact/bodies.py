@@ -1,0 +1,80 @@
+"""The bodies of a rolling contact: what they are made of, and their shapes where they touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from infinivar._xp import Array
+from infinivar.quantities import check, component, quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Material:
+    """Elastic material with the stresses that it bears.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    name: str = component("Name for reports", default="material")
+    youngs_modulus: float = quantity("Pa", "> 0", "Young's modulus E")
+    poisson: float = quantity("1", ">= 0 and <= 0.5", "Poisson's ratio nu")
+    yield_strength: float | None = quantity("Pa", "> 0", "Yield strength in tension", default=None)
+    hardness: float | None = quantity(
+        "Pa", "> 0", "Indentation hardness as a pressure (HV times 9.807 MPa)", default=None
+    )
+    hysteresis_factor: float = quantity(
+        "1",
+        ">= 0 and <= 1",
+        "Hysteresis loss factor alpha_fr: share of the strain energy lost in rolling",
+        default=0.01,
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G = E/(2 (1 + nu)). [Pa]"""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson))
+
+    @property
+    def plane_strain_compliance(self) -> float:
+        """(1 - nu^2)/E: this body's share of the give of a contact. [1/Pa]"""
+        return (1.0 - self.poisson**2) / self.youngs_modulus
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wheel:
+    """Crowned wheel: a torus piece that rolls on its largest circle."""
+
+    rolling_radius: Array = quantity("m", "> 0", "Rolling radius r")
+    crown_radius: Array = quantity("m", "> 0", "Crown radius: of the profile across the rolling direction")
+    material: Material = component("Material of the wheel")
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cylinder:
+    """Straight cylinder on which the wheel rolls."""
+
+    radius: Array = quantity("m", "> 0", "Cylinder radius R")
+    material: Material = component("Material of the cylinder")
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+
+
+def plane_strain_modulus(first: Material, second: Material) -> float:
+    """E* of two bodies in contact, 1/E* the sum of their plane-strain compliances. [Pa]
+
+    Source: johnson1985, section 4.2.
+    """
+    return 1.0 / (first.plane_strain_compliance + second.plane_strain_compliance)

@@ -1,0 +1,102 @@
+r"""Elliptic integrals of a point contact, over any array namespace.
+
+With ``Delta(w) = sqrt(w (g^2 + w)(1 + w))`` and the semi-axes ``a = g b``, ``b = 1``, everything about a Hertzian ellipse
+is made of four integrals from 0 to infinity: of ``1/Delta``, ``1/((g^2 + w) Delta)``, ``1/((1 + w) Delta)`` and
+``1/((g^2 + w)(1 + w) Delta)``. They are analytic in g, the circle ``g = 1`` included.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from infinivar._xp import Array, namespace
+
+_MEANS = 9
+"""Arithmetic-geometric means: each doubles the digits; 9 are enough for axis ratios from 1e-12 to 1e12."""
+
+_DUPLICATIONS = 16
+"""Each brings the arguments 4 times closer together once they are of one size; these leave 1e-15 for ratios to 1e8."""
+
+_NEAR_CIRCLE = 2e-4
+"""Of |1 - g^2|: closer to the circle a difference quotient loses more digits than its Taylor series."""
+
+
+class EllipseIntegrals(NamedTuple):
+    """The four integrals over w from 0 to infinity."""
+
+    plain: Array
+    """Of 1/Delta."""
+    along_a: Array
+    """Of 1/((g^2 + w) Delta)."""
+    along_b: Array
+    """Of 1/((1 + w) Delta)."""
+    mixed: Array
+    """Of 1/((g^2 + w)(1 + w) Delta)."""
+
+
+def ellipse_integrals(axis_ratio: Array) -> EllipseIntegrals:
+    """The four integrals of an ellipse with semi-axes g and 1.
+
+    Parameters
+    ----------
+    axis_ratio : (...,) float   g, > 0; relative error 1e-13 from 1e-12 to 1e12, 1e-11 for `mixed`. [-]
+
+    Returns
+    -------
+    EllipseIntegrals   of (...,) float. [-]
+
+    Source: johnson1985, section 4.2(b); the arithmetic-geometric mean is Gauss's.
+    """
+    xp = namespace(axis_ratio)
+    g = axis_ratio
+    # K and D = (K - E)/k^2 with k^2 = 1 - g^2, from sums whose terms all have one sign: nothing cancels at the circle.
+    mean, other = 0.5 * (1.0 + g), xp.sqrt(g)
+    share = 0.25 * (1.0 - g) / (1.0 + g)
+    square = 0.25 * (1.0 - g) ** 2
+    total, weight = share, 1.0
+    for _ in range(_MEANS):
+        following = 0.5 * (mean + other)
+        factor = square / (16.0 * following * following)
+        mean, other = following, xp.sqrt(mean * other)
+        share, square, weight = share * factor, square * factor, 2.0 * weight
+        total = total + weight * share
+    k = 0.5 * math.pi / mean
+    along_b = 2.0 * k * (0.5 + total)
+    along_a = 2.0 * k * (0.5 - total) / (g * g)
+    distance = 1.0 - g * g
+    near = xp.abs(distance) < _NEAR_CIRCLE
+    series = math.pi * (3 / 8 + distance * (15 / 32 + distance * (525 / 1024)))
+    mixed = xp.where(near, series, (along_a - along_b) / xp.where(near, 1.0, distance))
+    return EllipseIntegrals(2.0 * k, along_a, along_b, mixed)
+
+
+def carlson_rd(x: Array, y: Array, z: Array) -> Array:
+    r"""Carlson's symmetric integral of the second kind, by duplication.
+
+    .. math:: R_D(x, y, z) = \tfrac{3}{2} \int_0^\infty \frac{dw}{(z+w)\sqrt{(x+w)(y+w)(z+w)}}
+
+    Parameters
+    ----------
+    x, y : (...,) float   >= 0, at most one of them 0.
+    z : (...,) float      > 0.
+
+    Returns
+    -------
+    (...,) float   Relative error below 1e-12.
+
+    Source: carlson1995, section 2.
+    """
+    xp = namespace(x, y, z)
+    total, weight = 0.0, 1.0
+    for _ in range(_DUPLICATIONS):
+        root_x, root_y, root_z = xp.sqrt(x), xp.sqrt(y), xp.sqrt(z)
+        shift = root_x * root_y + root_y * root_z + root_z * root_x
+        total = total + weight / (root_z * (z + shift))
+        x, y, z, weight = 0.25 * (x + shift), 0.25 * (y + shift), 0.25 * (z + shift), 0.25 * weight
+    # What is left are three nearly equal arguments: the series about their mean to second order.
+    mean = 0.2 * (x + y + 3.0 * z)
+    dx, dy = 1.0 - x / mean, 1.0 - y / mean
+    dz = -(dx + dy) / 3.0
+    second = dx * dy - 6.0 * dz * dz
+    return 3.0 * total + weight * (1.0 - 3.0 / 14.0 * second) / (mean * xp.sqrt(mean))

@@ -1,0 +1,214 @@
+"""What every creep law must do whatever the numbers, and that FASTSIM does it in more directions."""
+
+import array_api_strict as strict
+import jax
+import numpy as np
+import pytest
+from designs import seeds
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+from infinivar.contact import creep, fastsim
+
+jax.config.update("jax_enable_x64", True)
+
+EPS = np.finfo(float).eps
+BENT = ("vermeulen-johnson", "polach", "fastsim")
+laws = st.sampled_from(list(creep.LAWS))
+
+
+def ratios(seed, size=500):
+    """Force ratios of either sign over the whole range, tiny ones and ones next to slip among them."""
+    random = np.random.default_rng(seed)
+    spread = random.choice([-1, 1], size) * 10 ** random.uniform(-12, 0, size)
+    return np.concatenate([random.uniform(-1, 1, size), spread, np.sign(spread) * (1 - np.abs(spread))])
+
+
+def creeps(seed, size=500):
+    """Creep in two directions and spin, up to well into gross slip, and shapes of the patch and stiffness ratios."""
+    random = np.random.default_rng(seed)
+    k_x, k_y, psi = random.uniform(-1, 1, (3, size)) * 10 ** random.uniform(-6, 0.5, size)
+    return k_x, k_y, psi, random.uniform(0.2, 5, size), random.uniform(0.75, 1.35, size)
+
+
+@given(laws, seeds)
+def test_odd_passive_monotone_and_saturating(law, seed):
+    k = np.sort(ratios(seed)) * 5.0
+    force = creep.lateral_force(law, k)
+    assert_array_equal(creep.lateral_force(law, -k), -force)
+    assert np.all(force * k >= 0)
+    assert np.all(np.diff(force) >= -4 * EPS)
+    assert np.all(np.abs(force) <= 1.0)
+    slip = creep.LAWS[law].slip_creepage / 3.0
+    ends = [slip, 2 * slip, np.inf, -np.inf, -slip]
+    assert_array_equal(creep.lateral_force(law, np.asarray(ends)), [1.0, 1.0, 1.0, -1.0, -1.0])
+    if np.isfinite(slip):
+        assert creep.lateral_force(law, 0.99 * slip) < 1.0
+
+
+@given(laws, seeds)
+def test_inverse(law, seed):
+    """Both ways round. Near slip a rounding of the force is a change of the creepage `slope` times as large."""
+    ratio = ratios(seed)
+    k = creep.lateral_creep(law, ratio)
+    assert_allclose(creep.lateral_force(law, k), ratio, rtol=8 * EPS, atol=0)
+    assert_array_equal(creep.lateral_creep(law, -ratio), -k)
+    again = creep.lateral_creep(law, creep.lateral_force(law, k))
+    tolerance = 8 * EPS * (np.abs(k) + np.abs(ratio) * creep.LAWS[law].slope(ratio))
+    assert np.all(np.abs(again - k) <= tolerance)
+
+
+@given(laws, seeds)
+def test_slope_is_the_derivative(law, seed):
+    ratio = np.random.default_rng(seed).uniform(-0.99, 0.99, 500)
+    found, step = creep.LAWS[law], 1e-6
+    difference = (found.creepage(ratio + step) - found.creepage(ratio - step)) / (2 * step)
+    # Truncation is step^2 times the third derivative, which is below 1e7 up to 0.99.
+    assert_allclose(found.slope(ratio) * np.ones_like(ratio), difference, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("law", creep.LAWS)
+def test_small_creepage_is_kalkers(law):
+    """All laws start with the linear force, 3 k."""
+    k = np.asarray([1e-9, -1e-7])
+    assert_allclose(creep.lateral_force(law, k), 3.0 * k, rtol=1e-6)
+    assert_allclose(creep.lateral_creep(law, 3.0 * k), k, rtol=1e-6)
+    assert creep.LAWS[law].slope(np.float64(0.0)) == pytest.approx(1.0, abs=4 * EPS)
+
+
+@pytest.mark.parametrize("law", BENT)
+def test_at_slip_and_beyond(law):
+    """Constant creepage, no slope: an iteration that overshoots stays finite. The slope just before is capped."""
+    found = creep.LAWS[law]
+    beyond = np.asarray([1.0, 1.0 + EPS, 2.0, 1e6, np.inf])
+    creepage = found.creepage(np.concatenate([beyond, -beyond]))
+    assert np.all(np.isfinite(creepage))
+    assert_array_equal(np.abs(creepage), creepage[0])
+    assert creepage[0] >= found.creepage(np.float64(1.0 - EPS))
+    assert_array_equal(found.slope(beyond[1:]), 0.0)
+    assert 1e9 < found.slope(np.float64(1.0)) < np.inf
+    assert np.isnan(found.creepage(np.float64(np.nan)))
+    slip = found.slip_creepage / 3.0
+    assert_array_equal(creep.lateral_creep(law, np.asarray([1.0, -1.0, 1.01, -2.0])), [slip, -slip, np.nan, np.nan])
+
+
+@pytest.mark.parametrize("law", BENT)
+def test_gradients(law):
+    """jax.grad of creepage and force, at zero too."""
+    found = creep.LAWS[law]
+    ratio = np.append(np.random.default_rng(1).uniform(-0.999, 0.999, 500), [0.0, 0.999, -0.999])
+    gradient = jax.jit(jax.vmap(jax.grad(found.creepage)))(ratio)
+    # The derivative of an iteration is one order behind its value, and near slip both feel the rounding of 1 - x.
+    assert_allclose(gradient, found.slope(ratio), rtol=1e-9)
+    assert_allclose(
+        jax.jit(jax.vmap(jax.grad(found.force)))(found.creepage(ratio)), 1.0 / found.slope(ratio), rtol=1e-9
+    )
+    for function in (found.creepage, found.slope, found.force):
+        assert np.all(np.isfinite(jax.jit(jax.vmap(jax.grad(function)))(np.asarray([1.0, -1.0, 1.5, 40.0]))))
+
+
+@given(seeds)
+@settings(max_examples=10)
+def test_laws_use_only_the_standard(seed):
+    ratio = ratios(seed, 50)
+    k_x, k_y, psi, shape, stiffness = creeps(seed, 20)
+    for name, found in creep.LAWS.items():
+        for function in (found.creepage, found.slope, found.force):
+            assert_allclose(np.asarray(function(strict.asarray(ratio))), function(ratio), rtol=1e-14)
+        again = creep.lateral_creep(name, strict.asarray(ratio), strict.asarray(2.0))
+        assert_array_equal(np.asarray(again), creep.lateral_creep(name, ratio))
+        arrays = [strict.asarray(value) for value in (k_x, k_y, psi)]
+        expected = creep.planar_force(name, k_x, k_y, psi)
+        for part, known in zip(creep.planar_force(name, *arrays), expected, strict=True):
+            assert_allclose(np.asarray(part), known, rtol=1e-12, atol=1e-15)
+    arrays = [strict.asarray(value) for value in (k_x, k_y, psi, shape, stiffness)]
+    for part, known in zip(
+        fastsim.forces(*arrays, cells=8), fastsim.forces(k_x, k_y, psi, shape, stiffness, cells=8), strict=True
+    ):
+        assert_allclose(np.asarray(part), known, rtol=1e-12, atol=1e-15)
+
+
+@given(laws, seeds)
+@settings(max_examples=15)
+def test_planar_force(law, seed):
+    """Passive, within the friction circle, odd; without spin mirrored with the creepage; alone it is the lateral law."""
+    k_x, k_y, psi, shape, _ = creeps(seed, 100)
+    fx, fy = creep.planar_force(law, k_x, k_y, psi, shape)
+    assert np.all(np.hypot(fx, fy) <= 1.0 + 8 * EPS)
+    back_x, back_y = creep.planar_force(law, -k_x, -k_y, -psi, shape)
+    assert_allclose((back_x, back_y), (-fx, -fy), rtol=0, atol=1e-14)
+    fx, fy = creep.planar_force(law, k_x, k_y)
+    assert np.all(fx * k_x >= 0)
+    assert np.all(fy * k_y >= 0)
+    mirrored = creep.planar_force(law, k_x, -k_y)
+    assert_allclose(mirrored, (fx, -fy), rtol=0, atol=1e-14)
+    _, alone = creep.planar_force(law, 0.0, k_y)
+    assert_allclose(alone, creep.lateral_force(law, k_y), rtol=0, atol=3e-4 if law == "fastsim" else 8 * EPS)
+
+
+@given(seeds)
+def test_fastsim_is_passive(seed):
+    """Creep and spin together cost power: fx ux + fy uy + mz phi > 0 for a mattress of one flexibility.
+
+    In units of ux = 3 k_x and uy = 3 k_y it has phi sqrt(a b) = 32/(3 pi) sqrt(b/a) psi.
+    """
+    k_x, k_y, psi, shape, _ = creeps(seed)
+    patch = fastsim.forces(k_x, k_y, psi, shape)
+    turning = 32.0 / (3.0 * np.pi) / np.sqrt(shape) * psi
+    power = 3.0 * (patch.fx * k_x + patch.fy * k_y) + turning * patch.mz
+    assert np.all(power > 0)
+    assert np.all((patch.slip_share >= 0) & (patch.slip_share <= 1.0 + 4 * EPS))
+
+
+@given(seeds)
+@settings(max_examples=5)
+def test_fastsim_symmetries(seed):
+    """Mirrored in the rolling direction; many contacts at once are each as alone; gross slip is mu N, all slipping."""
+    k_x, k_y, psi, shape, stiffness = creeps(seed, 200)
+    patch = fastsim.forces(k_x, k_y, psi, shape, stiffness)
+    mirrored = fastsim.forces(k_x, -k_y, -psi, shape, stiffness)
+    signs = np.asarray([[1.0], [-1.0], [-1.0], [1.0]])
+    assert_allclose(np.stack(mirrored), signs * np.stack(patch), rtol=0, atol=1e-12)
+    i = seed % 200
+    alone = fastsim.forces(k_x[i], k_y[i], psi[i], shape[i], stiffness[i])
+    assert_array_equal(np.stack(alone), np.stack(patch)[:, i])
+    assert alone.fx.shape == ()
+    grid = fastsim.forces(k_x[:20, None], k_y[:10], 0.0, 2.0)
+    assert grid.fy.shape == (20, 10)
+    sliding = fastsim.forces(5.0 * np.cos(k_x), 5.0 * np.sin(k_x), 0.0, shape, stiffness)
+    assert_allclose(sliding.slip_share, 1.0, rtol=1e-12)
+    # With the coefficients apart, the traction turns a little within the first cells.
+    assert_allclose(np.hypot(sliding.fx, sliding.fy), 1.0, rtol=2e-4)
+    sliding = fastsim.forces(5.0 * np.cos(k_x), 5.0 * np.sin(k_x), 0.0, shape)
+    assert_allclose((sliding.fx, sliding.fy), (np.cos(k_x), np.sin(k_x)), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("psi", [0.0, 0.4])
+def test_fastsim_gradients(psi):
+    """jax.grad through the cells, at rest too; between the cells' kinks the forces are smooth."""
+
+    def force(k_x, k_y):
+        return fastsim.forces(k_x, k_y, psi, 1.5, 1.1, cells=20, strips=10).fy
+
+    slope = jax.jit(jax.grad(force, argnums=(0, 1)))
+    assert np.all(np.isfinite(slope(0.0, 0.0)))
+    step = 1e-7
+    for k_x, k_y in ((0.1, 0.2), (-0.3, 0.5), (0.0, -0.05)):
+        difference = (
+            (force(k_x + step, k_y) - force(k_x - step, k_y)) / (2 * step),
+            (force(k_x, k_y + step) - force(k_x, k_y - step)) / (2 * step),
+        )
+        assert slope(k_x, k_y) == pytest.approx(difference, abs=1e-6)
+
+
+def test_misuse_is_named():
+    with pytest.raises(
+        ValueError, match=r"creep_law must be one of linear, .*, got 'polack' \(did you mean 'polach'\?\)"
+    ):
+        creep.lateral_force("polack", 0.1)
+    with pytest.raises(ValueError, match="cells must be >= 1, got 0"):
+        fastsim.forces(0.1, 0.1, cells=0)
+    with pytest.raises(ValueError, match="strips must be >= 1, got -1"):
+        fastsim.forces(0.1, 0.1, strips=-1)
+    assert np.isnan(fastsim.forces(0.1, 0.1, 0.1, -1.0).fx)
