@@ -60,6 +60,7 @@ def parameters() -> dict[str, Any]:
     )
     if not all(known):
         raise RuntimeError("the cobotic drive has changed: the scripts in benchmarks/by_hand must follow")
+    groups = element.groups(drive.cylinder_speed)
     return {
         "points": POINTS,
         "stride": STRIDE,
@@ -70,9 +71,9 @@ def parameters() -> dict[str, Any]:
         "wheel_radius": element.wheel_radius,
         "preload": element.preload,
         "friction": element.friction,
-        "creep_stiffness": element.creep_stiffness,
-        "rolling_torque": element.rolling_torque,
-        "bearing_torque": element.bearing_torque,
+        "creep_stiffness": float(groups.creep_stiffness),
+        "rolling_torque": float(groups.rolling_torque),
+        "bearing_torque": float(groups.bearing_torque),
         "guideway_coefficient": drive.guideway.coefficient,
         "gear_ratio": gear.ratio,
         "gear_efficiency": gear.efficiency,

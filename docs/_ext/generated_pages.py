@@ -112,6 +112,14 @@ def gearheads() -> str:
     return _catalogue("gearheads", ("name", "ratio", "efficiency", "continuous_torque", "mass"))
 
 
+def bearings() -> str:
+    return _catalogue("bearings", ("bore", "outside_diameter", "dynamic_rating", "static_rating", "series"))
+
+
+def materials() -> str:
+    return _catalogue("materials", ("name", "youngs_modulus", "poisson", "yield_strength", "hardness"))
+
+
 def _catalogue(kind: str, keys: tuple[str, ...]) -> str:
     rows = [(f"`{name}`", *(part.get(key, "") for key in keys)) for name, part in catalogue.entries(kind).items()]
     return grid(("part", *(key.replace("_", " ") for key in keys)), rows)
@@ -165,6 +173,8 @@ def write(app) -> None:
         "unit_examples": unit_examples(),
         "motors": motors(),
         "gearheads": gearheads(),
+        "bearings": bearings(),
+        "materials": materials(),
         "references": references(),
         "set_drives": set_drives(),
         **{f"set_{name}": parameter_set_values(name) for name in parameter_sets()},
@@ -176,14 +186,17 @@ def write(app) -> None:
 
 
 def draw(app) -> None:
-    """Draw the paper's figures."""
+    """Draw the paper's figures, and those of its contact."""
     from infinivar.analysis.claims.claim import Machine
-    from infinivar.figures import style
+    from infinivar.analysis.contact_sheet import contact_sheet
+    from infinivar.figures import contact_design, design_trends, style
     from infinivar.figures.paper import FIGURES
 
-    machine = Machine()
+    machine, folder = Machine(), Path(app.srcdir) / "reference" / "generated"
     for number, module in FIGURES.items():
-        style.write(module.draw_all(machine), Path(app.srcdir) / "reference" / "generated" / f"fig{number}", ("svg",))
+        style.write(module.draw_all(machine), folder / f"fig{number}", ("svg",))
+    style.write(contact_design.draw_all(contact_sheet(machine.study, "cobotic")), folder / "contact_design", ("svg",))
+    style.write(design_trends.draw_all(machine.drive), folder / "design_trends", ("svg",))
 
 
 def check_public_names(app, exception) -> None:

@@ -13,8 +13,11 @@ __version__ = "0.1.0"
 _HOME = {
     "Amplifier": "parts.amplifier",
     "AuditError": "errors",
+    "Bearing": "parts.bearing",
     "CoboticDrive": "drivetrain.cobotic",
     "Comparison": "analysis.compare",
+    "ContactGeometry": "transmission.geometry",
+    "ContactSheet": "analysis.contact_sheet",
     "ConventionalDrive": "drivetrain.conventional",
     "DrivePoint": "drivetrain.drive",
     "DriveResult": "analysis.compare",
@@ -23,6 +26,7 @@ _HOME = {
     "InfinivarError": "errors",
     "InputError": "errors",
     "Limit": "limits",
+    "Material": "contact.bodies",
     "Motor": "parts.motor",
     "OperatingPoint": "transmission.operating_point",
     "Pulley": "parts.linear",
@@ -32,6 +36,7 @@ _HOME = {
     "SteeringPlant": "drivetrain.cobotic",
     "Study": "study.study",
     "compare": "analysis.compare",
+    "contact_sheets": "analysis.contact_sheet",
     "load_study": "study.load",
     "reproduce": "analysis.reproduce",
     "steady_map": "analysis.steady_map",
@@ -41,8 +46,10 @@ __all__ = [*sorted(_HOME), "__version__"]  # pyright: ignore[reportUnsupportedDu
 
 if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison, DriveResult, compare
+    from infinivar.analysis.contact_sheet import ContactSheet, contact_sheets
     from infinivar.analysis.reproduce import reproduce
     from infinivar.analysis.steady_map import SteadyMap, steady_map
+    from infinivar.contact.bodies import Material
     from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
     from infinivar.drivetrain.conventional import ConventionalDrive
     from infinivar.drivetrain.drive import DrivePoint
@@ -50,11 +57,13 @@ if TYPE_CHECKING:
     from infinivar.errors import AuditError, InfinivarError, InputError
     from infinivar.limits import Limit
     from infinivar.parts.amplifier import Amplifier
+    from infinivar.parts.bearing import Bearing
     from infinivar.parts.gearhead import Gearhead
     from infinivar.parts.linear import Guideway, Pulley
     from infinivar.parts.motor import Motor
     from infinivar.study.load import load_study
     from infinivar.study.study import Study
+    from infinivar.transmission.geometry import ContactGeometry
     from infinivar.transmission.operating_point import OperatingPoint
     from infinivar.transmission.rotary_linear import RotaryLinearIVT
 

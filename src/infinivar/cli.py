@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -100,6 +101,35 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
 
 
 @app.command()
+def contact(
+    study: StudyFile,
+    drive: Annotated[str | None, typer.Option("--drive", help="Only this drive.")] = None,
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Print the calculation sheet of the wheel contact of each cobotic drive; write it with its figure.
+
+    Exit code 1 if a contact is over-stressed.
+    """
+    from infinivar.analysis.contact_sheet import contact_sheets
+    from infinivar.report import contact as report
+    from infinivar.study.load import load_study
+
+    try:
+        sheets = contact_sheets(load_study(study), drive)
+    except InputError as problem:
+        raise InputError(f"{study}: {problem}") from None
+    files = report.save(sheets, out)
+    if as_json:
+        _print_json({"sheets": [sheet.to_dict() for sheet in sheets], "files": [str(file) for file in files]})
+    else:
+        for sheet in sheets:
+            print(report.text(sheet))
+        print(f"Written to {out}: {', '.join(file.name for file in files)}")
+    raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
+
+
+@app.command()
 def reproduce(
     figure: Annotated[int | None, typer.Option("--figure", help="Only this figure and its claims.")] = None,
     out: Out = Path("out"),
@@ -153,32 +183,71 @@ def init(
 
 @app.command()
 def catalogue(as_json: Json = False) -> None:
-    """List the motors and gearheads that a study can take by `part`."""
-    from infinivar.study.parts import gearheads, motors
+    """List the motors, gearheads, bearings and materials that a study can take by `part`."""
+    from infinivar.study.parts import bearings, gearheads, materials, motors
 
     if as_json:
         import dataclasses
 
-        parts = {"motors": motors(), "gearheads": gearheads()}
+        parts = {"motors": motors(), "gearheads": gearheads(), "bearings": bearings(), "materials": materials()}
         _print_json(
             {kind: {key: dataclasses.asdict(part) for key, part in group.items()} for kind, group in parts.items()}
         )
         return
-    print(f"{'motor':<30} {'voltage':>8} {'cont. torque':>13} {'no-load speed':>14} {'peak eff.':>10} {'mass':>8}")
-    for key, motor in motors().items():
-        rpm = (
-            (motor.voltage - motor.resistance * motor.no_load_current) / motor.torque_constant * 60 / 6.283185307179586
+    _print_table(
+        "motor",
+        {"voltage": "V", "cont. torque": "mN m", "no-load speed": "rpm", "peak efficiency": "%", "mass": "g"},
+        motors(),
+        lambda motor: (
+            motor.voltage,
+            motor.continuous_torque * 1e3,
+            motor.no_load_speed * 30 / math.pi,
+            motor.peak_efficiency * 1e2,
+            motor.mass and motor.mass * 1e3,
+        ),
+    )
+    _print_table(
+        "gearhead",
+        {"ratio": "", "efficiency": "%", "cont. torque": "N m", "mass": "g"},
+        gearheads(),
+        lambda gear: (gear.ratio, gear.efficiency * 1e2, gear.continuous_torque, gear.mass and gear.mass * 1e3),
+    )
+    _print_table(
+        "bearing",
+        {"bore": "mm", "outside": "mm", "dynamic rating": "kN", "static rating": "kN"},
+        bearings(),
+        lambda bearing: (
+            bearing.bore * 1e3,
+            bearing.outside_diameter * 1e3,
+            bearing.dynamic_rating * 1e-3,
+            bearing.static_rating * 1e-3,
+        ),
+    )
+    _print_table(
+        "material",
+        {"Young's modulus": "GPa", "Poisson": "", "yield strength": "MPa", "hardness": "GPa"},
+        materials(),
+        lambda body: (
+            body.youngs_modulus * 1e-9,
+            body.poisson,
+            body.yield_strength and body.yield_strength * 1e-6,
+            body.hardness and body.hardness * 1e-9,
+        ),
+    )
+
+
+def _print_table(
+    kind: str, columns: dict[str, str], parts: Mapping[str, Any], values: Callable[[Any], tuple[float | None, ...]]
+) -> None:
+    """One catalogue: a line a part, columns with their unit, blank where a value is not known."""
+    print(f"{kind:<30}" + "".join(f"{name:>18}" for name in columns))
+    for key, part in parts.items():
+        cells = (
+            "" if value is None else f"{value:{'.0f' if value >= 1e3 else '.4g'}} {unit}".rstrip()
+            for value, unit in zip(values(part), columns.values(), strict=True)
         )
-        mass = "" if motor.mass is None else f"{motor.mass * 1e3:.0f} g"
-        print(
-            f"{key:<30} {motor.voltage:>6.3g} V {motor.continuous_torque * 1e3:>8.4g} mN m {rpm:>10.0f} rpm"
-            f" {motor.peak_efficiency:>9.0%} {mass:>9}"
-        )
-    print(f"\n{'gearhead':<30} {'ratio':>8} {'efficiency':>13} {'cont. torque':>14} {'mass':>10}")
-    for key, gear in gearheads().items():
-        torque = "" if gear.continuous_torque is None else f"{gear.continuous_torque:.3g} N m"
-        mass = "" if gear.mass is None else f"{gear.mass * 1e3:.0f} g"
-        print(f"{key:<30} {gear.ratio:>8.4g} {gear.efficiency:>13.0%} {torque:>14} {mass:>10}")
+        print(f"{key:<30}" + "".join(f"{cell:>18}" for cell in cells))
+    print()
 
 
 def _print_version(wanted: bool) -> None:

@@ -27,6 +27,12 @@ class Limit(IntEnum):
     """The gearhead carries more than its continuous output torque."""
     REGENERATION = 7
     """Electrical power comes back and the amplifier can neither burn nor store it."""
+    YIELD = 8
+    """The wheel's contact yields below its surface."""
+    HARDNESS = 9
+    """The mean pressure of the wheel's contact exceeds the indentation hardness."""
+    BEARING = 10
+    """An axle bearing carries more than its static rating."""
 
     @property
     def words(self) -> str:
@@ -43,6 +49,9 @@ _WORDS = {
     Limit.SPEED: "motor permissible speed",
     Limit.GEAR: "gearhead continuous torque",
     Limit.REGENERATION: "regeneration",
+    Limit.YIELD: "contact yield",
+    Limit.HARDNESS: "contact hardness",
+    Limit.BEARING: "bearing static load",
 }
 
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
-from infinivar.study.parts import gearheads, motors
+from infinivar.parts.bearing import Bearing
+from infinivar.study.parts import bearings, gearheads, materials, motors
 from infinivar.study.shipped import parameter_set
 
 
@@ -167,21 +168,26 @@ def test_catalogue_lists_every_part(infinivar):
     outcome = infinivar("catalogue")
     assert (outcome.code, outcome.err) == (0, "")
     listed = [line.split()[0] for line in outcome.out.splitlines() if line]
-    assert listed == ["motor", *motors(), "gearhead", *gearheads()]
+    assert listed == [
+        *("motor", *motors(), "gearhead", *gearheads()),
+        *("bearing", *bearings(), "material", *materials()),
+    ]
     assert max(map(len, outcome.out.splitlines())) <= 120
     row = next(line for line in outcome.out.splitlines() if line.startswith("re-40-24v "))
     motor = motors()["re-40-24v"]
     assert f"{motor.voltage:g} V" in row
-    assert f"{motor.peak_efficiency:.0%}" in row
+    assert f"{100 * motor.peak_efficiency:.4g} %" in row
+    assert "e+" not in outcome.out
 
 
 def test_catalogue_as_json(infinivar):
     outcome = infinivar("catalogue", "--json")
     parts = json.loads(outcome.out)
-    assert list(parts) == ["motors", "gearheads"]
+    assert list(parts) == ["motors", "gearheads", "bearings", "materials"]
     assert list(parts["motors"]) == list(motors())
     assert list(parts["gearheads"]) == list(gearheads())
     assert iv.Motor(**parts["motors"]["re-40-24v"]) == motors()["re-40-24v"]
+    assert Bearing(**parts["bearings"]["608"]) == bearings()["608"]
 
 
 def test_version(infinivar):
@@ -191,7 +197,9 @@ def test_version(infinivar):
 def test_help_names_every_command(infinivar):
     outcome = infinivar("--help")
     assert outcome.code == 0
-    assert all(f"\n  {name} " in outcome.out for name in ("compare", "reproduce", "schema", "init", "catalogue"))
+    assert all(
+        f"\n  {name} " in outcome.out for name in ("compare", "contact", "reproduce", "schema", "init", "catalogue")
+    )
 
 
 @pytest.mark.parametrize(

@@ -73,6 +73,6 @@ def states(element, seed, largest_angle=1.55):
     angle = random.uniform(-largest_angle, largest_angle, POINTS)
     speed = random.uniform(0.01, 100, POINTS) * random.choice([-1, 1], POINTS)
     ratio = random.uniform(-1, 1, POINTS)  # of lateral force to slip force
-    rolling = -np.sign(speed) * element.rolling_force
+    rolling = -np.sign(speed) * element.groups(speed).rolling_force
     force = -ratio * element.slip_force * np.cos(angle) - rolling * np.sin(angle)
     return speed, angle, force

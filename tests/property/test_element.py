@@ -55,7 +55,7 @@ def test_satisfies_kinematics_and_balance(element, seed):
     scale = np.abs(surface) + np.abs(point.link_speed)
     assert np.all(np.abs(u - point.creep_speed)[ok] <= ROUNDING * scale[ok])
     assert np.all(np.abs(v - point.rolling_speed)[ok] <= ROUNDING * scale[ok])
-    rolling = np.sign(point.rolling_speed) * element.rolling_force
+    rolling = np.sign(point.rolling_speed) * element.groups(speed).rolling_force
     tau, fl = contact_balance(point.lateral_force, rolling, np.cos(angle), np.sin(angle), element.cylinder_radius)
     assert_allclose(fl[ok], force[ok], rtol=0, atol=ROUNDING * element.slip_force)
     assert_allclose(tau[ok], point.torque[ok], rtol=0, atol=ROUNDING * element.slip_force * element.cylinder_radius)
@@ -74,7 +74,7 @@ def test_linear_law_holds(element, seed):
 @given(elements(law=st.just("linear")), seeds)
 def test_steer_inverts_operate(element, seed):
     # Beyond |tan phi| = K two angles give one motion; states stop short of it.
-    speed, angle, force = states(element, seed, largest_angle=np.arctan(0.5 * element.creep_group))
+    speed, angle, force = states(element, seed, largest_angle=np.arctan(0.5 * element.groups(1.0).creep_group))
     point = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
     ok = point.limit == Limit.OK
     found = element.steer(cylinder_speed=speed, link_speed=point.link_speed, link_force=force)

@@ -9,7 +9,7 @@ import infinivar as iv
 from infinivar.errors import InputError
 from infinivar.study.load import shipped_study
 from infinivar.study.parts import gearheads, motors
-from infinivar.study.schema import DRIVES, KINDS, json_schema, table
+from infinivar.study.schema import DRIVES, KINDS, described, json_schema, table
 from infinivar.study.shipped import parameter_set, parameter_sets
 from infinivar.study.template import TEMPLATE
 
@@ -99,18 +99,35 @@ def test_scale(load):
     assert rows(study, "mine")["motor.scale"].value == 2.0
 
 
-def test_a_load_changed_without_what_follows_is_pointed_out(load):
-    """Creep stiffness and friction torques of the base were derived for the base's preload."""
-    study = load(MINIMAL + '[drives.mine.transmission]\npreload = "6500 N"\nbearing_torque = "20 mN m"\n')
-    assert len(study.warnings) == 1
-    assert "preload changed, but creep_stiffness, rolling_torque stayed" in study.warnings[0]
-    found = rows(study, "mine")
-    assert found["transmission.creep_stiffness"].kind == "assumed"
-    assert "where preload differed" in found["transmission.creep_stiffness"].where
-    every = 'preload = "6500 N"\ncreep_stiffness = "170 kN"\nrolling_torque = "2 mN m"\nbearing_torque = "20 mN m"\n'
-    assert load(MINIMAL + "[drives.mine.transmission]\n" + every).warnings == ()
-    assert load(MINIMAL + '[drives.mine.transmission]\npreload = "650 N"\n').warnings == ()
-    assert load(MINIMAL).warnings == ()
+def test_geometry_follows_a_changed_load(load):
+    """Creep stiffness grows with P^(2/3), hysteresis with P^(4/3): nothing of the base's contact stays behind."""
+    base, changed = (
+        load(MINIMAL + table).drives["mine"].transmission
+        for table in ("", '[drives.mine.transmission]\npreload = "325 N"\n')
+    )
+    before, after = base.groups(14.0), changed.groups(14.0)
+    assert after.slip_force == pytest.approx(before.slip_force / 2)
+    assert after.creep_stiffness == pytest.approx(before.creep_stiffness / 2 ** (2 / 3))
+    assert after.rolling_torque == pytest.approx(before.rolling_torque / 2 ** (4 / 3))
+    assert after.bearing_torque < before.bearing_torque
+
+
+def test_measured_groups_stand_in_for_geometry(load):
+    """All three of them, and what geometry would have given to the steering plant."""
+    groups = 'creep_stiffness = "17 kN"\nrolling_torque = "0.2 mN m"\nbearing_torque = "2 mN m"\n'
+    steering = '[drives.mine.steering]\npatch_half_length = "0.5 mm"\n'
+    element = load(MINIMAL + "[drives.mine.transmission]\n" + groups + steering).drives["mine"].transmission
+    assert element.geometry is None
+    assert element.groups(14.0).creep_stiffness == 17e3
+    with pytest.raises(iv.InputError, match=r"steering\.patch_half_length is missing"):
+        load(MINIMAL + "[drives.mine.transmission]\n" + groups)
+    with pytest.raises(
+        iv.InputError, match=r"transmission\.rolling_torque is missing: give creep_stiffness, rolling_torque"
+    ):
+        load(MINIMAL + '[drives.mine.transmission]\ncreep_stiffness = "17 kN"\nbearing_torque = "2 mN m"\n')
+    both = "[drives.mine.transmission]\n" + groups + '[drives.mine.transmission.geometry]\ncrown_radius = "8 mm"\n'
+    with pytest.raises(iv.InputError, match="creep_stiffness and geometry exclude each other"):
+        load(MINIMAL + both + steering)
 
 
 def test_defaults_are_listed_as_assumed(load):
@@ -162,7 +179,7 @@ def test_schema_knows_every_field():
     definitions = json_schema()["$defs"]
     for part in (*DRIVES.values(), iv.Requirement, iv.Motor, iv.Gearhead, iv.RotaryLinearIVT):
         properties = definitions[part.__name__]["properties"]
-        for field in dataclasses.fields(part):
+        for field in described(part):
             assert field.name in properties, field.name
             assert properties[field.name].get("description") or "$ref" in str(properties[field.name])
         assert "required" not in definitions[part.__name__]

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from infinivar.analysis.claims import element, system
+from infinivar.analysis.claims import design, element, system
 from infinivar.analysis.claims.claim import Claim, Finding, Machine, statements
 from infinivar.errors import InputError
 
-CHECKS: dict[str, Callable[[Machine], Finding]] = {**element.CHECKS, **system.CHECKS}
+CHECKS: dict[str, Callable[[Machine], Finding]] = {**element.CHECKS, **system.CHECKS, **design.CHECKS}
 
 _LATER = {
     "D": "Needs motion in time: inertias and steering effort are not in the steady model.",
-    "S": "Needs losses derived from geometry and materials; the steady model takes the two loss groups as numbers.",
+    "S": "Needs motion in time: a lighter part loses less only where it is accelerated.",
 }
 
 

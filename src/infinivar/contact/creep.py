@@ -55,6 +55,11 @@ class CreepLaw:
     slip_creepage: float
     flow_factor: Callable[[Array], tuple[Array, Array]] | None = None
 
+    @property
+    def straight(self) -> bool:
+        """Whether force and creepage are proportional up to slip."""
+        return self.slip_creepage == 1.0
+
 
 LAWS = {
     "linear": CreepLaw(creepage=linear_creepage, slope=linear_slope, force=linear_force, slip_creepage=1.0),

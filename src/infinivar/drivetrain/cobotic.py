@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from infinivar._xp import Array, finite_floats, namespace
+from infinivar.contact import spin
 from infinivar.drivetrain.drive import DrivePoint, electrical_side
 from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
@@ -25,13 +27,51 @@ class SteeringPlant:
     motor: Motor = component("Steering motor")
     ratio: float = quantity("1", "> 0", "Reduction between steering motor and bell")
     bell_inertia: float = quantity("kg m^2", "> 0", "Inertia of the bell that holds the wheel, about its steering axis")
-    patch_half_length: float = quantity("m", "> 0", "Lateral half-length b of the contact patch")
     sliding_friction: float = quantity("1", "> 0", "Sliding friction mu_s of the patch that turns on the spot")
-    bell_friction: float = quantity("m", ">= 0", "Friction torque of the bell bearing over preload, c_b")
+    patch_half_length: float | None = quantity(
+        "m",
+        "> 0",
+        "Lateral half-length b of the contact patch, where no geometry of the contact gives it",
+        default=None,
+    )
+    bell_bearing: Bearing | None = component("Bearing of the bell, which carries the preload", default=None)
+    bell_friction: float | None = quantity(
+        "m",
+        ">= 0",
+        "Measured friction torque of the bell bearing over preload, c_b, instead of bell_bearing",
+        default=None,
+    )
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
+        if self.bell_bearing is None and self.bell_friction is None:
+            raise ValueError("bell_friction is missing: give it, or bell_bearing, from which it follows")
+        if self.bell_bearing is not None and self.bell_friction is not None:
+            raise ValueError("bell_friction and bell_bearing exclude each other: it would follow from bell_bearing")
+
+    def friction_torques(self, transmission: RotaryLinearIVT) -> dict[str, Array]:
+        """What holds the bell against slow steering: the patch that turns on the spot, and the bell bearing.
+
+        Parameters
+        ----------
+        transmission : RotaryLinearIVT   Gives preload and patch: an ellipse from its geometry, else a uniform line.
+
+        Returns
+        -------
+        dict   "patch" and "bell", sizes of torques that oppose steering. [N m]
+
+        Source: faulring2006, section V-B; `infinivar.contact.spin`.
+        """
+        preload = transmission.preload
+        if transmission.contact is not None:
+            patch = transmission.contact.patch
+            turning = spin.ellipse_moment(preload, patch.a, patch.b, self.sliding_friction)
+        else:
+            turning = spin.line_moment(preload, self.patch_half_length, self.sliding_friction)
+        given = (self.bell_friction or 0.0) * preload
+        bell = given if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
+        return {"patch": turning, "bell": bell}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,6 +93,13 @@ class CoboticDrive:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
+        if self.steering is None:
+            return
+        given, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
+        if given and derived:
+            raise ValueError("steering.patch_half_length and transmission.geometry exclude each other")
+        if not given and not derived:
+            raise ValueError("steering.patch_half_length is missing: give it, or transmission.geometry")
 
     @property
     def motors(self) -> Mapping[str, Motor]:

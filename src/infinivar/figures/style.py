@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from infinivar.limits import Limit
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -26,6 +28,9 @@ LOSS_COLOURS = {
     "amplifier": "#999999",
 }
 """One colour a loss, the same in every figure."""
+
+LINE_COLOURS = {**LOSS_COLOURS, "rolling": "#B8A800"}
+"""The same for lines on white, where the yellow of areas is too pale."""
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -87,3 +92,37 @@ def inline_svg(made: Figure) -> str:
     with styled():
         made.savefig(buffer, format="svg", metadata={"Date": None})
     return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode()
+
+
+def name_limits(ax: Any, values: Any, limits: Sequence[Limit], where: str) -> None:
+    """Shade the stretches of an x axis in which a limit binds, each with its name at the "top" or "bottom"."""
+    height = {"top": 0.98, "bottom": 0.02}[where]
+    start = 0
+    for index in range(1, len(limits) + 1):
+        if index < len(limits) and limits[index] == limits[start]:
+            continue
+        if limits[start] != Limit.OK:
+            left = values[start] if start == 0 else 0.5 * (values[start - 1] + values[start])
+            right = values[-1] if index == len(limits) else 0.5 * (values[index - 1] + values[index])
+            ax.axvspan(left, right, color="#eeeeee", zorder=0)
+            middle = (left * right) ** 0.5 if ax.get_xscale() == "log" else 0.5 * (left + right)
+            ax.text(
+                middle,
+                height,
+                limits[start].words,
+                transform=ax.get_xaxis_transform(),
+                rotation=90,
+                ha="center",
+                va=where,
+                fontsize=8,
+            )
+        start = index
+
+
+def plain_log_ticks(ax: Any) -> None:
+    """Numbers rather than powers of ten along a logarithmic x axis of less than two decades."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())

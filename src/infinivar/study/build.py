@@ -12,12 +12,12 @@ from infinivar.errors import InputError
 from infinivar.parts.motor import Motor
 from infinivar.study.layers import Raw, over_parts
 from infinivar.study.messages import StudyError, explained
-from infinivar.study.schema import CATALOGUES, Entry, part_of, table
-from infinivar.study.study import Provenance
+from infinivar.study.schema import CATALOGUES, Entry, described, part_of, table
+from infinivar.study.study import DEFAULT, Provenance
 
 
 def built_part(part: type, key: str) -> Any:
-    """A motor or gearhead as the catalogue has it.
+    """A part as the catalogue has it.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows
     """Dataclass instance from a validated table, its parts first."""
     hints = typing.get_type_hints(part)
     values: dict[str, Any] = {}
-    for field in dataclasses.fields(part):
+    for field in described(part):
         given = getattr(checked, field.name)
         unit = field.metadata.get("unit", "")
         here = f"{prefix}{field.name}"
@@ -58,7 +58,7 @@ def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows
             empty = table(inner).model_validate({})
             values[field.name] = _instance(inner, empty, f"{path}.{field.name}", owner, f"{here}.", rows)
         elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
-            default = Entry(field.default, field.default, "assumed", "default of the program")
+            default = Entry(field.default, field.default, "assumed", DEFAULT)
             rows.append(_row(owner, here, default, unit))
     try:
         made = part(**values)

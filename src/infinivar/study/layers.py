@@ -11,21 +11,19 @@ from infinivar.parts import catalogue
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, part_of
 from infinivar.study.shipped import parameter_set
+from infinivar.transmission.rotary_linear import MEASURED
 
 LONGEST_TITLE = 120
 
-# Keys that steer how a table is read; all other keys are fields of the part it describes.
-_DIRECTIVES = (*HEAD, "part")
-
-# Numbers of one contact: the second group was derived for the values of the first.
-_CONTACT = ("preload", "friction", "wheel_radius")
-_FOLLOWS = ("creep_stiffness", "rolling_torque", "bearing_torque")
+# Keys that steer how a table is read; all other keys are fields of the part it describes. Inside a drive or the
+# requirement only `part` is one: a bearing's type is a value like others.
+_AT_HEAD, _INSIDE = (*HEAD, "part"), ("part",)
 
 Raw = dict[str, Any]
 """A table as written, or with kind and where spelled out."""
 
 
-def annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
+def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directives: tuple[str, ...] = _AT_HEAD) -> Raw:
     """The table with kind and where spelled out at every value, so that tables of two sources can be laid over."""
     kind, where = tree.get("kind", kind), tree.get("where", where)
     if kind not in KINDS:
@@ -36,7 +34,7 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
     for key, value in tree.items():
         if key in ORIGIN:
             continue
-        if key in _DIRECTIVES:
+        if key in directives:
             if not isinstance(value, str) or len(value) > LONGEST_TITLE:
                 raise StudyError(f"{path}.{key} = {quoted(value)} must be text of up to {LONGEST_TITLE} letters")
             result[key] = value
@@ -45,7 +43,7 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed") -> Raw:
         elif "value" in value:
             result[key] = {"kind": kind, "where": where, **value}
         else:
-            result[key] = annotated(value, f"{path}.{key}", where, kind)
+            result[key] = annotated(value, f"{path}.{key}", where, kind, _INSIDE)
     return result
 
 
@@ -98,23 +96,17 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
         raise StudyError(
             f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out"
         )
-    _check_contact(under.get("transmission", {}), tree.get("transmission", {}), base, path, remarks)
+    if "transmission" in under:
+        under["transmission"] = _contact_over(under["transmission"], tree.get("transmission"))
     return merged(under, tree)
 
 
-def _check_contact(under: Raw, over: Any, base: str, path: str, remarks: Remarks) -> None:
-    """Warn where a contact's load changes and the numbers derived for the old one stay; they are assumed then."""
-    given = over if "value" not in over else {}
-    changed = [key for key in _CONTACT if key in given and given[key].get("value") != under[key]["value"]]
-    stale = [key for key in _FOLLOWS if key not in given]
-    if not changed or not stale:
-        return
-    for key in stale:
-        under[key] = {**under[key], "kind": "assumed", "where": f"{base}, where {', '.join(changed)} differed"}
-    remarks.warnings.append(
-        f"{path}.transmission: {', '.join(changed)} changed, but {', '.join(stale)} stayed as {base} has them. "
-        "They do not follow by themselves: give them, too."
-    )
+def _contact_over(under: Raw, over: Any) -> Raw:
+    """The base's transmission without what a study describes the other way: measured groups, or geometry."""
+    if not isinstance(over, dict):
+        return under
+    dropped = MEASURED if "geometry" in over else ("geometry",) if any(key in over for key in MEASURED) else ()
+    return {key: value for key, value in under.items() if key not in dropped}
 
 
 def over_parts(part: type, tree: Raw, path: str) -> Raw:
@@ -123,14 +115,13 @@ def over_parts(part: type, tree: Raw, path: str) -> Raw:
     name = result.pop("part", None)
     if name is not None:
         if part not in CATALOGUES:
-            raise StudyError(
-                f"{path}.part = {quoted(name)}: only a motor or a gearhead can be taken from the catalogue"
-            )
+            known = ", ".join(CATALOGUES.values())
+            raise StudyError(f"{path}.part = {quoted(name)}: the catalogue has {known} only")
         try:
             entry = catalogue.entry(CATALOGUES[part], name)
         except InputError as problem:
             raise StudyError(f"{path}.part = {problem}") from None
-        result = merged(annotated(entry, path, "catalogue"), result)
+        result = merged(annotated(entry, path, "catalogue", directives=_INSIDE), result)
     hints = typing.get_type_hints(part)
     for key, value in result.items():
         inner = part_of(hints.get(key))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, nearest
 from infinivar.study.build import built
@@ -96,6 +98,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
             kind = _type_of(tree, where)
             titles[drive] = tree.pop("title", drive)
             drives[drive] = built(DRIVES[kind], tree, where, drive, rows)
+            remarks.warnings.extend(f"{where}.transmission: {said}" for said in _overstress(drives[drive]))
         except StudyError as found:
             problems += found.lines
     if problems or requirement is None:
@@ -112,6 +115,14 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         warnings=tuple(remarks.warnings),
         path=path,
     )
+
+
+def _overstress(drive: Drive) -> Iterator[str]:
+    """What the preload of a wheel exceeds, in words."""
+    if isinstance(drive, CoboticDrive):
+        for limit, demand in drive.transmission.utilisation.items():
+            if demand > 1.0:
+                yield f"{limit.words}, {demand:.2f} times what is allowed; see: infinivar contact"
 
 
 def _check_name(drive: str, others: Iterable[str]) -> None:

@@ -2,24 +2,40 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Mapping
 from typing import Any
 
+from infinivar.contact.bodies import Material
+from infinivar.frozen import FrozenDict
 from infinivar.parts import catalogue
+from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.study.build import built_part
 from infinivar.study.schema import CATALOGUES
 
 
-def _all(part: type) -> dict[str, Any]:
-    return {key: built_part(part, key) for key in catalogue.entries(CATALOGUES[part])}
+@functools.cache
+def _all(part: type) -> Mapping[str, Any]:
+    return FrozenDict({key: built_part(part, key) for key in catalogue.entries(CATALOGUES[part])})
 
 
-def motors() -> dict[str, Motor]:
+def motors() -> Mapping[str, Motor]:
     """Every motor of the catalogue, by key."""
     return _all(Motor)
 
 
-def gearheads() -> dict[str, Gearhead]:
+def gearheads() -> Mapping[str, Gearhead]:
     """Every gearhead of the catalogue, by key."""
     return _all(Gearhead)
+
+
+def bearings() -> Mapping[str, Bearing]:
+    """Every bearing of the catalogue, by key."""
+    return _all(Bearing)
+
+
+def materials() -> Mapping[str, Material]:
+    """Every material of the catalogue, by key."""
+    return _all(Material)

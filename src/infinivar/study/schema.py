@@ -18,10 +18,12 @@ import pydantic
 
 from infinivar import units
 from infinivar.contact import creep
+from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, nearest
+from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.quantities import check_value
@@ -35,7 +37,7 @@ DRIVES: dict[str, type] = {"cobotic": CoboticDrive, "conventional": Conventional
 CHOICES: dict[str, tuple[str, ...]] = {"creep_law": tuple(creep.LAWS)}
 """Words that a field typed as plain text accepts."""
 
-CATALOGUES = {Motor: "motors", Gearhead: "gearheads"}
+CATALOGUES = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
 """Parts that a table can take from a catalogue, and which."""
 
 HEAD = ("base", "title", "type")
@@ -156,6 +158,11 @@ def part_of(hint: Any) -> type | None:
     return next((kind for kind in kinds if dataclasses.is_dataclass(kind)), None)  # type: ignore[return-value]
 
 
+def described(part: type) -> list[dataclasses.Field]:
+    """Fields of a part that a table can give; those that follow from others are left out."""
+    return [field for field in dataclasses.fields(part) if field.init]
+
+
 def keys(part: type) -> list[str]:
     """Every key that the table of a part may have."""
     known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else []), *ORIGIN]
@@ -167,7 +174,7 @@ def table(part: type) -> type[pydantic.BaseModel]:
     """Pydantic model of the table that describes a part, a drive or the requirement."""
     hints = typing.get_type_hints(part)
     fields: dict[str, Any] = {}
-    for field in dataclasses.fields(part):
+    for field in described(part):
         required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
         fields[field.name] = (
             _field_type(hints[field.name], field),

@@ -11,6 +11,9 @@ from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.frozen import FrozenDict
 
+DEFAULT = "default of the program"
+"""Source of values that nobody gave."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:

@@ -31,12 +31,17 @@ title = "Cobotic, small motor"
 [drives.cobotic.gearhead]
 efficiency = 0.88
 
-# Preload, friction, wheel radius and the three numbers below belong together: change one, and give all that follow.
-# [drives.cobotic.transmission]
-# preload = "650 N"
-# creep_stiffness = "17238 N"
-# rolling_torque = "0.19358 mN m"
-# bearing_torque = "1.9358 mN m"
+# The wheel: creep, rolling and bearing losses follow from this. See what it gives: infinivar contact {name}.toml
+[drives.cobotic.transmission]
+preload = "650 N"
+wheel_radius = "10 mm"
+
+[drives.cobotic.transmission.geometry]
+crown_radius = "8 mm"
+
+[drives.cobotic.transmission.geometry.axle_bearing]
+part = "625"
+friction_model = "coefficient"  # SKF's simple rule; "skf" is the full model, with viscosity = "100 mm^2/s" of the oil
 
 # ... or be given part by part.
 [drives.geared]

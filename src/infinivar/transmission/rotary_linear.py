@@ -19,14 +19,20 @@ Source: faulring2006, Eqs 3-8 and 12-14, in passive form (see the errata in the 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from infinivar._xp import Array, as_floats, bisect, namespace, newton, safe_divide, signed_infinity
+from infinivar._xp import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar.contact import creep
 from infinivar.errors import AuditError
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
+from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
+from infinivar.transmission.inverse import steering_tangent
 from infinivar.transmission.operating_point import OperatingPoint
+
+MEASURED = ("creep_stiffness", "rolling_torque", "bearing_torque")
+"""Fields that stand for a contact whose geometry is not described."""
 
 _RIGHT_ANGLE = 1e-15
 """Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
@@ -116,38 +122,92 @@ class RotaryLinearIVT:
     wheel_radius: float = quantity("m", "> 0", "Rolling radius r of the wheel")
     preload: float = quantity("N", "> 0", "Normal force P that presses the wheel on the cylinder")
     friction: float = quantity("1", "> 0", "Rolling friction limit mu: the contact slips at mu P")
-    creep_stiffness: float = quantity("N", "> 0", "Creep stiffness C = C22 G a b, lateral force over creepage")
-    rolling_torque: float = quantity("N m", ">= 0", "Hysteresis torque of the rolling contact, about the wheel axle")
-    bearing_torque: float = quantity("N m", ">= 0", "Friction torque of the wheel's axle bearings")
+    geometry: ContactGeometry | None = component(
+        "Shapes, materials and bearings, from which creep stiffness and torques follow", default=None
+    )
+    creep_stiffness: float | None = quantity(
+        "N", "> 0", "Measured creep stiffness C = C22 G a b, lateral force over creepage", default=None
+    )
+    rolling_torque: float | None = quantity(
+        "N m", ">= 0", "Measured hysteresis torque of the rolling contact, about the wheel axle", default=None
+    )
+    bearing_torque: float | None = quantity(
+        "N m", ">= 0", "Measured friction torque of the wheel's axle bearings", default=None
+    )
     steering_range: float = quantity(
         "rad", "> 0 and <= pi/2", "Largest steering angle to either side", default=math.pi / 2
     )
-    creep_law: str = component("Creep law: linear, or faulring (linear with the flow loss of Eq 17)", default="linear")
+    creep_law: str = component(
+        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach or fastsim",
+        default="linear",
+    )
+    contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
+    _memo: dict[float, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Refuse what is not physical, and press the wheel on the cylinder."""
         check(self)
         creep.law(self.creep_law)
+        given = [name for name in MEASURED if getattr(self, name) is not None]
+        if self.geometry is not None:
+            if given:
+                raise ValueError(f"{given[0]} and geometry exclude each other: it would follow from geometry")
+            contact = self.geometry.press(
+                wheel_radius=self.wheel_radius, cylinder_radius=self.cylinder_radius, preload=self.preload
+            )
+            object.__setattr__(self, "contact", contact)
+        elif len(given) < len(MEASURED):
+            missing = next(name for name in MEASURED if name not in given)
+            raise ValueError(f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, from which they follow")
 
     @property
     def slip_force(self) -> float:
-        """Lateral force at which the wheel slides, mu P. [N]"""
+        """Lateral force at which the wheel slides, mu P, with the friction limit at rest. [N]"""
         return self.friction * self.preload
 
     @property
-    def rolling_force(self) -> float:
-        """Force against rolling, (tau_in + tau_wa)/r. [N]"""
-        return (self.rolling_torque + self.bearing_torque) / self.wheel_radius
+    def utilisation(self) -> Mapping[Limit, Array]:
+        """Demand over allowance of the limits that the preload alone can exceed; empty for measured groups. [-]"""
+        if self.geometry is None or self.contact is None:
+            return {}
+        return self.geometry.utilisation(
+            self.contact, wheel_radius=self.wheel_radius, preload=self.preload, slip_force=self.slip_force
+        )
 
-    @property
-    def rolling_group(self) -> float:
-        """H = (tau_in + tau_wa)/(r mu P), rolling resistance over slip force. [-]"""
-        return self.rolling_force / self.slip_force
+    def groups(self, cylinder_speed: Array) -> LossGroups:
+        """What decides the losses, at a cylinder speed: measured groups as given, or what follows from geometry.
 
-    @property
-    def creep_group(self) -> float:
-        """K = C/(mu P): the linear law slips at the creepage 1/K. [-]"""
-        return self.creep_stiffness / self.slip_force
+        Parameters
+        ----------
+        cylinder_speed : (...,) float   omega; only geometry makes a difference of it. [rad s^-1]
+
+        Returns
+        -------
+        LossGroups   Slip force, creep stiffness, torques, and the groups H and K made of them.
+        """
+        if self.geometry is not None and self.contact is not None:
+            # Most callers come with one speed, again and again.
+            number = isinstance(cylinder_speed, (int, float))
+            if number and cylinder_speed in self._memo:
+                return self._memo[cylinder_speed]
+            groups = self.geometry.loss_groups(
+                self.contact,
+                wheel_radius=self.wheel_radius,
+                preload=self.preload,
+                friction=self.friction,
+                surface_speed=self.cylinder_radius * as_floats(namespace(self, cylinder_speed), cylinder_speed)[0],
+            )
+            if number:
+                self._memo.clear()
+                self._memo[cylinder_speed] = groups
+            return groups
+        return LossGroups(
+            slip_force=self.slip_force,
+            creep_stiffness=self.creep_stiffness,
+            rolling_torque=self.rolling_torque,
+            bearing_torque=self.bearing_torque,
+            wheel_radius=self.wheel_radius,
+        )
 
     def operate(
         self,
@@ -188,11 +248,12 @@ class RotaryLinearIVT:
         omega, phi, given = as_floats(xp, cylinder_speed, steering_angle, given)
         if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + _RIGHT_ANGLE):
             raise ValueError("steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own")
+        groups = self.groups(cylinder_speed)
         omega, phi, given = xp.broadcast_arrays(omega, phi, given)
         steering = _Steering.at_angle(xp, phi)
         if link_force is None:
-            return self._at_speed(xp, omega, steering, given)
-        return self._at_force(xp, omega, steering, given)
+            return self._at_speed(xp, groups, omega, steering, given)
+        return self._at_force(xp, groups, omega, steering, given)
 
     def steer(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> Array:
         """Steering angle at which the link moves at a given speed under a given force.
@@ -206,15 +267,16 @@ class RotaryLinearIVT:
         Returns
         -------
         (...,) float   phi; nan where the contact would slip. Where two angles give the same motion (possible only
-            beyond |tan phi| = K, or near slip with Eq 17) the one nearer to the locked state. [rad]
+            beyond |tan phi| = K, or near slip with Eq 17 or a law that bends) the one nearer to the locked state. [rad]
 
         Source: inverse of `operate`; derivation in the theory page.
         """
         xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
-        tangent, possible = self._tangent(xp, omega, speed, force)
+        groups = self.groups(cylinder_speed)
+        tangent, possible = self._tangent(xp, groups, omega, speed, force)
         decoupled = (omega == 0) & (speed != 0)
-        load, rolled = force / self.slip_force, self.rolling_group * xp.sign(omega) * tangent
+        load, rolled = force / groups.slip_force, groups.rolling_group * xp.sign(omega) * tangent
         ratio = rolled - load * xp.sqrt(1.0 + tangent * tangent)
         angle = xp.where(possible & (xp.abs(ratio) <= 1.0), xp.atan(tangent), xp.nan)  # a nan ratio is not
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
@@ -241,47 +303,23 @@ class RotaryLinearIVT:
         """
         xp = namespace(self, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
-        tangent, possible = self._tangent(xp, omega, speed, force)
-        return self._at_force(xp, omega, _Steering.at_tangent(xp, tangent), force, possible, speed)
+        groups = self.groups(cylinder_speed)
+        tangent, possible = self._tangent(xp, groups, omega, speed, force)
+        return self._at_force(xp, groups, omega, _Steering.at_tangent(xp, tangent), force, possible, speed)
 
-    def _tangent(self, xp, omega: Array, link_speed: Array, link_force: Array) -> tuple[Array, Array]:
+    def _tangent(
+        self, xp, groups: LossGroups, omega: Array, link_speed: Array, link_force: Array
+    ) -> tuple[Array, Array]:
         """Tangent of the steering angle for a motion, nan where none gives it, and whether the wheel can follow at all."""
         spin = xp.sign(omega)
-        surface_speed = self.cylinder_radius * xp.abs(omega)
-        slope = safe_divide(xp, link_speed, surface_speed, 0.0)
-        load = link_force / self.slip_force
-        law, stiffness, rolling = creep.law(self.creep_law), self.creep_group, self.rolling_group
-
-        def step(tangent: Array) -> Array:
-            """One Newton step for T = s tan(phi) in T (1 + e q) - e + q = 0, q the link over the surface speed."""
-            root = xp.sqrt(1.0 + tangent * tangent)
-            ratio = rolling * tangent - load * root
-            d_ratio = rolling - load * (tangent / root)
-            creepage = law.creepage(ratio) / stiffness
-            d_creepage = law.slope(ratio) / stiffness * d_ratio
-            q, d_q = slope, 0.0
-            if law.flow_factor is not None:
-                q, d_q = creep.before_flow_loss(law, ratio, slope)
-            value = tangent * (1.0 + creepage * q) - creepage + q
-            d_value = 1.0 + creepage * q + (tangent * q - 1.0) * d_creepage
-            if law.flow_factor is not None:
-                d_value = d_value + (tangent * creepage + 1.0) * d_q * d_ratio
-            # A slope that is not positive lies beyond the fastest motion this load allows: no steady angle.
-            rising = d_value > 0
-            return xp.where(rising, tangent - value / xp.where(rising, d_value, 1.0), xp.nan)
-
-        start = -slope + 0.0 * load
-        if law.flow_factor is not None:
-            # Beyond slip Eq 17 is a polynomial without meaning that would throw the iteration off: start at slip.
-            reach = xp.sqrt(xp.clip(1.0 / xp.where(load == 0, 1e-9, load) ** 2 - 1.0, 0.0, 1e18))
-            start = xp.clip(start, -reach, reach)
-        # Most points settle in 2 or 3 steps. Near the fastest motion two solutions meet and a step gains one bit only.
-        tangent = newton(xp, step, start, steps=24)
+        slope = safe_divide(xp, link_speed, self.cylinder_radius * xp.abs(omega), 0.0)
+        tangent = steering_tangent(xp, creep.law(self.creep_law), groups, slope, link_force / groups.slip_force)
         return spin * tangent, (spin != 0) | (link_speed == 0)
 
     def _at_force(
         self,
         xp,
+        groups: LossGroups,
         omega: Array,
         steering: _Steering,
         link_force: Array,
@@ -289,7 +327,7 @@ class RotaryLinearIVT:
         exact_speed: Array | None = None,
     ) -> OperatingPoint:
         """Operating point for a prescribed link force; `exact_speed` is the link speed if known from elsewhere."""
-        rolling_force, slip_force = self.rolling_force, self.slip_force
+        rolling_force, slip_force = groups.rolling_force, groups.slip_force
         cosine, sine = steering.cosine, steering.sine
         spin = xp.sign(omega)
         standing = spin == 0
@@ -302,7 +340,7 @@ class RotaryLinearIVT:
         law = creep.law(self.creep_law)
         rolls = possible & (xp.abs(ratio) <= 1.0)
         safe = xp.where(rolls, ratio, 0.0)
-        creepage = law.creepage(safe) / self.creep_group
+        creepage = law.creepage(safe) / groups.creep_group
         along = cosine + spin * creepage * sine
         rolls = rolls & (standing | (along > 0))
         surface_speed = self.cylinder_radius * xp.abs(omega)
@@ -330,6 +368,7 @@ class RotaryLinearIVT:
         still = xp.abs(spin) + nothing
         return self._point(
             xp,
+            groups,
             omega,
             steering,
             torque=torque + nothing,
@@ -341,7 +380,7 @@ class RotaryLinearIVT:
             slip_demand=xp.where(rolls | (xp.abs(ratio) > 1.0), xp.abs(ratio), xp.inf),
         )
 
-    def _at_speed(self, xp, omega: Array, steering: _Steering, link_speed: Array) -> OperatingPoint:
+    def _at_speed(self, xp, groups: LossGroups, omega: Array, steering: _Steering, link_speed: Array) -> OperatingPoint:
         """Operating point for a prescribed link speed."""
         cosine, sine = steering.cosine, steering.sine
         surface_speed = self.cylinder_radius * omega
@@ -351,17 +390,19 @@ class RotaryLinearIVT:
         slides = (rolling_speed == 0) & (creep_speed != 0)
         creepage = xp.where(slides, signed_infinity(xp, creep_speed), creepage)
         law = creep.law(self.creep_law)
-        ratio = law.force(creepage * self.creep_group)
-        beyond = xp.abs(creepage * self.creep_group) > 1.0
+        scaled = creepage * groups.creep_group
+        ratio = law.force(scaled)
+        beyond = xp.abs(scaled) > law.slip_creepage
         if law.flow_factor is not None:
-            ratio, beyond = self._ratio_with_flow_loss(xp, omega, steering, link_speed, ratio)
-        lateral = ratio * self.slip_force
-        against_rolling = xp.sign(rolling_speed) * self.rolling_force
+            ratio, beyond = self._ratio_with_flow_loss(xp, groups, omega, steering, link_speed, ratio)
+        lateral = ratio * groups.slip_force
+        against_rolling = xp.sign(rolling_speed) * groups.rolling_force
         torque, link_force = contact_balance(lateral, against_rolling, cosine, sine, self.cylinder_radius)
         at_rest = (rolling_speed == 0) & (creep_speed == 0)
         unknown = xp.where(at_rest, xp.nan, 0.0 * link_speed)
         return self._point(
             xp,
+            groups,
             omega,
             steering,
             torque=torque + unknown,
@@ -374,7 +415,7 @@ class RotaryLinearIVT:
         )
 
     def _ratio_with_flow_loss(
-        self, xp, omega: Array, steering: _Steering, link_speed: Array, sliding: Array
+        self, xp, groups: LossGroups, omega: Array, steering: _Steering, link_speed: Array, sliding: Array
     ) -> tuple[Array, Array]:
         """Force ratio at which the link has a prescribed speed under a law with a flow loss; `sliding` beyond slip."""
         cosine, sine = steering.cosine, steering.sine
@@ -383,7 +424,7 @@ class RotaryLinearIVT:
         law = creep.law(self.creep_law)
 
         def excess(ratio: Array) -> Array:
-            creepage = law.creepage(ratio) / self.creep_group
+            creepage = law.creepage(ratio) / groups.creep_group
             along = cosine + spin * creepage * sine
             _, speed = _driven(xp, surface_speed, spin, creepage, steering, along)
             factor = creep.directed_flow_factor(law, ratio, speed)
@@ -394,8 +435,10 @@ class RotaryLinearIVT:
         found = bisect(xp, excess, -top, top)
         return xp.where(rolls, found, sliding), ~rolls & ((xp.abs(sliding) >= 1.0) | (spin != 0))
 
-    def _point(self, xp, omega: Array, steering: _Steering, *, slip_demand: Array, **state: Array) -> OperatingPoint:
-        rolled = xp.abs(state["rolling_speed"])
+    def _point(
+        self, xp, groups: LossGroups, omega: Array, steering: _Steering, *, slip_demand: Array, **state: Array
+    ) -> OperatingPoint:
+        turned = xp.abs(state["rolling_speed"]) / self.wheel_radius
         utilisation = {Limit.SLIP: slip_demand}
         if self.steering_range < math.pi / 2:
             utilisation[Limit.STEERING] = xp.abs(xp.atan(steering.tangent)) / self.steering_range
@@ -404,8 +447,8 @@ class RotaryLinearIVT:
             steering_tangent=steering.tangent,
             losses={
                 "creep": state["lateral_force"] * state["creep_speed"],
-                "rolling": self.rolling_torque / self.wheel_radius * rolled,
-                "bearing": self.bearing_torque / self.wheel_radius * rolled,
+                "rolling": groups.rolling_torque * turned,
+                "bearing": groups.bearing_torque * turned,
             },
             utilisation=utilisation,
             **state,

@@ -9,7 +9,9 @@ from importlib import resources
 from typing import Any, Literal, NamedTuple
 
 from infinivar.analysis.compare import Comparison, compare
+from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.load import shipped_study
+from infinivar.study.study import Study
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -56,12 +58,29 @@ class Machine:
     @functools.cached_property
     def comparison(self) -> Comparison:
         """All drives of the set against its requirement."""
-        return compare(shipped_study(self.set_name))
+        return compare(self.study)
+
+    @functools.cached_property
+    def study(self) -> Study:
+        """All drives of the set, without computing anything."""
+        return shipped_study(self.set_name)
+
+    @property
+    def drive(self) -> CoboticDrive:
+        """The cobotic drive of reconstruction A."""
+        drive = self.study.drives["cobotic"]
+        assert isinstance(drive, CoboticDrive)
+        return drive
 
     @property
     def element(self) -> RotaryLinearIVT:
-        """The rolling-contact element of reconstruction A; its efficiency depends on H and K alone."""
-        return self.comparison.study.drives["cobotic"].transmission  # type: ignore[attr-defined]
+        """Its rolling-contact element; the efficiency depends on H and K alone."""
+        return self.drive.transmission
+
+    @property
+    def cylinder_speed(self) -> float:
+        """Speed of its cylinder. [rad/s]"""
+        return self.drive.cylinder_speed
 
 
 def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: float = 14.0) -> OperatingPoint:

@@ -1,0 +1,342 @@
+"""The calculation sheet of a wheel on its cylinder: patch, stress, creep, friction torques, life, with how each follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from infinivar.contact import creep, rolling, spin, wear
+from infinivar.contact.bodies import plane_strain_modulus
+from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
+from infinivar.errors import InputError
+from infinivar.limits import Limit
+from infinivar.study.study import Provenance, Study
+from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+HALF = 0.5
+"""Share of the slip force at which creep, wear, life and efficiency are given."""
+
+WORN = 10e-6
+"""Depth of wear to which the rolling distance is given. [m]"""
+
+RATIOS = (1.0, 8.0, 100.0)
+"""Reduction ratios at which the efficiency is given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of the sheet."""
+
+    section: str
+    name: str
+    symbol: str
+    value: float
+    """In SI."""
+    unit: str
+    """SI unit, "1" for a pure number."""
+    shown_in: str
+    """Unit in which people read it."""
+    how: str
+    """Formula, condition or source."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactSheet:
+    """What `contact_sheet` returns.
+
+    Attributes
+    ----------
+    name, title : str   Drive, by name and for people.
+    drive               The drive itself.
+    lines               The results, in order.
+    utilisation         Demand over allowance of each stress limit that is known; above 1 the contact is over-stressed.
+    given               Where the values come from that went in.
+    reconstruction      Statements of the parameter sets used.
+    """
+
+    name: str
+    title: str
+    drive: CoboticDrive
+    lines: tuple[Line, ...]
+    utilisation: Mapping[Limit, float]
+    given: tuple[Provenance, ...]
+    reconstruction: tuple[str, ...]
+
+    @property
+    def exceeded(self) -> tuple[Limit, ...]:
+        """Stress limits that are exceeded."""
+        return tuple(limit for limit, demand in self.utilisation.items() if demand > 1.0)
+
+    @property
+    def verdict(self) -> str:
+        """One sentence: which stress limit is tightest, or exceeded."""
+        if not self.utilisation:
+            return "Stress limits are not known: the contact is given by measured groups, or its materials have no strength."
+        worst = max(self.utilisation, key=lambda limit: self.utilisation[limit])
+        demand = self.utilisation[worst]
+        if demand > 1.0:
+            return f"OVER-STRESSED: {worst.words}, {demand:.2f} times what is allowed."
+        return f"Within its stress limits; the tightest is {worst.words}, with a margin of {1.0 / demand:.2f}."
+
+    def value(self, name: str) -> float:
+        """The value of the first line of that name, in SI.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        """
+        for line in self.lines:
+            if line.name == name:
+                return line.value
+        raise KeyError(name)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain values, for JSON."""
+        return {
+            "drive": self.name,
+            "title": self.title,
+            "verdict": self.verdict,
+            "utilisation": {limit.name: demand for limit, demand in self.utilisation.items()},
+            "lines": [asdict(line) for line in self.lines],
+            "given": [asdict(row) for row in self.given],
+            "reconstruction": list(self.reconstruction),
+        }
+
+
+def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet, ...]:
+    """Sheets of the cobotic drives of a study, or of one.
+
+    Parameters
+    ----------
+    study : Study          Any; drives of other types have no such contact.
+    drive : str, optional  Name of one drive.
+
+    Returns
+    -------
+    tuple of ContactSheet   In the order of the study.
+
+    Raises
+    ------
+    InputError
+        If there is no such drive, or none with a wheel on a cylinder.
+    """
+    contacts = {name: found for name, found in study.drives.items() if isinstance(found, CoboticDrive)}
+    if not contacts:
+        raise InputError("no drive of type cobotic: only those have a wheel on a cylinder")
+    if drive is not None:
+        if drive not in contacts:
+            raise InputError(f"drive {drive!r} must be one of {', '.join(contacts)}")
+        contacts = {drive: contacts[drive]}
+    return tuple(contact_sheet(study, name) for name in contacts)
+
+
+def contact_sheet(study: Study, name: str) -> ContactSheet:
+    """The sheet of one cobotic drive of a study."""
+    drive = study.drives[name]
+    assert isinstance(drive, CoboticDrive)
+    element, utilisation = drive.transmission, {}
+    lines: list[Line] = []
+    groups = element.groups(drive.cylinder_speed)
+    geometry, contact = element.geometry, element.contact
+    if geometry is not None and contact is not None:
+        _patch(lines, element, geometry, contact)
+        _strength(lines, geometry, contact)
+        utilisation = element.utilisation
+    _creep(lines, element, groups)
+    _rolling(lines, drive, groups)
+    if drive.steering is not None:
+        _steering(lines, drive.steering, element)
+    if geometry is not None and contact is not None:
+        _life(lines, drive, geometry, contact, groups)
+    _efficiency(lines, drive)
+    return ContactSheet(
+        name=name,
+        title=study.titles[name],
+        drive=drive,
+        lines=tuple(lines),
+        utilisation=utilisation,
+        given=tuple(
+            row
+            for row in study.provenance
+            if row.owner == name
+            and row.field.startswith(("transmission.", "cylinder_speed", "steering.bell", "steering.s"))
+        ),
+        reconstruction=study.reconstruction,
+    )
+
+
+def _writer(lines: list[Line], section: str) -> Callable[..., None]:
+    """What adds lines to a section of the sheet."""
+
+    def add(name: str, symbol: str, value: Any, unit: str, shown_in: str, how: str) -> None:
+        lines.append(Line(section, name, symbol, float(value), unit, shown_in, how))
+
+    return add
+
+
+def _patch(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeometry, contact: PressedContact) -> None:
+    e_star = plane_strain_modulus(geometry.wheel_material, geometry.cylinder_material)
+    along = 1.0 / element.wheel_radius + 1.0 / element.cylinder_radius
+    add = _writer(lines, "Patch, wheel steered along the circumference")
+
+    patch = contact.patch
+    add("preload", "P", element.preload, "N", "N", "given")
+    add("plane-strain modulus", "E*", e_star, "Pa", "GPa", "1/E* = sum of (1 - nu^2)/E")
+    add("relative radius, rolling", "1/c_x", 1.0 / along, "m", "mm", "c_x = 1/r + 1/R")
+    add("relative radius, lateral", "1/c_y", geometry.crown_radius, "m", "mm", "c_y = 1/r_c")
+    add("semi-axis, rolling", "a", patch.a, "m", "mm", "Hertz, elliptic integrals (johnson1985)")
+    add("semi-axis, lateral", "b", patch.b, "m", "mm", "")
+    add("axis ratio", "a/b", contact.axis_ratio, "1", "1", "")
+    add("peak pressure", "p0", patch.peak_pressure, "Pa", "GPa", "3 P/(2 pi a b)")
+    add("mean pressure", "pm", patch.mean_pressure, "Pa", "GPa", "2/3 p0")
+    add("approach", "delta", patch.approach, "m", "um", "of distant points")
+    for degrees in (45, 90):
+        turned = geometry.press(
+            wheel_radius=element.wheel_radius,
+            cylinder_radius=element.cylinder_radius,
+            preload=element.preload,
+            steering_angle=math.radians(degrees),
+        )
+        how = f"a/b = {turned.axis_ratio:.3f}, p0 = {turned.patch.peak_pressure / 1e9:.3g} GPa"
+        if degrees == 45:
+            how += f", axis turned {math.degrees(turned.rotation):.1f} deg from rolling"
+        change = turned.creep_stiffness / contact.creep_stiffness - 1.0
+        add(f"creep stiffness at {degrees} deg", "", change, "1", "%", f"against 0 deg; {how}")
+
+
+def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedContact) -> None:
+    add = _writer(lines, "Strength")
+    stress = geometry.stress(contact)
+    for body, material in geometry.bodies.items():
+        allowed = "yield strength unknown"
+        if material.yield_strength is not None:
+            allowed = f"yields at {0.5 * material.yield_strength / 1e6:.4g} MPa (half of yield strength, Tresca)"
+        depth = f"{stress.depth[body] * 1e3:.3g} mm below the surface"
+        add(f"largest shear, {body}", "tau", stress.shear[body], "Pa", "MPa", f"{depth}; {allowed}")
+    what = {
+        Limit.YIELD: "largest shear over half of yield strength",
+        Limit.HARDNESS: "mean pressure over hardness",
+    }
+    for limit, demand in stress.utilisation.items():
+        how = f"{what[limit]}{': EXCEEDED' if demand > 1.0 else ''}"
+        add(f"use of {limit.words}", "", demand, "1", "%", how)
+
+
+def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> None:
+    add = _writer(lines, "Creep")
+
+    contact = element.contact
+    if contact is not None:
+        add("combined shear modulus", "G", contact.shear_modulus, "Pa", "GPa", "2/(1/G1 + 1/G2)")
+        for name, value in contact.coefficients._asdict().items():
+            how = {"c22": "Kalker's lateral coefficient (kalker1990)", "c11": "longitudinal", "c23": "lateral by spin"}
+            add(f"creep coefficient {name.upper()}", name.upper(), value, "1", "1", how.get(name, "spin moment"))
+    how = "given" if contact is None else "C22 G a b"
+    add("creep stiffness", "C", groups.creep_stiffness, "N", "kN", how)
+    add("slip force", "mu P", groups.slip_force, "N", "N", "")
+    add("creep group", "K", groups.creep_group, "1", "1", "C/(mu P)")
+    for law in creep.LAWS:
+        if law == "faulring":
+            continue  # below 70 % of the slip force it is the linear law
+        how = f"at half the slip force, law {law}{', in use' if law == element.creep_law else ''}"
+        creepage = creep.law(law).creepage(HALF) / groups.creep_group
+        add("creepage", "u/|v|", creepage, "1", "‰", how)
+
+
+def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None:
+    add = _writer(lines, f"Rolling, cylinder at {drive.cylinder_speed:.4g} rad/s")
+    element = drive.transmission
+    geometry, contact = element.geometry, element.contact
+
+    speed = abs(element.cylinder_radius * drive.cylinder_speed)
+    turning = speed / element.wheel_radius
+    add("surface speed", "R omega", speed, "m/s", "m/s", "")
+    add("wheel speed", "", turning, "rad/s", "rpm", "R omega/r; steered, 1/cos(phi) faster")
+    how = "given" if geometry is None else f"alpha_fr 3 P a/16 with alpha_fr = {geometry.hysteresis_factor:.3g}"
+    add("hysteresis torque", "tau_in", groups.rolling_torque, "N m", "mN m", how)
+    if geometry is not None and contact is not None:
+        paper = rolling.line_torque(element.preload, contact.patch.a, geometry.hysteresis_factor)
+        add("as a line contact", "", paper, "N m", "mN m", "alpha_fr 2 P a/(3 pi), as in faulring2006")
+        lateral = geometry.lateral_share * groups.slip_force
+        moment = geometry.axle.moment(element.preload, lateral, element.wheel_radius, turning)
+        bearing = geometry.axle_bearing
+        model = "M = mu F d/2" if bearing.friction_model == "coefficient" else "SKF model"
+        how = f"two {bearing.name}, {model}, lateral force {lateral:.3g} N"
+        add("bearing torque", "tau_wa", moment.total, "N m", "mN m", how)
+        if bearing.friction_model == "skf":
+            for name in ("rolling", "sliding", "seal", "drag"):
+                part = getattr(moment.first, name) + getattr(moment.second, name)
+                add(f"  of it {name}", "", part, "N m", "mN m", "")
+        starting = geometry.axle.starting_moment(element.preload, lateral, element.wheel_radius)
+        add("bearing torque at start", "", starting, "N m", "mN m", "from rest")
+        if groups.rolling_torque > 0:
+            share = groups.bearing_torque / groups.rolling_torque
+            add("bearing over hysteresis", "", share, "1", "1", "faulring2006 has about 10")
+    else:
+        add("bearing torque", "tau_wa", groups.bearing_torque, "N m", "mN m", "given")
+    add("rolling resistance", "", groups.rolling_force, "N", "N", "(tau_in + tau_wa)/r")
+    add("rolling group", "H", groups.rolling_group, "1", "1", "(tau_in + tau_wa)/(r mu P)")
+
+
+def _steering(lines: list[Line], steering: SteeringPlant, element: RotaryLinearIVT) -> None:
+    add = _writer(lines, "Steering")
+
+    torques = steering.friction_torques(element)
+    if element.contact is not None:
+        patch = element.contact.patch
+        add("to turn the patch", "", torques["patch"], "N m", "mN m", "3/8 mu_s P times a quarter of its rim")
+        thin = spin.line_moment(element.preload, patch.b, steering.sliding_friction)
+        add("as a uniform line", "", thin, "N m", "mN m", "mu_s P b/2, as in faulring2006")
+    else:
+        add("to turn the patch", "", torques["patch"], "N m", "mN m", "mu_s P b/2")
+    how = "given" if steering.bell_bearing is None else f"{steering.bell_bearing.name} under the preload, from rest"
+    add("bell bearing torque", "", torques["bell"], "N m", "mN m", how)
+    add("bell friction", "c_b", torques["bell"] / element.preload, "m", "mm", "torque over preload")
+
+
+def _life(
+    lines: list[Line], drive: CoboticDrive, geometry: ContactGeometry, contact: PressedContact, groups: LossGroups
+) -> None:
+    add = _writer(lines, "Life, half the slip force sideways")
+    element = drive.transmission
+
+    lateral = HALF * groups.slip_force
+    revolutions = geometry.axle.life(element.preload, lateral, element.wheel_radius)
+    turning = abs(element.cylinder_radius * drive.cylinder_speed) / element.wheel_radius
+    add("axle bearings, L10", "L10", revolutions, "1", "1", "revolutions that 90 % of pairs reach (ISO 281)")
+    add("at cylinder speed", "", revolutions * 2.0 * math.pi / turning, "s", "h", "without standstill")
+    safety = geometry.axle.static_safety(element.preload, lateral, element.wheel_radius)
+    how = "C0 over the equivalent static load (ISO 76); below 1 the races are dented"
+    add("static safety", "s0", safety, "1", "1", how)
+    hardness = min((body.hardness for body in geometry.bodies.values() if body.hardness is not None), default=None)
+    if geometry.wear_coefficient is None or hardness is None:
+        return
+    creepage = creep.law(element.creep_law).creepage(HALF) / groups.creep_group
+    distance = wear.rolling_distance(
+        depth=WORN,
+        track_radius=element.wheel_radius,
+        track_width=2.0 * contact.patch.b,
+        lateral_force=lateral,
+        creepage=creepage,
+        friction=element.friction,
+        hardness=hardness,
+        wear_coefficient=geometry.wear_coefficient,
+    )
+    how = f"Archard, k = {geometry.wear_coefficient:.1g}: an order of magnitude"
+    add(f"rolling to {WORN * 1e6:.0f} um of wear", "", distance, "m", "km", how)
+
+
+def _efficiency(lines: list[Line], drive: CoboticDrive) -> None:
+    add = _writer(lines, "Efficiency of the element at half the slip force")
+    element = drive.transmission
+    for ratio in RATIOS:
+        point = element.operate(
+            cylinder_speed=abs(drive.cylinder_speed),
+            steering_angle=-math.atan(1.0 / ratio),
+            link_force=HALF * element.slip_force,
+        )
+        add(f"at {ratio:g}:1", "eta", point.efficiency, "1", "%", "surface speed : link speed")

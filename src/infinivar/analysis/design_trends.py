@@ -1,0 +1,184 @@
+"""What a change of the wheel's design does to the losses of the element, everything else being equal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infinivar.limits import Limit
+from infinivar.study.parts import materials
+from infinivar.transmission.geometry import ContactGeometry
+from infinivar.transmission.operating_point import OperatingPoint
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Duty:
+    """One steady operating point that every variant of a design must serve."""
+
+    cylinder_speed: float
+    """[rad/s]"""
+    link_force: float
+    """[N]"""
+    ratio: float
+    """Cylinder surface speed over link speed."""
+
+    def at(self, element: RotaryLinearIVT) -> OperatingPoint:
+        """The element delivering this duty; nan where it would slip."""
+        surface = element.cylinder_radius * abs(self.cylinder_speed)
+        return element.deliver(
+            cylinder_speed=abs(self.cylinder_speed), link_speed=surface / self.ratio, link_force=self.link_force
+        )
+
+
+def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
+    """The design pressed with another preload."""
+    return replace(element, preload=preload)
+
+
+def with_friction(element: RotaryLinearIVT, friction: float) -> RotaryLinearIVT:
+    """The design with another friction limit, pressed as much less as it then can be: the slip force stays."""
+    return replace(element, friction=friction, preload=element.slip_force / friction)
+
+
+def with_wheel_radius(element: RotaryLinearIVT, wheel_radius: float) -> RotaryLinearIVT:
+    """The design with another rolling radius."""
+    return replace(element, wheel_radius=wheel_radius)
+
+
+def with_crown_radius(element: RotaryLinearIVT, crown_radius: float) -> RotaryLinearIVT:
+    """The design with another crown radius."""
+    return replace(element, geometry=replace(_geometry(element), crown_radius=crown_radius))
+
+
+def with_hysteresis(element: RotaryLinearIVT, factor: float) -> RotaryLinearIVT:
+    """The design with another hysteresis loss factor of both bodies."""
+    return _with_bodies(element, hysteresis_factor=factor)
+
+
+def with_youngs_modulus(element: RotaryLinearIVT, modulus: float) -> RotaryLinearIVT:
+    """The design with another Young's modulus, hence shear modulus, of both bodies."""
+    return _with_bodies(element, youngs_modulus=modulus)
+
+
+def with_axle(element: RotaryLinearIVT, bore: float) -> RotaryLinearIVT:
+    """The design with axle bearings of another bore, all their sizes and ratings scaled: area by the square."""
+    geometry = _geometry(element)
+    bearing = geometry.axle_bearing
+    scale = bore / bearing.bore
+    scaled = replace(
+        bearing,
+        bore=bore,
+        outside_diameter=bearing.outside_diameter * scale,
+        dynamic_rating=bearing.dynamic_rating * scale**2,
+        static_rating=bearing.static_rating * scale**2,
+    )
+    return replace(element, geometry=replace(geometry, axle_bearing=scaled))
+
+
+def with_material(element: RotaryLinearIVT, name: str) -> RotaryLinearIVT:
+    """The design with wheel and cylinder of one material of the catalogue."""
+    material = materials()[name]
+    geometry = replace(_geometry(element), wheel_material=material, cylinder_material=material)
+    return replace(element, geometry=geometry)
+
+
+SWEPT = {
+    "preload": (with_preload, lambda element: element.preload),
+    "friction": (with_friction, lambda element: element.friction),
+    "wheel_radius": (with_wheel_radius, lambda element: element.wheel_radius),
+    "crown_radius": (with_crown_radius, lambda element: _geometry(element).crown_radius),
+    "youngs_modulus": (with_youngs_modulus, lambda element: _geometry(element).wheel_material.youngs_modulus),
+    "hysteresis_factor": (with_hysteresis, lambda element: _geometry(element).hysteresis_factor),
+    "axle_bore": (with_axle, lambda element: _geometry(element).axle_bearing.bore),
+}
+"""Design parameters: what makes the variant, and the present value."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trend:
+    """Efficiency and losses of variants of a design."""
+
+    values: np.ndarray
+    efficiency: np.ndarray
+    """nan where the wheel slips. [-]"""
+    losses: Mapping[str, np.ndarray]
+    """[W]"""
+    limit: tuple[Limit, ...]
+    """What binds, stress included."""
+
+
+def sweep(element: RotaryLinearIVT, parameter: str, values: Any, duties: Sequence[Duty]) -> tuple[Trend, ...]:
+    """Efficiency and losses at duties over values of one design parameter.
+
+    Parameters
+    ----------
+    element : RotaryLinearIVT   One with geometry.
+    parameter : str             One of `SWEPT`, or "material", whose values are names of the catalogue.
+    values : (n,) sequence      In SI.
+    duties : sequence of Duty   Operating points that all variants serve.
+
+    Returns
+    -------
+    tuple of Trend   One a duty.
+
+    Raises
+    ------
+    ValueError
+        If the element has measured groups: they do not follow from a design.
+    """
+    make = with_material if parameter == "material" else SWEPT[parameter][0]
+    variants = [make(element, value) for value in values]
+    stressed = [_exceeded(variant) for variant in variants]
+    return tuple(_trend(values, [duty.at(variant) for variant in variants], stressed) for duty in duties)
+
+
+def _exceeded(element: RotaryLinearIVT) -> Limit:
+    """The stress limit that a design exceeds most, if any."""
+    assert element.contact is not None
+    demands = _geometry(element).stress(element.contact).utilisation
+    worst = max(demands, key=lambda limit: demands[limit], default=Limit.OK)
+    return worst if demands.get(worst, 0.0) > 1.0 else Limit.OK
+
+
+def _trend(values: Any, points: Sequence[OperatingPoint], stressed: Sequence[Limit]) -> Trend:
+    limits = [Limit(int(point.limit)) for point in points]
+    return Trend(
+        values=np.asarray(values),
+        efficiency=np.array([float(point.efficiency) for point in points]),
+        losses={name: np.array([float(point.losses[name]) for point in points]) for name in points[0].losses},
+        limit=tuple(stress if limit == Limit.OK else limit for limit, stress in zip(limits, stressed, strict=True)),
+    )
+
+
+def sensitivity(element: RotaryLinearIVT, parameter: str, duty: Duty, step: float = 0.01) -> dict[str, float]:
+    """Relative change of each loss, and of their sum ("total"), per relative change of a design parameter. [-]
+
+    Central difference over +-`step`; its error is of the order of the step squared.
+    """
+    make, present = SWEPT[parameter]
+    value = present(element)
+    less, more = (duty.at(make(element, value * factor)).losses for factor in (1.0 - step, 1.0 + step))
+    now = duty.at(element).losses
+    change = {name: float(more[name] - less[name]) / (2.0 * step) for name in now}
+    slopes = {name: change[name] / float(now[name]) if now[name] else 0.0 for name in now}
+    return {**slopes, "total": sum(change.values()) / float(sum(now.values()))}
+
+
+def _geometry(element: RotaryLinearIVT) -> ContactGeometry:
+    if element.geometry is None:
+        raise ValueError("the element has measured groups, which do not follow from a design")
+    return element.geometry
+
+
+def _with_bodies(element: RotaryLinearIVT, **change: float) -> RotaryLinearIVT:
+    geometry = _geometry(element)
+    changed = replace(
+        geometry,
+        wheel_material=replace(geometry.wheel_material, **change),
+        cylinder_material=replace(geometry.cylinder_material, **change),
+    )
+    return replace(element, geometry=changed)

@@ -1,0 +1,266 @@
+"""From shapes, materials and bearings to what a rolling contact loses."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from infinivar._xp import Array, namespace
+from infinivar.contact import friction as friction_law
+from infinivar.contact import hertz, kalker, rolling
+from infinivar.contact.bodies import Cylinder, Material, Wheel
+from infinivar.limits import Limit
+from infinivar.parts.bearing import Bearing, BearingPair
+from infinivar.quantities import check, component, quantity
+
+
+class LossGroups(NamedTuple):
+    """What decides the losses of a wheel on a cylinder at one cylinder speed."""
+
+    slip_force: Array
+    """mu P. [N]"""
+    creep_stiffness: Array
+    """C = C22 G a b, lateral force over creepage. [N]"""
+    rolling_torque: Array
+    """Hysteresis, about the wheel axle. [N m]"""
+    bearing_torque: Array
+    """Friction of the axle bearings. [N m]"""
+    wheel_radius: Array
+    """r. [m]"""
+
+    @property
+    def rolling_force(self) -> Array:
+        """Force against rolling, (tau_in + tau_wa)/r. [N]"""
+        return (self.rolling_torque + self.bearing_torque) / self.wheel_radius
+
+    @property
+    def rolling_group(self) -> Array:
+        """H = (tau_in + tau_wa)/(r mu P), rolling resistance over slip force. [-]"""
+        return self.rolling_force / self.slip_force
+
+    @property
+    def creep_group(self) -> Array:
+        """K = C/(mu P): the linear law slips at the creepage 1/K. [-]"""
+        return self.creep_stiffness / self.slip_force
+
+
+class PressedContact(NamedTuple):
+    """A wheel pressed on its cylinder: what follows before anything moves."""
+
+    patch: hertz.Ellipse
+    rotation: Array
+    """Of the patch from the rolling direction. [rad]"""
+    shear_modulus: Array
+    """Combined G. [Pa]"""
+    poisson: Array
+    """Combined nu. [-]"""
+    coefficients: kalker.KalkerCoefficients
+
+    @property
+    def axis_ratio(self) -> Array:
+        """a/b, rolling over lateral semi-axis. [-]"""
+        return self.patch.a / self.patch.b
+
+    @property
+    def creep_stiffness(self) -> Array:
+        """C = C22 G a b; exact where the patch is circular or its axes lie along and across the rolling direction. [N]
+
+        Source: kalker1990, linear theory; faulring2006, Eq 7.
+        """
+        return self.coefficients.c22 * self.shear_modulus * self.patch.a * self.patch.b
+
+
+class ContactStress(NamedTuple):
+    """How hard the pressed bodies are stressed."""
+
+    shear: Mapping[str, Array]
+    """Largest shear stress below the surface, by body. [Pa]"""
+    depth: Mapping[str, Array]
+    """Where it is. [m]"""
+    utilisation: Mapping[Limit, Array]
+    """Shear over half the yield strength (Tresca), mean pressure over hardness, of the weaker body; where known. [-]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactGeometry:
+    """Shapes, materials and axle bearings of the wheel: gives creep stiffness and friction torques.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range; the message names field, value and unit.
+    """
+
+    crown_radius: float = quantity("m", "> 0", "Crown radius of the wheel, across its rolling direction")
+    wheel_material: Material = component("Material of the wheel")
+    cylinder_material: Material = component("Material of the cylinder")
+    axle_bearing: Bearing = component("One of the two equal bearings of the wheel's axle")
+    bearing_span: float | None = quantity("m", "> 0", "Distance between the axle bearings", default=None)
+    lateral_share: float = quantity(
+        "1", ">= 0 and <= 1", "Lateral force over slip force at which bearing friction is taken", default=0.5
+    )
+    fast_friction_ratio: float = quantity(
+        "1", "> 0 and <= 1", "Friction limit at high speed over that at rest; 1 is constant friction", default=1.0
+    )
+    friction_decay_speed: float | None = quantity(
+        "m/s", "> 0", "Surface speed over which the friction limit falls", default=None
+    )
+    wear_coefficient: float | None = quantity(
+        "1", "> 0", "Archard's wear coefficient k of the dry contact", default=None
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse what is not physical."""
+        check(self)
+        if (
+            isinstance(self.fast_friction_ratio, float)
+            and self.fast_friction_ratio < 1.0
+            and not self.friction_decay_speed
+        ):
+            raise ValueError("friction_decay_speed is missing: fast_friction_ratio below 1 needs it")
+
+    @property
+    def hysteresis_factor(self) -> float:
+        """Hysteresis loss factor of both bodies together. [-]"""
+        return rolling.combined_hysteresis(self.wheel_material, self.cylinder_material)
+
+    def press(
+        self, *, wheel_radius: Array, cylinder_radius: Array, preload: Array, steering_angle: Array = 0.0
+    ) -> PressedContact:
+        """The contact under its preload.
+
+        Parameters
+        ----------
+        wheel_radius, cylinder_radius : (...,) float   r and R. [m]
+        preload : (...,) float                         P, > 0. [N]
+        steering_angle : (...,) float                  phi; away from 0 and +-pi/2 the patch is turned from the rolling
+            direction, and the coefficients are those of a patch that is not: exact for a circle only. [rad]
+
+        Returns
+        -------
+        PressedContact   Plain floats where all arguments are.
+
+        Raises
+        ------
+        ValueError
+            If an argument is outside its range.
+
+        Source: johnson1985, chapter 4; kalker1990, appendix E.
+        """
+        wheel = Wheel(rolling_radius=wheel_radius, crown_radius=self.crown_radius, material=self.wheel_material)
+        cylinder = Cylinder(radius=cylinder_radius, material=self.cylinder_material)
+        patch, rotation = hertz.crossed(preload, wheel, cylinder, steering_angle)
+        shear_modulus, poisson = kalker.combined(
+            wheel.material.shear_modulus,
+            wheel.material.poisson,
+            cylinder.material.shear_modulus,
+            cylinder.material.poisson,
+        )
+        coefficients = kalker.coefficients(patch.a / patch.b, poisson)
+        return PressedContact(
+            hertz.Ellipse(*map(_plain, patch)),
+            _plain(rotation),
+            _plain(shear_modulus),
+            _plain(poisson),
+            kalker.KalkerCoefficients(*map(_plain, coefficients)),
+        )
+
+    def loss_groups(
+        self, contact: PressedContact, *, wheel_radius: Array, preload: Array, friction: Array, surface_speed: Array
+    ) -> LossGroups:
+        """What decides the losses at a surface speed of the cylinder.
+
+        Parameters
+        ----------
+        contact : PressedContact         What `press` returns.
+        wheel_radius : (...,) float      r. [m]
+        preload : (...,) float           P. [N]
+        friction : (...,) float          mu at rest. [-]
+        surface_speed : (...,) float     R omega. Bearing friction and friction limit are those of this speed; steered,
+            the wheel rolls faster by 1/cos(phi). [m s^-1]
+
+        Returns
+        -------
+        LossGroups   The bearings carry `lateral_share` of the slip force sideways.
+        """
+        if self.friction_decay_speed is not None:
+            friction = friction_law.falling(
+                surface_speed, friction, self.fast_friction_ratio, self.friction_decay_speed
+            )
+        slip_force = friction * preload
+        moment = self.axle.moment(preload, self.lateral_share * slip_force, wheel_radius, surface_speed / wheel_radius)
+        return LossGroups(
+            slip_force=slip_force,
+            creep_stiffness=contact.creep_stiffness,
+            rolling_torque=rolling.ellipse_torque(preload, contact.patch.a, self.hysteresis_factor),
+            bearing_torque=moment.total,
+            wheel_radius=wheel_radius,
+        )
+
+    def utilisation(
+        self, contact: PressedContact, *, wheel_radius: Array, preload: Array, slip_force: Array
+    ) -> Mapping[Limit, Array]:
+        """Demand over allowance of every limit that the preload alone can exceed.
+
+        Parameters
+        ----------
+        contact : PressedContact           What `press` returns.
+        wheel_radius, preload : (...,) float   r, P. [m], [N]
+        slip_force : (...,) float          mu P; the bearings carry `lateral_share` of it sideways. [N]
+
+        Returns
+        -------
+        mapping of Limit to (...,) float   Those that are known, above 1 where exceeded. [-]
+
+        Source: as `stress`; iso2006 for the bearings.
+        """
+        safety = self.axle.static_safety(preload, self.lateral_share * slip_force, wheel_radius)
+        return {**self.stress(contact).utilisation, Limit.BEARING: _plain(1.0 / safety)}
+
+    def stress(self, contact: PressedContact) -> ContactStress:
+        """Stress below the surface of both bodies against what they bear.
+
+        Parameters
+        ----------
+        contact : PressedContact   What `press` returns.
+
+        Returns
+        -------
+        ContactStress   Bodies "wheel" and "cylinder".
+
+        Source: johnson1985, sections 4.5 and 6.1 (first yield by the largest shear; full plasticity at the hardness).
+        """
+        shear, depth = {}, {}
+        demand: dict[Limit, list[Array]] = {Limit.YIELD: [], Limit.HARDNESS: []}
+        patch = contact.patch
+        for body, material in self.bodies.items():
+            shear[body], depth[body] = map(
+                _plain, hertz.largest_shear(patch.a, patch.b, patch.peak_pressure, material.poisson)
+            )
+            if material.yield_strength is not None:
+                demand[Limit.YIELD].append(shear[body] / (0.5 * material.yield_strength))
+            if material.hardness is not None:
+                demand[Limit.HARDNESS].append(patch.mean_pressure / material.hardness)
+        return ContactStress(shear, depth, {limit: _largest(of) for limit, of in demand.items() if of})
+
+    @property
+    def bodies(self) -> Mapping[str, Material]:
+        """Materials by body."""
+        return {"wheel": self.wheel_material, "cylinder": self.cylinder_material}
+
+    @property
+    def axle(self) -> BearingPair:
+        """The wheel's axle on its two bearings."""
+        return BearingPair(bearing=self.axle_bearing, span=self.bearing_span)
+
+
+def _largest(values: list[Array]) -> Array:
+    xp = namespace(*values)
+    return functools.reduce(lambda one, other: _plain(xp.maximum(xp.asarray(one), xp.asarray(other))), values)
+
+
+def _plain(value: Array) -> Any:
+    """A NumPy scalar as a float, which every array library mixes with; anything else as it is."""
+    return float(value) if namespace(value).__name__ == "numpy" and getattr(value, "ndim", 0) == 0 else value

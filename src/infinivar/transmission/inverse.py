@@ -1,0 +1,108 @@
+r"""The steering angle for a motion: the inverse of the wheel's steady operation.
+
+In scale-free terms, with ``T = s tan(phi)``, the link speed over the surface speed q, the link force over the slip force
+f and the groups H and K, a motion needs
+
+.. math:: x = H T - f \sqrt{1 + T^2}, \qquad e = \xi(x)/K, \qquad q = \frac{e - T}{1 + e T},
+
+three equations for the force ratio x, the creepage e and T. Where several T give the motion, sought is the one nearest to
+the locked wheel.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from infinivar._xp import Array, newton
+from infinivar.contact import creep
+from infinivar.contact.creep import CreepLaw
+from infinivar.transmission.geometry import LossGroups
+
+_STEPS = 24
+"""Most points settle in 2 or 3. Near the fastest motion two solutions meet and a step gains one bit only."""
+
+_SHORT_OF_SLIP = 1.0 - 1e-6
+"""Force ratio from which a search starts at most: at slip a curved law has no slope."""
+
+
+def steering_tangent(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
+    """Tangent of the steering angle, times the sign of the cylinder speed, for a motion of the link.
+
+    Parameters
+    ----------
+    law : CreepLaw           Any.
+    groups : LossGroups      H and K.
+    slope : (...,) float     Link speed over the size of the surface speed, q. [-]
+    load : (...,) float      Link force over slip force, f. [-]
+
+    Returns
+    -------
+    (...,) float   T; nan where no angle gives the motion. [-]
+
+    Source: faulring2006, Eqs 3-8, solved for the angle; see the theory page.
+    """
+    return (_by_angle if law.straight else _by_creepage)(xp, law, groups, slope, load)
+
+
+def _ratio(xp: Any, groups: LossGroups, load: Array, tangent: Array) -> tuple[Array, Array]:
+    """Force ratio x of a steered wheel, and its derivative by T."""
+    root = xp.sqrt(1.0 + tangent * tangent)
+    return groups.rolling_group * tangent - load * root, groups.rolling_group - load * (tangent / root)
+
+
+def _by_angle(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
+    """For straight laws: Newton's method for T (1 + e q) - e + q = 0 in T, nearly linear as e is 1/K at most."""
+    stiffness = groups.creep_group
+
+    def step(tangent: Array) -> Array:
+        ratio, d_ratio = _ratio(xp, groups, load, tangent)
+        creepage, d_creepage = law.creepage(ratio) / stiffness, law.slope(ratio) / stiffness * d_ratio
+        q, d_q = slope, 0.0
+        if law.flow_factor is not None:
+            q, d_q = creep.before_flow_loss(law, ratio, slope)
+        value = tangent * (1.0 + creepage * q) - creepage + q
+        d_value = 1.0 + creepage * q + (tangent * q - 1.0) * d_creepage
+        if law.flow_factor is not None:
+            d_value = d_value + (tangent * creepage + 1.0) * d_q * d_ratio
+        return _newton_step(xp, tangent, value, d_value)
+
+    start = -slope + 0.0 * load
+    if law.flow_factor is not None:
+        # Beyond slip Eq 17 is a polynomial without meaning that would throw the iteration off: start at slip.
+        reach = xp.sqrt(xp.clip(1.0 / xp.where(load == 0, 1e-9, load) ** 2 - 1.0, 0.0, 1e18))
+        start = xp.clip(start, -reach, reach)
+    return newton(xp, step, start, _STEPS)
+
+
+def _by_creepage(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
+    """For laws that bend: Newton's method for force(K e) = x(T(e)) in e, with T = (e - q)/(1 + e q).
+
+    As a function of creepage the force is concave and flat at slip, where the creepage as a function of force is steep.
+    From the left of its first root the iteration climbs a concave curve and cannot miss it.
+    """
+    stiffness = groups.creep_group
+
+    def tangent_at(creepage: Array) -> Array:
+        return (creepage - slope) / (1.0 + creepage * slope)
+
+    def step(creepage: Array) -> Array:
+        force = law.force(creepage * stiffness)
+        ratio, d_ratio = _ratio(xp, groups, load, tangent_at(creepage))
+        d_tangent = (1.0 + slope * slope) / (1.0 + creepage * slope) ** 2
+        return _newton_step(xp, creepage, force - ratio, stiffness / law.slope(force) - d_ratio * d_tangent)
+
+    ideal, _ = _ratio(xp, groups, load, -slope)
+    ideal = xp.clip(ideal, -_SHORT_OF_SLIP, _SHORT_OF_SLIP)
+    # Where the wheel drives, more creepage takes more force: the ideal wheel's is left of the root. Where the load drives
+    # it takes less, and the force at the ideal wheel's creepage is.
+    after, _ = _ratio(xp, groups, load, tangent_at(law.creepage(ideal) / stiffness))
+    start = law.creepage(xp.where(xp.abs(after) < xp.abs(ideal), after, ideal)) / stiffness
+    creepage = newton(xp, step, start, _STEPS)
+    rolls = xp.abs(creepage) * stiffness <= law.slip_creepage * (1.0 + 1e-9)
+    return xp.where(rolls, tangent_at(xp.where(rolls, creepage, 0.0)), xp.nan)
+
+
+def _newton_step(xp: Any, at: Array, value: Array, slope: Array) -> Array:
+    """Next iterate; nan where the slope is not positive: beyond the fastest motion that this load allows."""
+    rises = slope > 0
+    return xp.where(rises, at - value / xp.where(rises, slope, 1.0), xp.nan)
