@@ -115,8 +115,9 @@ def contact(
     from infinivar.report import contact as report
     from infinivar.study.load import load_study
 
+    loaded = load_study(study)
     try:
-        sheets = contact_sheets(load_study(study), drive)
+        sheets = contact_sheets(loaded, drive)
     except InputError as problem:
         raise InputError(f"{study}: {problem}") from None
     files = report.save(sheets, out)

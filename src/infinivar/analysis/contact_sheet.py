@@ -194,18 +194,23 @@ def _patch(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeometr
     add("peak pressure", "p0", patch.peak_pressure, "Pa", "GPa", "3 P/(2 pi a b)")
     add("mean pressure", "pm", patch.mean_pressure, "Pa", "GPa", "2/3 p0")
     add("approach", "delta", patch.approach, "m", "um", "of distant points")
-    for degrees in (45, 90):
-        turned = geometry.press(
+    slanting, across = (
+        geometry.press(
             wheel_radius=element.wheel_radius,
             cylinder_radius=element.cylinder_radius,
             preload=element.preload,
             steering_angle=math.radians(degrees),
         )
-        how = f"a/b = {turned.axis_ratio:.3f}, p0 = {turned.patch.peak_pressure / 1e9:.3g} GPa"
-        if degrees == 45:
-            how += f", axis turned {math.degrees(turned.rotation):.1f} deg from rolling"
-        change = turned.creep_stiffness / contact.creep_stiffness - 1.0
-        add(f"creep stiffness at {degrees} deg", "", change, "1", "%", f"against 0 deg; {how}")
+        for degrees in (45, 90)
+    )
+    how = f"axis turned {math.degrees(slanting.rotation):.1f} deg from rolling, p0 = {_giga(slanting)} GPa"
+    add("axis ratio at 45 deg", "a/b", slanting.axis_ratio, "1", "1", how)
+    how = f"creep stiffness {across.creep_stiffness / contact.creep_stiffness:.2f} of C below, p0 = {_giga(across)} GPa"
+    add("axis ratio at 90 deg", "a/b", across.axis_ratio, "1", "1", how)
+
+
+def _giga(contact: PressedContact) -> str:
+    return f"{contact.patch.peak_pressure / 1e9:.3g}"
 
 
 def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedContact) -> None:
@@ -339,4 +344,7 @@ def _efficiency(lines: list[Line], drive: CoboticDrive) -> None:
             steering_angle=-math.atan(1.0 / ratio),
             link_force=HALF * element.slip_force,
         )
-        add(f"at {ratio:g}:1", "eta", point.efficiency, "1", "%", "surface speed : link speed")
+        how = "surface speed : link speed"
+        if point.efficiency != point.efficiency:
+            how += "; the wheel slips, or rolling takes more than it transmits"
+        add(f"at {ratio:g}:1", "eta", point.efficiency, "1", "%", how)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from infinivar._xp import Array, finite_floats, namespace
 from infinivar.contact import spin
 from infinivar.drivetrain.drive import DrivePoint, electrical_side
+from infinivar.errors import require
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
@@ -45,6 +46,10 @@ class SteeringPlant:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
+        if self.bell_bearing is not None:
+            bearing = self.bell_bearing.type
+            wanted = "deep_groove, angular_contact or thrust_ball, which carry the preload along the bell's axis"
+            require(bearing not in ("cylindrical", "needle"), "bell_bearing.type", bearing, wanted)
         if self.bell_bearing is None and self.bell_friction is None:
             raise ValueError("bell_friction is missing: give it, or bell_bearing, from which it follows")
         if self.bell_bearing is not None and self.bell_friction is not None:

@@ -83,7 +83,7 @@ def draw_materials(ax: Axes, trend: Trend) -> None:
     for row, limit in enumerate(trend.limit):
         if limit != Limit.OK:
             ax.text(left[row], row, f" {limit.words}", va="center", fontsize=8)
-    ax.set_xlim(0.0, 1.45 * float(np.nanmax(left)))
+    ax.set_xlim(0.0, 1.45 * float(np.max(np.nan_to_num(left))) or 1.0)
     ax.set_ylim(len(names) - 0.5, -0.5)
     ax.set_xlabel(f"loss of the element at {RATIOS[1]:g}:1 [W]")
     ax.legend(loc="upper center", bbox_to_anchor=(0.4, -0.22), ncols=3)

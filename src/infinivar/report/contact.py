@@ -34,7 +34,8 @@ def text(sheet: ContactSheet) -> str:
 
 
 def _result(line: Line) -> str:
-    value = units.show_in(line.value, line.unit, line.shown_in)
+    known = line.value == line.value
+    value = units.show_in(line.value, line.unit, line.shown_in) if known else "–"
     return f"  {line.name:<26} {line.symbol:<8} {value:>13}   {line.how}".rstrip()
 
 

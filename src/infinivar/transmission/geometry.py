@@ -11,6 +11,7 @@ from infinivar._xp import Array, namespace
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, kalker, rolling
 from infinivar.contact.bodies import Cylinder, Material, Wheel
+from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
 from infinivar.quantities import check, component, quantity
@@ -114,6 +115,9 @@ class ContactGeometry:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
+        bearing = self.axle_bearing.type
+        wanted = "deep_groove or angular_contact, which carry preload and lateral force"
+        require(bearing in ("deep_groove", "angular_contact"), "axle_bearing.type", bearing, wanted)
         if (
             isinstance(self.fast_friction_ratio, float)
             and self.fast_friction_ratio < 1.0

@@ -94,8 +94,10 @@ def _by_creepage(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load:
     ideal, _ = _ratio(xp, groups, load, -slope)
     ideal = xp.clip(ideal, -_SHORT_OF_SLIP, _SHORT_OF_SLIP)
     # Where the wheel drives, more creepage takes more force: the ideal wheel's is left of the root. Where the load drives
-    # it takes less, and the force at the ideal wheel's creepage is.
-    after, _ = _ratio(xp, groups, load, tangent_at(law.creepage(ideal) / stiffness))
+    # it takes less, and the force at the ideal wheel's creepage is; if the angle changes sign on the way, the force
+    # without any.
+    turned = tangent_at(law.creepage(ideal) / stiffness)
+    after, _ = _ratio(xp, groups, load, xp.where(turned * slope > 0, 0.0, turned))
     start = law.creepage(xp.where(xp.abs(after) < xp.abs(ideal), after, ideal)) / stiffness
     creepage = newton(xp, step, start, _STEPS)
     rolls = xp.abs(creepage) * stiffness <= law.slip_creepage * (1.0 + 1e-9)
