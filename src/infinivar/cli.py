@@ -38,7 +38,10 @@ def main() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="replace")  # a title the terminal cannot show is no reason to fail
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()  # here, where a reader that has gone can be met
     except InputError as problem:
         print(f"infinivar: {problem}", file=sys.stderr)
         sys.exit(BAD_INPUT)

@@ -137,4 +137,7 @@ def test_parts_of_the_full_bearing_model(write, tmp_path):
     (sheet,) = contact_sheets(iv.load_study(tmp_path / write(text)))
     parts = [sheet.value(f"  of it {name}") for name in ("rolling", "sliding", "seal", "drag")]
     assert sum(parts) == pytest.approx(sheet.value("bearing torque"))
+    groups = sheet.drive.transmission.groups(sheet.drive.cylinder_speed)
+    assert groups.bearing_torque == pytest.approx(sheet.value("bearing torque"), rel=1e-12)
+    assert sheet.value("wheel speed") == pytest.approx(0.05 * 14.0 / 0.010)
     assert sheet.value("bearing torque at start") > sheet.value("bearing torque")
