@@ -96,12 +96,15 @@ def law(name: str) -> CreepLaw:
     return LAWS[name]
 
 
-def lateral_force(creep_law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
+_find = law  # below, `law` is the name that is looked for
+
+
+def lateral_force(law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
     """Lateral force under a lateral creepage, without spin.
 
     Parameters
     ----------
-    creep_law : str             Name of the law. The flow loss of "faulring" is no part of it.
+    law : str                   Name of the law. The flow loss of "faulring" is no part of it.
     k : (...,) float            C22 G a b upsilon/(3 mu N), may be infinite. [-]
     a_over_b : (...,) float     Rolling over lateral semi-axis of the patch. [-]
     poisson : (...,) float      Poisson ratio of the bodies. [-]
@@ -118,16 +121,16 @@ def lateral_force(creep_law: str, k: Array, a_over_b: Array = 1.0, poisson: Arra
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
     """
-    found = law(creep_law)
+    found = _find(law)
     return found.force(3.0 * _broadcast(k, a_over_b, poisson))
 
 
-def lateral_creep(creep_law: str, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
+def lateral_creep(law: str, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
     """Lateral creepage that a lateral force needs, without spin: the inverse of `lateral_force`.
 
     Parameters
     ----------
-    creep_law : str                Name of the law. The flow loss of "faulring" is no part of it.
+    law : str                      Name of the law. The flow loss of "faulring" is no part of it.
     force_ratio : (...,) float     Fy/(mu N). [-]
     a_over_b, poisson : (...,) float   As in `lateral_force`. [-]
 
@@ -143,7 +146,7 @@ def lateral_creep(creep_law: str, force_ratio: Array, a_over_b: Array = 1.0, poi
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
     """
-    found = law(creep_law)
+    found = _find(law)
     ratio = _broadcast(force_ratio, a_over_b, poisson)
     xp = namespace(ratio)
     size = xp.abs(ratio)
@@ -152,7 +155,7 @@ def lateral_creep(creep_law: str, force_ratio: Array, a_over_b: Array = 1.0, poi
 
 
 def planar_force(
-    creep_law: str, k_x: Array, k_y: Array, psi: Array = 0.0, a_over_b: Array = 1.0, poisson: Array = 0.3
+    law: str, k_x: Array, k_y: Array, psi: Array = 0.0, a_over_b: Array = 1.0, poisson: Array = 0.3
 ) -> tuple[Array, Array]:
     """Longitudinal and lateral force under creep in both directions and spin.
 
@@ -162,7 +165,7 @@ def planar_force(
 
     Parameters
     ----------
-    creep_law : str           Name of the law. The flow loss of "faulring" is no part of it.
+    law : str                 Name of the law. The flow loss of "faulring" is no part of it.
     k_x : (...,) float        C11 G a b ux/(3 mu N), finite. [-]
     k_y : (...,) float        C22 G a b uy/(3 mu N), finite. [-]
     psi : (...,) float        C23 G (a b)^1.5 phi/(mu N), finite. [-]
@@ -181,8 +184,8 @@ def planar_force(
 
     Source: shen1983, kalker1982, vermeulen1964, polach2005, by law.
     """
-    found = law(creep_law)
-    if creep_law == "fastsim":
+    found = _find(law)
+    if law == "fastsim":
         linear = kalker.coefficients(a_over_b, poisson)
         patch = fastsim.forces(k_x, k_y, psi, a_over_b, linear.c11 / linear.c22)
         return patch.fx, patch.fy
