@@ -1,6 +1,7 @@
 """Variants of a wheel's design, how losses follow them, and what holds the bell against steering."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -86,3 +87,12 @@ def test_patch_that_turns_on_the_spot(drive):
     measured = replace(drive.transmission, geometry=None, creep_stiffness=1e4, rolling_torque=0.0, bearing_torque=1e-3)
     plant = replace(drive.steering, patch_half_length=0.5e-3)
     assert plant.friction_torques(measured)["patch"] == pytest.approx(0.5 * 0.15 * 650.0 * 0.5e-3, rel=1e-12)
+
+
+def test_groups_are_asked_for_by_several_threads(element):
+    """What is remembered for one speed may be dropped for another at any time."""
+    wheel = replace(element)
+    expected = {speed: wheel.groups(speed) for speed in (1.0, 2.0, 3.0)}
+    with ThreadPoolExecutor(8) as pool:
+        for speed, found in pool.map(lambda speed: (speed, wheel.groups(speed)), [1.0, 2.0, 3.0] * 300):
+            assert found == expected[speed]

@@ -186,10 +186,11 @@ class RotaryLinearIVT:
         LossGroups   Slip force, creep stiffness, torques, and the groups H and K made of them.
         """
         if self.geometry is not None and self.contact is not None:
-            # Most callers come with one speed, again and again.
+            # Most callers come with one speed, again and again, and from several threads.
             number = isinstance(cylinder_speed, (int, float))
-            if number and cylinder_speed in self._memo:
-                return self._memo[cylinder_speed]
+            known = self._memo.get(cylinder_speed) if number else None
+            if known is not None:
+                return known
             groups = self.geometry.loss_groups(
                 self.contact,
                 wheel_radius=self.wheel_radius,
