@@ -197,6 +197,7 @@ def draw(app) -> None:
         style.write(module.draw_all(machine), folder / f"fig{number}", ("svg",))
     style.write(contact_design.draw_all(contact_sheet(machine.study, "cobotic")), folder / "contact_design", ("svg",))
     style.write(design_trends.draw_all(machine.drive), folder / "design_trends", ("svg",))
+    (folder / "design_trends_caption.md").write_text(f"{design_trends.CAPTION}\n", "utf-8")
 
 
 def check_public_names(app, exception) -> None:
