@@ -152,3 +152,11 @@ def test_shapes_broadcast():
     # A series of bearings in one array of sizes is one bearing to the formulas.
     many = Bearing(**{**SIZE, "bore": np.array([0.006, 0.008])}, series="60")
     assert many.moment(100.0, 0.0, 10.0).total.shape == (2,)
+
+
+def test_a_vanishing_axial_load_is_none():
+    """Denormal loads would underflow in the powers of the model."""
+    bearing = read("608")
+    for axial in (5e-324, 1e-200):
+        assert bearing.moment(100.0, axial, 10.0).total == bearing.moment(100.0, 0.0, 10.0).total
+    assert bearing.moment(100.0, 1e-6, 10.0).total > bearing.moment(100.0, 0.0, 10.0).total

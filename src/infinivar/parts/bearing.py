@@ -318,7 +318,7 @@ class Bearing:
         """G_rr and G_sl for a mean diameter in mm, turns in r/min."""
         if self.type == "deep_groove":
             r1, r2, s1, s2 = _BY_SERIES[self.series]
-            pushed = axial > 0
+            pushed = axial > 1e-15 * self.static_rating  # smaller loads are none: their powers would underflow
             push = xp.where(pushed, axial, 1.0)
             # The formula is for axial loads below the static rating; at 200 times that the angle would pass 90 degrees.
             angle = math.radians(24.6) * (push / self.static_rating) ** 0.24
