@@ -9,6 +9,7 @@ from sphinx.errors import ExtensionError
 import infinivar
 from infinivar import units
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.scenario import Scenario
 from infinivar.parts import catalogue
 from infinivar.study import schema
 from infinivar.study.load import shipped_study
@@ -82,9 +83,9 @@ def _parts(part: type, found: list[type]) -> None:
 def study_fields() -> str:
     """Reference of every table of a study file."""
     parts: list[type] = []
-    for drive in schema.DRIVES.values():
-        _parts(drive, parts)
-    sections = [("`[requirement]`", Requirement)]
+    for owner in (*schema.DRIVES.values(), Scenario):
+        _parts(owner, parts)
+    sections = [("`[requirement]`", Requirement), ("`[scenarios.NAME]`", Scenario)]
     sections += [(f'`[drives.NAME]` with `type = "{name}"`', drive) for name, drive in schema.DRIVES.items()]
     text = []
     for heading, part in sections:

@@ -17,6 +17,7 @@ _BOUNDS = {
     ">= 0": lambda value: value >= 0,
     "> 0 and <= 1": lambda value: (value > 0) & (value <= 1),
     ">= 0 and <= 1": lambda value: (value >= 0) & (value <= 1),
+    "> 0 and <= 1e-3": lambda value: (value > 0) & (value <= 1e-3),
     ">= 0 and <= 0.5": lambda value: (value >= 0) & (value <= 0.5),
     "> 0 and <= pi/2": lambda value: (value > 0) & (value <= math.pi / 2 * (1 + 1e-12)),
     "!= 0": lambda value: value != 0,
@@ -29,8 +30,8 @@ def quantity(unit: str, bound: str, meaning: str, *, default: Any = dataclasses.
     Parameters
     ----------
     unit : str      SI unit of the float, "1" for none.
-    bound : str     One of "> 0", ">= 0", "> 0 and <= 1", ">= 0 and <= 1", ">= 0 and <= 0.5", "> 0 and <= pi/2",
-        "!= 0".
+    bound : str     One of "> 0", ">= 0", "> 0 and <= 1", ">= 0 and <= 1", "> 0 and <= 1e-3", ">= 0 and <= 0.5",
+        "> 0 and <= pi/2", "!= 0".
     meaning : str   One line for schemas and reference pages.
     default         Value if left out; required if missing. None marks "not given".
     """

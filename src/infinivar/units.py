@@ -39,6 +39,7 @@ EXAMPLES = {
     "K/W": "13.2 K/W",
     "K": "100 degC",
     "s": "17.8 s",
+    "Hz": "5 Hz",
     "Pa": "210 GPa",
     "m^2/s": "100 mm^2/s",
     "1": "0.12",
@@ -134,8 +135,10 @@ def parse(text: object, si_unit: str) -> float:
         raise InputError(f"needs a unit; {hint}")
     elif _RUN_TOGETHER.search(unit):
         raise InputError(f"has the unit {unit!r}: separate the units of a product; {hint}")
-    elif re.search("[Hh](ert)?z", unit):
+    elif si_unit != "Hz" and re.search("[Hh](ert)?z", unit):
         raise InputError(f"must name the angle, which {unit!r} does not; {hint}")
+    elif si_unit == "Hz" and _NAMES_AN_ANGLE.search(unit):
+        raise InputError(f"must count cycles, not an angle; {hint}")
     elif si_unit in ("rad", "rad/s") and not _NAMES_AN_ANGLE.search(unit):
         # 1/s and Hz convert to rad/s as if a turn were a radian: too likely a mistake to let through.
         choices = "rpm, rev/s, deg/s or rad/s" if si_unit == "rad/s" else "deg, rad or rev"

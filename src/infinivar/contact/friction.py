@@ -1,8 +1,34 @@
-"""Coulomb friction that falls with speed."""
+"""Coulomb friction: its direction, near rest too, and a friction limit that falls with speed."""
 
 from __future__ import annotations
 
 from infinivar._xp import Array, as_floats, namespace
+
+
+def coulomb(speed: Array, size: Array, stick_speed: Array | None = None) -> Array:
+    r"""Coulomb friction against a motion.
+
+    .. math:: F = F_c\,\mathrm{sgn}\,v, \qquad\text{or}\quad F = \tfrac12 F_c\,s\,(3 - s^2),
+        \quad s = \mathrm{clip}(v/v_\varepsilon, -1, 1)
+
+    Parameters
+    ----------
+    speed : (...,) float         v, of any unit.
+    size : (...,) float          F_c, >= 0, of any unit.
+    stick_speed : (...,) float   v_eps > 0, below which friction falls smoothly to zero, for simulation in time: what
+        should stick creeps at less than this. At and above it friction is exactly Coulomb's. None: a step.
+
+    Returns
+    -------
+    (...,) float   With the sign of the speed; 0 at exactly zero speed, where friction neither helps nor hinders.
+
+    Source: faulring2006, section V (Coulombic losses); the smooth step is the cubic without a kink at v_eps.
+    """
+    xp = namespace(speed, size, stick_speed)
+    if stick_speed is None:
+        return size * xp.sign(speed)
+    slow = xp.clip(speed / stick_speed, -1.0, 1.0)
+    return size * (0.5 * slow * (3.0 - slow * slow))
 
 
 def falling(speed: Array, friction: Array, fast_friction_ratio: Array, decay_speed: Array) -> Array:

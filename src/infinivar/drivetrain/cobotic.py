@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from infinivar._xp import Array, finite_floats, namespace
 from infinivar.contact import spin
+from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, electrical_side
 from infinivar.errors import require
 from infinivar.parts.amplifier import Amplifier
@@ -92,8 +93,12 @@ class CoboticDrive:
     cylinder_speed: float = quantity("rad/s", "!= 0", "Speed at which the cylinder is kept")
     guideway: Guideway = component("Guideway of the link", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the cylinder motor", default_factory=Amplifier)
+    cylinder_inertia: float | None = quantity(
+        "kg m^2", "> 0", "Inertia of the cylinder about its axis; simulation in time needs it", default=None
+    )
     link_mass: float | None = quantity("kg", "> 0", "Mass of the moving link without load", default=None)
     steering: SteeringPlant | None = component("Steering plant", default=None)
+    control: CoboticControl = component("Controllers, for simulation in time", default_factory=CoboticControl)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""

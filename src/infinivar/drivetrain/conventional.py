@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from infinivar._xp import Array, finite_floats, namespace
+from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, electrical_side
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
@@ -29,6 +30,8 @@ class ConventionalDrive:
     output_inertia: float | None = quantity(
         "kg m^2", "> 0", "Inertia of gear, pulley and cable at the gear output", default=None
     )
+
+    control: ConventionalControl = component("Controllers, for simulation in time", default_factory=ConventionalControl)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from infinivar._xp import Array, namespace
+from infinivar.contact.friction import coulomb
 from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
@@ -39,6 +40,27 @@ def coulomb_torque(efficiency: Array, rated_torque: Array) -> Array:
     Source: faulring2006, section VI-A.
     """
     return (1.0 - efficiency) * rated_torque
+
+
+def proportional_friction(speed: Array, torque: Array, efficiency: Array, stick_speed: Array | None = None) -> Array:
+    """Friction torque at the motor of a gear that delivers ``efficiency`` times the power it receives, either way.
+
+    Parameters
+    ----------
+    speed : (...,) float         Of the motor. [rad s^-1]
+    torque : (...,) float        Motor-side torque that the gear passes on, without its friction. [N m]
+    efficiency : (...,) float    In (0, 1]. [-]
+    stick_speed : (...,) float   As in `infinivar.contact.friction.coulomb`. [rad s^-1]
+
+    Returns
+    -------
+    (...,) float   Against the motion. [N m]
+
+    Source: definition of efficiency, taken in the direction in which power flows.
+    """
+    xp = namespace(speed, torque, efficiency, stick_speed)
+    received = xp.where(torque * speed > 0, xp.abs(torque) / efficiency, xp.abs(torque))
+    return coulomb(speed, (1.0 - efficiency) * received, stick_speed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,15 +116,12 @@ class Gearhead:
         ideal = output_torque / self.ratio
         motor_speed = output_speed * self.ratio
         if self.loss_model == "coulomb":
-            friction = coulomb_torque(self.efficiency, self.rated_torque or motor_rated_torque)
-            torque, loss = ideal + friction * xp.sign(motor_speed), friction * xp.abs(motor_speed)
+            friction = coulomb(motor_speed, coulomb_torque(self.efficiency, self.rated_torque or motor_rated_torque))
         else:
-            delivered = ideal * motor_speed
-            drives, driven = delivered > 0, delivered < 0
-            torque = xp.where(drives, ideal / self.efficiency, xp.where(driven, ideal * self.efficiency, ideal))
-            received = xp.where(drives, delivered / self.efficiency, -delivered)
-            loss = (1.0 - self.efficiency) * received
+            friction = proportional_friction(motor_speed, ideal, self.efficiency)
         utilisation = {}
         if self.continuous_torque is not None:
             utilisation[Limit.GEAR] = xp.abs(output_torque) / self.continuous_torque
-        return GearPoint(motor_torque=torque, motor_speed=motor_speed, loss=loss, utilisation=utilisation)
+        return GearPoint(
+            motor_torque=ideal + friction, motor_speed=motor_speed, loss=friction * motor_speed, utilisation=utilisation
+        )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from infinivar._xp import Array, namespace
+from infinivar._xp import Array
+from infinivar.contact.friction import coulomb
 from infinivar.quantities import check, quantity
 
 
@@ -38,10 +39,9 @@ class Pulley:
 
         Source: faulring2006, Fig 14 (transformer r_pulley).
         """
-        xp = namespace(self, force, speed)
         turning = speed / self.radius
-        torque = force * self.radius + self.friction_torque * xp.sign(turning)
-        return torque, turning, self.friction_torque * xp.abs(turning)
+        friction = coulomb(turning, self.friction_torque)
+        return force * self.radius + friction, turning, friction * turning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,6 +61,13 @@ class Guideway:
         """Refuse what is not physical."""
         check(self)
 
+    def friction_force(self, preload: Array = 0.0) -> Array:
+        """Size of the friction force under a normal force. [N]
+
+        Source: faulring2006, Fig 13 (``c_l P``).
+        """
+        return self.friction + self.coefficient * preload
+
     def operate(self, *, speed: Array, preload: Array = 0.0) -> tuple[Array, Array]:
         """Friction force against the motion, and its loss.
 
@@ -75,6 +82,5 @@ class Guideway:
 
         Source: faulring2006, Fig 13 and Eq 18 (``c_l P sgn(ldot)``).
         """
-        xp = namespace(self, speed, preload)
-        size = self.friction + self.coefficient * preload
-        return size * xp.sign(speed), size * xp.abs(speed)
+        friction = coulomb(speed, self.friction_force(preload))
+        return friction, friction * speed

@@ -76,20 +76,21 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
     name, _, member = base.partition(".")
     try:
         shipped = parameter_set(name)
-        if path == "requirement":
+        group, _, _ = path.partition(".")
+        if group == "requirement":
             if member or "requirement" not in shipped:
                 raise InputError(f"{base!r} must be the name of a parameter set, such as 'faulring2006'")
             under = shipped["requirement"]
         else:
-            choices = [f"{name}.{drive}" for drive in shipped["drives"]]
+            choices = [f"{name}.{known}" for known in shipped.get(group, {})]
             if base not in choices:
                 raise InputError(
-                    f"{base!r} is not a shipped drive{nearest(base, choices)}; {name} has {', '.join(choices)}"
+                    f"{base!r} is not a shipped {group[:-1]}{nearest(base, choices)}; {name} has {', '.join(choices)}"
                 )
-            under = shipped["drives"][member]
+            under = shipped[group][member]
     except InputError as problem:
         raise StudyError(f"{path}.base = {quoted(base)}: {problem}") from None
-    if "reconstruction" in shipped:
+    if "reconstruction" in shipped and group != "scenarios":
         remarks.reconstruction[name] = shipped["reconstruction"]
     under = annotated(under, path, shipped["source"])
     if "type" in tree and tree["type"] != under.get("type"):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest
 from infinivar.study.build import built
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
@@ -18,7 +20,7 @@ from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set
 from infinivar.study.study import Provenance, Study
 
-_TOP = ("title", "description", "requirement", "drives")
+_TOP = ("title", "description", "requirement", "drives", "scenarios")
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
 """Faults listed at once."""
@@ -74,6 +76,8 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     for key, longest in (("title", LONGEST_TITLE), ("description", 10_000)):
         if not isinstance(raw.get(key, ""), str) or len(raw.get(key, "")) > longest:
             raise StudyError(f"{key} = {quoted(raw[key])} must be text of up to {longest} letters")
+    if not isinstance(raw.get("scenarios", {}), dict):
+        raise StudyError(f"scenarios = {quoted(raw['scenarios'])} must be tables [scenarios.NAME]")
     for key in ("requirement", "drives"):
         if not isinstance(raw.get(key), dict) or not raw[key]:
             said = f"= {quoted(raw[key])} must be" if raw.get(key) else "is missing: write"
@@ -91,7 +95,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     for drive, description in raw["drives"].items():
         where = f"drives.{drive}"
         try:
-            _check_name(drive, raw["drives"])
+            _check_name("drives", drive, raw["drives"])
             if not isinstance(description, dict):
                 raise StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
             tree = over_base(annotated(description, where, origin), where, remarks)
@@ -99,6 +103,15 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
             titles[drive] = tree.pop("title", drive)
             drives[drive] = built(DRIVES[kind], tree, where, drive, rows)
             remarks.warnings.extend(f"{where}.transmission: {said}" for said in _overstress(drives[drive]))
+        except StudyError as found:
+            problems += found.lines
+    scenarios = {}
+    for scenario, description in raw.get("scenarios", {}).items():
+        try:
+            _check_name("scenarios", scenario, raw["scenarios"])
+            made = _scenario(description, scenario, origin, path)
+            load_mass = made.load_mass or (requirement.load_mass if requirement else None)
+            scenarios[scenario] = replace(made, load_mass=load_mass)
         except StudyError as found:
             problems += found.lines
     if problems or requirement is None:
@@ -110,6 +123,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         requirement=requirement,
         drives=drives,
         titles=titles,
+        scenarios=scenarios,
         provenance=tuple(rows),
         reconstruction=tuple(remarks.reconstruction.values()),
         warnings=tuple(remarks.warnings),
@@ -125,14 +139,29 @@ def _overstress(drive: Drive) -> Iterator[str]:
                 yield f"{limit.words}, {demand:.2f} times what is allowed; see: infinivar contact"
 
 
-def _check_name(drive: str, others: Iterable[str]) -> None:
-    """Names of drives become names of files."""
+def _scenario(description: object, name: str, origin: str, path: Path | None) -> Scenario:
+    """Scenario from its table; files that it names lie beside the study."""
+    where = f"scenarios.{name}"
+    if not isinstance(description, dict):
+        raise StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
+    # What a scenario asks for is no fact with a source, so nothing is noted of where its values come from.
+    tree = over_base(annotated(description, where, origin), where, Remarks())
+    tree.pop("type", None)
+    for profile in ("motion", "force"):
+        file = tree.get(profile, {}).get("file")
+        if path is not None and file is not None and isinstance(file["value"], str):
+            file["value"] = str(path.parent / file["value"])
+    return built(Scenario, {"title": name, **tree}, where, name, [])
+
+
+def _check_name(group: str, drive: str, others: Iterable[str]) -> None:
+    """Names of drives and scenarios become names of files."""
     if not _NAME.fullmatch(drive):
-        raise StudyError(f"drives.{short(repr(drive))} must be named with up to 64 letters, digits, - and _ only")
+        raise StudyError(f"{group}.{short(repr(drive))} must be named with up to 64 letters, digits, - and _ only")
     twin = next((other for other in others if other.lower() == drive.lower()), drive)
     if twin != drive:
         raise StudyError(
-            f"drives.{drive} and drives.{twin} differ in case only, which not every file system tells apart"
+            f"{group}.{drive} and {group}.{twin} differ in case only, which not every file system tells apart"
         )
 
 
@@ -150,7 +179,7 @@ def _type_of(tree: Raw, where: str) -> str:
 
 
 def shipped_study(name: str) -> Study:
-    """Study of everything in a shipped parameter set: its requirement and all its drives.
+    """Study of everything in a shipped parameter set: its requirement, all its drives and scenarios.
 
     Raises
     ------
@@ -159,5 +188,6 @@ def shipped_study(name: str) -> Study:
     """
     shipped = parameter_set(name)
     drives = {drive: {"base": f"{name}.{drive}"} for drive in shipped["drives"]}
-    raw = {"title": shipped["title"], "requirement": {"base": name}, "drives": drives}
+    scenarios = {scenario: {"base": f"{name}.{scenario}"} for scenario in shipped.get("scenarios", {})}
+    raw = {"title": shipped["title"], "requirement": {"base": name}, "drives": drives, "scenarios": scenarios}
     return study_from(raw, name=name, origin=name)

@@ -22,6 +22,7 @@ from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
@@ -166,7 +167,7 @@ def described(part: type) -> list[dataclasses.Field]:
 def keys(part: type) -> list[str]:
     """Every key that the table of a part may have."""
     known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else []), *ORIGIN]
-    return [*known, *(HEAD if part in DRIVES.values() else ["base"] if part is Requirement else [])]
+    return [*known, *(HEAD if part in DRIVES.values() else ["base"] if part in (Requirement, Scenario) else [])]
 
 
 @functools.cache
@@ -194,7 +195,7 @@ def json_schema() -> dict[str, Any]:
     Editors check words and ranges of a file that is being written; a field that a base may supply is not required.
     """
     definitions: dict[str, Any] = {}
-    for part in (Requirement, *DRIVES.values()):
+    for part in (Requirement, Scenario, *DRIVES.values()):
         schema = table(part).model_json_schema(ref_template="#/$defs/{model}")
         definitions.update(schema.pop("$defs", {}))
         definitions[part.__name__] = schema
@@ -210,6 +211,7 @@ def json_schema() -> dict[str, Any]:
     base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
     part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
     definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
+    definitions["Scenario"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
     for kind in CATALOGUES:
         definitions[kind.__name__]["properties"]["part"] = part
     for name, kind in DRIVES.items():
@@ -232,6 +234,12 @@ def json_schema() -> dict[str, Any]:
                 "minProperties": 1,
                 "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
                 "additionalProperties": {"anyOf": [{"$ref": f"#/$defs/{kind.__name__}"} for kind in DRIVES.values()]},
+            },
+            "scenarios": {
+                "type": "object",
+                "description": "Runs in time for simulation, by name",
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"$ref": "#/$defs/Scenario"},
             },
         },
         "$defs": definitions,

@@ -9,6 +9,7 @@ from typing import Any
 
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.scenario import Scenario
 from infinivar.frozen import FrozenDict
 
 DEFAULT = "default of the program"
@@ -46,6 +47,7 @@ class Study:
     requirement           Force-speed-power region to cover.
     drives                Drive-trains by name, in the order of the file.
     titles                Their names for reports.
+    scenarios             Runs in time for simulation, by name.
     provenance            One record a value.
     reconstruction        Statements of the parameter sets used about what in them is reconstructed; may be empty.
     warnings              What looks like an oversight, though it can be computed.
@@ -57,6 +59,7 @@ class Study:
     drives: Mapping[str, Drive]
     description: str = ""
     titles: Mapping[str, str] = field(default_factory=dict)
+    scenarios: Mapping[str, Scenario] = field(default_factory=dict)
     provenance: tuple[Provenance, ...] = ()
     reconstruction: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -65,6 +68,7 @@ class Study:
     def __post_init__(self) -> None:
         """Freeze the mappings; drives without a title go by their name."""
         object.__setattr__(self, "drives", FrozenDict(self.drives))
+        object.__setattr__(self, "scenarios", FrozenDict(self.scenarios))
         object.__setattr__(
             self, "titles", FrozenDict(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
         )

@@ -65,5 +65,16 @@ friction = "3 N"
 
 [drives.geared.amplifier]
 regeneration = "burn"          # negative electrical power: burn, store (with storage_efficiency) or none
+
+# A run in time: infinivar simulate {name}.toml --drive cobotic --scenario reach --out out
+[scenarios.reach]
+title = "Reaching 100 mm in half a second"
+duration = "1 s"
+
+[scenarios.reach.motion]
+shape = "reach"                # or hold, cruise, sinusoid, step, file (a CSV file with time and position)
+distance = "100 mm"
+time = "0.5 s"
+start = "0.1 s"
 """
 """Filled by `str.format` with name and title."""

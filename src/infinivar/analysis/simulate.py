@@ -1,0 +1,449 @@
+"""Simulate a drive in time: its bond graph under a scenario, with controllers, limits as events, and where energy went."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from infinivar.bondgraph.audit import Trajectory
+from infinivar.bondgraph.graph import BondGraph
+from infinivar.bondgraph.solve import Input, solve
+from infinivar.contact import creep
+from infinivar.drivetrain import control, plants
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.profiles import MotionProfile
+from infinivar.drivetrain.scenario import Scenario
+from infinivar.limits import Limit
+from infinivar.parts.motor import Motor
+
+if TYPE_CHECKING:
+    import xarray
+
+STEPS = 1000
+"""Results over a run, unless a scenario asks for others."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """A stretch of time in which a limit was exceeded."""
+
+    limit: Limit
+    what: str
+    """Part of the drive: "motor", "steering motor", "wheel" ..."""
+    start: float
+    end: float
+    """Both between the results around them, by straight line. [s]"""
+    worst: float
+    """Largest demand over allowance; inf where nothing is allowed. [-]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Simulation:
+    """What came of a scenario.
+
+    Attributes
+    ----------
+    drive, scenario   What was simulated.
+    title             Name of the drive for reports.
+    trajectory        States, signals, efforts, flows and energies over time, with the audit.
+    columns           Quantities a designer looks at, over time, under names that end in their unit: time_s, position_m,
+        speed_m_s, wanted_position_m, force_N (from outside on the load), motor_current_A, motor_voltage_V, supply_power_W,
+        and with a wheel steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V.
+    events            Limits exceeded, in the order of their beginning.
+    """
+
+    drive: CoboticDrive | ConventionalDrive
+    scenario: Scenario
+    title: str
+    trajectory: Trajectory
+    columns: Mapping[str, Any]
+    events: tuple[Event, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end."""
+        return not self.trajectory.outcome
+
+    @property
+    def verdict(self) -> str:
+        """One line: how far it moved, what it took, which limits it met."""
+        if not self.complete:
+            return self.trajectory.outcome
+        names = list(dict.fromkeys(f"{event.limit.words} ({event.what})" for event in self.events))
+        limits = f"beyond {', '.join(names)}" if names else "within limits"
+        spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
+        return f"{limits}; {spent:.4g} J from the supply, balance closed to {self.trajectory.closure:.1g}"
+
+    def dataset(self) -> xarray.Dataset:
+        """Labelled arrays: the columns, and energies by source, loss and storage."""
+        import xarray
+
+        run = self.trajectory
+        data: dict[str, Any] = {
+            name: ("time", values, {"units": _unit(name)}) for name, values in self.columns.items() if name != "time_s"
+        }
+        for kind, group in (("supplied", run.supplied), ("lost", run.lost), ("stored", run.stored)):
+            data[f"energy_{kind}_J"] = ((kind, "time"), np.array(list(group.values())), {"units": "J"})
+        data["energy_residual"] = (
+            "time",
+            run.residual,
+            {"units": "1", "long_name": "energy not accounted for over energy moved"},
+        )
+        labels = {"supplied": list(run.supplied), "lost": list(run.lost), "stored": list(run.stored)}
+        return xarray.Dataset(
+            data, coords={"time": ("time", run.time, {"units": "s"}), **labels}, attrs={"title": self.title}
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON: final energies, events and the verdict."""
+        run = self.trajectory
+
+        def last(group: Mapping[str, Any]) -> dict[str, float]:
+            return {
+                name: float(values[-1] - (values[0] if group is run.stored else 0.0)) for name, values in group.items()
+            }
+
+        return {
+            "drive": self.title,
+            "scenario": self.scenario.title,
+            "verdict": self.verdict,
+            "complete": self.complete,
+            "duration_s": float(run.time[-1]),
+            "supplied_J": last(run.supplied),
+            "lost_J": last(run.lost),
+            "stored_J": last(run.stored),
+            "closure": run.closure,
+            "events": [
+                {
+                    "limit": event.limit.name,
+                    "what": event.what,
+                    "start_s": event.start,
+                    "end_s": event.end,
+                    "worst": event.worst,
+                }
+                for event in self.events
+            ],
+        }
+
+    def save(self, directory: str | Path, name: str = "simulation") -> list[Path]:
+        """Write report, figures, NetCDF, CSV and JSON; returns the files.
+
+        Raises
+        ------
+        InputError
+            If the directory cannot be written to; nothing is changed then.
+        """
+        from infinivar.report.simulation import save
+
+        return save(self, Path(directory), name)
+
+
+def simulate(
+    drive: CoboticDrive | ConventionalDrive,
+    scenario: Scenario,
+    *,
+    title: str = "",
+    progress: Callable[[float], None] | None = None,
+) -> Simulation:
+    """Run a drive through a scenario.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    scenario : Scenario
+    title : str                                 Name for reports.
+    progress : callable                         Called with the share done.
+
+    Returns
+    -------
+    Simulation   Limits exceeded are events, not errors; a run that the solver gives up is cut short and says why.
+
+    Raises
+    ------
+    ValueError
+        If the drive lacks a value that motion needs, or the scenario asks for what the drive has not (a steered wheel).
+    AuditError
+        If the energy balance does not close: a fault of the program, or a tolerance that is too large.
+
+    Source: faulring2006, section V and Figs 10-14.
+    """
+    machine = _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
+    step = scenario.output_step or scenario.duration / STEPS
+    count = max(round(scenario.duration / step), 1)
+    run = solve(
+        machine.graph,
+        np.linspace(0.0, scenario.duration, count + 1),
+        inputs=machine.inputs,
+        initial=machine.initial,
+        controller=machine.controller,
+        method=scenario.method,
+        rtol=scenario.tolerance,
+        progress=progress,
+    )
+    columns = _columns(drive, scenario, run)
+    return Simulation(
+        drive=drive,
+        scenario=scenario,
+        title=title,
+        trajectory=run,
+        columns=columns,
+        events=_events(run.time, _utilisation(drive, run, columns)),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Machine:
+    """A graph with what drives it."""
+
+    graph: BondGraph
+    inputs: Mapping[str, float | Input]
+    initial: Mapping[str, float]
+    controller: Any
+
+
+@dataclass(frozen=True, slots=True)
+class _Speed:
+    """The speed of a motion, as an input."""
+
+    path: MotionProfile
+
+    @property
+    def breaks(self) -> Any:
+        return self.path.breaks
+
+    def value(self, time: float) -> float:
+        return self.path.at(time).speed
+
+    def rate(self, time: float) -> float:
+        return self.path.at(time).acceleration
+
+
+def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
+    if scenario.link == "imposed":
+        return {"motion": _Speed(scenario.path)}
+    return {"force": scenario.force or 0.0}
+
+
+def _cobotic(drive: CoboticDrive, scenario: Scenario) -> _Machine:
+    if drive.steering is None:
+        raise ValueError("steering is missing: simulation in time needs the steering plant")
+    imposed = scenario.link == "imposed"
+    voltage = scenario.electrical == "voltage"
+    graph = plants.cobotic_graph(
+        drive,
+        load_mass=scenario.load_mass,
+        electrical=scenario.electrical,
+        imposed_motion=imposed,
+        stick_speed=scenario.stick_speed,
+    )
+    speed = 0.0 if scenario.cylinder == "at rest" else drive.cylinder_speed
+    begin = scenario.path.at(0.0)
+    running = scenario.cylinder == "running" and speed != 0.0
+    held = {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}.get(scenario.steering)
+    follow = scenario.link == "controlled" and held is None
+    if held is None and not follow:
+        held = 0.0
+    moves = follow or imposed
+    angle = (
+        held
+        if held is not None
+        else -math.atan(begin.speed / (drive.transmission.cylinder_radius * drive.cylinder_speed))
+    )
+    steering = drive.steering
+    gear, motor = drive.gearhead.ratio, drive.motor
+    idle = drive.operate(speed=0.0, force=0.0).states["motor_current_A"] if running else 0.0
+    settings = drive.control
+    controller = control.CoboticController(
+        sample_time=1.0 / settings.sample_rate,
+        cylinder=control.speed_loop(
+            settings.cylinder_bandwidth,
+            (drive.cylinder_inertia or 0.0)
+            + gear**2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0)),
+            gear * motor.torque_constant,
+            settings.current_limit or _stall(motor),
+        ),
+        steering=control.Servo.place(
+            settings.steering_bandwidth,
+            steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
+            steering.ratio * steering.motor.torque_constant,
+            settings.steering_current_limit or _stall(steering.motor),
+        ),
+        link_gain=2.0 * math.pi * settings.link_bandwidth,
+        surface_radius=drive.transmission.cylinder_radius,
+        cylinder_speed=speed,
+        run_up_time=scenario.run_up_time or 0.0,
+        largest_angle=drive.transmission.steering_range,
+        held_angle=held,
+        path=scenario.path,
+        started={"cylinder": float(idle)},
+        outputs=("I_c", "I_s") if voltage else ("cylinder.source", "steering.source"),
+    )
+    initial = {"cylinder.J_c": speed if running else 0.0, "phi": angle, "l": begin.position if moves else 0.0}
+    link = next(e.name for e in graph.elements if e.name in ("load_mass", "link.m_l"))
+    if not imposed:
+        initial[link] = begin.speed if running and follow else 0.0
+    if voltage:
+        initial["cylinder.L"] = float(idle)
+    return _Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _conventional(drive: ConventionalDrive, scenario: Scenario) -> _Machine:
+    for field, value, usual in (
+        ("steering", scenario.steering, "controlled"),
+        ("cylinder", scenario.cylinder, "running"),
+    ):
+        if value != usual:
+            raise ValueError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
+    graph = plants.conventional_graph(
+        drive,
+        load_mass=scenario.load_mass,
+        electrical=scenario.electrical,
+        imposed_motion=scenario.link == "imposed",
+        stick_speed=scenario.stick_speed,
+    )
+    motor, ratio, radius = drive.motor, drive.gearhead.ratio, drive.pulley.radius
+    inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
+    inertia += (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
+    follow = scenario.link == "controlled"
+    begin = scenario.path.at(0.0)
+    controller = control.ConventionalController(
+        sample_time=1.0 / drive.control.sample_rate,
+        speed=control.speed_loop(
+            drive.control.speed_bandwidth,
+            inertia,
+            motor.torque_constant * ratio / radius,
+            drive.control.current_limit or _stall(motor),
+        ),
+        link_gain=2.0 * math.pi * drive.control.link_bandwidth,
+        path=scenario.path if follow else None,
+        output="I_n" if scenario.electrical == "voltage" else "source",
+    )
+    initial = {"l": begin.position if scenario.link != "free" else 0.0}
+    if scenario.link != "imposed":
+        first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
+        scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
+        initial[first.name] = begin.speed * scale if follow else 0.0
+    return _Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _stall(motor: Motor) -> float:
+    return motor.voltage / motor.resistance
+
+
+def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: Trajectory) -> dict[str, Any]:
+    cobotic = isinstance(drive, CoboticDrive)
+    prefix = "cylinder." if cobotic else ""
+    voltage, current = run.at(f"{prefix}source")
+    wanted = np.array([scenario.path.at(time).position for time in run.time])
+    columns = {
+        "time_s": run.time,
+        "position_m": run.signals["l"],
+        "speed_m_s": run.signals["ldot"],
+        **({"wanted_position_m": wanted} if scenario.link != "free" else {}),
+        "force_N": run.at("motion" if scenario.link == "imposed" else "force")[0],
+        "motor_current_A": current,
+        "motor_voltage_V": voltage,
+    }
+    supplied = [np.asarray(run.power(f"{prefix}source"))]
+    if cobotic:
+        steering_voltage, steering_current = run.at("steering.source")
+        columns |= {
+            "steering_angle_rad": run.signals["phi"],
+            "cylinder_speed_rad_s": run.signals["omega"],
+            "steering_current_A": steering_current,
+            "steering_voltage_V": steering_voltage,
+            "slip_ratio": run.at("transmission.creep")[0] / drive.transmission.groups(drive.cylinder_speed).slip_force,
+        }
+        supplied.append(run.power("steering.source"))
+    amplifiers = [drive.amplifier, replace(drive.amplifier, standby_power=0.0)]
+    columns["supply_power_W"] = sum(
+        amplifier.supply(power)[0] for amplifier, power in zip(amplifiers, supplied, strict=False)
+    )
+    return columns
+
+
+def _utilisation(
+    drive: CoboticDrive | ConventionalDrive, run: Trajectory, columns: Mapping[str, Any]
+) -> dict[tuple[Limit, str], Any]:
+    """Demand over allowance of every limit, over time."""
+    found: dict[tuple[Limit, str], Any] = {}
+
+    def motor(part: Motor, what: str, prefix: str) -> None:
+        voltage, current = run.at(f"{prefix}source")
+        found[Limit.THERMAL, what] = np.abs(current) / part.continuous_current
+        found[Limit.VOLTAGE, what] = np.abs(voltage) / part.voltage
+        if part.max_speed is not None:
+            found[Limit.SPEED, what] = np.abs(run.at(f"{prefix}motor")[0] / part.torque_constant) / part.max_speed
+        if drive.amplifier.regeneration == "none":
+            found[Limit.REGENERATION, what] = np.where(voltage * current < 0.0, np.inf, 0.0)
+
+    cobotic = isinstance(drive, CoboticDrive)
+    prefix = "cylinder." if cobotic else ""
+    if cobotic:
+        law = creep.law(drive.transmission.creep_law)
+        groups = drive.transmission.groups(drive.cylinder_speed)
+        flow, rolling = run.at("transmission.creep")[1], run.signals["v"]
+        stick = run.graph.parameters[r"v_{\varepsilon}"].value
+        scaled = groups.creep_group * np.abs(flow) / np.hypot(rolling, stick)
+        # Below slip the share of the force; in slip how far the creep has gone beyond, which alone grows there.
+        found[Limit.SLIP, "wheel"] = np.where(
+            scaled > law.slip_creepage, scaled / min(law.slip_creepage, 1e300), np.abs(columns["slip_ratio"])
+        )
+        if drive.transmission.steering_range < 0.5 * math.pi:
+            found[Limit.STEERING, "wheel"] = np.abs(run.signals["phi"]) / drive.transmission.steering_range
+        assert drive.steering is not None
+        motor(drive.steering.motor, "steering motor", "steering.")
+    motor(drive.motor, "motor", prefix)
+    if drive.gearhead.continuous_torque is not None:
+        (out,) = (bond for bond in run.graph.bonds_of(f"{prefix}gear") if bond.tail == f"{prefix}gear")
+        found[Limit.GEAR, "gearhead"] = np.abs(run.efforts[out.tail, out.head]) / drive.gearhead.continuous_torque
+    return found
+
+
+def _events(time: Any, utilisation: Mapping[tuple[Limit, str], Any]) -> tuple[Event, ...]:
+    """Stretches in which a demand exceeds its allowance by more than rounding."""
+    found = []
+    for (limit, what), demand in utilisation.items():
+        beyond = np.concatenate([[False], demand > 1.0 + 1e-9, [False]])
+        starts, ends = np.flatnonzero(beyond[1:] & ~beyond[:-1]), np.flatnonzero(~beyond[1:] & beyond[:-1])
+        for first, last in zip(starts.tolist(), ends.tolist(), strict=True):
+            found.append(
+                Event(
+                    limit=limit,
+                    what=what,
+                    start=_crossing(time, demand, first - 1, first),
+                    end=_crossing(time, demand, last, last - 1),
+                    worst=float(np.max(demand[first:last])),
+                )
+            )
+    return tuple(sorted(found, key=lambda event: event.start))
+
+
+def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:
+    """When the demand passes 1 on the way from the result `inside` to `beyond`; that of `beyond` at the ends."""
+    if not 0 <= inside < len(time) or not np.isfinite(demand[beyond]):
+        return float(time[beyond])
+    share = (1.0 - demand[inside]) / (demand[beyond] - demand[inside])
+    return float(time[inside] + min(max(share, 0.0), 1.0) * (time[beyond] - time[inside]))
+
+
+def _unit(name: str) -> str:
+    for ending, unit in {
+        "_m_s": "m/s",
+        "_rad_s": "rad/s",
+        "_rad": "rad",
+        "_m": "m",
+        "_N": "N",
+        "_A": "A",
+        "_V": "V",
+        "_W": "W",
+    }.items():
+        if name.endswith(ending):
+            return unit
+    return "1"

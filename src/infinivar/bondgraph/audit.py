@@ -1,0 +1,186 @@
+"""What came of an integration, and its energy audit: nothing gets lost, and no element creates anything.
+
+Two checks: at every output time the powers of each element must agree with each other and none of its losses be negative
+(this finds wrong equations, and names the element); and over time what the sources gave must be what was lost and stored
+(this finds what integration misses).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph, Element
+from infinivar.errors import AuditError
+
+if TYPE_CHECKING:
+    from infinivar.bondgraph.model import Model
+
+CLOSURE = 1e-6
+"""Largest accepted error of the energy balance, relative to the energy moved."""
+
+_BALANCE = 1e-9
+"""Largest accepted error of an element's power balance, relative to the largest power at it; rounding leaves 1e-13."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trajectory:
+    """Motion of a graph; arrays over time, SI.
+
+    Attributes
+    ----------
+    graph                The graph.
+    time                 (n,) [s]
+    states, inputs       By name.
+    signals              By name.
+    efforts, flows       Of the bonds, by (tail, head).
+    supplied             Energy from every source so far, by title. [J]
+    lost                 Energy lost so far, by name of the loss. [J]
+    stored               Energy in every storage, by title. [J]
+    residual             Energy not accounted for so far, over the energy moved in the whole motion. [-]
+    outcome              "" if the motion is complete, else why it is not and what to try.
+    """
+
+    graph: BondGraph
+    time: Any
+    states: Mapping[str, Any]
+    inputs: Mapping[str, Any]
+    signals: Mapping[str, Any]
+    efforts: Mapping[tuple[str, str], Any]
+    flows: Mapping[tuple[str, str], Any]
+    supplied: Mapping[str, Any]
+    lost: Mapping[str, Any]
+    stored: Mapping[str, Any]
+    residual: Any
+    outcome: str
+
+    @property
+    def closure(self) -> float:
+        """Largest residual. [-]"""
+        import numpy as np
+
+        return float(np.max(np.abs(self.residual)))
+
+    def at(self, name: str) -> tuple[Any, Any]:
+        """Effort and flow of a one-port or, at its first bond, of any other element."""
+        bond = self.graph.bonds_of(self.graph[name].name)[0]
+        return self.efforts[bond.tail, bond.head], self.flows[bond.tail, bond.head]
+
+    def power(self, name: str) -> Any:
+        """Power that a one-port takes up, or that a source gives. [W]"""
+        effort, flow = self.at(name)
+        bond = self.graph.bonds_of(name)[0]
+        gives = bond.tail == name
+        return effort * flow * (1.0 if gives == (self.graph[name].kind in ("Se", "Sf")) else -1.0)
+
+
+def audited(
+    graph: BondGraph,
+    made: Model,
+    parameters: Mapping[str, float],
+    time: Any,
+    states: Any,
+    energies: Any,
+    inputs: tuple[Any, Any],
+    outcome: str,
+) -> Trajectory:
+    """Trajectory with everything that follows from states and energies, once it has passed the audit.
+
+    Parameters
+    ----------
+    time : (n,) float               [s]
+    states, energies : (n, m) float In the order of the model: states; sources, then losses.
+    inputs : (n, k), (n, j) float   Inputs and rates of inputs.
+
+    Raises
+    ------
+    AuditError
+        If an element's powers do not agree or a loss is negative, naming the element; if the energy balance misses more
+        than `CLOSURE`, naming the element that moved most energy.
+    """
+    import numpy as np
+
+    outputs = made.function("outputs", np, parameters)
+    values = iter(outputs(tuple(states.T), tuple(inputs[0].T), tuple(inputs[1].T)))
+
+    def take(names: Any) -> dict[Any, Any]:
+        return {name: np.broadcast_to(np.asarray(next(values), dtype=float), time.shape) for name in names}
+
+    efforts, flows, signals, stored = take(made.bonds), take(made.bonds), take(made.signals), take(made.storages)
+    take(made.states)
+    losses = take(made.losses)
+    _check_elements(graph, efforts, flows, losses, time)
+
+    supplied = _by_title(graph, made.sources, energies.T[: len(made.sources)])
+    lost: dict[str, Any] = {}
+    for (element, name), energy in zip(made.losses, energies.T[len(made.sources) :], strict=True):
+        lost[name] = lost.get(name, 0.0) + energy
+        if graph[element].kind in SOURCES:
+            supplied[graph[element].title] = supplied[graph[element].title] + energy
+    kept = _by_title(graph, made.storages, stored.values())
+    change = sum((energy - energy[0] for energy in kept.values()), np.zeros_like(time))
+    missing = sum(supplied.values(), np.zeros_like(time)) - sum(lost.values(), np.zeros_like(time)) - change
+    moved = 0.5 * sum(
+        float(np.max(np.abs(energy - energy[0]))) for group in (supplied, lost, kept) for energy in group.values()
+    )
+    residual = missing / moved if moved > 0 else np.zeros_like(time)
+    result = Trajectory(
+        graph=graph,
+        time=time,
+        states=dict(zip(made.states, states.T, strict=True)),
+        inputs=dict(zip(made.inputs, inputs[0].T, strict=True)),
+        signals=signals,
+        efforts=efforts,
+        flows=flows,
+        supplied=supplied,
+        lost=lost,
+        stored=kept,
+        residual=residual,
+        outcome=outcome,
+    )
+    if not result.closure <= CLOSURE:
+        most = max((supplied | lost).items(), key=lambda item: float(np.max(np.abs(item[1]))))[0]
+        raise AuditError(
+            f"{graph.name}: the energy balance misses {result.closure:.2g} of the energy moved, more than {CLOSURE:g}; "
+            f"most energy passes {most!r}. A smaller rtol closes it if integration is the cause"
+        )
+    return result
+
+
+def _by_title(graph: BondGraph, names: Any, energies: Any) -> dict[str, Any]:
+    """Energies by title; elements that share a title add up."""
+    found: dict[str, Any] = {}
+    for name, energy in zip(names, energies, strict=True):
+        title = graph[name].title
+        found[title] = found.get(title, 0.0) + energy
+    return found
+
+
+def _check_elements(
+    graph: BondGraph, efforts: Mapping[Any, Any], flows: Mapping[Any, Any], losses: Mapping[Any, Any], time: Any
+) -> None:
+    import numpy as np
+
+    def refuse(element: Element, what: str, where: Any) -> None:
+        index = int(np.argmax(where))
+        raise AuditError(f"{graph.name}: {element.kind} {element.name!r} {what} at {time[index]:.6g} s")
+
+    for element in graph.elements:
+        powers = [
+            efforts[bond.tail, bond.head] * flows[bond.tail, bond.head] * (1.0 if bond.head == element.name else -1.0)
+            for bond in graph.bonds_of(element.name)
+        ]
+        scale = _BALANCE * sum(np.abs(power) for power in powers) + 1e-300
+        if element.kind in (*JUNCTIONS, *TWO_PORTS):
+            wrong = np.abs(sum(powers)) > scale
+            if wrong.any():
+                refuse(element, "passes on other than the power it receives", wrong)
+        mine = [loss for (name, _), loss in losses.items() if name == element.name]
+        if element.kind == "R":
+            wrong = np.abs(sum(powers) - sum(mine)) > scale
+            if wrong.any():
+                refuse(element, "loses other than the power it receives", wrong)
+        for loss in mine:
+            if (loss < -scale).any():
+                refuse(element, "creates power", loss < -scale)

@@ -1,0 +1,179 @@
+"""Causality: at every bond, which end decides the effort and which the flow.
+
+The sequential causal assignment procedure: sources first, then storages in integral causality, then resistances whose
+laws want flows, then what is left; after each choice everything that follows from it is assigned. A storage that cannot
+have integral causality is dependent; a bond that only the last step decides is part of an algebraic loop.
+
+Source: karnopp2012, section 3.4 and chapter 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, STORAGES, TWO_PORTS, Bond, BondGraph, BondGraphError, Element
+
+
+@dataclass(frozen=True, slots=True)
+class Causality:
+    """Causality of a whole graph.
+
+    Attributes
+    ----------
+    stroke       End of each bond that receives the effort, where the causal stroke is drawn.
+    independent  Storages in integral causality, each with a state of its own.
+    dependent    Storages in derivative causality: their energy follows from other states.
+    looped       Elements at which a choice was free: resistances in an algebraic loop.
+    """
+
+    stroke: dict[Bond, str]
+    independent: tuple[str, ...]
+    dependent: tuple[str, ...]
+    looped: tuple[str, ...]
+
+    def effort_into(self, bond: Bond, element: str) -> bool:
+        """Whether the element receives the effort of the bond (and so decides its flow)."""
+        return self.stroke[bond] == element
+
+
+def assign(graph: BondGraph) -> Causality:
+    """Causality of a complete graph.
+
+    Parameters
+    ----------
+    graph : BondGraph
+
+    Returns
+    -------
+    Causality
+
+    Raises
+    ------
+    BondGraphError
+        If two elements want to decide the same quantity (two flow sources on one 1-junction), naming both; if a law that
+        needs a flow would be given an effort.
+    """
+    return _Procedure(graph).run()
+
+
+class _Procedure:
+    def __init__(self, graph: BondGraph) -> None:
+        self.graph = graph
+        self.at = {element.name: graph.bonds_of(element.name) for element in graph.elements}
+        self.element = {element.name: element for element in graph.elements}
+        self.stroke: dict[Bond, str] = {}
+        self.cause: dict[Bond, str] = {}
+
+    def run(self) -> Causality:
+        elements = self.graph.elements
+        for element in elements:
+            if element.kind in SOURCES:
+                (bond,) = self.at[element.name]
+                self.settle(bond, element.name, bond.other(element.name) if element.kind == "Se" else element.name)
+        independent, dependent = [], []
+        for element in elements:
+            if element.kind in STORAGES:
+                (bond,) = self.at[element.name]
+                wanted = self.integral(element, bond)
+                if bond not in self.stroke:
+                    self.settle(bond, element.name, wanted)
+                (independent if self.stroke[bond] == wanted else dependent).append(element.name)
+        for element in elements:
+            if element.kind == "R" and element.law is not None:
+                self.settle_law(element)
+        looped = []
+        for element in elements:
+            # A linear resistance, or as a last resort a junction, takes what is left.
+            for bond in self.at[element.name]:
+                if bond not in self.stroke and element.kind == "R":
+                    looped.append(element.name)
+                    self.settle(bond, element.name, bond.other(element.name))
+        for bond in self.graph.bonds:
+            if bond not in self.stroke:
+                looped.append(bond.tail)
+                self.settle(bond, bond.tail, bond.head)
+        self.check()
+        return Causality(self.stroke, tuple(independent), tuple(dependent), tuple(looped))
+
+    @staticmethod
+    def integral(element: Element, bond: Bond) -> str:
+        """End of the bond that receives the effort when the storage has integral causality."""
+        return element.name if element.kind == "I" else bond.other(element.name)
+
+    def settle_law(self, element: Element) -> None:
+        """A law turns flows into efforts: it must receive every flow."""
+        for bond in self.at[element.name]:
+            if bond not in self.stroke:
+                self.settle(bond, element.name, bond.other(element.name))
+            elif self.stroke[bond] == element.name:
+                raise BondGraphError(
+                    f"{self.graph.name}: the law of R {element.name!r} needs a flow, but {self.cause[bond]!r} decides the "
+                    f"effort on it; a storage between the two would give it one"
+                )
+
+    def settle(self, bond: Bond, element: str, end: str) -> None:
+        """Let `end` receive the effort of the bond because `element` wants so, and everything that follows from it."""
+        waiting = [(bond, element, end)]
+        while waiting:
+            bond, cause, end = waiting.pop()
+            known = self.stroke.get(bond)
+            if known is not None:
+                if known != end:
+                    self.refuse(bond, cause)
+                continue
+            self.stroke[bond], self.cause[bond] = end, cause
+            for place in (bond.tail, bond.head):
+                waiting += [(other, cause, at) for other, at in self.follows(self.element[place])]
+
+    def follows(self, element: Element) -> list[tuple[Bond, str]]:
+        """What an element decides by itself about its open bonds, given those that are settled."""
+        bonds, name = self.at[element.name], element.name
+        open_bonds = [bond for bond in bonds if bond not in self.stroke]
+        if not open_bonds:
+            return []
+        if element.kind in TWO_PORTS:
+            (other,) = [bond for bond in bonds if bond not in open_bonds] or [None]
+            if other is None:
+                return []
+            bond = open_bonds[0]
+            in_here = (self.stroke[other] == name) == (element.kind == "GY")
+            return [(bond, name if in_here else bond.other(name))]
+        if element.kind not in JUNCTIONS:
+            return []
+        # One bond decides: at a 0-junction the one that brings the effort, at a 1-junction the one that takes it away.
+        strong = [bond for bond in bonds if bond in self.stroke and self.decides(element, bond)]
+        if strong:
+            return [(bond, bond.other(name) if element.kind == "0" else name) for bond in open_bonds]
+        if len(open_bonds) == 1:
+            return [(open_bonds[0], name if element.kind == "0" else open_bonds[0].other(name))]
+        return []
+
+    def decides(self, element: Element, bond: Bond) -> bool:
+        """Whether the bond decides the common quantity of a junction."""
+        return (self.stroke[bond] == element.name) == (element.kind == "0")
+
+    def check(self) -> None:
+        for element in self.graph.elements:
+            bonds = self.at[element.name]
+            if element.kind in JUNCTIONS:
+                strong = [bond for bond in bonds if self.decides(element, bond)]
+                if len(strong) != 1:
+                    self.clash(element, strong or list(bonds))
+            elif element.kind in TWO_PORTS:
+                inward = sum(self.stroke[bond] == element.name for bond in bonds)
+                if inward not in ((1,) if element.kind == "TF" else (0, 2)):
+                    self.clash(element, list(bonds))
+
+    def refuse(self, bond: Bond, cause: str) -> None:
+        raise BondGraphError(
+            f"{self.graph.name}: {cause!r} and {self.cause[bond]!r} both decide the same quantity, "
+            f"on the bond {bond.tail} > {bond.head}; put a storage or a resistance between them"
+        )
+
+    def clash(self, element: Element, bonds: list[Bond]) -> None:
+        causes = " and ".join(dict.fromkeys(repr(self.cause[bond]) for bond in bonds))
+        what = {"0": "effort", "1": "flow"}.get(element.kind, "effort and flow")
+        raise BondGraphError(
+            f"{self.graph.name}: the {what} at {element.kind} {element.name!r} is decided by {causes}, not by exactly one "
+            f"element; put a storage or a resistance between them"
+        )

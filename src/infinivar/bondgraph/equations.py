@@ -1,0 +1,421 @@
+"""Equations of a bond graph: explicit state space, every effort and flow, every power, as SymPy expressions.
+
+States are the flows of the independent inertias, the displacements of the independent compliances, and the signals that
+are integrals. A dependent storage gives an effort in proportion to rates of states; the rates are then the solution of a
+linear system, which is solved exactly. Values of laws of resistances stay symbols, so that equations can be read; their
+own expressions come with them, in an order in which they can be computed.
+
+Source: karnopp2012, chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import sympy
+
+from infinivar.bondgraph.causality import Causality, assign
+from infinivar.bondgraph.graph import SOURCES, STORAGES, Bond, BondGraph, BondGraphError, Element, Signal
+from infinivar.bondgraph.loops import ordered
+from infinivar.bondgraph.trace import trace
+
+Expression = Any
+"""A SymPy expression."""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """One state: the symbol, and the element or integral signal it belongs to."""
+
+    symbol: sympy.Symbol
+    name: str
+    kind: Literal["flow", "displacement", "signal"]
+
+
+@dataclass(frozen=True, slots=True)
+class LawValue:
+    """What a law returns at one port: a symbol for it, and its expression in arguments and parameters."""
+
+    symbol: sympy.Symbol
+    element: str
+    arguments: tuple[tuple[sympy.Symbol, Expression], ...]
+    """Symbols of flows and signals in `formula`, and what they stand for."""
+    formula: Expression
+    value: Expression
+    """The formula of the arguments' expressions; where the law is part of an algebraic loop, the loop's solution."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equations:
+    """State space of a graph.
+
+    Attributes
+    ----------
+    graph, causality
+    states, derivatives   States and their time derivatives.
+    inputs                Symbols of sources and outside signals, by name.
+    rates                 Symbols of time derivatives of inputs, by the input's name, where a dependent storage needs them.
+    laws                  Values of laws, in an order in which they can be computed.
+    efforts, flows        Of every bond.
+    signals               Of every signal.
+    stored                Energy in every storage.
+    power                 Power that every source, storage and resistance takes up (sources: gives), by element.
+    losses                Power lost, by element and name of the loss; before a source, too, where it says so.
+
+    Expressions are in states, inputs, rates, parameters and symbols of laws.
+    """
+
+    graph: BondGraph
+    causality: Causality
+    states: tuple[State, ...]
+    derivatives: tuple[Expression, ...]
+    inputs: Mapping[str, sympy.Symbol]
+    rates: Mapping[str, sympy.Symbol]
+    laws: tuple[LawValue, ...]
+    efforts: Mapping[Bond, Expression]
+    flows: Mapping[Bond, Expression]
+    signals: Mapping[str, Expression]
+    stored: Mapping[str, Expression]
+    power: Mapping[str, Expression]
+    losses: Mapping[str, Mapping[str, Expression]]
+
+    def expanded(self, expression: Expression) -> Expression:
+        """An expression with the values of all laws put in."""
+        for law in reversed(self.laws):
+            expression = expression.subs(law.symbol, law.value)
+        return expression
+
+    def state_space(self) -> tuple[sympy.Matrix, sympy.Matrix]:
+        """Matrices A and B of a linear graph, ``dx/dt = A x + B u``.
+
+        Raises
+        ------
+        BondGraphError
+            If the graph is not linear, naming the element.
+        """
+        states, inputs = [state.symbol for state in self.states], list(self.inputs.values())
+        rows = sympy.Matrix([self.expanded(derivative) for derivative in self.derivatives])
+        a, b = rows.jacobian(states), rows.jacobian(inputs) if inputs else sympy.zeros(len(states), 0)
+        if (a.free_symbols | b.free_symbols) & {*states, *inputs}:
+            curved = [law.element for law in self.laws] or [e.name for e in self.graph.elements if e.modulated]
+            raise BondGraphError(f"{self.graph.name} is not linear: see {', '.join(dict.fromkeys(curved))}")
+        return a.applyfunc(sympy.factor), b.applyfunc(sympy.factor)
+
+
+def derive(graph: BondGraph) -> Equations:
+    """Equations of a complete graph.
+
+    Parameters
+    ----------
+    graph : BondGraph
+
+    Returns
+    -------
+    Equations
+
+    Raises
+    ------
+    BondGraphError
+        If the graph has no causality (see `infinivar.bondgraph.causality.assign`); if an algebraic loop cannot be solved
+        exactly, or a dependent storage depends on a law of a resistance, naming the elements.
+    """
+    return _Derivation(graph).run()
+
+
+def parameter_symbol(latex: str) -> sympy.Symbol:
+    """Symbol of a parameter. Parameters are positive in formulas; no assumption is used that would need it."""
+    return sympy.Symbol(latex, real=True)
+
+
+def _symbol(latex: str) -> sympy.Symbol:
+    return sympy.Symbol(latex, real=True)
+
+
+def _plain_name(name: str) -> str:
+    return name.replace("_", r"\_")
+
+
+class _Derivation:
+    def __init__(self, graph: BondGraph) -> None:
+        self.graph = graph
+        self.causality = assign(graph)
+        self.element = {element.name: element for element in graph.elements}
+        self.at = {name: graph.bonds_of(name) for name in self.element}
+        self.signal = {signal.name: signal for signal in graph.signals}
+        self.known: dict[tuple[Bond, str], Expression] = {}
+        self.underway: set[tuple[Bond, str]] = set()
+        self.cuts: dict[sympy.Symbol, Expression] = {}
+        self.outputs: dict[str, tuple[sympy.Symbol, ...]] = {}
+        self.rates: dict[str, sympy.Symbol] = {}
+        self.inputs = {
+            **{e.name: _symbol(e.symbol) for e in graph.elements if e.kind in SOURCES and e.law is None},
+            **{signal.name: _symbol(signal.symbol) for signal in graph.signals if not signal.of},
+        }
+        self.states = self._states()
+        self.state_of = {state.name: state.symbol for state in self.states}
+        # Dummies: the rate of an angle and the flow of its shaft have one name and are solved for apart.
+        self.rate_of = {state.symbol: sympy.Dummy(f"\\dot{{{state.symbol.name}}}", real=True) for state in self.states}
+
+    def _states(self) -> tuple[State, ...]:
+        states: list[State] = []
+        taken: set[str] = {symbol.name for symbol in self.inputs.values()}
+        for name in self.causality.independent:
+            (bond,) = self.at[name]
+            at = self.element[bond.tail]
+            wanted = at.symbol if (self.element[name].kind, at.kind) == ("I", "1") else ""
+            if not wanted or wanted in taken:
+                letter = "f" if self.element[name].kind == "I" else "q"
+                wanted = f"{letter}_{{{_plain_name(name)}}}"
+            taken.add(wanted)
+            states.append(State(_symbol(wanted), name, "flow" if self.element[name].kind == "I" else "displacement"))
+        states += [State(_symbol(s.symbol), s.name, "signal") for s in self.graph.signals if s.of and s.integral]
+        return tuple(states)
+
+    def run(self) -> Equations:
+        derivatives = [self._rate(state) for state in self.states]
+        for bond in self.graph.bonds:
+            self.effort(bond), self.flow(bond)
+        signals = {name: self.signal_value(name) for name in self.signal}
+        solved = self._solve(derivatives)
+
+        def plain(expression: Expression) -> Expression:
+            return expression.xreplace(solved)
+
+        laws = ordered(self.graph.name, self._law_values(plain))
+        efforts = {bond: plain(self.effort(bond)) for bond in self.graph.bonds}
+        flows = {bond: plain(self.flow(bond)) for bond in self.graph.bonds}
+        power = {
+            element.name: sum(
+                (efforts[bond] * flows[bond] * (1 if (bond.head == element.name) != (element.kind in SOURCES) else -1))
+                for bond in self.at[element.name]
+            )
+            for element in self.graph.elements
+            if element.kind in (*SOURCES, *STORAGES, "R")
+        }
+        return Equations(
+            graph=self.graph,
+            causality=self.causality,
+            states=self.states,
+            derivatives=tuple(solved[self.rate_of[state.symbol]] for state in self.states),
+            inputs=self.inputs,
+            rates=self.rates,
+            laws=laws,
+            efforts=efforts,
+            flows=flows,
+            signals={name: plain(value) for name, value in signals.items()},
+            stored={e.name: plain(self._stored(e)) for e in self.graph.elements if e.kind in STORAGES},
+            power=power,
+            losses={
+                e.name: self._losses(e, power, flows, plain)
+                for e in self.graph.elements
+                if e.kind == "R" or (e.kind in SOURCES and e.losses is not None)
+            },
+        )
+
+    # Efforts and flows, each from the end that decides it.
+
+    def effort(self, bond: Bond) -> Expression:
+        return self._variable(bond, "effort", bond.other(self.causality.stroke[bond]))
+
+    def flow(self, bond: Bond) -> Expression:
+        return self._variable(bond, "flow", self.causality.stroke[bond])
+
+    def _variable(self, bond: Bond, what: str, decider: str) -> Expression:
+        key = (bond, what)
+        if key in self.known:
+            return self.known[key]
+        if key in self.underway:  # an algebraic loop: cut it here
+            cut = sympy.Symbol(f"z_{{{len(self.cuts) + 1}}}", real=True)
+            self.cuts[cut] = sympy.Integer(0)  # until its value is known
+            self.known[key] = cut
+            return cut
+        self.underway.add(key)
+        value = self._decided(self.element[decider], bond, what)
+        self.underway.discard(key)
+        if key in self.known:
+            self.cuts[self.known[key]] = value
+        return self.known.setdefault(key, value)
+
+    def _decided(self, element: Element, bond: Bond, what: str) -> Expression:
+        name, kind = element.name, element.kind
+        if kind in ("0", "1"):
+            return self._junction(element, bond, what)
+        if kind in SOURCES:
+            return self.inputs[name] if element.law is None else self._traced(element)
+        if kind in ("TF", "GY"):
+            return self._two_port(element, bond, what)
+        if kind == "R" and element.law is not None:
+            return self._law_symbols(element)[self.at[name].index(bond)]
+        assert element.parameter is not None
+        value = parameter_symbol(element.parameter.symbol)
+        if kind == "R":
+            return value * self.flow(bond) if what == "effort" else self.effort(bond) / value
+        state = self.state_of.get(name)
+        if kind == "I":
+            return state if state is not None else value * self._time_derivative(self.flow(bond), name)
+        return state / value if state is not None else value * self._time_derivative(self.effort(bond), name)
+
+    def _junction(self, element: Element, bond: Bond, what: str) -> Expression:
+        common, variable = ("effort", self.effort) if element.kind == "0" else ("flow", self.flow)
+        if what == common:
+            return variable(self._strong(element))
+        balanced = self.flow if element.kind == "0" else self.effort
+
+        def sign(at: Bond) -> int:
+            return 1 if at.head == element.name else -1
+
+        others = (sign(other) * balanced(other) for other in self.at[element.name] if other != bond)
+        return -sign(bond) * sum(others, sympy.Integer(0))
+
+    def _strong(self, element: Element) -> Bond:
+        """The bond that decides the common quantity of a junction."""
+        into = element.kind == "0"
+        return next(b for b in self.at[element.name] if self.causality.effort_into(b, element.name) == into)
+
+    def _two_port(self, element: Element, bond: Bond, what: str) -> Expression:
+        modulus = self._modulus(element)
+        (first,) = [b for b in self.at[element.name] if b.head == element.name]
+        (second,) = [b for b in self.at[element.name] if b.tail == element.name]
+        if element.kind == "TF":
+            if what == "effort":
+                return modulus * self.effort(second) if bond == first else self.effort(first) / modulus
+            return self.flow(second) / modulus if bond == first else modulus * self.flow(first)
+        other = second if bond == first else first
+        return modulus * self.flow(other) if what == "effort" else self.effort(other) / modulus
+
+    def _modulus(self, element: Element) -> Expression:
+        if element.parameter is not None:
+            return parameter_symbol(element.parameter.symbol)
+        return self._traced(element)
+
+    def _traced(self, element: Element) -> Expression:
+        """Value of a law of signals."""
+        assert element.law is not None
+        values = [self.signal_value(signal) for signal in element.signals]
+        return trace(element.law, *values, **self._parameters(element))
+
+    @staticmethod
+    def _parameters(element: Element) -> dict[str, sympy.Symbol]:
+        return {name: parameter_symbol(given.symbol) for name, given in element.parameters.items()}
+
+    def signal_value(self, name: str) -> Expression:
+        signal = self.signal[name]
+        if not signal.of:
+            return self.inputs[name]
+        return self.state_of[name] if signal.integral else self._measured(signal)
+
+    def _measured(self, signal: Signal) -> Expression:
+        element = self.element[signal.of]
+        if element.kind in ("0", "1"):
+            strong = self._strong(element)
+            return self.effort(strong) if element.kind == "0" else self.flow(strong)
+        bond = next(b for b in self.at[element.name] if element.kind in SOURCES or b.head == element.name)
+        return self.effort(bond) if element.kind in ("TF", "GY") else self.flow(bond)
+
+    def _law_symbols(self, element: Element) -> tuple[sympy.Symbol, ...]:
+        if element.name not in self.outputs:
+            count = len(self.at[element.name])
+            # The element's symbol says what it adds: unless a parameter has it, it names the effort.
+            base = element.symbol or f"e_{{{_plain_name(element.name)}}}"
+            taken = {
+                *self.graph.parameters,
+                *(s.name for s in self.inputs.values()),
+                *(s.symbol.name for s in self.states),
+            }
+            base = f"e_{{{base}}}" if base in taken else base
+            names = [base] if count == 1 else [f"{{{base}}}_{{{port}}}" for port in range(1, count + 1)]
+            self.outputs[element.name] = tuple(_symbol(name) for name in names)
+        return self.outputs[element.name]
+
+    def _time_derivative(self, expression: Expression, element: str) -> Expression:
+        laws = {symbol for symbols in self.outputs.values() for symbol in symbols}
+        if expression.free_symbols & (laws | set(self.cuts)):
+            raise BondGraphError(
+                f"{self.graph.name}: the dependent storage {element!r} follows a quantity that a resistance decides; "
+                f"give that quantity a storage of its own"
+            )
+        total = sum((expression.diff(state) * rate for state, rate in self.rate_of.items()), sympy.Integer(0))
+        for name, symbol in self.inputs.items():
+            slope = expression.diff(symbol)
+            if slope != 0:
+                rate = self.rates.setdefault(name, sympy.Symbol(f"\\dot{{{symbol.name}}}", real=True))
+                total += slope * rate
+        return total
+
+    def _rate(self, state: State) -> Expression:
+        if state.kind == "signal":
+            return self._measured(self.signal[state.name])
+        (bond,) = self.at[state.name]
+        if state.kind == "displacement":
+            return self.flow(bond)
+        parameter = self.element[state.name].parameter
+        assert parameter is not None
+        return self.effort(bond) / parameter_symbol(parameter.symbol)
+
+    def _solve(self, derivatives: Sequence[Expression]) -> dict[sympy.Symbol, Expression]:
+        """Rates of states and cut variables, from the linear equations that couple them."""
+        equations = {self.rate_of[state.symbol]: d for state, d in zip(self.states, derivatives, strict=True)}
+        equations |= self.cuts
+        unknown = list(equations)
+        coupled = {symbol for value in equations.values() for symbol in value.free_symbols & set(unknown)}
+        solved: dict[sympy.Symbol, Expression] = {}
+        remaining = [symbol for symbol in unknown if symbol in coupled]
+        if remaining:
+            residuals = [symbol - equations[symbol] for symbol in remaining]
+            matrix, right = sympy.linear_eq_to_matrix(residuals, remaining)
+            if matrix.det() == 0:
+                names = ", ".join(self.causality.looped or self.causality.dependent)
+                raise BondGraphError(f"{self.graph.name}: the algebraic loop through {names} has no unique solution")
+            for symbol, value in zip(remaining, matrix.LUsolve(right), strict=True):
+                solved[symbol] = _tidy(value)
+        for symbol in unknown:
+            if symbol not in coupled:
+                solved[symbol] = equations[symbol].xreplace(dict(solved))
+        return solved
+
+    def _law_values(self, plain: Any) -> list[LawValue]:
+        values = []
+        for name, symbols in self.outputs.items():
+            element = self.element[name]
+            assert element.law is not None
+            given = [*(self.flow(bond) for bond in self.at[name]), *map(self.signal_value, element.signals)]
+            arguments = self._argument_symbols(element, len(symbols))
+            formula = trace(element.law, *arguments, **self._parameters(element))
+            formulas = formula if isinstance(formula, tuple) else (formula,)
+            pairs = tuple(zip(arguments, map(plain, given), strict=True))
+            for symbol, one in zip(symbols, formulas, strict=True):
+                values.append(LawValue(symbol, name, pairs, one, one.xreplace(dict(pairs))))
+        return values
+
+    def _argument_symbols(self, element: Element, ports: int) -> tuple[sympy.Symbol, ...]:
+        flows = [_symbol("f") if ports == 1 else _symbol(f"f_{port}") for port in range(1, ports + 1)]
+        return (*flows, *(_symbol(self.signal[name].symbol) for name in element.signals))
+
+    def _losses(
+        self, element: Element, power: Mapping[str, Expression], flows: Mapping[Bond, Expression], plain: Any
+    ) -> dict[str, Expression]:
+        if element.losses is None:
+            return {element.title: power[element.name]}
+        if element.kind in SOURCES:
+            return trace(element.losses, power[element.name], **self._parameters(element))
+        bonds = self.at[element.name]
+        symbols = self._law_symbols(element)
+        given = [*(flows[bond] for bond in bonds), *(plain(self.signal_value(name)) for name in element.signals)]
+        effort = symbols[0] if len(symbols) == 1 else symbols
+        return trace(element.losses, *given, effort=effort, **self._parameters(element))
+
+    def _stored(self, element: Element) -> Expression:
+        (bond,) = self.at[element.name]
+        assert element.parameter is not None
+        value = parameter_symbol(element.parameter.symbol)
+        if element.kind == "I":
+            return value * self.flow(bond) ** 2 / 2
+        return value * self.effort(bond) ** 2 / 2
+
+
+def _tidy(value: Expression) -> Expression:
+    """A fraction with the dependent inertias gathered in its denominator."""
+    numerator, denominator = sympy.fraction(sympy.together(value))
+    return sympy.expand(numerator) / sympy.factor_terms(sympy.expand(denominator))

@@ -1,0 +1,362 @@
+"""Bond graphs as frozen values: elements, bonds with their power direction, signals, and graphs made of graphs.
+
+Every bond carries an effort and a flow whose product is a power, positive along its half arrow. Elements, with the
+constitutive equation each adds:
+
+- effort and flow source (Se, Sf): an input, or a law of signals (MSe, MSf);
+- inertia (I) ``p = I f``, compliance (C) ``e = q/C``, resistance (R) ``e = R f`` or a law of flows and signals, on one
+  port or several (a field);
+- transformer (TF) ``f2 = m f1, e1 = m e2`` and gyrator (GY) ``e2 = r f1, e1 = r f2``; m and r may be laws of signals
+  (MTF, MGY). The bond that arrives is port 1, the one that leaves port 2;
+- 1-junction: one flow, efforts add up; 0-junction: one effort, flows add up.
+
+Source: karnopp2012, chapters 2-4.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from infinivar.errors import InfinivarError, nearest
+from infinivar.frozen import FrozenDict
+
+Kind = Literal["Se", "Sf", "I", "C", "R", "TF", "GY", "0", "1"]
+Law = Callable[..., Any]
+
+SOURCES, STORAGES, TWO_PORTS, JUNCTIONS = ("Se", "Sf"), ("I", "C"), ("TF", "GY"), ("0", "1")
+
+
+class BondGraphError(InfinivarError):
+    """A graph that means nothing, or that cannot be turned into equations; the message names the elements."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number in a graph: its symbol (LaTeX, without dollars), value in SI, and unit for listings."""
+
+    symbol: str
+    value: float
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Element:
+    """One element of a graph; made by the functions of this module.
+
+    Attributes
+    ----------
+    name             Unique in its graph. In a joined graph it begins with the names of the sub-graphs: "cylinder.J_c".
+    kind             Se, Sf, I, C, R, TF, GY, 0 or 1.
+    symbol           LaTeX of what the element adds: its parameter, input or junction variable; "" for none.
+    parameter        Of a linear element.
+    law              Of any other: flows (R) and signals, by position, and `parameters`, by name, to efforts (a tuple for
+                     a field), modulus or input. Written over an array namespace, so that it can be traced.
+    signals          Names of the signals that the law takes.
+    parameters       Numbers that the law takes.
+    losses           Of an R with a law: flows, signals and parameters as in `law`, and ``effort``, to a mapping from
+                     names to the powers into which the loss divides. None: one loss under the element's title. Of a source:
+                     the power it gives and ``parameters``, to losses that occur before it, which it must supply, too.
+    title            What a reader calls it; the key of its loss in results. The name if left out.
+    """
+
+    name: str
+    kind: Kind
+    symbol: str = ""
+    parameter: Parameter | None = None
+    law: Law | None = None
+    signals: tuple[str, ...] = ()
+    parameters: Mapping[str, Parameter] = field(default_factory=FrozenDict)
+    losses: Law | None = None
+    title: str = ""
+
+    @property
+    def modulated(self) -> bool:
+        """Whether a signal decides what the element does."""
+        return bool(self.signals)
+
+    @property
+    def group(self) -> tuple[str, ...]:
+        """Names of the sub-graphs that hold the element, outermost first."""
+        return tuple(self.name.split(".")[:-1])
+
+    @property
+    def label(self) -> str:
+        """Kind as drawn: with an M in front where a signal modulates it."""
+        return f"M{self.kind}" if self.modulated else self.kind
+
+
+def _made(kind: Kind, name: str, symbol: str, value: float | Law | None, unit: str, title: str, **law: Any) -> Element:
+    parameter = None if callable(value) or value is None else Parameter(symbol, float(value), unit)
+    law = {key: FrozenDict(held) if isinstance(held, dict) else held for key, held in law.items()}
+    return Element(
+        name=name,
+        kind=kind,
+        symbol=symbol,
+        parameter=parameter,
+        law=value if callable(value) else None,
+        title=title or name,
+        **law,
+    )
+
+
+def effort_source(name: str, symbol: str, law: Law | None = None, *, title: str = "", **modulation: Any) -> Element:
+    """Se: imposes an effort, which is the input `name` unless a law of signals gives it."""
+    return _made("Se", name, symbol, law, "", title, **modulation)
+
+
+def flow_source(name: str, symbol: str, law: Law | None = None, *, title: str = "", **modulation: Any) -> Element:
+    """Sf: imposes a flow, which is the input `name` unless a law of signals gives it."""
+    return _made("Sf", name, symbol, law, "", title, **modulation)
+
+
+def inertia(name: str, symbol: str, value: float, unit: str = "", *, title: str = "") -> Element:
+    """I: stores ``I f^2/2``. Mass, moment of inertia, inductance."""
+    return _made("I", name, symbol, value, unit, title)
+
+
+def compliance(name: str, symbol: str, value: float, unit: str = "", *, title: str = "") -> Element:
+    """C: stores ``q^2/(2 C)``. The inverse of a stiffness, or a capacitance."""
+    return _made("C", name, symbol, value, unit, title)
+
+
+def resistance(
+    name: str, symbol: str, value: float | Law, unit: str = "", *, title: str = "", **modulation: Any
+) -> Element:
+    """R: loses ``R f^2``, or what a law of its flows says; `signals`, `parameters` and `losses` as in `Element`."""
+    return _made("R", name, symbol, value, unit, title, **modulation)
+
+
+def transformer(
+    name: str, symbol: str, modulus: float | Law, unit: str = "", *, title: str = "", **modulation: Any
+) -> Element:
+    """TF: ``f2 = m f1`` and ``e1 = m e2``, with a number or a law of signals as m."""
+    return _made("TF", name, symbol, modulus, unit, title, **modulation)
+
+
+def gyrator(
+    name: str, symbol: str, modulus: float | Law, unit: str = "", *, title: str = "", **modulation: Any
+) -> Element:
+    """GY: ``e2 = r f1`` and ``e1 = r f2``, with a number or a law of signals as r."""
+    return _made("GY", name, symbol, modulus, unit, title, **modulation)
+
+
+def one(name: str, symbol: str = "", *, title: str = "") -> Element:
+    """1-junction: its bonds share the flow `symbol`, efforts balance."""
+    return _made("1", name, symbol, None, "", title)
+
+
+def zero(name: str, symbol: str = "", *, title: str = "") -> Element:
+    """0-junction: its bonds share the effort `symbol`, flows balance."""
+    return _made("0", name, symbol, None, "", title)
+
+
+@dataclass(frozen=True, slots=True)
+class Bond:
+    """Half arrow from `tail` to `head`: power is positive in that direction."""
+
+    tail: str
+    head: str
+
+    def other(self, name: str) -> str:
+        """The element at the other end."""
+        return self.head if name == self.tail else self.tail
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signal:
+    """A measured quantity that modulates elements or is shown: no power flows along it.
+
+    Attributes
+    ----------
+    name, symbol     Name in laws and results; LaTeX.
+    of               Element measured: flow of a one-port or 1-junction, effort of a 0-junction or two-port (port 1).
+                     "" if the signal comes from outside the graph.
+    integral         Whether the signal is the time integral of that quantity, and so a state.
+    """
+
+    name: str
+    symbol: str
+    of: str = ""
+    integral: bool = False
+
+
+@dataclass(frozen=True, slots=True, init=False)
+class BondGraph:
+    """A graph that is complete but for junctions that wait for bonds to other graphs.
+
+    Parameters
+    ----------
+    name       Of the graph, for drawings and messages.
+    elements   Names without points, ``[A-Za-z0-9_]``.
+    bonds      Chains of names such as ``"source > current > motor"``: bonds whose half arrows point to the right.
+    signals    Measured quantities, and those expected from outside.
+
+    Raises
+    ------
+    BondGraphError
+        If names repeat or are not known, a one-port has other than one bond, a two-port other than one in and one out, a
+        passive element a bond that points away, or a law a signal that nobody declares.
+    """
+
+    name: str
+    elements: tuple[Element, ...]
+    bonds: tuple[Bond, ...]
+    signals: tuple[Signal, ...] = ()
+    titles: Mapping[str, str] = field(default_factory=FrozenDict)
+    """Names of sub-graphs, by the prefix of their elements; for drawings."""
+
+    def __init__(
+        self,
+        name: str,
+        elements: Iterable[Element],
+        bonds: Iterable[str | Bond],
+        signals: Iterable[Signal] = (),
+        titles: Mapping[str, str] | None = None,
+    ) -> None:
+        """Freeze the sequences, read chains of bonds and check the whole."""
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "elements", tuple(elements))
+        object.__setattr__(self, "bonds", tuple(bond for chain in bonds for bond in _bonds(chain)))
+        object.__setattr__(self, "signals", tuple(signals))
+        object.__setattr__(self, "titles", FrozenDict(titles or {}))
+        _check(self)
+
+    def __getitem__(self, name: str) -> Element:
+        """The element of that name.
+
+        Raises
+        ------
+        BondGraphError
+            If there is none.
+        """
+        for element in self.elements:
+            if element.name == name:
+                return element
+        names = [element.name for element in self.elements]
+        raise BondGraphError(f"{self.name} has no element {name!r}{nearest(name, names)}")
+
+    def bonds_of(self, name: str) -> tuple[Bond, ...]:
+        """Bonds at an element, in the order in which they were given."""
+        return tuple(bond for bond in self.bonds if name in (bond.tail, bond.head))
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Every parameter once, by symbol.
+
+        Raises
+        ------
+        BondGraphError
+            If one symbol stands for two values.
+        """
+        found: dict[str, Parameter] = {}
+        for element in self.elements:
+            for parameter in (*([element.parameter] if element.parameter else []), *element.parameters.values()):
+                known = found.setdefault(parameter.symbol, parameter)
+                if known.value != parameter.value:
+                    values = f"{known.value:g} and {parameter.value:g}"
+                    raise BondGraphError(f"{self.name}: the symbol {parameter.symbol} stands for {values}")
+        return found
+
+
+def join(
+    name: str,
+    parts: Mapping[str, BondGraph],
+    bonds: Iterable[str | Bond],
+    *,
+    elements: Iterable[Element] = (),
+    signals: Iterable[Signal] = (),
+) -> BondGraph:
+    """One graph of several: names of elements get the name of their part and a point in front.
+
+    Parameters
+    ----------
+    name : str                            Of the whole.
+    parts : mapping of name to BondGraph  Sub-graphs.
+    bonds : iterable of str               Chains between junctions of the parts, such as ``"cylinder.shaft > wheel.in"``.
+    elements, signals                     Further ones. A signal that one part expects from outside may be another's.
+
+    Returns
+    -------
+    BondGraph
+
+    Raises
+    ------
+    BondGraphError
+        As `BondGraph`, and if two parts measure signals of one name.
+    """
+    every = [*elements]
+    chains: list[str | Bond] = []
+    known: dict[str, Signal] = {}
+    titles: dict[str, str] = {}
+    for prefix, part in parts.items():
+        every += [replace(element, name=f"{prefix}.{element.name}") for element in part.elements]
+        chains += [Bond(f"{prefix}.{bond.tail}", f"{prefix}.{bond.head}") for bond in part.bonds]
+        titles |= {prefix: part.name, **{f"{prefix}.{inner}": title for inner, title in part.titles.items()}}
+        for signal in part.signals:
+            _declare(known, replace(signal, of=f"{prefix}.{signal.of}") if signal.of else signal, name)
+    for signal in signals:
+        _declare(known, signal, name)
+    return BondGraph(name, every, [*chains, *bonds], known.values(), titles)
+
+
+def _declare(known: dict[str, Signal], signal: Signal, graph: str) -> None:
+    before = known.get(signal.name)
+    if before is not None and before.of and signal.of:
+        raise BondGraphError(f"{graph}: the signal {signal.name!r} is measured at {before.of} and at {signal.of}")
+    if before is None or signal.of:
+        known[signal.name] = signal
+
+
+def _bonds(chain: str | Bond) -> list[Bond]:
+    if isinstance(chain, Bond):
+        return [chain]
+    names = [name.strip() for name in chain.split(">")]
+    if len(names) < 2 or not all(names):
+        raise BondGraphError(f"{chain!r} must be a chain of bonds such as 'source > junction > element'")
+    return [Bond(tail, head) for tail, head in itertools.pairwise(names)]
+
+
+def _check(graph: BondGraph) -> None:
+    def refuse(message: str) -> None:
+        raise BondGraphError(f"{graph.name}: {message}")
+
+    counts = Counter(element.name for element in graph.elements)
+    names = list(counts)
+    for name, count in counts.items():
+        if count > 1:
+            refuse(f"{count} elements are called {name!r}")
+    for bond in graph.bonds:
+        for end in (bond.tail, bond.head):
+            if end not in counts:
+                refuse(f"the bond {bond.tail} > {bond.head} names {end!r}, which is no element{nearest(end, names)}")
+        if bond.tail == bond.head:
+            refuse(f"a bond leads from {bond.tail} to itself")
+    signals = {signal.name for signal in graph.signals}
+    for signal in graph.signals:
+        if signal.of and signal.of not in counts:
+            refuse(f"the signal {signal.name!r} measures {signal.of!r}, which is no element{nearest(signal.of, names)}")
+    for element in graph.elements:
+        kind, at = element.kind, graph.bonds_of(element.name)
+        arriving = sum(bond.head == element.name for bond in at)
+        if kind in TWO_PORTS and (len(at), arriving) != (2, 1):
+            refuse(f"{kind} {element.name!r} needs one bond that arrives and one that leaves")
+        if kind in (*SOURCES, *STORAGES) and len(at) != 1:
+            refuse(f"{kind} {element.name!r} needs one bond, has {len(at)}")
+        if kind == "R" and not at:
+            refuse(f"R {element.name!r} has no bond")
+        if kind in (*STORAGES, "R") and arriving != len(at):
+            refuse(f"the bond of {kind} {element.name!r} must point towards it: it takes power")
+        if kind == "R" and element.law is None and len(at) != 1:
+            refuse(f"R {element.name!r} has {len(at)} bonds and no law that relates them")
+        for signal in element.signals:
+            if signal not in signals:
+                refuse(f"{kind} {element.name!r} needs the signal {signal!r}{nearest(signal, signals)}")
+        if element.parameter is not None and (kind not in TWO_PORTS) and not element.parameter.value > 0:
+            refuse(f"{kind} {element.name!r} must be > 0, got {element.parameter.value}")
+        if element.parameter is not None and kind in TWO_PORTS and not abs(element.parameter.value) > 0:
+            refuse(f"the modulus of {kind} {element.name!r} must not be 0")
+    _ = graph.parameters

@@ -1,0 +1,193 @@
+"""A graph ready to compute with: names, and code for its dynamics and its outputs, kept between runs."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from importlib import metadata, resources
+from pathlib import Path
+from typing import Any
+
+from infinivar.bondgraph.code import compiled
+from infinivar.bondgraph.graph import BondGraph
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """What of a graph's equations a computation needs; plain text, so that it can be kept in a file.
+
+    Attributes
+    ----------
+    states, state_kinds   Names of elements (inertias, compliances) and integral signals, and which each is.
+    inputs, rates         Names of inputs, and of those whose time derivative is needed, too.
+    losses                Element and name of every loss.
+    sources               Names of the sources.
+    bonds                 Tail and head of every bond.
+    signals, storages     Their names.
+    dynamics              Code: time derivatives of the states, power of every source, power of every loss.
+    outputs               Code: efforts and flows of the bonds, signals, stored energies, derivatives, losses.
+    """
+
+    states: tuple[str, ...]
+    state_kinds: tuple[str, ...]
+    inputs: tuple[str, ...]
+    rates: tuple[str, ...]
+    losses: tuple[tuple[str, str], ...]
+    sources: tuple[str, ...]
+    bonds: tuple[tuple[str, str], ...]
+    signals: tuple[str, ...]
+    storages: tuple[str, ...]
+    dynamics: str
+    outputs: str
+
+    def function(self, which: str, xp: Any, parameters: Mapping[str, float]) -> Callable[..., tuple[Any, ...]]:
+        """The code named "dynamics" or "outputs" as a function of (states, inputs, rates) over an array namespace."""
+        return compiled(getattr(self, which))(xp, parameters)
+
+
+def model(graph: BondGraph) -> Model:
+    """Model of a complete graph, from an earlier run if its equations were derived before.
+
+    Parameters
+    ----------
+    graph : BondGraph
+
+    Returns
+    -------
+    Model   The same for all values of the parameters.
+
+    Raises
+    ------
+    BondGraphError
+        As `infinivar.bondgraph.equations.derive`.
+    """
+    key = _fingerprint(graph)
+    path = None if key is None else cache_folder() / f"{key}.json"
+    if path is not None:
+        try:
+            kept = json.loads(path.read_text("utf-8"))
+            return Model(**{name: _tuples(value) for name, value in kept.items()})
+        except (OSError, ValueError, TypeError):
+            pass  # not there, or cut short: derive it anew
+    made = _derived(graph)
+    if path is not None:
+        _keep(path, made)
+    return made
+
+
+def _derived(graph: BondGraph) -> Model:
+    from infinivar.bondgraph.code import source
+    from infinivar.bondgraph.equations import derive
+    from infinivar.bondgraph.graph import SOURCES
+
+    equations = derive(graph)
+    sources = [element.name for element in graph.elements if element.kind in SOURCES]
+    losses = {(element, name): loss for element, shares in equations.losses.items() for name, loss in shares.items()}
+    derivatives = {
+        f"d {state.name}": value for state, value in zip(equations.states, equations.derivatives, strict=True)
+    }
+    lost = {f"loss {element} {name}": value for (element, name), value in losses.items()}
+    outputs = {
+        **{f"e {bond}": value for bond, value in equations.efforts.items()},
+        **{f"f {bond}": value for bond, value in equations.flows.items()},
+        **{f"s {name}": value for name, value in equations.signals.items()},
+        **{f"E {name}": value for name, value in equations.stored.items()},
+        **derivatives,
+        **lost,
+    }
+    return Model(
+        states=tuple(state.name for state in equations.states),
+        state_kinds=tuple(state.kind for state in equations.states),
+        inputs=tuple(equations.inputs),
+        rates=tuple(equations.rates),
+        losses=tuple(losses),
+        sources=tuple(sources),
+        bonds=tuple((bond.tail, bond.head) for bond in equations.efforts),
+        signals=tuple(equations.signals),
+        storages=tuple(equations.stored),
+        dynamics=source(equations, {**derivatives, **{f"P {name}": equations.power[name] for name in sources}, **lost}),
+        outputs=source(equations, outputs),
+    )
+
+
+def cache_folder() -> Path:
+    """Where models are kept between runs: below XDG_CACHE_HOME, or ~/.cache."""
+    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(root) / "infinivar"
+
+
+def _keep(path: Path, made: Model) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
+            json.dump(asdict(made), file)
+        Path(file.name).replace(path)
+    except OSError:
+        pass  # a cache that cannot be written is no reason to stop
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+
+
+def _fingerprint(graph: BondGraph) -> str | None:
+    """Text that two graphs share only if they have one model; None if a law is not the package's own.
+
+    Own laws are told by their name and what they close over: the digest of the package's source stands for the rest.
+    """
+    try:
+        described = [_described(element) for element in graph.elements]
+    except _OutsideLawError:
+        return None
+    signals = [(signal.name, signal.symbol, signal.of, signal.integral) for signal in graph.signals]
+    bonds = [(bond.tail, bond.head) for bond in graph.bonds]
+    text = repr((_sources(), metadata.version("sympy"), described, bonds, signals))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+class _OutsideLawError(Exception):
+    pass
+
+
+def _described(value: Any) -> Any:
+    from infinivar.bondgraph.graph import Parameter
+
+    if isinstance(value, Parameter):
+        return value.symbol  # values are not part of a model
+    if is_dataclass(value) and not isinstance(value, type):
+        return type(value).__name__, *(_described(getattr(value, field.name)) for field in fields(value))
+    if isinstance(value, Mapping):
+        return tuple((key, _described(item)) for key, item in value.items())
+    if isinstance(value, tuple):
+        return tuple(map(_described, value))
+    if inspect.isfunction(value):
+        if not value.__module__.startswith("infinivar."):
+            raise _OutsideLawError
+        held = inspect.getclosurevars(value).nonlocals
+        return (
+            value.__module__,
+            value.__qualname__,
+            value.__code__.co_firstlineno,
+            tuple(map(_described, held.values())),
+        )
+    if callable(value):
+        raise _OutsideLawError
+    return repr(value)
+
+
+@functools.cache
+def _sources() -> str:
+    """Digest of the package's own source: a changed formula makes every kept model void."""
+    digest = hashlib.sha256()
+    root = resources.files("infinivar")
+    for folder in ("", "contact", "parts", "transmission", "bondgraph", "drivetrain"):
+        for file in sorted(root.joinpath(folder).iterdir(), key=lambda file: file.name):
+            if file.name.endswith(".py"):
+                digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,180 @@
+"""Tracing: what a formula over an array namespace is as a SymPy expression.
+
+A law is called with `Traced` values, whose array namespace turns every operation into SymPy. What comes back is the
+formula itself, from which equations are printed, derivatives taken and code made.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import sympy
+
+
+class Traced:
+    """A scalar that records what is done with it; stands where a formula expects an array."""
+
+    __slots__ = ("expression",)
+    shape = ()
+    ndim = 0
+    dtype = float
+
+    def __init__(self, expression: Any) -> None:
+        """Wrap a SymPy expression or relation."""
+        self.expression = expression
+
+    def __array_namespace__(self, api_version: str | None = None) -> type[TracingNamespace]:
+        """Where the functions of this library are, as the Python array API has it."""
+        return TracingNamespace
+
+    def __bool__(self) -> bool:
+        """Values are not known yet: formulas choose by `where`."""
+        raise TypeError("a traced value has no truth: write the choice with where()")
+
+    def __neg__(self) -> Traced:
+        """-x."""
+        return Traced(-self.expression)
+
+    def __pos__(self) -> Traced:
+        """+x."""
+        return self
+
+    def __invert__(self) -> Traced:
+        """Logical not."""
+        return Traced(sympy.Not(self.expression))
+
+    def __and__(self, other: Any) -> Traced:
+        """Logical and."""
+        return Traced(sympy.And(self.expression, symbolic(other)))
+
+    def __or__(self, other: Any) -> Traced:
+        """Logical or."""
+        return Traced(sympy.Or(self.expression, symbolic(other)))
+
+
+def _operator(name: str, apply: Callable[[Any, Any], Any], swapped: bool = False) -> None:
+    def method(self: Traced, other: Any) -> Any:
+        if isinstance(other, (Traced, int, float)) or hasattr(other, "__float__"):
+            one, two = self.expression, symbolic(other)
+            return Traced(apply(two, one) if swapped else apply(one, two))
+        return NotImplemented
+
+    setattr(Traced, name, method)
+
+
+for _name, _apply in {
+    "add": lambda a, b: a + b,
+    "sub": lambda a, b: a - b,
+    "mul": lambda a, b: a * b,
+    "truediv": lambda a, b: a / b,
+    "pow": lambda a, b: a**b,
+}.items():
+    _operator(f"__{_name}__", _apply)
+    _operator(f"__r{_name}__", _apply, swapped=True)
+for _name, _apply in {
+    "lt": sympy.Lt,
+    "le": sympy.Le,
+    "gt": sympy.Gt,
+    "ge": sympy.Ge,
+    "eq": sympy.Eq,
+    "ne": sympy.Ne,
+}.items():
+    _operator(f"__{_name}__", _apply)
+
+
+def symbolic(value: Any) -> Any:
+    """SymPy expression of a traced value or a number; whole floats become integers, which print shorter."""
+    if isinstance(value, Traced):
+        return value.expression
+    if isinstance(value, bool):
+        return sympy.true if value else sympy.false
+    value = float(value)
+    if math.isinf(value):
+        return sympy.oo if value > 0 else -sympy.oo
+    return sympy.Integer(int(value)) if value.is_integer() and abs(value) < 1e6 else sympy.Float(value, 17)
+
+
+def _function(apply: Callable[..., Any]) -> Callable[..., Traced]:
+    return staticmethod(lambda *values: Traced(apply(*map(symbolic, values))))  # type: ignore[return-value]
+
+
+def _where(condition: Any, yes: Any, no: Any) -> Any:
+    if condition in (sympy.true, sympy.false):
+        return yes if condition == sympy.true else no
+    return yes if yes == no else sympy.Piecewise((yes, condition), (no, sympy.true), evaluate=False)
+
+
+class clip(sympy.Function):  # noqa: N801  (named as in the array namespace, for code and print)
+    """Value cut off at a lower and an upper bound."""
+
+    nargs = 3
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """1 between the bounds and 0 outside, by the value."""
+        value, low, high = self.args
+        inside = sympy.And(value > low, value < high)  # type: ignore[operator]
+        return sympy.Piecewise((1, inside), (0, sympy.true), evaluate=False)
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        value, low, high = map(printer._print, self.args)
+        text = rf"\left[{value}\right]_{{{low}}}^{{{high}}}"
+        return text if exp is None else rf"\left({text}\right)^{{{exp}}}"
+
+
+class TracingNamespace:
+    """The functions of the Python array API that formulas use, on traced scalars."""
+
+    float64 = float
+    pi, inf, nan = math.pi, math.inf, math.nan
+
+    @staticmethod
+    def asarray(value: Any, dtype: Any = None) -> Traced:
+        """A number or traced value as a traced one."""
+        return Traced(symbolic(value))
+
+    @staticmethod
+    def broadcast_arrays(*values: Any) -> list[Traced]:
+        """Scalars broadcast to themselves."""
+        return [Traced(symbolic(value)) for value in values]
+
+    where = _function(_where)
+    abs = _function(sympy.Abs)
+    sign = _function(sympy.sign)
+    sqrt = _function(sympy.sqrt)
+    exp = _function(sympy.exp)
+    log = _function(sympy.log)
+    sin = _function(sympy.sin)
+    cos = _function(sympy.cos)
+    tan = _function(sympy.tan)
+    asin = _function(sympy.asin)
+    atan = _function(sympy.atan)
+    tanh = _function(sympy.tanh)
+    minimum = _function(lambda a, b: _where(a < b, a, b))
+    maximum = _function(lambda a, b: _where(a > b, a, b))
+    clip = _function(lambda x, low, high: _where(x < low, low, x) if high == sympy.oo else clip(x, low, high))
+    full_like = _function(lambda like, value: value)
+    ones_like = _function(lambda like: sympy.Integer(1))
+    zeros_like = _function(lambda like: sympy.Integer(0))
+    isfinite = _function(lambda value: sympy.true)
+
+
+def trace(law: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+    """Expression, or tuple or mapping of expressions, that a law makes of SymPy expressions.
+
+    Parameters
+    ----------
+    law : callable               Over an array namespace.
+    arguments, named             SymPy expressions or numbers.
+
+    Returns
+    -------
+    SymPy expression, or a tuple or dict of such, as the law returns.
+    """
+    result = law(*map(Traced, arguments), **{name: Traced(value) for name, value in named.items()})
+    if isinstance(result, tuple):
+        return tuple(symbolic(value) for value in result)
+    if isinstance(result, dict):
+        return {name: symbolic(value) for name, value in result.items()}
+    return symbolic(result)

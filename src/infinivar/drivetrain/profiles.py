@@ -1,0 +1,260 @@
+"""Motions and forces as functions of time: what a scenario asks of a link, and what pushes its load."""
+
+from __future__ import annotations
+
+import bisect
+import csv
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from infinivar.errors import InputError, require
+from infinivar.quantities import check, component, quantity
+
+MotionShape = Literal["hold", "cruise", "sinusoid", "step", "reach", "file"]
+ForceShape = Literal["constant", "sinusoid", "step", "file"]
+
+_MOST_ROWS = 1_000_000
+
+
+class Motion(NamedTuple):
+    """Where a motion is at one time."""
+
+    position: float
+    speed: float
+    acceleration: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MotionProfile:
+    """A motion of the link.
+
+    - ``hold``: stay where it is; ``cruise``: at constant `speed`;
+    - ``sinusoid``: ``distance sin(2 pi frequency (t - start))``, already under way at the beginning;
+    - ``step``: by `distance` at `start`; ``reach``: by `distance` in `time` from `start`, with the least jerk;
+    - ``file``: positions from the columns time [s] and position [m] of a CSV file, by a cubic spline through them.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range, or one is missing that the shape needs.
+    InputError
+        If the file cannot be read.
+    """
+
+    shape: MotionShape = component("hold, cruise, sinusoid, step, reach (least jerk) or file", default="hold")
+    distance: float | None = quantity("m", "!= 0", "Amplitude of the sinusoid, length of step or reach", default=None)
+    speed: float | None = quantity("m/s", "!= 0", "Speed of the cruise", default=None)
+    frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
+    time: float | None = quantity("s", "> 0", "Time that the reach takes", default=None)
+    start: float = quantity("s", ">= 0", "When it begins", default=0.0)
+    file: str | None = component("CSV file with a header and the columns time [s] and position [m]", default=None)
+    _spline: _Spline | None = field(init=False, repr=False, compare=False, default=None)
+
+    def __post_init__(self) -> None:
+        """Refuse what is incomplete, and read the file."""
+        check(self)
+        _check_shape(self, MotionShape, _MOTION_NEEDS)
+        if self.shape == "file":
+            object.__setattr__(self, "_spline", _Spline.through(*_columns(str(self.file), "position")))
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Times at which speed or acceleration may jump. [s]"""
+        if self.shape == "reach":
+            return (self.start, self.start + (self.time or 0.0))
+        return (self.start,) if self.shape in ("step", "cruise") else ()
+
+    def at(self, time: float) -> Motion:
+        """Position [m], speed [m s^-1] and acceleration [m s^-2] at a time [s]."""
+        since = time - self.start
+        size = self.distance or 0.0
+        if self.shape == "sinusoid":
+            turn = 2.0 * math.pi * (self.frequency or 0.0)
+            sine, cosine = math.sin(turn * since), math.cos(turn * since)
+            return Motion(size * sine, size * turn * cosine, -size * turn * turn * sine)
+        if self.shape == "file" and self._spline is not None:
+            return self._spline.at(since)
+        if since < 0.0 or self.shape == "hold":
+            return Motion(0.0, 0.0, 0.0)
+        if self.shape == "cruise":
+            return Motion((self.speed or 0.0) * since, self.speed or 0.0, 0.0)
+        if self.shape == "step":
+            return Motion(size, 0.0, 0.0)
+        return _least_jerk(size, self.time or 1.0, since)
+
+
+_MOTION_NEEDS = {
+    "hold": (),
+    "cruise": ("speed",),
+    "sinusoid": ("distance", "frequency"),
+    "step": ("distance",),
+    "reach": ("distance", "time"),
+    "file": ("file",),
+}
+
+
+def _least_jerk(distance: float, duration: float, since: float) -> Motion:
+    """The fifth-order polynomial that starts and ends at rest without acceleration. Source: flash1985, Eq 2."""
+    s = min(since / duration, 1.0)
+    if s == 1.0:
+        return Motion(distance, 0.0, 0.0)
+    rest = 1.0 - s
+    return Motion(
+        distance * s**3 * (10.0 - s * (15.0 - 6.0 * s)),
+        30.0 * distance / duration * (s * rest) ** 2,
+        60.0 * distance / duration**2 * s * rest * (1.0 - 2.0 * s),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForceProfile:
+    """A force that acts on the load from outside, positive along the motion.
+
+    - ``constant``: `size` all the time; ``step``: `size` from `start` on;
+    - ``sinusoid``: ``size sin(2 pi frequency (t - start))``;
+    - ``file``: from the columns time [s] and force [N] of a CSV file, straight between its rows.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range, or one is missing that the shape needs.
+    InputError
+        If the file cannot be read.
+    """
+
+    shape: ForceShape = component("constant, sinusoid, step or file", default="constant")
+    size: float | None = quantity("N", "!= 0", "Force, or amplitude of the sinusoid", default=None)
+    frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
+    start: float = quantity("s", ">= 0", "When it begins", default=0.0)
+    file: str | None = component("CSV file with a header and the columns time [s] and force [N]", default=None)
+    _rows: tuple[list[float], list[float]] | None = field(init=False, repr=False, compare=False, default=None)
+
+    def __post_init__(self) -> None:
+        """Refuse what is incomplete, and read the file."""
+        check(self)
+        _check_shape(self, ForceShape, _FORCE_NEEDS)
+        if self.shape == "file":
+            object.__setattr__(self, "_rows", _columns(str(self.file), "force"))
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Times at which the force or its slope jumps. [s]"""
+        if self._rows is not None:
+            return tuple(time + self.start for time in self._rows[0])
+        return (self.start,) if self.shape == "step" else ()
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        since, size = time - self.start, self.size or 0.0
+        if self._rows is not None:
+            low, share, _ = _place(self._rows[0], since)
+            forces = self._rows[1]
+            return forces[low] + share * (forces[low + 1] - forces[low])
+        if self.shape == "sinusoid":
+            return size * math.sin(2.0 * math.pi * (self.frequency or 0.0) * since)
+        return size if self.shape == "constant" or since >= 0.0 else 0.0
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        since = time - self.start
+        if self._rows is not None:
+            low, share, width = _place(self._rows[0], since)
+            inside = 0.0 < share < 1.0
+            return (self._rows[1][low + 1] - self._rows[1][low]) / width if inside else 0.0
+        if self.shape == "sinusoid":
+            turn = 2.0 * math.pi * (self.frequency or 0.0)
+            return (self.size or 0.0) * turn * math.cos(turn * since)
+        return 0.0
+
+
+_FORCE_NEEDS = {"constant": ("size",), "sinusoid": ("size", "frequency"), "step": ("size",), "file": ("file",)}
+
+
+def _check_shape(profile: MotionProfile | ForceProfile, shapes: object, needs: dict[str, tuple[str, ...]]) -> None:
+    require(profile.shape in needs, "shape", repr(profile.shape), f"one of {', '.join(needs)}")
+    for name in needs[profile.shape]:
+        if getattr(profile, name) is None:
+            raise ValueError(f"{name} is missing: shape = {profile.shape!r} needs it")
+    optional = {name for names in needs.values() for name in names}
+    for name in sorted(optional - set(needs[profile.shape])):
+        if getattr(profile, name) is not None:
+            raise ValueError(f"{name} means nothing with shape = {profile.shape!r}; leave it out")
+
+
+@functools.lru_cache(maxsize=16)
+def _columns(file: str, wanted: str) -> tuple[list[float], list[float]]:
+    """Times and values of a CSV file with a header; times must increase.
+
+    Raises
+    ------
+    InputError
+        Naming file, line and what would be right.
+    """
+    path = Path(file)
+    times: list[float] = []
+    values: list[float] = []
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as lines:
+            rows = csv.reader(lines)
+            header = [name.strip().lower() for name in next(rows, [])]
+            for name in ("time", wanted):
+                if name not in header:
+                    raise InputError(f"{path}: line 1 must name the columns time and {wanted}, got {', '.join(header)}")
+            columns = header.index("time"), header.index(wanted)
+            for row in rows:
+                if not any(cell.strip() for cell in row):
+                    continue
+                try:
+                    time, value = (float(row[column]) for column in columns)
+                except (ValueError, IndexError):
+                    time = value = math.nan
+                if not (math.isfinite(time) and math.isfinite(value)):
+                    raise InputError(f"{path}: line {rows.line_num} must have two numbers, got {','.join(row)[:60]!r}")
+                if times and not time > times[-1]:
+                    raise InputError(f"{path}: line {rows.line_num} must have a later time than the line before")
+                times.append(time)
+                values.append(value)
+                if len(times) > _MOST_ROWS:
+                    raise InputError(f"{path}: has more than {_MOST_ROWS} lines")
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
+    except (UnicodeDecodeError, csv.Error) as problem:
+        raise InputError(f"{path}: is not a CSV file in UTF-8") from problem
+    if len(times) < 2:
+        raise InputError(f"{path}: must have at least two lines of numbers below its header")
+    return times, values
+
+
+def _place(times: list[float], time: float) -> tuple[int, float, float]:
+    """Row at or before a time, the share of the way to the next row (0 and 1 outside), and the distance of the two."""
+    low = min(max(bisect.bisect_right(times, time) - 1, 0), len(times) - 2)
+    width = times[low + 1] - times[low]
+    return low, min(max((time - times[low]) / width, 0.0), 1.0), width
+
+
+@dataclass(frozen=True, slots=True)
+class _Spline:
+    """Cubic spline that starts and ends at rest: before and after, the position stays."""
+
+    times: list[float]
+    coefficients: list[list[float]]
+
+    @classmethod
+    def through(cls, times: list[float], positions: list[float]) -> _Spline:
+        from scipy.interpolate import CubicSpline
+
+        spline = CubicSpline(times, positions, bc_type="clamped")
+        return cls(times, spline.c.T.tolist())
+
+    def at(self, time: float) -> Motion:
+        low, share, width = _place(self.times, time)
+        cubic, square, linear, constant = self.coefficients[low]
+        s = share * width
+        position = constant + s * (linear + s * (square + s * cubic))
+        if not self.times[0] <= time <= self.times[-1]:
+            return Motion(position, 0.0, 0.0)
+        return Motion(position, linear + s * (2.0 * square + 3.0 * s * cubic), 2.0 * square + 6.0 * s * cubic)
