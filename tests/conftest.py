@@ -1,11 +1,16 @@
 """Shared by all tests: the shipped study, loaded once, and hypothesis settings."""
 
+import os
+import tempfile
 from pathlib import Path
 
 import hypothesis
 import pytest
 
 import infinivar as iv
+
+# Equations that tests derive stay out of the user's cache.
+os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="infinivar-tests-")
 
 ROOT = Path(__file__).parents[1]
 STUDY = ROOT / "studies" / "hand_controller.toml"

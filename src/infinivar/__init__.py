@@ -32,6 +32,8 @@ _HOME = {
     "Pulley": "parts.linear",
     "Requirement": "drivetrain.requirement",
     "RotaryLinearIVT": "transmission.rotary_linear",
+    "Scenario": "drivetrain.scenario",
+    "Simulation": "analysis.simulate",
     "SteadyMap": "analysis.steady_map",
     "SteeringPlant": "drivetrain.cobotic",
     "Study": "study.study",
@@ -39,6 +41,7 @@ _HOME = {
     "contact_sheets": "analysis.contact_sheet",
     "load_study": "study.load",
     "reproduce": "analysis.reproduce",
+    "simulate": "analysis.simulate",
     "steady_map": "analysis.steady_map",
 }
 
@@ -48,12 +51,14 @@ if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison, DriveResult, compare
     from infinivar.analysis.contact_sheet import ContactSheet, contact_sheets
     from infinivar.analysis.reproduce import reproduce
+    from infinivar.analysis.simulate import Simulation, simulate
     from infinivar.analysis.steady_map import SteadyMap, steady_map
     from infinivar.contact.bodies import Material
     from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
     from infinivar.drivetrain.conventional import ConventionalDrive
     from infinivar.drivetrain.drive import DrivePoint
     from infinivar.drivetrain.requirement import Requirement
+    from infinivar.drivetrain.scenario import Scenario
     from infinivar.errors import AuditError, InfinivarError, InputError
     from infinivar.limits import Limit
     from infinivar.parts.amplifier import Amplifier

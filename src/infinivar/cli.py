@@ -157,6 +157,96 @@ def reproduce(
 
 
 @app.command()
+def simulate(
+    study: StudyFile,
+    drive: Annotated[str | None, typer.Option("--drive", help="Name of the drive in the study.")] = None,
+    scenario: Annotated[str | None, typer.Option("--scenario", help="Name of the scenario in the study.")] = None,
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Run a drive through a scenario in time; write report, figures and results, with the energy audit.
+
+    Exit code 1 if the drive could not do it: the run is incomplete, a limit was exceeded, or a motor overheats.
+    """
+    from infinivar.analysis.simulate import simulate as run
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    driven = _chosen(study, "drive", drive, loaded.drives)
+    asked = _chosen(study, "scenario", scenario, loaded.scenarios)
+    with _progress() as progress, _named(study, f"drives.{driven}, scenarios.{asked}"):
+        result = run(
+            loaded.drives[driven],
+            loaded.scenarios[asked],
+            title=loaded.titles[driven],
+            progress=lambda share: progress(loaded.scenarios[asked].title, share),
+        )
+        progress("writing the report", 1.0)
+        files = result.save(out, f"{driven}-{asked}", reconstruction=loaded.reconstruction)
+    if as_json:
+        _print_json({**result.to_dict(), "files": [str(file) for file in files]})
+    else:
+        print(f"{result.title}, {result.scenario.title}: {result.verdict}")
+        for event in result.events:
+            print(f"  {event}")
+        print(f"Report: {files[0]}")
+    raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
+
+
+@app.command()
+def graph(
+    study: StudyFile,
+    drive: Annotated[str, typer.Argument(help="Name of the drive in the study.", show_default=False)],
+    out: Annotated[Path, typer.Option("--out", help="Picture to write: .svg, .pdf or .png.")] = Path("graph.svg"),
+    plant: Annotated[
+        str,
+        typer.Option(
+            "--plant", help="system, or of a cobotic drive: lossless, transmission, steering, cylinder, link."
+        ),
+    ] = "system",
+    electrical: Annotated[str, typer.Option("--electrical", help="current or voltage drive.")] = "current",
+    equations: Annotated[
+        Path | None, typer.Option("--equations", help="Write the equations, too: .tex for LaTeX, .txt for text.")
+    ] = None,
+) -> None:
+    """Draw the bond graph of a drive, and write its equations."""
+    from infinivar.drivetrain.plants import plant_graph
+    from infinivar.report import graph as report
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = _chosen(study, "drive", drive, loaded.drives)
+    with _named(study, f"drives.{name}"):
+        made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.requirement.load_mass)
+        report.save(made, out, equations)
+    print(f"Written: {', '.join(str(file) for file in (out, equations) if file is not None)}")
+
+
+def _chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) -> str:
+    """The name asked for, or the only one there is."""
+    from infinivar.errors import nearest
+
+    if name is None and len(known) == 1:
+        return next(iter(known))
+    if name is not None and name in known:
+        return name
+    if not known:
+        example = f'add a table [{what}s.reach] with base = "faulring2006.reach"'
+        raise InputError(f"{study}: has no {what}s; {example}")
+    said = f"--{what} is missing" if name is None else f"--{what} {name!r} is not in the study{nearest(name, known)}"
+    raise InputError(f"{study}: {said}; it has {', '.join(known)}")
+
+
+@contextlib.contextmanager
+def _named(study: Path, where: str) -> Iterator[None]:
+    """A value that does not do for what is asked is bad input, named with its place."""
+    try:
+        yield
+    except ValueError as problem:
+        raise InputError(f"{study}: {where}: {problem}") from problem
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of study files, for editors."""
     from infinivar.study.schema import json_schema

@@ -17,6 +17,7 @@ from infinivar.contact import creep
 from infinivar.drivetrain import control, plants
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.profiles import MotionProfile
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.limits import Limit
@@ -42,6 +43,11 @@ class Event:
     worst: float
     """Largest demand over allowance; inf where nothing is allowed. [-]"""
 
+    def __str__(self) -> str:
+        """One line for people."""
+        how = "" if self.worst == math.inf else f", up to {self.worst:.3g} times what is allowed"
+        return f"{self.limit.words} ({self.what}) exceeded from {self.start:.4g} s to {self.end:.4g} s{how}"
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Simulation:
@@ -56,6 +62,7 @@ class Simulation:
         speed_m_s, wanted_position_m, force_N (from outside on the load), motor_current_A, motor_voltage_V, supply_power_W,
         and with a wheel steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V.
     events            Limits exceeded, in the order of their beginning.
+    heating           Root mean square of each motor's current over its continuous current. [-]
     """
 
     drive: CoboticDrive | ConventionalDrive
@@ -64,6 +71,7 @@ class Simulation:
     trajectory: Trajectory
     columns: Mapping[str, Any]
     events: tuple[Event, ...]
+    heating: Mapping[str, float]
 
     @property
     def complete(self) -> bool:
@@ -71,12 +79,26 @@ class Simulation:
         return not self.trajectory.outcome
 
     @property
+    def exceeded(self) -> tuple[str, ...]:
+        """Limits that make the run impossible for the drive, in words.
+
+        A motor may carry more than its continuous torque for a while: that counts if its root mean square does.
+        """
+        found = [f"{e.limit.words} ({e.what})" for e in self.events if e.limit != Limit.THERMAL]
+        found += [f"{Limit.THERMAL.words} ({what})" for what, share in self.heating.items() if share > 1.0]
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the run reached its end within limits."""
+        return self.complete and not self.exceeded
+
+    @property
     def verdict(self) -> str:
-        """One line: how far it moved, what it took, which limits it met."""
+        """One line: which limits it met, what it took."""
         if not self.complete:
             return self.trajectory.outcome
-        names = list(dict.fromkeys(f"{event.limit.words} ({event.what})" for event in self.events))
-        limits = f"beyond {', '.join(names)}" if names else "within limits"
+        limits = f"beyond {', '.join(self.exceeded)}" if self.exceeded else "within limits"
         spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
         return f"{limits}; {spent:.4g} J from the supply, balance closed to {self.trajectory.closure:.1g}"
 
@@ -114,6 +136,8 @@ class Simulation:
             "scenario": self.scenario.title,
             "verdict": self.verdict,
             "complete": self.complete,
+            "feasible": self.feasible,
+            "rms_current_over_continuous": dict(self.heating),
             "duration_s": float(run.time[-1]),
             "supplied_J": last(run.supplied),
             "lost_J": last(run.lost),
@@ -131,8 +155,10 @@ class Simulation:
             ],
         }
 
-    def save(self, directory: str | Path, name: str = "simulation") -> list[Path]:
-        """Write report, figures, NetCDF, CSV and JSON; returns the files.
+    def save(
+        self, directory: str | Path, name: str = "simulation", *, reconstruction: tuple[str, ...] = ()
+    ) -> list[Path]:
+        """Write report, figures, NetCDF, CSV and JSON under a name; returns the files, the report first.
 
         Raises
         ------
@@ -141,11 +167,11 @@ class Simulation:
         """
         from infinivar.report.simulation import save
 
-        return save(self, Path(directory), name)
+        return save(self, Path(directory), name, reconstruction)
 
 
 def simulate(
-    drive: CoboticDrive | ConventionalDrive,
+    drive: Drive,
     scenario: Scenario,
     *,
     title: str = "",
@@ -173,6 +199,8 @@ def simulate(
 
     Source: faulring2006, section V and Figs 10-14.
     """
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+        raise ValueError(f"a drive of type {type(drive).__name__} has no bond graph")
     machine = _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
     step = scenario.output_step or scenario.duration / STEPS
     count = max(round(scenario.duration / step), 1)
@@ -187,13 +215,19 @@ def simulate(
         progress=progress,
     )
     columns = _columns(drive, scenario, run)
+    utilisation = _utilisation(drive, run, columns)
     return Simulation(
         drive=drive,
         scenario=scenario,
         title=title,
         trajectory=run,
         columns=columns,
-        events=_events(run.time, _utilisation(drive, run, columns)),
+        events=_events(run.time, utilisation),
+        heating={
+            what: _root_mean_square(run.time, share)
+            for (limit, what), share in utilisation.items()
+            if limit == Limit.THERMAL
+        },
     )
 
 
@@ -231,8 +265,6 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
 
 
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> _Machine:
-    if drive.steering is None:
-        raise ValueError("steering is missing: simulation in time needs the steering plant")
     imposed = scenario.link == "imposed"
     voltage = scenario.electrical == "voltage"
     graph = plants.cobotic_graph(
@@ -256,6 +288,7 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> _Machine:
         else -math.atan(begin.speed / (drive.transmission.cylinder_radius * drive.cylinder_speed))
     )
     steering = drive.steering
+    assert steering is not None  # or there were no graph
     gear, motor = drive.gearhead.ratio, drive.motor
     idle = drive.operate(speed=0.0, force=0.0).states["motor_current_A"] if running else 0.0
     settings = drive.control
@@ -423,6 +456,12 @@ def _events(time: Any, utilisation: Mapping[tuple[Limit, str], Any]) -> tuple[Ev
                 )
             )
     return tuple(sorted(found, key=lambda event: event.start))
+
+
+def _root_mean_square(time: Any, values: Any) -> float:
+    if len(time) < 2:
+        return float(np.abs(values[0]))
+    return float(np.sqrt(np.trapezoid(values**2, time) / (time[-1] - time[0])))
 
 
 def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:

@@ -390,7 +390,7 @@ class _Derivation:
         return values
 
     def _argument_symbols(self, element: Element, ports: int) -> tuple[sympy.Symbol, ...]:
-        flows = [_symbol("f") if ports == 1 else _symbol(f"f_{port}") for port in range(1, ports + 1)]
+        flows = [_symbol("w") if ports == 1 else _symbol(f"w_{port}") for port in range(1, ports + 1)]
         return (*flows, *(_symbol(self.signal[name].symbol) for name in element.signals))
 
     def _losses(

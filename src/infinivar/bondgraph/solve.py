@@ -206,9 +206,13 @@ class _Run:
             last = int(np.searchsorted(times, end, side="right"))
             inside = times[self.reached : last]
             wanted = inside if len(inside) and inside[-1] == end else np.append(inside, end)
-            rows, problem = step(self.now, begin, wanted, functions)
+            try:
+                rows, problem = step(self.now, begin, wanted, functions)
+            except (ArithmeticError, ValueError) as left:  # a law left the range in which it means something
+                rows, problem = [], f"a law has no value there ({left}). Try another stick speed or tolerance."
             done = min(len(rows), len(inside))
-            self.rows[self.reached : self.reached + done] = rows[:done]
+            if done:
+                self.rows[self.reached : self.reached + done] = rows[:done]
             for index in range(self.reached, self.reached + done):
                 self.held[index] = [function.value(times[index]) for function in functions]
             self.reached += done

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 from infinivar._xp import Array, namespace
 from infinivar.bondgraph import graph as bg
@@ -17,7 +17,9 @@ from infinivar.contact import creep
 from infinivar.drivetrain import pieces
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.pieces import Electrical
+from infinivar.errors import require
 from infinivar.transmission import motion
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -138,7 +140,8 @@ def steering_plant(
     Source: faulring2006, Fig 11.
     """
     steering = drive.steering
-    assert steering is not None
+    if steering is None:
+        raise ValueError("steering is missing: simulation in time needs the steering plant")
     friction = steering.friction_torques(drive.transmission)
     turning = stick_speed / drive.transmission.wheel_radius
     stick = Parameter(r"\varepsilon_s", turning, "rad/s")
@@ -330,6 +333,48 @@ def conventional_graph(
         ],
         [*signals, *gear_signals, *pieces.motion_signals("load")],
     )
+
+
+def plant_graph(
+    drive: Drive, plant: str = "system", *, electrical: str = "current", load_mass: float | None = None
+) -> BondGraph:
+    """The graph of a drive, or of one of its plants.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive
+    plant : str           "system"; of a cobotic drive also "lossless", "transmission", "steering", "cylinder", "link".
+    electrical : str      "current" or "voltage".
+    load_mass : float     Mass of the load in the system; None for none. [kg]
+
+    Returns
+    -------
+    BondGraph
+
+    Raises
+    ------
+    ValueError
+        If there is no such plant or electrical side, or the drive lacks a value that motion needs.
+
+    Source: faulring2006, Figs 2, 6, 10-14.
+    """
+    require(electrical in ("current", "voltage"), "electrical", repr(electrical), "current or voltage")
+    side = cast(Electrical, electrical)
+    makers: dict[str, Callable[[], BondGraph]] = {}
+    if isinstance(drive, ConventionalDrive):
+        makers["system"] = lambda: conventional_graph(drive, load_mass=load_mass, electrical=side)
+    elif isinstance(drive, CoboticDrive):
+        element, speed = drive.transmission, drive.cylinder_speed
+        makers = {
+            "system": lambda: cobotic_graph(drive, load_mass=load_mass, electrical=side),
+            "lossless": lambda: lossless_transmission(element),
+            "transmission": lambda: transmission_plant(element, cylinder_speed=speed),
+            "steering": lambda: steering_plant(drive, electrical=side),
+            "cylinder": lambda: cylinder_plant(drive, electrical=side),
+            "link": lambda: link_plant(drive),
+        }
+    require(plant in makers, "plant", repr(plant), f"one of {', '.join(makers)}")
+    return makers[plant]()
 
 
 def _turn(name: str, symbol: str, law: Callable[..., Array], parameters: dict[str, Parameter]) -> Element:

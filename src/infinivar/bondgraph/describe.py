@@ -1,0 +1,95 @@
+"""Equations of a graph for people: plain text, and a LaTeX document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from infinivar.bondgraph.equations import Equations, State
+from infinivar.bondgraph.graph import BondGraph
+
+_KIND = {"flow": "flow of", "displacement": "displacement of", "signal": "integral signal"}
+
+
+def text(equations: Equations) -> str:
+    """States, state equations, laws and parameters, one a line, with symbols as LaTeX writes them."""
+    lines = [equations.graph.name, "", "States"]
+    lines += [f"  {state.symbol.name:<16} {_meaning(equations.graph, state)}" for state in equations.states]
+    lines += ["", "Inputs", *(f"  {symbol.name:<16} {name}" for name, symbol in equations.inputs.items())]
+    if equations.causality.dependent:
+        lines += ["", "Dependent storages (their energy follows from the states)"]
+        lines += [f"  {_symbol(equations.graph, name):<16} {name}" for name in equations.causality.dependent]
+    lines += ["", "State equations"]
+    for state, derivative in zip(equations.states, equations.derivatives, strict=True):
+        lines.append(f"  d/dt {state.symbol.name} = {derivative}")
+    if equations.laws:
+        lines += ["", "Laws"]
+        for law in equations.laws:
+            given = ", ".join(f"{symbol.name} = {value}" for symbol, value in law.arguments)
+            lines += [f"  {law.symbol.name} = {law.formula}", f"      with {given}"]
+    lines += ["", "Parameters"]
+    for symbol, parameter in equations.graph.parameters.items():
+        lines.append(f"  {symbol:<20} {parameter.value:.6g} {parameter.unit}".rstrip())
+    return "\n".join(lines) + "\n"
+
+
+def latex(equations: Equations) -> str:
+    """The same as a document to typeset, or to take formulas from."""
+    graph = equations.graph
+    lines = [
+        r"\documentclass{article}",
+        r"\usepackage{amsmath,longtable}",
+        r"\usepackage[landscape,margin=20mm]{geometry}",
+        r"\begin{document}",
+        rf"\section*{{{_plain(graph.name)}}}",
+        r"\subsection*{States}",
+        *_list((state.symbol.name, _meaning(graph, state)) for state in equations.states),
+        r"\subsection*{State equations}",
+        *_aligned(
+            (rf"\frac{{d}}{{dt}} {state.symbol.name}", _latex(value))
+            for state, value in zip(equations.states, equations.derivatives, strict=True)
+        ),
+    ]
+    if equations.inputs:
+        lines += [r"\subsection*{Inputs}", *_list((symbol.name, name) for name, symbol in equations.inputs.items())]
+    if equations.laws:
+        lines += [r"\subsection*{Laws}"]
+        for law in equations.laws:
+            rows = [(law.symbol.name, _latex(law.formula))]
+            rows += [(symbol.name, _latex(value)) for symbol, value in law.arguments]
+            lines += [rf"\paragraph{{{_plain(graph[law.element].title)}}}", *_aligned(rows)]
+    lines += [r"\subsection*{Parameters}", r"\begin{longtable}{lll}"]
+    for symbol, parameter in graph.parameters.items():
+        lines.append(rf"${symbol}$ & {parameter.value:.6g} & {_plain(parameter.unit)} \\")
+    return "\n".join([*lines, r"\end{longtable}", r"\end{document}", ""])
+
+
+def _aligned(rows: Any) -> list[str]:
+    return [r"\begin{align*}", " \\\\\n".join(f"{left} &= {right}" for left, right in rows), r"\end{align*}"]
+
+
+def _list(rows: Any) -> Iterator[str]:
+    yield r"\begin{itemize}"
+    for symbol, meaning in rows:
+        yield rf"\item ${symbol}$: {_plain(meaning)}"
+    yield r"\end{itemize}"
+
+
+def _meaning(graph: BondGraph, state: State) -> str:
+    of = state.name if state.kind == "signal" else f"{graph[state.name].kind} {state.name}"
+    return f"{_KIND[state.kind]} {of}"
+
+
+def _symbol(graph: BondGraph, name: str) -> str:
+    return graph[name].symbol
+
+
+def _latex(expression: Any) -> str:
+    import sympy
+
+    # Symbols are LaTeX already: the printer must not take "m_{l}" apart again.
+    return sympy.latex(expression, symbol_names={symbol: symbol.name for symbol in expression.free_symbols})
+
+
+def _plain(words: str) -> str:
+    return words.replace("_", r"\_").replace("^", r"\textasciicircum{}").replace("%", r"\%")

@@ -1,0 +1,299 @@
+"""Bond graphs: what is refused, causality, equations, algebraic loops, and code for every array library."""
+
+import math
+from dataclasses import replace
+
+import casadi
+import jax
+import numpy as np
+import pytest
+import sympy
+from numpy.testing import assert_allclose
+
+from infinivar.bondgraph import graph as bg
+from infinivar.bondgraph import model as models
+from infinivar.bondgraph.causality import assign
+from infinivar.bondgraph.code import FloatNamespace, casadi_namespace
+from infinivar.bondgraph.describe import latex, text
+from infinivar.bondgraph.equations import derive
+from infinivar.bondgraph.graph import Bond, BondGraph, BondGraphError, Parameter, Signal, join
+from infinivar.bondgraph.model import model
+from infinivar.bondgraph.solve import solve
+from infinivar.bondgraph.trace import trace
+from infinivar.contact.friction import coulomb
+from infinivar.drivetrain import plants
+from infinivar.errors import AuditError
+
+jax.config.update("jax_enable_x64", True)
+
+
+def motor(**changes):
+    """DC motor with a gear, a load inertia behind it, and a spring."""
+    elements = {
+        "V": bg.effort_source("V", "V"),
+        "i": bg.one("i", "i"),
+        "L": bg.inertia("L", "L", 1e-3),
+        "R": bg.resistance("R", "R", 2.0),
+        "K": bg.gyrator("K", "K", 0.02),
+        "shaft": bg.one("shaft", r"\omega"),
+        "J": bg.inertia("J", "J", 1e-6),
+        "n": bg.transformer("n", "n", 0.2),
+        "out": bg.one("out"),
+        "Jo": bg.inertia("Jo", "J_o", 1e-4),
+        "k": bg.compliance("k", "c", 0.1),
+        **changes,
+    }
+    return BondGraph(
+        "motor", elements.values(), ["V > i > K > shaft > n > out > Jo", "i > R", "i > L", "shaft > J", "out > k"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("elements", "bonds", "signals", "said"),
+    [
+        ([bg.one("a"), bg.one("a")], [], [], "2 elements are called 'a'"),
+        (
+            [bg.one("node"), bg.inertia("m", "m", 1.0)],
+            ["nod > m"],
+            [],
+            "'nod', which is no element.*did you mean 'node'",
+        ),
+        ([bg.one("a")], ["a > a"], [], "leads from a to itself"),
+        ([bg.one("a"), bg.inertia("m", "m", 1.0)], ["m > a"], [], "must point towards it"),
+        ([bg.one("a"), bg.inertia("m", "m", 1.0)], [], [], "I 'm' needs one bond, has 0"),
+        ([bg.one("a"), bg.transformer("n", "n", 2.0)], ["a > n"], [], "TF 'n' needs one bond that arrives"),
+        ([bg.one("a"), bg.transformer("n", "n", math.sin, signals=("phi",)), bg.one("b")], ["a > n > b"], [], "'phi'"),
+        ([bg.one("a"), bg.inertia("m", "m", -1.0)], ["a > m"], [], "must be > 0, got -1"),
+        ([bg.one("a"), bg.one("b"), bg.transformer("n", "n", 0.0)], ["a > n > b"], [], "must not be 0"),
+        ([bg.one("a")], [], [Signal(name="x", symbol="x", of="b")], "measures 'b', which is no element"),
+        ([bg.one("a"), bg.resistance("r", "R", 1.0)], ["a > r", "a > r"], [], "no law that relates them"),
+        (
+            [bg.one("a"), bg.inertia("m", "m", 1.0), bg.inertia("M", "m", 2.0)],
+            ["a > m", "a > M"],
+            [],
+            "symbol m stands for 1 and 2",
+        ),
+    ],
+)
+def test_a_graph_without_meaning_is_refused(elements, bonds, signals, said):
+    with pytest.raises(BondGraphError, match=said):
+        BondGraph("g", elements, bonds, signals)
+
+
+def test_a_chain_must_be_a_chain():
+    with pytest.raises(BondGraphError, match="must be a chain of bonds"):
+        BondGraph("g", [bg.one("a")], ["a"])
+
+
+def test_joining_prefixes_names_and_resolves_signals():
+    one = BondGraph("One", [bg.one("a"), bg.inertia("m", "m", 1.0)], ["a > m"], [Signal(name="x", symbol="x", of="a")])
+    two = BondGraph("Two", [bg.one("a"), bg.one("b")], ["a > b"], [Signal(name="x", symbol="x")])
+    whole = join("Both", {"first": one, "second": two}, ["first.a > second.a"])
+    assert whole["first.m"].parameter == Parameter("m", 1.0)
+    assert whole.titles == {"first": "One", "second": "Two"}
+    assert [(signal.name, signal.of) for signal in whole.signals] == [("x", "first.a")]
+    with pytest.raises(BondGraphError, match=r"measured at first.a and at second.a"):
+        join("Both", {"first": one, "second": one}, [])
+
+
+def test_causality_prefers_integral_storage():
+    causality = assign(motor())
+    assert causality.independent == ("L", "J", "k")
+    assert causality.dependent == ("Jo",)
+    stroke = causality.stroke
+    assert stroke[Bond("V", "i")] == "i"  # a source of effort imposes it on its junction
+    assert stroke[Bond("shaft", "J")] == "J"
+    assert stroke[Bond("out", "Jo")] == "out"  # derivative causality
+    assert stroke[Bond("out", "k")] == "out"
+    assert stroke[Bond("i", "K")] == "i"  # the coil decides the current, so the gyrator decides the voltage ...
+    assert stroke[Bond("K", "shaft")] == "shaft"  # ... and its torque
+
+
+def test_two_sources_of_one_flow_are_named():
+    clash = BondGraph("g", [bg.flow_source("a", "a"), bg.flow_source("b", "b"), bg.one("i")], ["a > i > b"])
+    with pytest.raises(BondGraphError, match="'b' and 'a' both decide the same quantity, on the bond i > b"):
+        assign(clash)
+
+
+def test_a_law_that_is_given_an_effort_is_named():
+    friction = bg.resistance("f", "f", coulomb, parameters={"size": Parameter("F", 1.0)})
+    graph = BondGraph("g", [bg.effort_source("e", "e"), bg.zero("n"), friction], ["e > n > f"])
+    with pytest.raises(BondGraphError, match=r"law of R 'f' needs a flow, but 'e' decides the effort"):
+        assign(graph)
+
+
+def test_state_space_of_a_motor():
+    """Against the equations a textbook writes for it, inertia behind the gear included."""
+    a, b = derive(motor()).state_space()
+    J, Jo, K, L, R, c, n = sympy.symbols("J J_o K L R c n", real=True)
+    inertia = J + Jo * n**2
+    assert sympy.simplify(
+        a - sympy.Matrix([[-R / L, -K / L, 0], [K / inertia, 0, -n / (c * inertia)], [0, n, 0]])
+    ).is_zero_matrix
+    assert sympy.simplify(b - sympy.Matrix([1 / L, 0, 0])).is_zero_matrix
+
+
+def test_a_linear_loop_is_solved_exactly():
+    """A voltage divider that charges a capacitor: three resistances decide each other."""
+    divider = BondGraph(
+        "divider",
+        [
+            bg.effort_source("V", "V"),
+            bg.one("i"),
+            bg.resistance("R1", "R_1", 2.0),
+            bg.zero("node"),
+            bg.resistance("R2", "R_2", 3.0),
+            bg.one("j"),
+            bg.resistance("R3", "R_3", 5.0),
+            bg.compliance("C", "C", 0.1),
+        ],
+        ["V > i > R1", "i > node > R2", "node > j > R3", "j > C"],
+    )
+    assert assign(divider).looped
+    R1, R2, R3, C, V, q = sympy.symbols("R_1 R_2 R_3 C V q_{C}", real=True)
+    node = (V / R1 + q / C / R3) / (1 / R1 + 1 / R2 + 1 / R3)  # Millman
+    (rate,) = derive(divider).derivatives
+    assert sympy.simplify(rate - (node - q / C) / R3) == 0
+
+
+def test_a_loop_through_a_law_without_proportion_is_named():
+    def curved(speed, torque):
+        return speed * torque**2
+
+    graph = BondGraph(
+        "g",
+        [
+            bg.effort_source("e", "e"),
+            bg.one("a", "w"),
+            bg.inertia("J", "J", 1.0),
+            bg.transformer("n", "n", 2.0),
+            bg.one("b"),
+            bg.inertia("M", "M", 1.0),
+            bg.resistance("loss", "T", curved, signals=("t",)),
+        ],
+        ["e > a > n > b > M", "a > J", "a > loss"],
+        [Signal(name="t", symbol="t", of="n")],
+    )
+    with pytest.raises(BondGraphError, match="law of 'loss' depends on its own value"):
+        derive(graph)
+
+
+def test_a_mass_that_is_moved_needs_the_acceleration():
+    graph = BondGraph(
+        "g",
+        [bg.flow_source("f", "f"), bg.one("j"), bg.inertia("m", "m", 1.0), bg.resistance("r", "R", 1.0)],
+        ["f > j > m", "j > r"],
+    )
+    equations = derive(graph)
+    assert not equations.states
+    assert list(equations.rates) == ["f"]
+    assert equations.efforts[Bond("j", "m")] == sympy.Symbol("m", real=True) * equations.rates["f"]
+
+
+def test_tracing_refuses_branches():
+    with pytest.raises(TypeError, match="write the choice with where"):
+        trace(lambda x: 1.0 if x > 0 else 2.0, sympy.Symbol("x"))
+
+
+@pytest.mark.parametrize("name", ["cobotic", "cobotic-b", "motor2-gear4"])
+@pytest.mark.parametrize("electrical", ["current", "voltage"])
+def test_one_code_for_floats_numpy_jax_and_casadi(study, name, electrical):
+    graph = plants.plant_graph(study.drives[name], electrical=electrical, load_mass=0.8)
+    made = model(graph)
+    parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
+    random = np.random.default_rng(1)
+    points = random.normal(size=(20, len(made.states)))
+    inputs = random.normal(size=(20, len(made.inputs)))
+    numpy = np.array(made.function("dynamics", np, parameters)(tuple(points.T), tuple(inputs.T), ())).T
+    floats = made.function("dynamics", FloatNamespace, parameters)
+    traced = jax.jit(made.function("dynamics", jax.numpy, parameters))
+    symbols, given = casadi.SX.sym("x", len(made.states)), casadi.SX.sym("u", len(made.inputs))
+    expression = made.function("dynamics", casadi_namespace(), parameters)(
+        casadi.vertsplit(symbols), casadi.vertsplit(given), ()
+    )
+    compiled = casadi.Function("f", [symbols, given], [casadi.vertcat(*expression)])
+    scale = np.abs(numpy).max(axis=0)
+    for row, point, given_row in zip(numpy, points, inputs, strict=True):
+        assert_allclose(floats(point.tolist(), given_row.tolist(), ()), row, rtol=1e-12, atol=1e-12 * scale.max())
+        assert_allclose(traced(tuple(point), tuple(given_row), ()), row, rtol=1e-12, atol=1e-12 * scale.max())
+        assert_allclose(np.array(compiled(point, given_row)).ravel(), row, rtol=1e-12, atol=1e-12 * scale.max())
+
+
+def test_models_are_kept_between_runs(study, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    graph = plants.cobotic_graph(study.drives["cobotic"], load_mass=0.8)
+    first = model(graph)
+    monkeypatch.setattr(models, "_derived", lambda graph: pytest.fail("derived again"))
+    assert model(graph) == first
+    heavier = plants.cobotic_graph(study.drives["cobotic"], load_mass=1.6)
+    assert model(heavier) == first  # values are no part of a model
+    (kept,) = (tmp_path / "infinivar").iterdir()
+    kept.write_text("{", "utf-8")
+    monkeypatch.undo()
+    assert model(graph) == first  # a file cut short is no reason to stop
+
+
+def test_laws_of_users_are_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    graph = BondGraph(
+        "g", [bg.one("a"), bg.inertia("m", "m", 1.0), bg.resistance("r", "r", lambda w: 2.0 * w)], ["a > m", "a > r"]
+    )
+    model(graph)
+    assert not (tmp_path / "infinivar").exists()
+
+
+def test_another_law_is_another_model(study):
+    drive = study.drives["cobotic"]
+    bent = replace(drive, transmission=replace(drive.transmission, creep_law="vermeulen-johnson"))
+    assert model(plants.cobotic_graph(drive)) != model(plants.cobotic_graph(bent))
+
+
+def test_missing_and_unknown_names_are_named():
+    graph = motor()
+    with pytest.raises(BondGraphError, match=r"the input 'V' is missing"):
+        solve(graph, [0.0, 1.0])
+    with pytest.raises(BondGraphError, match=r"has no input 'v'.*did you mean 'V'|has no input 'v'.*it has V"):
+        solve(graph, [0.0, 1.0], inputs={"v": 1.0})
+    with pytest.raises(BondGraphError, match="has no state 'Jo'"):
+        solve(graph, [0.0, 1.0], inputs={"V": 1.0}, initial={"Jo": 1.0})
+
+
+def test_a_resistance_that_creates_power_is_named():
+    graph = BondGraph(
+        "g",
+        [bg.one("a"), bg.inertia("m", "m", 1.0), bg.resistance("push", "F", lambda speed: -0.1 * speed)],
+        ["a > m", "a > push"],
+    )
+    with pytest.raises(AuditError, match="R 'push' creates power at 0 s"):
+        solve(graph, np.linspace(0.0, 1.0, 11), initial={"m": 1.0})
+
+
+def test_losses_that_do_not_add_up_are_named():
+    graph = BondGraph(
+        "g",
+        [
+            bg.one("a"),
+            bg.inertia("m", "m", 1.0),
+            bg.resistance("r", "F", lambda w: w, losses=lambda w, effort: {"heat": 0.9 * effort * w}),
+        ],
+        ["a > m", "a > r"],
+    )
+    with pytest.raises(AuditError, match="R 'r' loses other than the power it receives"):
+        solve(graph, np.linspace(0.0, 1.0, 11), initial={"m": 1.0})
+
+
+def test_a_balance_that_does_not_close_is_named():
+    """A loose tolerance is found out by the energy balance, not hidden."""
+    graph = motor()
+    with pytest.raises(AuditError, match=r"misses .* of the energy moved.*'V'|misses .* of the energy moved"):
+        solve(graph, np.linspace(0.0, 0.5, 11), inputs={"V": 5.0}, rtol=1e-3)
+
+
+def test_equations_for_people():
+    equations = derive(motor())
+    shown = text(equations)
+    assert r"d/dt \omega = (K*c*i - n*q_{k})/(c*(J + J_o*n**2))" in shown
+    assert "J_o              Jo" in shown  # named as dependent
+    document = latex(equations)
+    assert r"\frac{d}{dt} i &= \frac{- K \omega - R i + V}{L}" in document
+    assert document.count(r"\begin{") == document.count(r"\end{")

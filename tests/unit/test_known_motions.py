@@ -1,0 +1,193 @@
+"""Motions with a known solution: closed forms, or SciPy on equations written out here."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import solve_ivp
+
+from infinivar._xp import namespace
+from infinivar.bondgraph import graph as bg
+from infinivar.bondgraph.graph import BondGraph, Parameter
+from infinivar.bondgraph.solve import solve
+from infinivar.contact.friction import coulomb
+
+METHODS = ["LSODA", "Radau", "BDF", "CVODES"]
+TIMES = np.linspace(0.0, 0.5, 51)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_step_of_a_dc_motor(method):
+    """Without inductance a motor runs up along one exponential; 1e-6 is what the loosest of the methods leaves."""
+    V, R, K, J, c = 6.0, 2.0, 0.02, 1e-5, 1e-5
+    motor = BondGraph(
+        "motor",
+        [
+            bg.effort_source("V", "V"),
+            bg.one("i", "i"),
+            bg.resistance("R", "R", R),
+            bg.gyrator("K", "K", K),
+            bg.one("w", r"\omega"),
+            bg.inertia("J", "J", J),
+            bg.resistance("c", "c", c),
+        ],
+        ["V > i > K > w > J", "i > R", "w > c"],
+    )
+    run = solve(motor, TIMES, inputs={"V": V}, method=method)
+    rate = (K**2 / R + c) / J
+    expected = K * V / R / J / rate * -np.expm1(-rate * TIMES)
+    assert_allclose(run.states["J"], expected, atol=1e-6 * expected[-1])
+    # Heat in the winding: integral of R i^2, i = (V - K w)/R.
+    top = expected[-1] / -math.expm1(-rate * TIMES[-1])
+    a, b = V - K * top, K * top
+    decay = -np.expm1(-rate * TIMES) / rate, -np.expm1(-2 * rate * TIMES) / (2 * rate)
+    heat = (a**2 * TIMES + 2 * a * b * decay[0] + b**2 * decay[1]) / R
+    assert_allclose(run.lost["R"], heat, atol=1e-6 * heat[-1])
+    assert run.closure < 1e-6
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_mass_spring_damper(method):
+    m, k, c = 0.5, 200.0, 1.5
+    oscillator = BondGraph(
+        "oscillator",
+        [bg.one("v", "v"), bg.inertia("m", "m", m), bg.compliance("k", "c_k", 1 / k), bg.resistance("d", "d", c)],
+        ["v > m", "v > k", "v > d"],
+    )
+    run = solve(oscillator, TIMES, initial={"k": 0.01}, method=method)
+    decay, turn = c / (2 * m), math.sqrt(k / m - (c / (2 * m)) ** 2)
+    expected = 0.01 * np.exp(-decay * TIMES) * (np.cos(turn * TIMES) + decay / turn * np.sin(turn * TIMES))
+    assert_allclose(run.states["k"], expected, atol=1e-7)
+    assert run.stored["k"][0] == pytest.approx(0.5 * k * 0.01**2)
+    assert_allclose(run.lost["d"] + run.stored["k"] + run.stored["m"], run.stored["k"][0], rtol=1e-6)
+
+
+def test_inertias_coupled_by_a_gear():
+    """Constant torque through a gear: the sum of the inertias at the motor's side accelerates evenly."""
+    motor, load, ratio, torque = 2e-6, 3e-4, 12.0, 0.01
+    gear = BondGraph(
+        "gear",
+        [
+            bg.effort_source("T", "T"),
+            bg.one("a"),
+            bg.inertia("Ja", "J_a", motor),
+            bg.transformer("n", "n", 1.0 / ratio),
+            bg.one("b"),
+            bg.inertia("Jb", "J_b", load),
+        ],
+        ["T > a > n > b > Jb", "a > Ja"],
+    )
+    run = solve(gear, TIMES, inputs={"T": torque})
+    acceleration = torque / (motor + load / ratio**2)
+    assert_allclose(run.states["Ja"], acceleration * TIMES, rtol=1e-9)
+    effort, speed = run.at("Jb")
+    assert_allclose(speed, acceleration * TIMES / ratio, rtol=1e-9)
+    assert_allclose(effort, load * acceleration / ratio, rtol=1e-9)
+
+
+def braked(stick_speed, mass=2.0, friction=3.0):
+    law = bg.resistance(
+        "brake",
+        "F",
+        coulomb,
+        parameters={"size": Parameter("F_c", friction), "stick_speed": Parameter(r"\varepsilon", stick_speed)},
+    )
+    return BondGraph(
+        "sledge",
+        [bg.one("v", "v"), bg.inertia("m", "m", mass), law],
+        ["v > m", "v > brake"],
+        [bg.Signal(name="x", symbol="x", of="v", integral=True)],
+    )
+
+
+@pytest.mark.parametrize("stick_speed", [1e-2, 1e-3, 1e-4])
+def test_a_sledge_braked_by_friction_stops(stick_speed):
+    """Stop after m v/F and m v^2/(2 F). Below the stick speed it creeps on, decaying with m eps/(1.5 F): the error of the
+    distance is of second order in that speed, at most m eps^2/F, and so is the one of stopping."""
+    mass, friction, speed = 2.0, 3.0, 0.4
+    stop = mass * speed / friction
+    times = np.linspace(0.0, 2.0 * stop, 401)
+    run = solve(braked(stick_speed), times, initial={"m": speed})
+    expected = np.where(times < stop, speed - friction / mass * times, 0.0)
+    assert_allclose(run.states["m"], expected, atol=stick_speed)
+    distance = mass * speed**2 / (2 * friction)
+    assert abs(run.states["x"][-1] - distance) <= mass * stick_speed**2 / friction
+    assert run.lost["brake"][-1] == pytest.approx(0.5 * mass * speed**2, rel=1e-6)
+
+
+def test_friction_holds_what_it_can():
+    """A push below the friction force moves a sledge at less than the stick speed, one above it accelerates it."""
+    push = bg.effort_source("push", "p")
+    sledge = braked(1e-4)
+    graph = BondGraph("pushed", [*sledge.elements, push], [*sledge.bonds, "push > v"], sledge.signals)
+    held = solve(graph, TIMES, inputs={"push": 2.0})
+    # 2 N of 3 N: s(3 - s^2)/2 = 2/3.
+    share = 2.0 * math.sin(math.asin(2.0 / 3.0) / 3.0)
+    assert held.states["m"][-1] == pytest.approx(share * 1e-4, rel=1e-6)
+    slides = solve(graph, TIMES, inputs={"push": 4.0})
+    assert slides.states["m"][-1] == pytest.approx(0.5 * TIMES[-1], rel=1e-3)
+
+
+def test_a_motor_on_a_sticking_load_against_scipy_by_hand():
+    """Equations written out by hand, another solver: reversing drive of an inertia with friction and inductance."""
+    V, R, L, K, J, T, width = 8.0, 1.5, 8e-4, 0.03, 4e-6, 0.02, 0.05
+
+    class Reversing:
+        breaks = ()
+
+        def value(self, time):
+            return V * math.sin(40.0 * time)
+
+        def rate(self, time):
+            return 40.0 * V * math.cos(40.0 * time)
+
+    parameters = {"size": Parameter("T", T), "stick_speed": Parameter(r"\varepsilon", width)}
+    graph = BondGraph(
+        "motor",
+        [
+            bg.effort_source("V", "V"),
+            bg.one("i", "i"),
+            bg.inertia("L", "L", L),
+            bg.resistance("R", "R", R),
+            bg.gyrator("K", "K", K),
+            bg.one("w", r"\omega"),
+            bg.inertia("J", "J", J),
+            bg.resistance("f", "f", coulomb, parameters=parameters),
+        ],
+        ["V > i > K > w > J", "i > L", "i > R", "w > f"],
+    )
+
+    def by_hand(time, state):
+        current, speed = state
+        s = min(max(speed / width, -1.0), 1.0)
+        friction = T * s * (3.0 - s * s) / 2.0
+        return (V * math.sin(40.0 * time) - R * current - K * speed) / L, (K * current - friction) / J
+
+    run = solve(graph, TIMES, inputs={"V": Reversing()})
+    other = solve_ivp(by_hand, (0.0, 0.5), (0.0, 0.0), method="Radau", t_eval=TIMES, rtol=1e-10, atol=1e-12)
+    assert_allclose(run.states["L"], other.y[0], atol=1e-6 * np.abs(other.y[0]).max())
+    assert_allclose(run.states["J"], other.y[1], atol=1e-6 * np.abs(other.y[1]).max())
+
+
+def test_a_run_that_is_given_up_says_what_to_try():
+    """A law that ends at some speed leaves a result as far as it went, and advice."""
+
+    def wall(speed):
+        return 1.0 - namespace(speed).sqrt(1.0 - speed)
+
+    graph = BondGraph(
+        "g",
+        [
+            bg.one("v", "v"),
+            bg.inertia("m", "m", 1.0),
+            bg.effort_source("push", "p"),
+            bg.resistance("wall", "F", wall),
+        ],
+        ["push > v > m", "v > wall"],
+    )
+    run = solve(graph, TIMES, inputs={"push": 20.0})
+    assert "stopped at" in run.outcome
+    assert "Try" in run.outcome
+    assert 0 < len(run.time) < len(TIMES)
+    assert run.closure < 1e-6
