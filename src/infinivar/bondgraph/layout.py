@@ -1,0 +1,233 @@
+"""Where the elements of a bond graph are drawn.
+
+Junctions, two-ports and the sources at their ends run from left to right the way power does, laid out by igraph. Whatever
+ends blindly hangs above or below. Graphs made of graphs stand side by side in the order of the bonds that join them; one
+that is joined by signals only stands above the one it modulates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph
+
+COLUMN, ROW, SPREAD = 1.0, 0.85, 0.95
+"""Distance of columns and rows, and of elements that hang side by side. [inch]"""
+
+_PADDING, _GAP = 0.5, 0.35
+
+Point = tuple[float, float]
+Box = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Places of elements by name, and frames (left, bottom, right, top) of sub-graphs by prefix. [inch]"""
+
+    positions: Mapping[str, Point]
+    frames: Mapping[str, Box]
+
+
+def layout(graph: BondGraph) -> Layout:
+    """Layout of a graph: no two elements at one place, sub-graphs in frames that do not meet.
+
+    Parameters
+    ----------
+    graph : BondGraph
+
+    Returns
+    -------
+    Layout
+    """
+    groups: dict[str, list[str]] = {}
+    for element in graph.elements:
+        groups.setdefault(element.group[0] if element.group else "", []).append(element.name)
+    placed = {group: _place_group(graph, names) for group, names in groups.items()}
+    offsets = _offsets(graph, placed)
+    positions = {
+        name: (x + offsets[group][0], y + offsets[group][1])
+        for group, places in placed.items()
+        for name, (x, y) in places.items()
+    }
+    frames = {group: _box([positions[name] for name in names]) for group, names in groups.items() if group}
+    return Layout(positions, frames)
+
+
+def _box(points: Sequence[Point]) -> Box:
+    across, up = [x for x, _ in points], [y for _, y in points]
+    return min(across) - _PADDING, min(up) - _PADDING, max(across) + _PADDING, max(up) + _PADDING + 0.1
+
+
+def _place_group(graph: BondGraph, names: list[str]) -> dict[str, Point]:
+    """Places of the elements of one sub-graph around its main row, which is at y = 0."""
+    inside = set(names)
+    neighbours = {
+        name: [bond.other(name) for bond in graph.bonds_of(name) if bond.other(name) in inside] for name in names
+    }
+    ports = {name for name in names if len(neighbours[name]) < len(graph.bonds_of(name))}
+    core = _core(graph, names, neighbours, ports)
+    columns = _columns(graph, core, neighbours, ports)
+    rows = _rows(core, columns, neighbours)
+    children = {name: [other for other in neighbours[name] if other not in core] for name in core}
+    hanging = {name: _split(children[name], rows[name]) for name in core}
+    x = _spaced(columns, {name: max(len(up), len(down), 1) for name, (up, down) in hanging.items()})
+    places = {name: (x[columns[name]], ROW * rows[name]) for name in core}
+    for name in core:
+        for side, group in zip((1, -1), hanging[name], strict=True):
+            _hang(places, neighbours, name, group, side)
+    return places
+
+
+def _core(graph: BondGraph, names: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> list[str]:
+    """What lies on the way of power: all but the branches that end blindly."""
+    kinds = {name: graph[name].kind for name in names}
+    sources = [name for name in names if kinds[name] in SOURCES and _ends_a_chain(graph, name, kinds, neighbours)]
+    kept = {name for name in names if kinds[name] in (*JUNCTIONS, *TWO_PORTS)} | set(sources)
+    inner = ports | set(sources)
+    while True:
+        blind = {
+            name
+            for name in kept - inner
+            if sum(other in kept for other in neighbours[name]) <= 1
+            and sum(other not in kept for other in neighbours[name])
+        }
+        # A chain without ports keeps its last junction.
+        blind = {
+            name for name in blind if any(other in kept and kinds[other] in JUNCTIONS for other in neighbours[name])
+        }
+        if not blind or len(blind) == len(kept):
+            return [name for name in names if name in kept]
+        kept -= blind
+
+
+def _ends_a_chain(graph: BondGraph, name: str, kinds: Mapping[str, str], neighbours: Mapping[str, list[str]]) -> bool:
+    """Whether a source begins a chain: its junction receives power from nothing else in the sub-graph."""
+    (bond,) = graph.bonds_of(name)
+    junction = bond.other(name)
+    if junction not in kinds or kinds[junction] not in JUNCTIONS:
+        return False
+    others = [b for b in graph.bonds_of(junction) if b != bond]
+    first = next((e for e in (b.tail for b in graph.bonds_of(junction) if b.head == junction) if e in kinds), None)
+    arriving = [b for b in others if b.head == junction and kinds.get(b.tail, "") not in SOURCES]
+    return not arriving and first == name and any(b.tail == junction for b in others)
+
+
+def _columns(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> dict[str, int]:
+    """Steps from where power enters."""
+    entering = [
+        name
+        for name in core
+        if name in ports and any(b.head == name and b.tail not in neighbours for b in graph.bonds_of(name))
+    ]
+    begins = [name for name in core if not any(b.head == name and b.tail in core for b in graph.bonds_of(name))]
+    sources = [name for name in begins if graph[name].kind in SOURCES]
+    columns = {(sources or entering or begins or core)[0]: 0}
+    waiting = list(columns)
+    while waiting:
+        name = waiting.pop(0)
+        for other in neighbours[name]:
+            if other in core and other not in columns:
+                columns[other] = columns[name] + 1
+                waiting.append(other)
+    for name in core:  # a part that hangs together with the rest by signals only
+        columns.setdefault(name, 0)
+    return columns
+
+
+def _rows(core: list[str], columns: Mapping[str, int], neighbours: Mapping[str, list[str]]) -> dict[str, float]:
+    """Rows around 0 in each column, with few crossings: igraph's layered layout decides the order."""
+    import igraph
+
+    index = {name: number for number, name in enumerate(core)}
+    edges = sorted(
+        {(index[a], index[b]) for a in core for b in neighbours[a] if b in index and columns[b] == columns[a] + 1}
+    )
+    found = igraph.Graph(n=len(core), edges=edges, directed=True).layout_sugiyama(
+        layers=[columns[name] for name in core], hgap=1, vgap=1
+    )
+    rows: dict[str, float] = {}
+    for column in set(columns.values()):
+        here = sorted((name for name in core if columns[name] == column), key=lambda name: found[index[name]][0])
+        for place, name in enumerate(here):
+            rows[name] = (len(here) - 1) / 2.0 - place
+    # Two in a column leave the middle free for what they enclose.
+    return {name: 2.0 * row if abs(row) == 0.5 else row for name, row in rows.items()}
+
+
+def _split(children: list[str], row: float) -> tuple[list[str], list[str]]:
+    """What hangs above and what below."""
+    if row > 0:
+        return children, []
+    if row < 0:
+        return [], children
+    return children[0::2], children[1::2]
+
+
+def _spaced(columns: Mapping[str, int], widths: Mapping[str, int]) -> dict[int, float]:
+    """Distance of every column from the first, so that what hangs side by side has room."""
+    room = {
+        column: max(widths[name] for name in columns if columns[name] == column) for column in set(columns.values())
+    }
+    at, places = 0.0, {}
+    for column in sorted(room):
+        if column:
+            at += max(COLUMN, SPREAD * 0.5 * (room[column] + room[column - 1]))
+        places[column] = at
+    return places
+
+
+def _hang(
+    places: dict[str, Point], neighbours: Mapping[str, list[str]], name: str, group: list[str], side: int
+) -> None:
+    x, y = places[name]
+    for place, child in enumerate(group):
+        places[child] = (x + SPREAD * (place - (len(group) - 1) / 2.0), y + side * ROW)
+        _hang(places, neighbours, child, [other for other in neighbours[child] if other not in places], side)
+
+
+def _offsets(graph: BondGraph, placed: Mapping[str, Mapping[str, Point]]) -> dict[str, Point]:
+    """Where each sub-graph's own origin goes."""
+    group_of = {name: group for group, places in placed.items() for name in places}
+    joins = [
+        (group_of[bond.tail], group_of[bond.head]) for bond in graph.bonds if group_of[bond.tail] != group_of[bond.head]
+    ]
+    heads = {head for _, head in joins}
+    order = [group for group in placed if group not in heads and any(group == tail for tail, _ in joins)]
+    order = order or [next(iter(placed))]
+    for group in order:  # grows while it is walked
+        order += [head for tail, head in joins if tail == group and head not in order]
+    offsets: dict[str, Point] = {}
+    right = 0.0
+    for group in order:
+        left, _, end, _ = _box(list(placed[group].values()))
+        offsets[group] = (right - left, 0.0)
+        right += end - left + _GAP
+    for group in placed:
+        if group not in offsets:
+            offsets[group] = _above(graph, placed, offsets, group, group_of)
+    return offsets
+
+
+def _above(
+    graph: BondGraph,
+    placed: Mapping[str, Mapping[str, Point]],
+    offsets: Mapping[str, Point],
+    group: str,
+    group_of: Mapping[str, str],
+) -> Point:
+    """Above everything, with what it measures over what it modulates."""
+    tops = [_box(list(placed[other].values()))[3] + offset[1] for other, offset in offsets.items()]
+    measured = {signal.name: signal.of for signal in graph.signals if group_of.get(signal.of) == group}
+    modulated = [
+        placed[group_of[element.name]][element.name][0] + offsets[group_of[element.name]][0]
+        for element in graph.elements
+        if group_of[element.name] in offsets and set(element.signals) & set(measured)
+    ]
+    left, bottom, _, _ = _box(list(placed[group].values()))
+    if not modulated:
+        return -left, max(tops, default=0.0) + _GAP - bottom
+    abroad = {name for element in graph.elements if group_of[element.name] != group for name in element.signals}
+    name = next(of for signal, of in measured.items() if signal in abroad)
+    wanted = sum(modulated) / len(modulated) - placed[group][name][0]
+    return wanted, max(tops) + _GAP - bottom
