@@ -6,22 +6,24 @@ from collections.abc import Iterator
 from typing import Any
 
 from infinivar.bondgraph.equations import Equations, State
-from infinivar.bondgraph.graph import BondGraph
+from infinivar.bondgraph.graph import SOURCES, BondGraph
 
 _KIND = {"flow": "flow of", "displacement": "displacement of", "signal": "integral signal"}
 
 
 def text(equations: Equations) -> str:
     """States, state equations, laws and parameters, one a line, with symbols as LaTeX writes them."""
-    lines = [equations.graph.name, "", "States"]
+    lines = [equations.graph.name, "", "States" if equations.states else "No states"]
     lines += [f"  {state.symbol.name:<16} {_meaning(equations.graph, state)}" for state in equations.states]
     lines += ["", "Inputs", *(f"  {symbol.name:<16} {name}" for name, symbol in equations.inputs.items())]
     if equations.causality.dependent:
         lines += ["", "Dependent storages (their energy follows from the states)"]
         lines += [f"  {_symbol(equations.graph, name):<16} {name}" for name in equations.causality.dependent]
-    lines += ["", "State equations"]
+    lines += ["", "State equations"] if equations.states else []
     for state, derivative in zip(equations.states, equations.derivatives, strict=True):
         lines.append(f"  d/dt {state.symbol.name} = {derivative}")
+    lines += ["", "Response at the sources"]
+    lines += [f"  {what} of {name} = {value}" for what, name, value in _responses(equations)]
     if equations.laws:
         lines += ["", "Laws"]
         for law in equations.laws:
@@ -42,16 +44,25 @@ def latex(equations: Equations) -> str:
         r"\usepackage[landscape,margin=20mm]{geometry}",
         r"\begin{document}",
         rf"\section*{{{_plain(graph.name)}}}",
-        r"\subsection*{States}",
-        *_list((state.symbol.name, _meaning(graph, state)) for state in equations.states),
-        r"\subsection*{State equations}",
-        *_aligned(
-            (rf"\frac{{d}}{{dt}} {state.symbol.name}", _latex(value))
-            for state, value in zip(equations.states, equations.derivatives, strict=True)
-        ),
     ]
+    if equations.states:
+        lines += [
+            r"\subsection*{States}",
+            *_list((state.symbol.name, _meaning(graph, state)) for state in equations.states),
+            r"\subsection*{State equations}",
+            *_aligned(
+                (rf"\frac{{d}}{{dt}} {state.symbol.name}", _latex(value))
+                for state, value in zip(equations.states, equations.derivatives, strict=True)
+            ),
+        ]
     if equations.inputs:
         lines += [r"\subsection*{Inputs}", *_list((symbol.name, name) for name, symbol in equations.inputs.items())]
+    lines += [
+        r"\subsection*{Response at the sources}",
+        *_aligned(
+            (rf"\text{{{what} of {_plain(name)}}}", _latex(value)) for what, name, value in _responses(equations)
+        ),
+    ]
     if equations.laws:
         lines += [r"\subsection*{Laws}"]
         for law in equations.laws:
@@ -62,6 +73,19 @@ def latex(equations: Equations) -> str:
     for symbol, parameter in graph.parameters.items():
         lines.append(rf"${symbol}$ & {parameter.value:.6g} & {_plain(parameter.unit)} \\")
     return "\n".join([*lines, r"\end{longtable}", r"\end{document}", ""])
+
+
+def _responses(equations: Equations) -> list[tuple[str, str, Any]]:
+    """What the graph answers to each source: the quantity that the source does not decide."""
+    found = []
+    for element in equations.graph.elements:
+        if element.kind in SOURCES:
+            (bond,) = equations.graph.bonds_of(element.name)
+            flow = element.kind == "Se"
+            found.append(
+                ("flow" if flow else "effort", element.name, (equations.flows if flow else equations.efforts)[bond])
+            )
+    return found
 
 
 def _aligned(rows: Any) -> list[str]:

@@ -102,15 +102,16 @@ def _core(graph: BondGraph, names: list[str], neighbours: Mapping[str, list[str]
 
 
 def _ends_a_chain(graph: BondGraph, name: str, kinds: Mapping[str, str], neighbours: Mapping[str, list[str]]) -> bool:
-    """Whether a source begins a chain: its junction receives power from nothing else in the sub-graph."""
+    """Whether a source stands at an end: it takes power, or its junction receives none from anything else here."""
     (bond,) = graph.bonds_of(name)
     junction = bond.other(name)
-    if junction not in kinds or kinds[junction] not in JUNCTIONS:
+    if kinds.get(junction, "") not in JUNCTIONS:
         return False
-    others = [b for b in graph.bonds_of(junction) if b != bond]
-    first = next((e for e in (b.tail for b in graph.bonds_of(junction) if b.head == junction) if e in kinds), None)
-    arriving = [b for b in others if b.head == junction and kinds.get(b.tail, "") not in SOURCES]
-    return not arriving and first == name and any(b.tail == junction for b in others)
+    if bond.head == name:
+        return True
+    givers = [b.tail for b in graph.bonds_of(junction) if b.head == junction]
+    leads_on = any(b.tail == junction and b.head != name for b in graph.bonds_of(junction))
+    return givers[0] == name and all(kinds.get(giver, "") in SOURCES for giver in givers) and leads_on
 
 
 def _columns(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> dict[str, int]:

@@ -6,7 +6,7 @@ a `stick_speed` (see `infinivar.contact.friction.coulomb`), given at the link an
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, cast
 
@@ -349,7 +349,7 @@ def plant_graph(
 
     Returns
     -------
-    BondGraph
+    BondGraph   Complete: sources stand for the neighbours of a plant.
 
     Raises
     ------
@@ -374,7 +374,31 @@ def plant_graph(
             "link": lambda: link_plant(drive),
         }
     require(plant in makers, "plant", repr(plant), f"one of {', '.join(makers)}")
-    return makers[plant]()
+    return _closed(makers[plant](), _NEIGHBOURS.get(plant, {}))
+
+
+# What a plant's neighbours decide at its open junctions, and whether they take power there.
+_NEIGHBOURS: dict[str, dict[str, tuple[Element, bool]]] = {
+    "lossless": {
+        "surface": (bg.flow_source("from_cylinder", r"\omega"), False),
+        "link": (bg.effort_source("to_link", "f_l"), True),
+    },
+    "transmission": {
+        "surface": (bg.flow_source("from_cylinder", r"\omega"), False),
+        "link": (bg.flow_source("to_link", r"\dot{l}"), True),
+    },
+    "cylinder": {"cylinder": (bg.effort_source("to_transmission", r"\tau"), True)},
+    "link": {"link": (bg.effort_source("from_transmission", "f_l"), False)},
+}
+
+
+def _closed(graph: BondGraph, neighbours: Mapping[str, tuple[Element, bool]]) -> BondGraph:
+    sources = [source for source, _ in neighbours.values()]
+    bonds = [
+        f"{junction} > {source.name}" if takes else f"{source.name} > {junction}"
+        for junction, (source, takes) in neighbours.items()
+    ]
+    return BondGraph(graph.name, [*sources, *graph.elements], [*bonds, *graph.bonds], graph.signals, graph.titles)
 
 
 def _turn(name: str, symbol: str, law: Callable[..., Array], parameters: dict[str, Parameter]) -> Element:

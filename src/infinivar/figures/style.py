@@ -26,6 +26,11 @@ LOSS_COLOURS = {
     "guideway": "#CC79A7",
     "pulley": "#8B6BB1",
     "amplifier": "#999999",
+    "slip": "#882255",
+    "steering winding": "#EE9977",
+    "steering motor friction": "#F5C77A",
+    "steering bearing": "#A9D8F2",
+    "steering patch": "#7FCDBB",
 }
 """One colour a loss, the same in every figure."""
 

@@ -1,0 +1,105 @@
+"""What a drive did over time: motion, forces, angles, currents and power, one under another."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from infinivar.analysis.simulate import Simulation
+from infinivar.figures import style
+from infinivar.limits import Limit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Panel by what is read in it: title of the axis, factor, and columns with the words for them.
+_PANELS: tuple[tuple[str, float, dict[str, str]], ...] = (
+    ("position\n[mm]", 1e3, {"position_m": "link", "wanted_position_m": "wanted"}),
+    ("speed\n[m/s]", 1.0, {"speed_m_s": "link"}),
+    ("force on\nload [N]", 1.0, {"force_N": "from outside"}),
+    ("steering\nangle [deg]", 180.0 / np.pi, {"steering_angle_rad": "wheel"}),
+    ("cylinder\n[rad/s]", 1.0, {"cylinder_speed_rad_s": "cylinder"}),
+    ("lateral over\nslip force [-]", 1.0, {"slip_ratio": "wheel"}),
+    ("current\n[A]", 1.0, {"motor_current_A": "motor", "steering_current_A": "steering motor"}),
+    ("supply\npower [W]", 1.0, {"supply_power_W": "supply"}),
+)
+
+# The panel in which a limit is shown, by a column it has.
+_WHERE = {
+    Limit.SLIP: "slip_ratio",
+    Limit.THERMAL: "motor_current_A",
+    Limit.VOLTAGE: "motor_current_A",
+    Limit.SPEED: "motor_current_A",
+    Limit.GEAR: "motor_current_A",
+    Limit.STEERING: "steering_angle_rad",
+    Limit.REGENERATION: "supply_power_W",
+}
+
+
+def data(simulation: Simulation) -> dict[str, Any]:
+    """Panels with their curves over time, and the stretches beyond a limit.
+
+    Returns
+    -------
+    dict
+        time [s]; panels: axis title to curves by name, in the unit of the title; limits: axis title to (start, end, words).
+    """
+    columns = simulation.columns
+    panels, limits = {}, {}
+    for title, factor, wanted in _PANELS:
+        curves = {words: factor * np.asarray(columns[name]) for name, words in wanted.items() if name in columns}
+        if not curves or (title.startswith("force") and not np.any(columns["force_N"])):
+            continue
+        panels[title] = curves
+        limits[title] = [
+            (event.start, event.end, f"{event.limit.words} ({event.what})")
+            for event in simulation.events
+            if _WHERE.get(event.limit) in wanted
+        ]
+    return {"time": np.asarray(columns["time_s"]), "panels": panels, "limits": limits}
+
+
+def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:
+    """Draw one panel."""
+    time = numbers["time"]
+    for index, (words, values) in enumerate(numbers["panels"][panel].items()):
+        if words == "wanted":
+            ax.plot(time, values, color="black", linewidth=0.9, linestyle=(0, (4, 2)), label=words)
+        else:
+            ax.plot(time, values, color=style.COLOURS[index], linewidth=1.2, label=words)
+    named = set()
+    for start, end, words in numbers["limits"][panel]:
+        ax.axvspan(start, max(end, start + 2e-3 * (time[-1] - time[0])), color="#d9d9d9", zorder=0)
+        if words not in named:
+            place = 0.97 - 0.17 * len(named)
+            left = start < 0.5 * (time[0] + time[-1])
+            ax.text(
+                start if left else end,
+                place,
+                f" {words} ",
+                transform=ax.get_xaxis_transform(),
+                fontsize=7,
+                va="top",
+                ha="left" if left else "right",
+            )
+            named.add(words)
+    ax.set_ylabel(panel)
+    ax.margins(x=0.0, y=0.12 + 0.12 * len(named))
+    if len(numbers["panels"][panel]) > 1:
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def draw_all(simulation: Simulation) -> Figure:
+    """All panels over one time axis."""
+    numbers = data(simulation)
+    panels = list(numbers["panels"])
+    with style.styled():
+        made, axes = style.figure(7.6, 0.6 + 1.15 * len(panels), len(panels), 1, sharex=True, squeeze=False)
+        for ax, panel in zip(axes[:, 0], panels, strict=True):
+            draw(ax, numbers, panel)
+        axes[-1, 0].set_xlabel("time [s]")
+        made.align_ylabels()
+    return made

@@ -1,0 +1,55 @@
+"""The report of a simulation, with its figures and data files."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from infinivar.analysis.simulate import Simulation
+from infinivar.figures import energy_flow, style, time_history
+from infinivar.report.comparison import to_json
+from infinivar.report.page import all_or_nothing, render
+
+
+def save(simulation: Simulation, directory: Path, name: str, reconstruction: tuple[str, ...] = ()) -> list[Path]:
+    """Write report, figures, NetCDF, CSV and JSON; see `Simulation.save`."""
+    history, energy = time_history.draw_all(simulation), energy_flow.draw_all(simulation)
+    with all_or_nothing(directory) as scratch:
+        page = html(simulation, reconstruction, style.inline_svg(history), style.inline_svg(energy))
+        (scratch / f"{name}.html").write_text(page, "utf-8")
+        (scratch / f"{name}.json").write_text(to_json(simulation.to_dict()), "utf-8")
+        simulation.dataset().to_netcdf(scratch / f"{name}.nc", engine="scipy")
+        _write_csv(simulation.columns, scratch / f"{name}.csv")
+        figures = [
+            *style.write(history, scratch / f"{name}-history"),
+            *style.write(energy, scratch / f"{name}-energy"),
+        ]
+    names = [f"{name}.{kind}" for kind in ("html", "json", "nc", "csv")] + [figure.name for figure in figures]
+    return [directory / file for file in names]
+
+
+def _write_csv(columns: Mapping[str, Any], path: Path) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
+
+
+def html(simulation: Simulation, reconstruction: tuple[str, ...], history: str, energy: str) -> str:
+    """The report as one page that needs no other file."""
+    run = simulation.trajectory
+    change = {name: float(values[-1] - values[0]) for name, values in run.stored.items()}
+    return render(
+        "simulation.html",
+        simulation=simulation,
+        scenario=simulation.scenario,
+        reconstruction=reconstruction,
+        supplied={name: float(values[-1]) for name, values in run.supplied.items()},
+        lost={name: float(values[-1]) for name, values in run.lost.items()},
+        stored=change,
+        closure=run.closure,
+        history=history,
+        energy=energy,
+    )

@@ -1,0 +1,164 @@
+"""What a simulation shows and writes is what its trajectory says."""
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray
+
+import infinivar as iv
+from infinivar.analysis.simulate import Event
+from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
+from infinivar.drivetrain.scenario import Scenario
+from infinivar.figures import energy_flow, time_history
+
+
+@pytest.fixture(scope="module")
+def step(study):
+    scenario = Scenario(
+        title="step",
+        duration=0.2,
+        output_step=0.002,
+        load_mass=0.8,
+        motion=MotionProfile(shape="step", distance=0.02, start=0.05),
+        force=ForceProfile(size=-5.0),
+    )
+    return iv.simulate(study.drives["cobotic"], scenario, title="Cobotic")
+
+
+@pytest.fixture(scope="module")
+def slip(study):
+    scenario = Scenario(
+        title="slip",
+        duration=0.1,
+        output_step=0.001,
+        steering="locked",
+        load_mass=0.8,
+        force=ForceProfile(shape="step", size=-90.0, start=0.03),
+    )
+    return iv.simulate(study.drives["cobotic"], scenario, title="Cobotic")
+
+
+@pytest.fixture(scope="module")
+def saved(step, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("saved")
+    files = step.save(folder, "run", reconstruction=("Everything is assumed.",))
+    return {file.name: file for file in files}
+
+
+def test_history_shows_the_columns(step):
+    numbers = time_history.data(step)
+    panels = numbers["panels"]
+    np.testing.assert_array_equal(numbers["time"], step.trajectory.time)
+    np.testing.assert_allclose(panels["position\n[mm]"]["link"], 1e3 * step.trajectory.signals["l"])
+    np.testing.assert_allclose(panels["steering\nangle [deg]"]["wheel"], np.degrees(step.trajectory.signals["phi"]))
+    assert set(panels["current\n[A]"]) == {"motor", "steering motor"}
+
+
+def test_limits_are_shown_where_they_belong(step, slip):
+    assert [words for _, _, words in time_history.data(slip)["limits"]["lateral over\nslip force [-]"]] == [
+        "wheel slip (wheel)"
+    ]
+    shown = time_history.data(step)["limits"]["current\n[A]"]
+    assert {words for _, _, words in shown} == {
+        "motor continuous torque (steering motor)",
+        "supply voltage (steering motor)",
+    }
+
+
+def test_slip_begins_with_the_force(slip):
+    (event,) = slip.events
+    assert event.limit == iv.Limit.SLIP
+    assert event.start == pytest.approx(0.03, abs=0.001)
+    assert event.end == pytest.approx(0.1)
+    assert slip.exceeded == ("wheel slip (wheel)",)
+    assert not slip.feasible
+    # All that the contact loses from then on is the slip's own loss, mu P times the sliding speed.
+    run = slip.trajectory
+    assert run.lost["slip"][-1] > 100 * run.lost["creep"][-1] > 0.0
+    fast = run.time > 0.05
+    sliding = run.at("transmission.creep")[1][fast]
+    power = np.gradient(run.lost["slip"], run.time)[fast]
+    np.testing.assert_allclose(power[1:-1], 78.0 * np.abs(sliding[1:-1]), rtol=1e-3)
+
+
+def test_energy_in_and_out_agree(step, slip):
+    for simulation in (step, slip):
+        numbers = energy_flow.data(simulation)
+        came, went = sum(numbers["came"].values()), sum(numbers["went"].values())
+        assert came == pytest.approx(went, rel=1e-4)  # what is too small to show is left out
+        assert all(value > 0.0 for side in ("came", "went") for value in numbers[side].values())
+
+
+def test_energy_that_goes_back_counts_as_going_out(step):
+    """The surroundings pull against the motion: the load's source takes energy."""
+    assert step.trajectory.supplied["load"][-1] < 0.0
+    assert energy_flow.data(step)["went"]["work on the surroundings"] == pytest.approx(
+        -step.trajectory.supplied["load"][-1]
+    )
+
+
+def test_csv_has_the_columns(step, saved):
+    with saved["run.csv"].open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    assert header == list(step.columns)
+    table = np.array(rows, dtype=float)
+    assert table.shape == (len(step.trajectory.time), len(header))
+    np.testing.assert_allclose(table[:, header.index("speed_m_s")], step.columns["speed_m_s"], rtol=1e-8, atol=1e-12)
+
+
+def test_netcdf_has_energies_by_name(step, saved):
+    with xarray.open_dataset(saved["run.nc"], engine="scipy") as dataset:
+        assert dataset["position_m"].attrs["units"] == "m"
+        lost = dataset["energy_lost_J"].sel(lost="winding").values
+        np.testing.assert_allclose(lost, step.trajectory.lost["winding"])
+        assert float(np.abs(dataset["energy_residual"]).max()) == pytest.approx(step.trajectory.closure)
+
+
+def test_json_says_what_happened(step, saved):
+    content = json.loads(saved["run.json"].read_text("utf-8"))
+    assert content["complete"] is True
+    assert content["closure"] < 1e-6
+    total = sum(content["supplied_J"].values()) - sum(content["lost_J"].values()) - sum(content["stored_J"].values())
+    assert total == pytest.approx(0.0, abs=1e-6)
+    assert content["events"][0]["limit"] == "THERMAL"
+
+
+def test_the_page_stands_alone_and_names_the_reconstruction(saved):
+    page = saved["run.html"].read_text("utf-8")
+    assert "Everything is assumed." in page
+    assert page.count("data:image/svg+xml;base64,") == 2
+    assert "http" not in page.replace("http-equiv", "")
+    assert "supply voltage" in page
+    assert {"run-history.svg", "run-energy.pdf"} <= set(saved)
+
+
+def test_power_of_the_supply_is_the_rate_of_its_energy(study):
+    """Amplifier losses and standby included, the supply's power adds up to the energy that the audit counts."""
+    drive = replace(study.drives["cobotic"], amplifier=iv.Amplifier(efficiency=0.9, standby_power=0.5))
+    scenario = Scenario(
+        duration=0.2,
+        output_step=0.0005,
+        load_mass=0.8,
+        motion=MotionProfile(shape="sinusoid", distance=0.01, frequency=5.0),
+    )
+    result = iv.simulate(drive, scenario)
+    energy = result.trajectory.supplied["supply"] + result.trajectory.supplied["steering supply"]
+    power = result.columns["supply_power_W"]
+    integral = np.trapezoid(power, result.trajectory.time)
+    assert energy[-1] == pytest.approx(integral, rel=5e-3)  # held currents jump within a step of the rule
+    assert result.trajectory.lost["amplifier"][-1] > 0.5 * 0.2
+
+
+def test_an_unfinished_run_says_so(step):
+    stopped = replace(step, trajectory=replace(step.trajectory, outcome="stopped at 0.1 s: too stiff. Try Radau."))
+    assert stopped.verdict == "stopped at 0.1 s: too stiff. Try Radau."
+    assert not stopped.feasible
+
+
+def test_an_event_in_words():
+    shown = str(Event(limit=iv.Limit.SLIP, what="wheel", start=0.1, end=0.25, worst=math.inf))
+    assert shown == "wheel slip (wheel) exceeded from 0.1 s to 0.25 s"
