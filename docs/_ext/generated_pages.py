@@ -73,8 +73,9 @@ def fields_of(part: type) -> str:
 
 
 def _parts(part: type, found: list[type]) -> None:
-    for hint in typing.get_type_hints(part).values():
-        inner = schema.part_of(hint)
+    hints = typing.get_type_hints(part)
+    for field in schema.described(part):
+        inner = schema.part_of(hints[field.name])
         if inner is not None and inner not in found:
             found.append(inner)
             _parts(inner, found)
@@ -201,6 +202,34 @@ def draw(app) -> None:
     (folder / "design_trends_caption.md").write_text(f"{design_trends.CAPTION}\n", "utf-8")
 
 
+def draw_motion(app) -> None:
+    """Draw the bond graphs of the paper, the one of the tutorial, and a simulation."""
+    import re
+
+    import infinivar as iv
+    from infinivar.drivetrain.plants import plant_graph
+    from infinivar.figures import bond_graph, energy_flow, style, time_history
+
+    folder = Path(app.srcdir) / "reference" / "generated"
+    study = shipped_study("faulring2006")
+    cobotic, geared = study.drives["cobotic"], study.drives["motor2-gear4"]
+    tutorial: dict = {}
+    page = (Path(app.srcdir) / "simulation.md").read_text("utf-8")
+    exec(re.search(r"^```python\n(.*?)^```", page, re.S | re.M)[1], tutorial)
+    graphs = {
+        "graph_motor": tutorial["motor"],
+        "graph2": plant_graph(cobotic, "lossless"),
+        "graph6": plant_graph(cobotic, "transmission"),
+        "graph10": plant_graph(cobotic, load_mass=study.requirement.load_mass),
+        "graph14": plant_graph(geared, load_mass=study.requirement.load_mass),
+    }
+    for name, graph in graphs.items():
+        style.write(bond_graph.draw_all(graph), folder / name, ("svg",))
+    reach = iv.simulate(cobotic, study.scenarios["reach"])
+    style.write(energy_flow.draw_all(reach), folder / "energy_reach", ("svg",))
+    style.write(time_history.draw_all(reach), folder / "history_reach", ("svg",))
+
+
 def check_public_names(app, exception) -> None:
     """The API page must name every public name; raising here fails the build."""
     if exception is None and app.builder.name == "html":
@@ -213,5 +242,6 @@ def check_public_names(app, exception) -> None:
 def setup(app):
     app.connect("builder-inited", write)
     app.connect("builder-inited", draw)
+    app.connect("builder-inited", draw_motion)
     app.connect("build-finished", check_public_names)
     return {"parallel_read_safe": True}

@@ -44,7 +44,9 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-@pytest.mark.parametrize("page", ["theory.md", "contact.md", "errata.md", "tutorial.md", "study-file.md"])
+@pytest.mark.parametrize(
+    "page", ["theory.md", "contact.md", "errata.md", "tutorial.md", "study-file.md", "simulation.md"]
+)
 def test_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "studies").symlink_to(ROOT / "studies")

@@ -78,7 +78,7 @@ def test_slip_begins_with_the_force(slip):
     assert not slip.feasible
     # All that the contact loses from then on is the slip's own loss, mu P times the sliding speed.
     run = slip.trajectory
-    assert run.lost["slip"][-1] > 100 * run.lost["creep"][-1] > 0.0
+    assert run.lost["slip"][-1] > 100 * run.lost["creep"][-1] >= 0.0
     fast = run.time > 0.05
     sliding = run.at("transmission.creep")[1][fast]
     power = np.gradient(run.lost["slip"], run.time)[fast]

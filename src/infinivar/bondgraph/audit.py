@@ -24,6 +24,10 @@ _BALANCE = 1e-9
 """Largest accepted error of an element's power balance, relative to the largest power at it; rounding leaves 1e-13."""
 
 
+class ClosureError(AuditError):
+    """Energy supplied is not what was lost and stored: integration was too coarse, or an equation is wrong."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trajectory:
     """Motion of a graph; arrays over time, SI.
@@ -84,6 +88,7 @@ def audited(
     energies: Any,
     inputs: tuple[Any, Any],
     outcome: str,
+    closure: float = CLOSURE,
 ) -> Trajectory:
     """Trajectory with everything that follows from states and energies, once it has passed the audit.
 
@@ -96,8 +101,9 @@ def audited(
     Raises
     ------
     AuditError
-        If an element's powers do not agree or a loss is negative, naming the element; if the energy balance misses more
-        than `CLOSURE`, naming the element that moved most energy.
+        If an element's powers do not agree or a loss is negative, naming the element.
+    ClosureError
+        If the energy balance misses more than `closure`, naming the element that moved most energy.
     """
     import numpy as np
 
@@ -139,10 +145,10 @@ def audited(
         residual=residual,
         outcome=outcome,
     )
-    if not result.closure <= CLOSURE:
+    if not result.closure <= closure:
         most = max((supplied | lost).items(), key=lambda item: float(np.max(np.abs(item[1]))))[0]
-        raise AuditError(
-            f"{graph.name}: the energy balance misses {result.closure:.2g} of the energy moved, more than {CLOSURE:g}; "
+        raise ClosureError(
+            f"{graph.name}: the energy balance misses {result.closure:.2g} of the energy moved, more than {closure:g}; "
             f"most energy passes {most!r}. A smaller rtol closes it if integration is the cause"
         )
     return result

@@ -6,6 +6,8 @@ is made for. Common subexpressions are computed once.
 
 from __future__ import annotations
 
+import ast
+import functools
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -20,8 +22,7 @@ if TYPE_CHECKING:
 class FloatNamespace:
     """The functions that generated code calls, on plain floats: several times as fast as NumPy on scalars."""
 
-    where = staticmethod(lambda condition, yes, no: yes if condition else no)
-    clip = staticmethod(lambda value, low, high: low if value < low else high if value > high else value)
+    where = clip = None  # `compiled` writes them as choices
     sign = staticmethod(lambda value: (value > 0) - (value < 0))
     abs, sqrt, exp, log = abs, math.sqrt, math.exp, math.log
     sin, cos, tan, asin, acos, atan, tanh = math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, math.tanh
@@ -63,8 +64,11 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
     """
     import sympy
 
-    # Every law once, under its own symbol, then what is wanted; shared terms are found across all of them.
-    values = [*(law.value for law in equations.laws), *wanted.values()]
+    # Every law once, under its own symbol, then what is wanted; what depends on parameters only is done once for all,
+    # shared terms are found across all of them.
+    parameters = [sympy.Symbol(symbol, real=True) for symbol in equations.graph.parameters]
+    constants = _Constants(set(parameters))
+    values = [constants.out_of(value) for value in (*(law.value for law in equations.laws), *wanted.values())]
     shared, found = sympy.cse(values, symbols=sympy.numbered_symbols("x_"), order="none")
     reduced: list[Any] = list(found)
     laws = [(law.symbol, value) for law, value in zip(equations.laws, reduced, strict=False)]
@@ -72,7 +76,6 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
 
     states = [state.symbol for state in equations.states]
     inputs, rates = list(equations.inputs.values()), list(equations.rates.values())
-    parameters = [sympy.Symbol(symbol, real=True) for symbol in equations.graph.parameters]
     print_ = _printer(
         {symbol: f"s{i}" for i, symbol in enumerate(states)}
         | {symbol: f"u{i}" for i, symbol in enumerate(inputs)}
@@ -80,15 +83,14 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
         | {symbol: f"p{i}" for i, symbol in enumerate(parameters)}
         | {symbol: f"law{i}" for i, (symbol, _) in enumerate(laws)}
         | {symbol: f"x{i}" for i, (symbol, _) in enumerate(shared)}
+        | {symbol: f"c{i}" for i, symbol in enumerate(constants.found.values())}
     )
 
     needed: set[Any] = set().union(*(result.free_symbols for result in expressions))
     steps = _in_order([*shared, *laws], needed)
-    used = set().union(needed, *(value.free_symbols for _, value in steps))
-    constant = [step for step in steps if _is_constant(step, steps, set(parameters))]
-    moving = [step for step in steps if step not in constant]
-    body = [f"{print_(symbol)} = {print_(value)}" for symbol, value in moving]
-    before = [f"{print_(symbol)} = {print_(value)}" for symbol, value in constant]
+    body = [f"{print_(symbol)} = {print_(value)}" for symbol, value in steps]
+    before = [f"{print_(symbol)} = {print_(value)}" for value, symbol in constants.found.items()]
+    used = set().union(needed, *(value.free_symbols for value in (*constants.found, *(value for _, value in steps))))
     results = [print_(result) for result in expressions]
     called = set(re.findall(r"\b([a-z]+)\(", " ".join([*before, *body, *results])))
     lines = [
@@ -108,11 +110,34 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
     return "\n".join(lines)
 
 
-def compiled(text: str) -> Callable[[Any, Mapping[str, float]], Callable[..., tuple[Any, ...]]]:
-    """The function `make` of a text from `source`."""
+@functools.lru_cache(maxsize=64)
+def compiled(
+    text: str, *, floats: bool = False
+) -> Callable[[Any, Mapping[str, float]], Callable[..., tuple[Any, ...]]]:
+    """The function `make` of a text from `source`; for plain floats its choices become those of Python, which is faster."""
+    tree = ast.parse(text)
+    if floats:
+        tree = ast.fix_missing_locations(_Choices().visit(tree))
     space: dict[str, Any] = {}
-    exec(compile(text, "<equations of a bond graph>", "exec"), space)
+    exec(compile(tree, "<equations of a bond graph>", "exec"), space)
     return space["make"]
+
+
+class _Choices(ast.NodeTransformer):
+    """``where(c, a, b)`` as ``a if c else b``, and ``clip(x, low, high)`` likewise."""
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        self.generic_visit(node)
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        if name == "where":
+            return ast.IfExp(*node.args)
+        if name != "clip":
+            return node
+        value, low, high = node.args
+        named = ast.NamedExpr(ast.Name("clipped", ast.Store()), value)
+        kept = ast.Name("clipped", ast.Load())
+        above = ast.IfExp(ast.Compare(kept, [ast.Gt()], [high]), high, kept)
+        return ast.IfExp(ast.Compare(named, [ast.Lt()], [low]), low, above)
 
 
 def _unpack(letter: str, symbols: Sequence[Any], source: str) -> list[str]:
@@ -135,17 +160,37 @@ def _in_order(steps: Sequence[tuple[Any, Any]], needed: set[Any]) -> list[tuple[
     return list(done.items())
 
 
-def _is_constant(step: tuple[Any, Any], steps: Sequence[tuple[Any, Any]], parameters: set[Any]) -> bool:
-    """Whether a step depends on parameters only, and can be done once."""
-    by_symbol = dict(steps)
+class _Constants:
+    """Takes out of expressions what depends on parameters only: whole subexpressions, factors and terms."""
 
-    def constant(value: Any) -> bool:
-        return all(
-            symbol in parameters or (symbol in by_symbol and constant(by_symbol[symbol]))
-            for symbol in value.free_symbols
+    def __init__(self, parameters: set[Any]) -> None:
+        self.parameters = parameters
+        self.found: dict[Any, Any] = {}
+
+    def out_of(self, expression: Any) -> Any:
+        if self.constant(expression):
+            return self.named(expression)
+        if not expression.args or not expression.free_symbols & self.parameters:
+            return expression
+        if expression.is_Mul or expression.is_Add:
+            fixed = [part for part in expression.args if self.constant(part)]
+            rest = [self.out_of(part) for part in expression.args if part not in fixed]
+            return expression.func(self.named(expression.func(*fixed)), *rest) if fixed else expression.func(*rest)
+        return expression.func(
+            *map(self.out_of, expression.args), **({"evaluate": False} if expression.is_Piecewise else {})
         )
 
-    return constant(step[1])
+    def constant(self, expression: Any) -> bool:
+        import sympy
+
+        return isinstance(expression, sympy.Expr) and not expression.free_symbols - self.parameters
+
+    def named(self, expression: Any) -> Any:
+        import sympy
+
+        if expression.is_Atom:
+            return expression
+        return self.found.setdefault(expression, sympy.Symbol(f"c_{len(self.found)}", real=True))
 
 
 _ATOM = 1000

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from infinivar.bondgraph.code import casadi_namespace
 from infinivar.bondgraph.graph import BondGraphError
+from infinivar.bondgraph.inputs import Input
 from infinivar.bondgraph.model import Model
 
-if TYPE_CHECKING:
-    from infinivar.bondgraph.solve import Input
 
-
-def stepper(made: Model, parameters: Mapping[str, float], rtol: float, absolute: Any) -> Callable[..., tuple[Any, str]]:
-    """Function that integrates one piece, as those of `infinivar.bondgraph.solve`.
+def stepper(
+    made: Model, parameters: Mapping[str, float], rtol: float, absolute: Any, energies_too: bool
+) -> Callable[..., tuple[Any, str]]:
+    """Function that integrates one piece, as `infinivar.bondgraph.steppers.stepper` has it.
 
     An input that moves within a piece is taken as the cubic through its values and rates at both ends.
 
@@ -40,15 +40,17 @@ def stepper(made: Model, parameters: Mapping[str, float], rtol: float, absolute:
         values.append(first + share * (first_rate * span + share * (bend - turn + share * turn)))
         slopes.append(first_rate + share * (2.0 * (bend - turn) + 3.0 * share * turn) / span)
     rates = [slopes[made.inputs.index(name)] for name in made.rates]
-    result = made.function("dynamics", casadi_namespace(), parameters)(casadi.vertsplit(states), values, rates)
+    code = "dynamics" if energies_too else "motion"
+    result = made.function(code, casadi_namespace(), parameters)(casadi.vertsplit(states), values, rates)
     count = len(made.states)
     problem_ = {
         "x": states,
         "t": share,
         "p": casadi.vertcat(span, casadi.vec(ends)),
         "ode": span * casadi.vertcat(*result[:count]),
-        "quad": span * casadi.vertcat(*result[count:]),
     }
+    if energies_too:
+        problem_["quad"] = span * casadi.vertcat(*result[count:])
     options = {"reltol": rtol, "abstol": float(np.min(absolute)), "max_num_steps": 100_000, "quad_err_con": True}
     made_for: dict[tuple[float, ...], Any] = {}
 
@@ -67,7 +69,9 @@ def stepper(made: Model, parameters: Mapping[str, float], rtol: float, absolute:
             found = integrator(grid)(x0=now[:count], p=given)
         except RuntimeError as problem:
             return np.empty((0, len(now))), f"CVODES failed: {str(problem).splitlines()[-1]}"
-        rows = np.vstack([np.array(found["xf"]), np.array(found["qf"]) + np.array(now[count:])[:, None]])
+        rows = np.array(found["xf"])
+        if energies_too:
+            rows = np.vstack([rows, np.array(found["qf"]) + np.array(now[count:])[:, None]])
         return rows.T, ""
 
     return piece

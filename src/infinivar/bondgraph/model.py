@@ -14,7 +14,7 @@ from importlib import metadata, resources
 from pathlib import Path
 from typing import Any
 
-from infinivar.bondgraph.code import compiled
+from infinivar.bondgraph.code import FloatNamespace, compiled
 from infinivar.bondgraph.graph import BondGraph
 
 
@@ -30,6 +30,8 @@ class Model:
     sources               Names of the sources.
     bonds                 Tail and head of every bond.
     signals, storages     Their names.
+    measured              Code: signals.
+    motion                Code: time derivatives of the states.
     dynamics              Code: time derivatives of the states, power of every source, power of every loss.
     outputs               Code: efforts and flows of the bonds, signals, stored energies, derivatives, losses.
     """
@@ -43,12 +45,14 @@ class Model:
     bonds: tuple[tuple[str, str], ...]
     signals: tuple[str, ...]
     storages: tuple[str, ...]
+    measured: str
+    motion: str
     dynamics: str
     outputs: str
 
     def function(self, which: str, xp: Any, parameters: Mapping[str, float]) -> Callable[..., tuple[Any, ...]]:
-        """The code named "dynamics" or "outputs" as a function of (states, inputs, rates) over an array namespace."""
-        return compiled(getattr(self, which))(xp, parameters)
+        """The code named "measured", "motion", "dynamics" or "outputs", of (states, inputs, rates), over an array namespace."""
+        return compiled(getattr(self, which), floats=xp is FloatNamespace)(xp, parameters)
 
 
 def model(graph: BondGraph) -> Model:
@@ -111,6 +115,8 @@ def _derived(graph: BondGraph) -> Model:
         bonds=tuple((bond.tail, bond.head) for bond in equations.efforts),
         signals=tuple(equations.signals),
         storages=tuple(equations.stored),
+        measured=source(equations, dict(equations.signals)),
+        motion=source(equations, derivatives),
         dynamics=source(equations, {**derivatives, **{f"P {name}": equations.power[name] for name in sources}, **lost}),
         outputs=source(equations, outputs),
     )

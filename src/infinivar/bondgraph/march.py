@@ -1,0 +1,180 @@
+"""Marching through time in pieces, from one instant at which an input may jump to the next."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from infinivar.bondgraph.code import FloatNamespace
+from infinivar.bondgraph.graph import BondGraphError
+from infinivar.bondgraph.inputs import Constant, Controller, Input
+from infinivar.bondgraph.model import Model
+
+_SAME_TIME = 1e-9
+"""Instants closer than this, relative to the whole motion, are one: a sample and an output written differently."""
+
+_GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_NODES, _WEIGHTS = 0.5 * (1.0 + _GAUSS), 0.5 * _WEIGHTS
+_STEPS = np.append(_NODES, 1.0)
+"""Nodes of an interval, and its end."""
+
+
+class March:
+    """One integration underway: what is known at the output times reached."""
+
+    def __init__(
+        self,
+        made: Model,
+        parameters: Mapping[str, float],
+        outside: Mapping[str, Input],
+        controller: Controller | None,
+        times: Any,
+        start: list[float],
+        energies_too: bool,
+    ) -> None:
+        """Begin at the first of `times`; `energies_too` makes energies further states instead of sums over nodes."""
+        self.made, self.parameters = made, parameters
+        self.times, self.outside, self.controller = times, outside, controller
+        self.count, self.energies_too = len(start), energies_too
+        self.extra = len(made.sources) + len(made.losses)
+        self.now = [*start, *([0.0] * self.extra if energies_too else [])]
+        self.rows = np.full((len(times), len(self.now)), np.nan)
+        self.held = np.full((len(times), len(made.inputs)), np.nan)
+        self.reached = 0
+        self.measured = made.function("measured", FloatNamespace, parameters)
+        self.memory: Any = None
+        self.nodes: list[tuple[Any, Any, Any]] = []
+        self.widths: list[Any] = []
+        self.passed = 0
+        """Intervals between wanted times so far."""
+        self.passed_at = np.zeros(len(times), dtype=int)
+
+    def integrate(self, step: Callable[..., tuple[Any, str]], progress: Callable[[float], None]) -> str:
+        """March through the pieces; returns why it stopped early, "" if it did not."""
+        times, sampled = self.times, set(self._samples())
+        held: dict[str, float] = {}
+        for piece, (begin, end) in enumerate(itertools.pairwise(self._bounds(sampled))):
+            if self.controller is not None and (piece == 0 or begin in sampled):
+                measured = self._measured(begin, held)
+                if piece == 0:
+                    self.memory = self.controller.start(measured)
+                given, self.memory = self.controller.sample(begin, measured, self.memory)
+                held = dict(given)
+            functions = self._functions(held)
+            if piece == 0:
+                self.rows[0], self.reached = self.now, 1
+                self.held[0] = [function.value(begin) for function in functions]
+            problem = self._piece(step, begin, end, functions)
+            if problem:
+                return f"stopped at {times[self.reached - 1]:.6g} s: {problem}"
+            progress((end - times[0]) / (times[-1] - times[0]))
+        return ""
+
+    def _piece(self, step: Callable[..., tuple[Any, str]], begin: float, end: float, functions: Sequence[Input]) -> str:
+        """Integrate from one bound to the next; returns what stops it, "" for nothing."""
+        last = int(np.searchsorted(self.times, end, side="right"))
+        inside = self.times[self.reached : last]
+        wanted = inside if len(inside) and inside[-1] == end else np.append(inside, end)
+        widths = np.array([end - begin]) if len(wanted) == 1 else np.diff(wanted, prepend=begin)
+        grid, stride = wanted, 1
+        if not self.energies_too:
+            grid, stride = ((wanted - widths)[:, None] + widths[:, None] * _STEPS).ravel(), len(_STEPS)
+            grid[stride - 1 :: stride] = wanted
+        try:
+            rows, problem = step(self.now, begin, grid, functions)
+        except (ArithmeticError, ValueError) as left:  # a law left the range in which it means something
+            return f"a law has no value there ({left}). Try another stick speed or tolerance."
+        if problem:
+            return problem
+        ends = rows[stride - 1 :: stride]
+        first = self.reached
+        self.rows[first:last] = ends[: len(inside)]
+        self.held[first:last] = _over(functions, inside)
+        self.passed_at[first:last] = range(self.passed + 1, self.passed + 1 + len(inside))
+        self.passed += len(wanted)
+        self.reached = last
+        if not self.energies_too:
+            between = grid.reshape(-1, stride)[:, :-1].ravel()
+            moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
+            states = rows.reshape(-1, stride, self.count)[:, :-1].reshape(-1, self.count)
+            self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True)))
+            self.widths.append(widths)
+        self.now = ends[-1].tolist()
+        return ""
+
+    def _bounds(self, sampled: set[float]) -> list[float]:
+        """Ends of the pieces."""
+        breaks = self._inside(at for given in self.outside.values() for at in given.breaks)
+        return sorted({float(self.times[0]), float(self.times[-1]), *breaks, *sampled})
+
+    def _samples(self) -> list[float]:
+        """Instants after the first at which the controller samples."""
+        if self.controller is None:
+            return []
+        first, last, period = float(self.times[0]), float(self.times[-1]), self.controller.sample_time
+        return self._inside(first + index * period for index in range(1, int((last - first) / period) + 1))
+
+    def _inside(self, instants: Iterable[float]) -> list[float]:
+        """Those within the motion, as the output times next to them have it."""
+        times = self.times
+        close = _SAME_TIME * (times[-1] - times[0])
+        found = np.fromiter(instants, dtype=float)
+        found = found[(found > times[0] + close) & (found < times[-1] - close)]
+        right = np.clip(np.searchsorted(times, found), 1, len(times) - 1)
+        nearest = np.where(found - times[right - 1] < times[right] - found, times[right - 1], times[right])
+        return np.where(np.abs(found - nearest) <= close, nearest, found).tolist()
+
+    def _functions(self, held: Mapping[str, float]) -> list[Input]:
+        functions: list[Input] = []
+        for name in self.made.inputs:
+            if name in held:
+                functions.append(Constant(held[name]))
+            elif name in self.outside:
+                functions.append(self.outside[name])
+            else:
+                raise BondGraphError(f"the input {name!r} is missing")
+        return functions
+
+    def _measured(self, time: float, held: Mapping[str, float]) -> dict[str, float]:
+        """Signals at a time. Inputs not set yet count as 0, where a signal depends on one."""
+        made, outside = self.made, self.outside
+        inputs = [outside[name].value(time) if name in outside else held.get(name, 0.0) for name in made.inputs]
+        rates = [outside[name].rate(time) if name in outside else 0.0 for name in made.rates]
+        return dict(zip(made.signals, self.measured(self.now[: self.count], inputs, rates), strict=True))
+
+    def states(self) -> Any:
+        """(n, states) At the output times reached."""
+        return self.rows[: self.reached, : self.count]
+
+    def energies(self) -> Any:
+        """(n, sources and losses) So far, at the output times reached. [J]"""
+        if self.energies_too:
+            return self.rows[: self.reached, self.count :]
+        if not self.nodes:
+            return np.zeros((self.reached, self.extra))
+        states, inputs, rates = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
+        dynamics = self.made.function("dynamics", np, self.parameters)
+        powers = dynamics(tuple(states.T), tuple(inputs.T), tuple(rates.T))[self.count :]
+        widths = np.concatenate(self.widths)
+        sums = [np.broadcast_to(power, len(states)).reshape(-1, len(_NODES)) @ _WEIGHTS * widths for power in powers]
+        grown = np.vstack([np.zeros(self.extra), np.cumsum(np.array(sums).T, axis=0)])
+        return grown[self.passed_at[: self.reached]]
+
+    def inputs(self) -> tuple[Any, Any]:
+        """(n, inputs) and (n, rates) At the output times reached."""
+        moving: list[Input] = [self.outside.get(name, Constant(0.0)) for name in self.made.rates]
+        return self.held[: self.reached], _over(moving, self.times[: self.reached], rate=True)
+
+
+def _over(functions: Sequence[Input], times: Any, rate: bool = False) -> Any:
+    """(n, functions) Values or rates at times."""
+    found = np.empty((len(times), len(functions)))
+    if all(isinstance(function, Constant) for function in functions):
+        found[:] = 0.0 if rate else [function.value(0.0) for function in functions]
+        return found
+    for column, function in enumerate(functions):
+        found[:, column] = [function.rate(time) if rate else function.value(time) for time in times.tolist()]
+    return found

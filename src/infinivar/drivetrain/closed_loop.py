@@ -1,0 +1,175 @@
+"""A drive set up for a scenario: its graph, what acts on it, where it begins, and its controllers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from infinivar.bondgraph.graph import BondGraph
+from infinivar.bondgraph.inputs import Input
+from infinivar.drivetrain import control, plants
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.profiles import MotionProfile
+from infinivar.drivetrain.scenario import Scenario
+from infinivar.parts.motor import Motor
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """A graph with what drives it: inputs from outside, initial states, and the controller."""
+
+    graph: BondGraph
+    inputs: Mapping[str, float | Input]
+    initial: Mapping[str, float]
+    controller: Any
+
+
+@dataclass(frozen=True, slots=True)
+class _Speed:
+    """The speed of a motion, as an input."""
+
+    path: MotionProfile
+
+    @property
+    def breaks(self) -> Any:
+        return self.path.breaks
+
+    def value(self, time: float) -> float:
+        return self.path.at(time).speed
+
+    def rate(self, time: float) -> float:
+        return self.path.at(time).acceleration
+
+
+def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> Machine:
+    """A drive set up for a scenario.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    scenario : Scenario
+
+    Returns
+    -------
+    Machine   A cylinder that runs has its speed and the current that keeps it; a controlled link moves as its motion begins.
+
+    Raises
+    ------
+    ValueError
+        If the drive lacks a value that motion needs, or the scenario asks for what the drive has not (a steered wheel).
+    """
+    return _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
+
+
+def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
+    if scenario.link == "imposed":
+        return {"motion": _Speed(scenario.path)}
+    return {"force": scenario.force or 0.0}
+
+
+def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
+    imposed = scenario.link == "imposed"
+    voltage = scenario.electrical == "voltage"
+    graph = plants.cobotic_graph(
+        drive,
+        load_mass=scenario.load_mass,
+        electrical=scenario.electrical,
+        imposed_motion=imposed,
+        stick_speed=scenario.stick_speed,
+    )
+    speed = 0.0 if scenario.cylinder == "at rest" else drive.cylinder_speed
+    begin = scenario.path.at(0.0)
+    running = scenario.cylinder == "running" and speed != 0.0
+    held = {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}.get(scenario.steering)
+    follow = scenario.link == "controlled" and held is None
+    if held is None and not follow:
+        held = 0.0
+    moves = follow or imposed
+    angle = (
+        held
+        if held is not None
+        else -math.atan(begin.speed / (drive.transmission.cylinder_radius * drive.cylinder_speed))
+    )
+    steering = drive.steering
+    assert steering is not None  # or there were no graph
+    gear, motor = drive.gearhead.ratio, drive.motor
+    idle = drive.operate(speed=0.0, force=0.0).states["motor_current_A"] if running else 0.0
+    settings = drive.control
+    controller = control.CoboticController(
+        sample_time=1.0 / settings.sample_rate,
+        cylinder=control.speed_loop(
+            settings.cylinder_bandwidth,
+            (drive.cylinder_inertia or 0.0)
+            + gear**2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0)),
+            gear * motor.torque_constant,
+            settings.current_limit or _stall(motor),
+        ),
+        steering=control.Servo.place(
+            settings.steering_bandwidth,
+            steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
+            steering.ratio * steering.motor.torque_constant,
+            settings.steering_current_limit or _stall(steering.motor),
+        ),
+        link_gain=2.0 * math.pi * settings.link_bandwidth,
+        surface_radius=drive.transmission.cylinder_radius,
+        cylinder_speed=speed,
+        run_up_time=scenario.run_up_time or 0.0,
+        largest_angle=drive.transmission.steering_range,
+        held_angle=held,
+        path=scenario.path,
+        started={"cylinder": float(idle)},
+        outputs=("I_c", "I_s") if voltage else ("cylinder.source", "steering.source"),
+    )
+    initial = {"cylinder.J_c": speed if running else 0.0, "phi": angle, "l": begin.position if moves else 0.0}
+    link = next(e.name for e in graph.elements if e.name in ("load_mass", "link.m_l"))
+    if not imposed:
+        initial[link] = begin.speed if running and follow else 0.0
+    if voltage:
+        initial["cylinder.L"] = float(idle)
+    return Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
+    for field, value, usual in (
+        ("steering", scenario.steering, "controlled"),
+        ("cylinder", scenario.cylinder, "running"),
+    ):
+        if value != usual:
+            raise ValueError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
+    graph = plants.conventional_graph(
+        drive,
+        load_mass=scenario.load_mass,
+        electrical=scenario.electrical,
+        imposed_motion=scenario.link == "imposed",
+        stick_speed=scenario.stick_speed,
+    )
+    motor, ratio, radius = drive.motor, drive.gearhead.ratio, drive.pulley.radius
+    inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
+    inertia += (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
+    follow = scenario.link == "controlled"
+    begin = scenario.path.at(0.0)
+    controller = control.ConventionalController(
+        sample_time=1.0 / drive.control.sample_rate,
+        speed=control.speed_loop(
+            drive.control.speed_bandwidth,
+            inertia,
+            motor.torque_constant * ratio / radius,
+            drive.control.current_limit or _stall(motor),
+        ),
+        link_gain=2.0 * math.pi * drive.control.link_bandwidth,
+        path=scenario.path if follow else None,
+        output="I_n" if scenario.electrical == "voltage" else "source",
+    )
+    initial = {"l": begin.position if scenario.link != "free" else 0.0}
+    if scenario.link != "imposed":
+        first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
+        scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
+        initial[first.name] = begin.speed * scale if follow else 0.0
+    return Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _stall(motor: Motor) -> float:
+    return motor.voltage / motor.resistance
