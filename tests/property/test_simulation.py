@@ -206,3 +206,19 @@ def test_both_directions_are_alike(seed):
     np.testing.assert_allclose(forward["position_m"], turned["position_m"], atol=1e-7)
     np.testing.assert_allclose(forward["motor_current_A"], backward["motor_current_A"], atol=1e-5)
     np.testing.assert_allclose(forward["motor_current_A"], -turned["motor_current_A"], atol=1e-5)
+
+
+@pytest.mark.parametrize("drive", ["cobotic", "cobotic-b", "motor2-gear4"])
+@pytest.mark.parametrize("scenario", SHIPPED.scenarios)
+def test_every_shipped_scenario_closes(drive, scenario):
+    wanted = SHIPPED.scenarios[scenario]
+    wheel = wanted.steering != "controlled" or wanted.cylinder != "running"
+    if drive == "motor2-gear4" and wheel:
+        with pytest.raises(ValueError, match="needs a cobotic drive"):
+            iv.simulate(SHIPPED.drives[drive], wanted)
+        return
+    result = iv.simulate(SHIPPED.drives[drive], wanted)
+    assert result.complete
+    assert result.trajectory.closure < 1e-6
+    if wanted.motion is not None:
+        assert abs(result.columns["position_m"][-1] - result.columns["wanted_position_m"][-1]) < 2e-3

@@ -190,6 +190,20 @@ def test_a_mass_that_is_moved_needs_the_acceleration():
     assert equations.efforts[Bond("j", "m")] == sympy.Symbol("m", real=True) * equations.rates["f"]
 
 
+def test_letters_may_coincide_inside_a_law_and_must_not_outside():
+    """A law's parameter called w, as its own flow is; a junction called like a parameter."""
+    law = bg.resistance("r", "F", lambda flow, w: w * flow, parameters={"w": Parameter("w", 3.0)})
+    graph = BondGraph("g", [bg.one("a", "v"), bg.inertia("m", "c_1", 2.0), law], ["a > m", "a > r"])
+    run = solve(graph, np.linspace(0.0, 1.0, 11), initial={"m": 1.0})
+    assert_allclose(run.states["m"], np.exp(-1.5 * run.time), rtol=1e-6)
+    twice = BondGraph("g", [bg.one("a", "w"), bg.inertia("m", "m", 2.0), law], ["a > m", "a > r"])
+    with pytest.raises(BondGraphError, match="symbol w stands for a parameter and for a state; rename one"):
+        derive(twice)
+    sources = [bg.effort_source("one", "V"), bg.effort_source("two", "V"), bg.one("a"), bg.inertia("m", "m", 1.0)]
+    with pytest.raises(BondGraphError, match="symbol V stands for an input and for an input"):
+        derive(BondGraph("g", sources, ["one > a > m", "two > a"]))
+
+
 def test_tracing_refuses_branches():
     with pytest.raises(TypeError, match="write the choice with where"):
         trace(lambda x: 1.0 if x > 0 else 2.0, sympy.Symbol("x"))

@@ -191,3 +191,67 @@ def test_a_run_that_is_given_up_says_what_to_try():
     assert "Try" in run.outcome
     assert 0 < len(run.time) < len(TIMES)
     assert run.closure < 1e-6
+
+
+def test_a_field_of_two_ports():
+    """A viscous coupling between two inertias, written as one R with two ports: the difference of speeds decays."""
+    damping, one, two = 0.02, 1e-3, 3e-3
+    field = bg.resistance("coupling", "T", lambda a, b: (damping * (a - b), damping * (b - a)))
+    graph = BondGraph(
+        "coupling",
+        [bg.one("a"), bg.one("b"), bg.inertia("Ja", "J_a", one), bg.inertia("Jb", "J_b", two), field],
+        ["a > Ja", "b > Jb", "a > coupling", "b > coupling"],
+    )
+    run = solve(graph, TIMES, initial={"Ja": 10.0})
+    rate = damping * (1 / one + 1 / two)
+    assert_allclose(run.states["Ja"] - run.states["Jb"], 10.0 * np.exp(-rate * TIMES), rtol=1e-6, atol=1e-9)
+    assert_allclose(one * run.states["Ja"] + two * run.states["Jb"], one * 10.0, rtol=1e-9)
+    assert run.lost["coupling"][-1] == pytest.approx(0.5 * 100.0 * one * two / (one + two), rel=1e-6)
+
+
+def test_a_gyrator_that_a_signal_modulates():
+    """A motor whose field follows a signal from outside: twice the field, twice the torque at a given current."""
+    graph = BondGraph(
+        "motor",
+        [
+            bg.flow_source("I", "I"),
+            bg.one("i"),
+            bg.gyrator("field", "K(s)", lambda s, k: k * s, signals=("s",), parameters={"k": Parameter("k", 0.01)}),
+            bg.one("w"),
+            bg.inertia("J", "J", 1e-4),
+        ],
+        ["I > i > field > w > J"],
+        [bg.Signal(name="s", symbol="s")],
+    )
+    assert graph["field"].label == "MGY"
+    run = solve(graph, TIMES, inputs={"I": 2.0, "s": 3.0})
+    assert_allclose(run.states["J"], 0.01 * 3.0 * 2.0 / 1e-4 * TIMES, rtol=1e-9, atol=1e-9)
+
+
+def test_a_spring_that_follows_another_is_dependent():
+    """Two springs in one line of motion: the second stores with the first, and the energy of both is counted."""
+    graph = BondGraph(
+        "springs",
+        [
+            bg.one("v", "v"),
+            bg.inertia("m", "m", 2.0),
+            bg.zero("F"),
+            bg.compliance("c1", "c_1", 0.01),
+            bg.compliance("c2", "c_2", 0.03),
+        ],
+        ["v > m", "v > F > c1", "F > c2"],
+    )
+    run = solve(graph, TIMES, initial={"c1": 0.001})
+    turn = math.sqrt(1 / (2.0 * 0.04))  # compliances in series add up
+    assert_allclose(run.states["c1"], 0.001 * np.cos(turn * TIMES), atol=1e-9)
+    assert_allclose(run.stored["c2"], 3.0 * run.stored["c1"], rtol=1e-9, atol=1e-15)
+
+
+def test_graphs_of_graphs_of_graphs():
+    """Names nest as deeply as graphs do, and power crosses all borders."""
+    wheel = BondGraph("Wheel", [bg.one("w", "w"), bg.inertia("J", "J", 1e-3)], ["w > J"])
+    pair = bg.join("Pair", {"left": wheel, "right": wheel}, ["left.w > right.w"])
+    whole = bg.join("Whole", {"pair": pair}, ["push > pair.left.w"], elements=[bg.effort_source("push", "T")])
+    assert whole["pair.right.J"].group == ("pair", "right")
+    run = solve(whole, TIMES, inputs={"push": 0.5})
+    assert_allclose(run.states["pair.left.J"], 0.5 / 2e-3 * TIMES, rtol=1e-9)

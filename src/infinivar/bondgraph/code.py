@@ -190,7 +190,8 @@ class _Constants:
 
         if expression.is_Atom:
             return expression
-        return self.found.setdefault(expression, sympy.Symbol(f"c_{len(self.found)}", real=True))
+        # A name that nobody gives, and the same every time: code should not change from run to run.
+        return self.found.setdefault(expression, sympy.Symbol(f"constant {len(self.found)}", real=True))
 
 
 _ATOM = 1000

@@ -28,7 +28,7 @@ def text(equations: Equations) -> str:
         lines += ["", "Laws"]
         for law in equations.laws:
             given = ", ".join(f"{symbol.name} = {value}" for symbol, value in law.arguments)
-            lines += [f"  {law.symbol.name} = {law.formula}", f"      with {given}"]
+            lines += [f"  {law.symbol.name} = {_named(law.formula)}", f"      with {given}"]
     lines += ["", "Parameters"]
     for symbol, parameter in equations.graph.parameters.items():
         lines.append(f"  {symbol:<20} {parameter.value:.6g} {parameter.unit}".rstrip())
@@ -106,6 +106,13 @@ def _meaning(graph: BondGraph, state: State) -> str:
 
 def _symbol(graph: BondGraph, name: str) -> str:
     return graph[name].symbol
+
+
+def _named(expression: Any) -> Any:
+    """Arguments of laws under their plain names."""
+    import sympy
+
+    return expression.xreplace({symbol: sympy.Symbol(symbol.name) for symbol in expression.atoms(sympy.Dummy)})
 
 
 def _latex(expression: Any) -> str:

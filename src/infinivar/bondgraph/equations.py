@@ -154,6 +154,7 @@ class _Derivation:
             **{signal.name: _symbol(signal.symbol) for signal in graph.signals if not signal.of},
         }
         self.states = self._states()
+        self._check_symbols()
         self.state_of = {state.name: state.symbol for state in self.states}
         # Dummies: the rate of an angle and the flow of its shaft have one name and are solved for apart.
         self.rate_of = {state.symbol: sympy.Dummy(f"\\dot{{{state.symbol.name}}}", real=True) for state in self.states}
@@ -172,6 +173,21 @@ class _Derivation:
             states.append(State(_symbol(wanted), name, "flow" if self.element[name].kind == "I" else "displacement"))
         states += [State(_symbol(s.symbol), s.name, "signal") for s in self.graph.signals if s.of and s.integral]
         return tuple(states)
+
+    def _check_symbols(self) -> None:
+        """One symbol, one meaning: two that share one would be added up without a word."""
+        meanings: dict[str, str] = {}
+        for what, names in (
+            ("a parameter", list(self.graph.parameters)),
+            ("an input", [symbol.name for symbol in self.inputs.values()]),
+            ("a state", [state.symbol.name for state in self.states]),
+        ):
+            for name in names:
+                if name in meanings:
+                    raise BondGraphError(
+                        f"{self.graph.name}: the symbol {name} stands for {meanings[name]} and for {what}; rename one"
+                    )
+                meanings[name] = what
 
     def run(self) -> Equations:
         derivatives = [self._rate(state) for state in self.states]
@@ -227,7 +243,7 @@ class _Derivation:
         if key in self.known:
             return self.known[key]
         if key in self.underway:  # an algebraic loop: cut it here
-            cut = sympy.Symbol(f"z_{{{len(self.cuts) + 1}}}", real=True)
+            cut = sympy.Dummy(f"z_{{{len(self.cuts) + 1}}}", real=True)
             self.cuts[cut] = sympy.Integer(0)  # until its value is known
             self.known[key] = cut
             return cut
@@ -390,8 +406,10 @@ class _Derivation:
         return values
 
     def _argument_symbols(self, element: Element, ports: int) -> tuple[sympy.Symbol, ...]:
-        flows = [_symbol("w") if ports == 1 else _symbol(f"w_{port}") for port in range(1, ports + 1)]
-        return (*flows, *(_symbol(self.signal[name].symbol) for name in element.signals))
+        # Dummies: a parameter of the law may go by the same letter.
+        flows = ["w"] if ports == 1 else [f"w_{port}" for port in range(1, ports + 1)]
+        names = (*flows, *(self.signal[name].symbol for name in element.signals))
+        return tuple(sympy.Dummy(name, real=True) for name in names)
 
     def _losses(
         self, element: Element, power: Mapping[str, Expression], flows: Mapping[Bond, Expression], plain: Any

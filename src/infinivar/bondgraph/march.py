@@ -153,7 +153,7 @@ class March:
         """(n, sources and losses) So far, at the output times reached. [J]"""
         if self.energies_too:
             return self.rows[: self.reached, self.count :]
-        if not self.nodes:
+        if not self.nodes or not self.extra:
             return np.zeros((self.reached, self.extra))
         states, inputs, rates = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
         dynamics = self.made.function("dynamics", np, self.parameters)
