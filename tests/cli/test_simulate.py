@@ -28,7 +28,7 @@ force = { size = "-90 N" }
 def test_simulate_writes_report_and_data(infinivar, write, tmp_path):
     outcome = infinivar("simulate", write(STUDY), "--drive", "cobotic", "--scenario", "reach")
     assert outcome.code == 0, outcome.err
-    assert outcome.out.startswith("Cobotic, Motor 1 (reconstruction A), reach: within limits; ")
+    assert outcome.out.startswith("Cobotic, Motor 1 (reconstruction A), reach: within limits; off by ")
     names = {file.name for file in (tmp_path / "out").iterdir()}
     assert {"cobotic-reach.html", "cobotic-reach.csv", "cobotic-reach.nc", "cobotic-reach.json"} <= names
     assert "Reconstruction." in (tmp_path / "out" / "cobotic-reach.html").read_text("utf-8")
@@ -114,6 +114,7 @@ def refused(outcome, said, folder):
             'duration = "1 s"\nmotion = { shape = "sinusoid", distance = "1 mm", frequency = "3 rad/s" }',
             "must count cycles",
         ),
+        ('duration = "1 s"\ncylinder = "at rest"', "scenarios.x.cylinder = 'at rest' moves nothing"),
         ('duration = "1 s"\ntolerance = 0.1', "scenarios.x.tolerance = 0.1 must be > 0 and <= 1e-3"),
         (
             'base = "faulring2006.shak"',

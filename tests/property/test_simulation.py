@@ -87,7 +87,7 @@ def scenarios(draw, cobotic):
         motion=motion,
         force=None if kind == "imposed" else force,
         link={"imposed": "imposed", "free": "free"}.get(kind, "controlled"),
-        steering="locked" if kind == "locked" else "controlled",
+        steering="locked" if kind == "locked" or (cobotic and kind == "free") else "controlled",
         cylinder="run-up" if kind == "run-up" else "running",
         run_up_time=0.1 if kind == "run-up" else None,
         electrical=draw(st.sampled_from(["current", "voltage"])),

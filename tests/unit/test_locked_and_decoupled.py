@@ -116,3 +116,23 @@ def test_other_creep_laws_hold_and_slip_alike(drive, law):
         cylinder_speed=result.trajectory.signals["omega"][-1], steering_angle=0.0, link_force=40.0 - drag
     )
     assert result.columns["speed_m_s"][-1] == pytest.approx(float(steady.link_speed), rel=1e-4)
+
+
+def test_a_wheel_that_is_led_follows(drive):
+    """The load moved by hand: the wheel is steered along. It slips while its servo lags: slip is 1.7 mm/s, 0.2 degrees, away."""
+    scenario = Scenario(
+        duration=0.5,
+        link="imposed",
+        load_mass=0.8,
+        motion=MotionProfile(shape="sinusoid", distance=0.01, frequency=2.0),
+    )
+    result = iv.simulate(drive, scenario)
+    assert np.abs(result.columns["slip_ratio"]).max() <= 1.0
+    np.testing.assert_allclose(result.columns["position_m"], result.columns["wanted_position_m"], atol=1e-6)
+    wanted = -np.arctan(result.columns["speed_m_s"] / (0.05 * result.columns["cylinder_speed_rad_s"]))
+    assert np.abs(result.columns["steering_angle_rad"] - wanted)[250:].max() < 0.02
+
+
+def test_a_free_link_needs_a_wheel_that_is_kept(drive):
+    with pytest.raises(ValueError, match="has nothing to follow with link = 'free'"):
+        iv.simulate(drive, Scenario(duration=0.1, link="free", load_mass=0.8))

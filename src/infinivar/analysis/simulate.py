@@ -87,16 +87,27 @@ class Simulation:
         return tuple(dict.fromkeys(found))
 
     @property
+    def position_error(self) -> Any:
+        """How far the link is from where it is wanted, over time. [m]"""
+        wanted = self.columns.get("wanted_position_m", self.columns["position_m"])
+        return np.abs(self.columns["position_m"] - wanted)
+
+    @property
     def feasible(self) -> bool:
         """Whether the run reached its end within limits."""
         return self.complete and not self.exceeded
 
     @property
     def verdict(self) -> str:
-        """One line: which limits it met, what it took."""
+        """One line: which limits it met, how it followed, what it took."""
         if not self.complete:
             return self.trajectory.outcome
         limits = f"beyond {', '.join(self.exceeded)}" if self.exceeded else "within limits"
+        if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
+            error = self.position_error
+            limits += (
+                f"; off by {1e3 * float(np.max(error)):.2g} mm at most, {1e3 * float(error[-1]):.2g} mm at the end"
+            )
         spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
         return f"{limits}; {spent:.4g} J from the supply, energy balance closed to {CLOSURE:.0e}"
 
@@ -135,6 +146,7 @@ class Simulation:
             "verdict": self.verdict,
             "complete": self.complete,
             "feasible": self.feasible,
+            "largest_position_error_m": float(np.max(self.position_error)),
             "rms_current_over_continuous": dict(self.heating),
             "duration_s": float(run.time[-1]),
             "supplied_J": last(run.supplied),

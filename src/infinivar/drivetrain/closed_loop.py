@@ -84,9 +84,9 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     begin = scenario.path.at(0.0)
     running = scenario.cylinder == "running" and speed != 0.0
     held = {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}.get(scenario.steering)
-    follow = scenario.link == "controlled" and held is None
-    if held is None and not follow:
-        held = 0.0
+    follow = held is None
+    if follow and scenario.link == "free":
+        raise ValueError("steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it")
     moves = follow or imposed
     angle = (
         held
@@ -149,7 +149,7 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
     motor, ratio, radius = drive.motor, drive.gearhead.ratio, drive.pulley.radius
     inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
     inertia += (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
-    follow = scenario.link == "controlled"
+    follow = scenario.link != "free"
     begin = scenario.path.at(0.0)
     controller = control.ConventionalController(
         sample_time=1.0 / drive.control.sample_rate,
@@ -163,7 +163,7 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         path=scenario.path if follow else None,
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
-    initial = {"l": begin.position if scenario.link != "free" else 0.0}
+    initial = {"l": begin.position if follow else 0.0}
     if scenario.link != "imposed":
         first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
         scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)

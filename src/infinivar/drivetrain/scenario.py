@@ -15,7 +15,7 @@ class Scenario:
     """One run of a drive in time.
 
     - `link` ``controlled``: the drive's controllers follow `motion`; ``imposed``: the load is moved from outside exactly
-      along `motion`, whatever the drive does; ``free``: nothing but `force` acts on it.
+      along `motion`, and controllers follow it, too; ``free``: nothing but `force` acts on it, and nothing is followed.
     - `steering` ``controlled``: the wheel is steered as the link loop asks; ``locked`` and ``decoupled``: its servo keeps it
       at 0 and at a right angle; ``held``: at `steering_angle`.
     - `cylinder` ``running``: at speed from the beginning and kept there; ``run-up``: from rest to speed in
@@ -68,6 +68,8 @@ class Scenario:
             "given with cylinder = 'run-up' only",
             "s",
         )
+        if self.cylinder == "at rest" and self.steering == "controlled":
+            raise ValueError("cylinder = 'at rest' moves nothing: steering must be locked, decoupled or held with it")
         if self.link == "free" and self.motion is not None:
             raise ValueError("motion means nothing with link = 'free'; leave it out")
         if self.link == "imposed" and self.force is not None:
