@@ -10,6 +10,7 @@ import pytest
 import sympy
 from numpy.testing import assert_allclose
 
+from infinivar.bondgraph import audit
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import model as models
 from infinivar.bondgraph.causality import assign
@@ -311,3 +312,15 @@ def test_equations_for_people():
     document = latex(equations)
     assert r"\frac{d}{dt} i &= \frac{- K \omega - R i + V}{L}" in document
     assert document.count(r"\begin{") == document.count(r"\end{")
+
+
+@pytest.mark.parametrize(
+    ("bond", "named"), [(("n", "out"), "TF 'n'"), (("shaft", "J"), "1 'shaft'"), (("K", "shaft"), "GY 'K'")]
+)
+def test_an_element_that_passes_on_other_power_is_named(bond, named):
+    """What a wrong equation would look like: one effort that its neighbours do not know."""
+    graph = motor()
+    run = solve(graph, np.linspace(0.0, 0.01, 11), inputs={"V": 5.0})
+    efforts = {**run.efforts, bond: 1.001 * run.efforts[bond]}
+    with pytest.raises(AuditError, match=f"{named} passes on other than the power it receives"):
+        audit._check_elements(graph, efforts, run.flows, {("R", "R"): run.power("R")}, run.time)

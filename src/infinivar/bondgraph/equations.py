@@ -124,11 +124,6 @@ def derive(graph: BondGraph) -> Equations:
     return _Derivation(graph).run()
 
 
-def parameter_symbol(latex: str) -> sympy.Symbol:
-    """Symbol of a parameter. Parameters are positive in formulas; no assumption is used that would need it."""
-    return sympy.Symbol(latex, real=True)
-
-
 def _symbol(latex: str) -> sympy.Symbol:
     return sympy.Symbol(latex, real=True)
 
@@ -265,7 +260,7 @@ class _Derivation:
         if kind == "R" and element.law is not None:
             return self._law_symbols(element)[self.at[name].index(bond)]
         assert element.parameter is not None
-        value = parameter_symbol(element.parameter.symbol)
+        value = _symbol(element.parameter.symbol)
         if kind == "R":
             return value * self.flow(bond) if what == "effort" else self.effort(bond) / value
         state = self.state_of.get(name)
@@ -303,7 +298,7 @@ class _Derivation:
 
     def _modulus(self, element: Element) -> Expression:
         if element.parameter is not None:
-            return parameter_symbol(element.parameter.symbol)
+            return _symbol(element.parameter.symbol)
         return self._traced(element)
 
     def _traced(self, element: Element) -> Expression:
@@ -314,7 +309,7 @@ class _Derivation:
 
     @staticmethod
     def _parameters(element: Element) -> dict[str, sympy.Symbol]:
-        return {name: parameter_symbol(given.symbol) for name, given in element.parameters.items()}
+        return {name: _symbol(given.symbol) for name, given in element.parameters.items()}
 
     def signal_value(self, name: str) -> Expression:
         signal = self.signal[name]
@@ -368,7 +363,7 @@ class _Derivation:
             return self.flow(bond)
         parameter = self.element[state.name].parameter
         assert parameter is not None
-        return self.effort(bond) / parameter_symbol(parameter.symbol)
+        return self.effort(bond) / _symbol(parameter.symbol)
 
     def _solve(self, derivatives: Sequence[Expression]) -> dict[sympy.Symbol, Expression]:
         """Rates of states and cut variables, from the linear equations that couple them."""
@@ -427,7 +422,7 @@ class _Derivation:
     def _stored(self, element: Element) -> Expression:
         (bond,) = self.at[element.name]
         assert element.parameter is not None
-        value = parameter_symbol(element.parameter.symbol)
+        value = _symbol(element.parameter.symbol)
         if element.kind == "I":
             return value * self.flow(bond) ** 2 / 2
         return value * self.effort(bond) ** 2 / 2

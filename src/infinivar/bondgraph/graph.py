@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from infinivar.errors import InfinivarError, nearest
+from infinivar.errors import InputError, nearest
 from infinivar.frozen import FrozenDict
 
 Kind = Literal["Se", "Sf", "I", "C", "R", "TF", "GY", "0", "1"]
@@ -30,8 +30,8 @@ Law = Callable[..., Any]
 SOURCES, STORAGES, TWO_PORTS, JUNCTIONS = ("Se", "Sf"), ("I", "C"), ("TF", "GY"), ("0", "1")
 
 
-class BondGraphError(InfinivarError):
-    """A graph that means nothing, or that cannot be turned into equations; the message names the elements."""
+class BondGraphError(InputError):
+    """A graph that means nothing, or cannot be turned into equations or solved so; the message names what is at fault."""
 
 
 @dataclass(frozen=True, slots=True)
