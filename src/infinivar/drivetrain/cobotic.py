@@ -21,7 +21,7 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteeringPlant:
-    """What turns the wheel. In steady operation it stands still and takes no power; its data wait for motion.
+    """What turns the wheel. In steady operation it stands still and takes no power; simulation in time needs it.
 
     Source: faulring2006, Fig 11.
     """
