@@ -126,7 +126,17 @@ class Simulation:
             run.residual,
             {"units": "1", "long_name": "energy not accounted for over energy moved"},
         )
-        labels = {"supplied": list(run.supplied), "lost": list(run.lost), "stored": list(run.stored)}
+        elements = [element.name for element in run.graph.elements]
+        energies = [run.energy(name) for name in elements]
+        for what in energies[0]._fields:
+            table = np.array([getattr(energy, what) for energy in energies])
+            data[f"element_energy_{what}_J"] = (("element", "time"), table, {"units": "J"})
+        labels = {
+            "element": elements,
+            "supplied": list(run.supplied),
+            "lost": list(run.lost),
+            "stored": list(run.stored),
+        }
         return xarray.Dataset(
             data, coords={"time": ("time", run.time, {"units": "s"}), **labels}, attrs={"title": self.title}
         )
@@ -153,6 +163,10 @@ class Simulation:
             "lost_J": last(run.lost),
             "stored_J": last(run.stored),
             "closure": run.closure,
+            "elements_J": {
+                element.name: {what: float(values[-1]) for what, values in run.energy(element.name)._asdict().items()}
+                for element in run.graph.elements
+            },
             "events": [
                 {
                     "limit": event.limit.name,

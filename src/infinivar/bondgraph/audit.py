@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph, Element
 from infinivar.errors import AuditError
 
 if TYPE_CHECKING:
+    from infinivar.bondgraph.march import March
     from infinivar.bondgraph.model import Model
 
 CLOSURE = 1e-6
@@ -26,6 +27,21 @@ _BALANCE = 1e-9
 
 class ClosureError(AuditError):
     """Energy supplied is not what was lost and stored: integration was too coarse, or an equation is wrong."""
+
+
+class ElementEnergy(NamedTuple):
+    """Energy of one element so far, over time. [J]"""
+
+    came: Any
+    """Through bonds that point to it."""
+    went: Any
+    """Through bonds that point away."""
+    given: Any
+    """By a source."""
+    lost: Any
+    """In it; before a source, its own losses are not among these."""
+    stored: Any
+    """More than at the beginning."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +58,9 @@ class Trajectory:
     supplied             Energy from every source so far, by title. [J]
     lost                 Energy lost so far, by name of the loss. [J]
     stored               Energy in every storage, by title. [J]
+    by_element           Energy given by a source (element, "") and lost (element, name of the loss) so far. [J]
+    storages             Energy in every storage, by element. [J]
+    passed               Energy through every bond so far along its half arrow, by (tail, head). [J]
     residual             Energy not accounted for so far, over the energy moved in the whole motion. [-]
     outcome              "" if the motion is complete, else why it is not and what to try.
     """
@@ -56,6 +75,9 @@ class Trajectory:
     supplied: Mapping[str, Any]
     lost: Mapping[str, Any]
     stored: Mapping[str, Any]
+    by_element: Mapping[tuple[str, str], Any]
+    storages: Mapping[str, Any]
+    passed: Mapping[tuple[str, str], Any]
     residual: Any
     outcome: str
 
@@ -71,6 +93,21 @@ class Trajectory:
         bond = self.graph.bonds_of(self.graph[name].name)[0]
         return self.efforts[bond.tail, bond.head], self.flows[bond.tail, bond.head]
 
+    def energy(self, name: str) -> ElementEnergy:
+        """Energy that came to an element, went on, was given by it, lost in it and stored in it, so far."""
+        import numpy as np
+
+        element, bonds = self.graph[name], self.graph.bonds_of(name)
+        nothing = np.zeros_like(self.time)
+        came = sum((self.passed[b.tail, b.head] for b in bonds if b.head == name), nothing)
+        went = sum((self.passed[b.tail, b.head] for b in bonds if b.tail == name), nothing)
+        mine = {key: energy for key, energy in self.by_element.items() if key[0] == name}
+        source = element.kind in SOURCES
+        lost = nothing if source else sum((energy for (_, what), energy in mine.items() if what), nothing)
+        given = sum((energy for (_, what), energy in mine.items() if not what), nothing)
+        stored = self.storages.get(name, nothing)
+        return ElementEnergy(came, went, given, lost, stored - stored[0])
+
     def power(self, name: str) -> Any:
         """Power that a one-port takes up, or that a source gives. [W]"""
         effort, flow = self.at(name)
@@ -80,33 +117,20 @@ class Trajectory:
 
 
 def audited(
-    graph: BondGraph,
-    made: Model,
-    parameters: Mapping[str, float],
-    time: Any,
-    states: Any,
-    energies: Any,
-    inputs: tuple[Any, Any],
-    outcome: str,
-    closure: float = CLOSURE,
+    graph: BondGraph, made: Model, parameters: Mapping[str, float], run: March, outcome: str, closure: float = CLOSURE
 ) -> Trajectory:
     """Trajectory with everything that follows from states and energies, once it has passed the audit.
-
-    Parameters
-    ----------
-    time : (n,) float               [s]
-    states, energies : (n, m) float In the order of the model: states; sources, then losses.
-    inputs : (n, k), (n, j) float   Inputs and rates of inputs.
 
     Raises
     ------
     AuditError
         If an element's powers do not agree or a loss is negative, naming the element.
     ClosureError
-        If the energy balance misses more than `closure`, naming the element that moved most energy.
+        If the energy balance misses more than `closure`, naming the element that misses most.
     """
     import numpy as np
 
+    time, states, energies, inputs = run.times[: run.reached], run.states(), run.energies(), run.inputs()
     outputs = made.function("outputs", np, parameters)
     values = iter(outputs(tuple(states.T), tuple(inputs[0].T), tuple(inputs[1].T)))
 
@@ -142,16 +166,27 @@ def audited(
         supplied=supplied,
         lost=lost,
         stored=kept,
+        by_element=dict(zip([*((name, "") for name in made.sources), *made.losses], energies.T, strict=True)),
+        storages=stored,
+        passed=dict(zip(made.bonds, run.passed_on().T, strict=True)),
         residual=residual,
         outcome=outcome,
     )
     if not result.closure <= closure:
-        most = max((supplied | lost).items(), key=lambda item: float(np.max(np.abs(item[1]))))[0]
+        worst = max(graph.elements, key=lambda element: _missing(result, element.name))
         raise ClosureError(
-            f"{graph.name}: the energy balance misses {result.closure:.2g} of the energy moved, more than {closure:g}; "
-            f"most energy passes {most!r}. A smaller rtol closes it if integration is the cause"
+            f"{graph.name}: the energy balance misses {result.closure:.2g} of the energy moved, more than {closure:g}, most "
+            f"at {worst.kind} {worst.name!r}. A smaller tolerance closes it if integration is the cause"
         )
     return result
+
+
+def _missing(run: Trajectory, name: str) -> float:
+    """Largest energy that an element does not account for. [J]"""
+    import numpy as np
+
+    energy = run.energy(name)
+    return float(np.max(np.abs(energy.given + energy.came - energy.went - energy.lost - energy.stored)))
 
 
 def _by_title(graph: BondGraph, names: Any, energies: Any) -> dict[str, Any]:

@@ -79,10 +79,9 @@ class March:
         inside = self.times[self.reached : last]
         wanted = inside if len(inside) and inside[-1] == end else np.append(inside, end)
         widths = np.array([end - begin]) if len(wanted) == 1 else np.diff(wanted, prepend=begin)
-        grid, stride = wanted, 1
-        if not self.energies_too:
-            grid, stride = ((wanted - widths)[:, None] + widths[:, None] * _STEPS).ravel(), len(_STEPS)
-            grid[stride - 1 :: stride] = wanted
+        stride = len(_STEPS)
+        grid = ((wanted - widths)[:, None] + widths[:, None] * _STEPS).ravel()
+        grid[stride - 1 :: stride] = wanted
         try:
             rows, problem = step(self.now, begin, grid, functions)
         except (ArithmeticError, ValueError) as left:  # a law left the range in which it means something
@@ -96,12 +95,11 @@ class March:
         self.passed_at[first:last] = range(self.passed + 1, self.passed + 1 + len(inside))
         self.passed += len(wanted)
         self.reached = last
-        if not self.energies_too:
-            between = grid.reshape(-1, stride)[:, :-1].ravel()
-            moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
-            states = rows.reshape(-1, stride, self.count)[:, :-1].reshape(-1, self.count)
-            self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True)))
-            self.widths.append(widths)
+        between = grid.reshape(-1, stride)[:, :-1].ravel()
+        moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
+        states = rows.reshape(-1, stride, rows.shape[1])[:, :-1, : self.count].reshape(-1, self.count)
+        self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True)))
+        self.widths.append(widths)
         self.now = ends[-1].tolist()
         return ""
 
@@ -153,14 +151,26 @@ class March:
         """(n, sources and losses) So far, at the output times reached. [J]"""
         if self.energies_too:
             return self.rows[: self.reached, self.count :]
-        if not self.nodes or not self.extra:
-            return np.zeros((self.reached, self.extra))
+        return self._summed("dynamics", lambda values: values[self.count :], self.extra)
+
+    def passed_on(self) -> Any:
+        """(n, bonds) Energy through every bond so far, along its half arrow, at the output times reached. [J]"""
+        bonds = len(self.made.bonds)
+        return self._summed(
+            "outputs",
+            lambda values: [e * f for e, f in zip(values[:bonds], values[bonds : 2 * bonds], strict=True)],
+            bonds,
+        )
+
+    def _summed(self, code: str, powers: Callable[[Sequence[Any]], Sequence[Any]], count: int) -> Any:
+        """Integrals of powers over the nodes, at the output times reached."""
+        if not self.nodes or not count:
+            return np.zeros((self.reached, count))
         states, inputs, rates = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
-        dynamics = self.made.function("dynamics", np, self.parameters)
-        powers = dynamics(tuple(states.T), tuple(inputs.T), tuple(rates.T))[self.count :]
+        values = self.made.function(code, np, self.parameters)(tuple(states.T), tuple(inputs.T), tuple(rates.T))
         widths = np.concatenate(self.widths)
-        sums = [np.broadcast_to(power, len(states)).reshape(-1, len(_NODES)) @ _WEIGHTS * widths for power in powers]
-        grown = np.vstack([np.zeros(self.extra), np.cumsum(np.array(sums).T, axis=0)])
+        sums = [np.broadcast_to(p, len(states)).reshape(-1, len(_NODES)) @ _WEIGHTS * widths for p in powers(values)]
+        grown = np.vstack([np.zeros(count), np.cumsum(np.array(sums).T, axis=0)])
         return grown[self.passed_at[: self.reached]]
 
     def inputs(self) -> tuple[Any, Any]:

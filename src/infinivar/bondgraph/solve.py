@@ -69,7 +69,7 @@ def solve(
     Raises
     ------
     BondGraphError
-        If the graph has no equations, an input is missing or a name is not known.
+        If the graph has no equations, an input is missing, a name is not known, or times do not increase.
     AuditError
         If an element creates energy.
     ClosureError
@@ -81,6 +81,10 @@ def solve(
 
     made = model(graph)
     times = np.asarray(times, dtype=float)
+    if times.ndim != 1 or len(times) < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0):
+        raise BondGraphError(f"{graph.name}: times must be two or more that increase")
+    if not 0.0 < rtol < 1.0:
+        raise BondGraphError(f"{graph.name}: rtol must be > 0 and < 1, got {rtol}")
     parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
     outside: dict[str, Input] = {
         name: Constant(float(given)) if isinstance(given, (int, float)) else given
@@ -97,9 +101,7 @@ def solve(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a solver that gives up says so in the outcome
             outcome = run.integrate(step, progress or (lambda share: None))
-        return audited(
-            graph, made, parameters, times[: run.reached], run.states(), run.energies(), run.inputs(), outcome, closure
-        )
+        return audited(graph, made, parameters, run, outcome, closure)
 
     if not energies_as_states:
         with contextlib.suppress(ClosureError):
