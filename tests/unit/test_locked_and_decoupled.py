@@ -136,3 +136,24 @@ def test_a_wheel_that_is_led_follows(drive):
 def test_a_free_link_needs_a_wheel_that_is_kept(drive):
     with pytest.raises(ValueError, match="has nothing to follow with link = 'free'"):
         iv.simulate(drive, Scenario(duration=0.1, link="free", load_mass=0.8))
+
+
+def test_limits_of_parts_are_events(study):
+    """A gearhead, a motor and an amplifier that are too small for the motion: each is named, with its time."""
+    base = study.drives["motor2-gear4"]
+    weak = replace(
+        base,
+        gearhead=replace(base.gearhead, continuous_torque=0.05),
+        motor=replace(base.motor, max_speed=100.0),
+        amplifier=iv.Amplifier(regeneration="none"),
+    )
+    scenario = Scenario(
+        duration=0.5, load_mass=2.0, motion=MotionProfile(shape="sinusoid", distance=0.05, frequency=2.0)
+    )
+    result = iv.simulate(weak, scenario)
+    met = {event.limit for event in result.events}
+    assert met >= {iv.Limit.GEAR, iv.Limit.SPEED, iv.Limit.REGENERATION}
+    fast = next(event for event in result.events if event.limit == iv.Limit.SPEED and event.start > 0.1)
+    # The shaft passes 100 rad/s where |cos| of the motion does; the load lags by less than a hundredth of the period.
+    share = 100.0 * 0.005 / 4.0 / (0.05 * 2 * math.pi * 2.0)
+    assert fast.start == pytest.approx((math.pi - math.acos(share)) / (2 * math.pi * 2.0), abs=5e-3)
