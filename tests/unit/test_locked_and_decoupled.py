@@ -157,3 +157,37 @@ def test_limits_of_parts_are_events(study):
     # The shaft passes 100 rad/s where |cos| of the motion does; the load lags by less than a hundredth of the period.
     share = 100.0 * 0.005 / 4.0 / (0.05 * 2 * math.pi * 2.0)
     assert fast.start == pytest.approx((math.pi - math.acos(share)) / (2 * math.pi * 2.0), abs=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("load", "output"), [(0.8, 2e-5), (None, 2e-5), (None, None)], ids=["load", "pulley", "motor alone"]
+)
+def test_a_drive_begins_with_the_speed_of_its_motion(study, load, output):
+    """Whichever inertia carries the state: that of load, pulley or rotor."""
+    drive = replace(study.drives["motor2-gear4"], output_inertia=output)
+    scenario = Scenario(
+        duration=0.02,
+        load_mass=load,
+        motion=MotionProfile(shape="cruise", speed=0.3),
+        electrical="current",
+    )
+    result = iv.simulate(drive, scenario)
+    assert result.columns["speed_m_s"][0] == pytest.approx(0.3)
+    assert result.position_error.max() < 1e-3
+
+
+@pytest.mark.parametrize("method", ["Radau", "BDF", "CVODES"])
+def test_every_solver_gives_the_same_motion(study, method):
+    """With a moving input from outside, which CVODES takes as a cubic between samples, and energies to 1e-5."""
+    drive = study.drives["motor2-gear4"]
+    scenario = Scenario(
+        duration=0.1,
+        output_step=0.005,
+        load_mass=0.8,
+        motion=MotionProfile(shape="sinusoid", distance=0.02, frequency=3.0),
+        force=ForceProfile(shape="sinusoid", size=20.0, frequency=25.0),
+    )
+    expected, found = (iv.simulate(drive, replace(scenario, method=name)) for name in ("LSODA", method))
+    np.testing.assert_allclose(found.columns["position_m"], expected.columns["position_m"], atol=1e-8)
+    for name, energy in expected.trajectory.lost.items():
+        assert found.trajectory.lost[name][-1] == pytest.approx(energy[-1], rel=1e-5, abs=1e-9)
