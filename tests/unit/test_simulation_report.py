@@ -10,6 +10,7 @@ import pytest
 import xarray
 
 import infinivar as iv
+from infinivar.analysis import simulate as simulating
 from infinivar.analysis.simulate import Event
 from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
 from infinivar.drivetrain.scenario import Scenario
@@ -162,3 +163,21 @@ def test_an_unfinished_run_says_so(step):
 def test_an_event_in_words():
     shown = str(Event(limit=iv.Limit.SLIP, what="wheel", start=0.1, end=0.25, worst=math.inf))
     assert shown == "wheel slip (wheel) exceeded from 0.1 s to 0.25 s"
+
+
+def test_events_begin_and_end_between_results():
+    """Where a straight line between the results passes the allowance; at the ends of a run, at its ends."""
+    time = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
+    demand = np.array([0.0, 2.0, 0.5, 0.5, 3.0])
+    first, second = simulating._events(time, {(iv.Limit.GEAR, "gearhead"): demand})
+    assert (first.start, first.end, first.worst) == pytest.approx((0.5, 1.0 + 2.0 / 3.0, 2.0))
+    assert (second.start, second.end, second.worst) == pytest.approx((3.2, 4.0, 3.0))
+    assert simulating._events(time, {(iv.Limit.GEAR, "gearhead"): np.ones(5)}) == ()
+
+
+def test_heating_is_the_root_mean_square():
+    time = np.linspace(0.0, 1.0, 2001)
+    assert simulating._root_mean_square(time, 3.0 * np.sin(2 * np.pi * time)) == pytest.approx(
+        3.0 / math.sqrt(2), rel=1e-5
+    )
+    assert simulating._root_mean_square(time[:1], np.array([-2.0])) == 2.0
