@@ -16,6 +16,9 @@ from infinivar.drivetrain.profiles import MotionProfile
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.parts.motor import Motor
 
+_MOST_SAMPLES = 1e7
+"""Of a run: hours of computing."""
+
 
 @dataclass(frozen=True, slots=True)
 class Machine:
@@ -61,6 +64,11 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
     ValueError
         If the drive lacks a value that motion needs, or the scenario asks for what the drive has not (a steered wheel).
     """
+    if scenario.duration * drive.control.sample_rate > _MOST_SAMPLES:
+        longest = _MOST_SAMPLES / drive.control.sample_rate
+        raise ValueError(
+            f"duration must be <= {longest:g} s at this drive's control.sample_rate, got {scenario.duration:g}"
+        )
     return _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
 
 

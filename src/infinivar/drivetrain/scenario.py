@@ -9,6 +9,8 @@ from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
 from infinivar.errors import require
 from infinivar.quantities import check, component, quantity
 
+_MOST_RESULTS = 1e6
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
@@ -52,6 +54,9 @@ class Scenario:
     def __post_init__(self) -> None:
         """Refuse what does not go together."""
         check(self)
+        if self.output_step is not None and self.duration / self.output_step > _MOST_RESULTS:
+            least = self.duration / _MOST_RESULTS
+            raise ValueError(f"output_step must be >= {least:g} s, a millionth of duration, got {self.output_step:g}")
         given = self.steering_angle is not None
         require(
             given == (self.steering == "held"),

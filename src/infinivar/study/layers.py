@@ -93,7 +93,7 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
     if "reconstruction" in shipped and group != "scenarios":
         remarks.reconstruction[name] = shipped["reconstruction"]
     under = annotated(under, path, shipped["source"])
-    if "type" in tree and tree["type"] != under.get("type"):
+    if "type" in tree and tree["type"] != under.get("type", tree["type"]):
         raise StudyError(
             f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out"
         )

@@ -146,10 +146,9 @@ def _scenario(description: object, name: str, origin: str, path: Path | None) ->
         raise StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
     # What a scenario asks for is no fact with a source, so nothing is noted of where its values come from.
     tree = over_base(annotated(description, where, origin), where, Remarks())
-    tree.pop("type", None)
     for profile in ("motion", "force"):
         file = tree.get(profile, {}).get("file")
-        if path is not None and file is not None and isinstance(file["value"], str):
+        if path is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
             file["value"] = str(path.parent / file["value"])
     return built(Scenario, {"title": name, **tree}, where, name, [])
 
