@@ -18,7 +18,7 @@ import sympy
 
 from infinivar.bondgraph.causality import Causality, assign
 from infinivar.bondgraph.graph import SOURCES, STORAGES, Bond, BondGraph, BondGraphError, Element, Signal
-from infinivar.bondgraph.loops import ordered
+from infinivar.bondgraph.loops import LawValue, ordered
 from infinivar.bondgraph.trace import trace
 
 Expression = Any
@@ -32,19 +32,6 @@ class State:
     symbol: sympy.Symbol
     name: str
     kind: Literal["flow", "displacement", "signal"]
-
-
-@dataclass(frozen=True, slots=True)
-class LawValue:
-    """What a law returns at one port: a symbol for it, and its expression in arguments and parameters."""
-
-    symbol: sympy.Symbol
-    element: str
-    arguments: tuple[tuple[sympy.Symbol, Expression], ...]
-    """Symbols of flows and signals in `formula`, and what they stand for."""
-    formula: Expression
-    value: Expression
-    """The formula of the arguments' expressions; where the law is part of an algebraic loop, the loop's solution."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Order in which values of laws can be computed, and the algebraic loops among them.
+"""Values of laws, the order in which they can be computed, and the algebraic loops among them.
 
 A law whose argument depends on the law's own value is an algebraic loop: a gear whose friction is in proportion to the
 torque it passes on, between two inertias. Where the law is proportional to that argument on either side of zero, as
@@ -9,15 +9,25 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import Any
 
 import sympy
 
 from infinivar.bondgraph.graph import BondGraphError
 
-if TYPE_CHECKING:
-    from infinivar.bondgraph.equations import LawValue
+
+@dataclass(frozen=True, slots=True)
+class LawValue:
+    """What a law returns at one port: a symbol for it, and its expression in arguments and parameters."""
+
+    symbol: sympy.Symbol
+    element: str
+    arguments: tuple[tuple[sympy.Symbol, Any], ...]
+    """Symbols of flows and signals in `formula`, and what they stand for."""
+    formula: Any
+    value: Any
+    """The formula of the arguments' expressions; where the law is part of an algebraic loop, the loop's solution."""
 
 
 def ordered(graph: str, laws: Iterable[LawValue]) -> tuple[LawValue, ...]:
