@@ -20,92 +20,109 @@ _SMALL = 0.01
 _NOTHING = 1e-6
 """Entries below this share are what the balance cannot tell from nothing."""
 
-_STORED, _OUT = "#BBBBBB", "#333333"
+SOURCES = {"supply": "motor supply", "load": "work of the surroundings"}
+"""Words for sources whose titles in a graph are too short here."""
+
+# Other than losses: sources, and what they took back, in the same colour.
+_COLOURS = {
+    "motor supply": "#3D4B66",
+    "steering supply": "#8497B0",
+    "work of the surroundings": "#7A5230",
+    "work on the surroundings": "#7A5230",
+    "back to motor supply": "#3D4B66",
+    "back to steering supply": "#8497B0",
+}
+
+
+def balance(simulation: Simulation) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Energy that came in and that went out so far, by name, over time.
+
+    Returns
+    -------
+    came, went : dict of (n,) float   None negative; their sums agree to the residual. [J]
+        What sources took back, and what storages gave, counts on the other side.
+    """
+    run = simulation.trajectory
+    came, went = {}, dict(run.lost)
+    stored = np.sum([energy - energy[0] for energy in run.stored.values()], axis=0)
+    went["stored"], came["taken from storage"] = np.maximum(stored, 0.0), np.maximum(-stored, 0.0)
+    for title, energy in run.supplied.items():
+        name = SOURCES.get(title, title)
+        came[name] = np.maximum(energy, 0.0)
+        went["work on the surroundings" if title == "load" else f"back to {name}"] = np.maximum(-energy, 0.0)
+    return came, went
 
 
 def data(simulation: Simulation) -> dict[str, Any]:
-    """Energy that came in and that went out.
+    """Energy that came in and that went out, at the end and over time.
 
     Returns
     -------
     dict
-        came, went: final energies by name [J], all positive, with equal sums to the residual; time [s]; grown: cumulative
-        energies that went out by name, over time [J]; supplied: what came in, over time [J]; closure [-].
-        What sources took back and what storages gave count on the other side.
+        came, went: final energies by name [J], all positive, with equal sums to the residual; time [s]; grown: what went
+        out so far, by name, over time [J]; supplied: what came from sources so far, over time [J]; closure [-].
+        What sources took back and what storages gave counts on the other side. The smallest are gathered as "n others".
     """
-    run = simulation.trajectory
-    came: dict[str, float] = {}
-    went: dict[str, float] = {}
-    for title, energy in run.supplied.items():
-        last = float(energy[-1])
-        name = {"supply": "motor supply", "load": "work of the surroundings"}.get(title, title)
-        if last >= 0.0:
-            came[name] = last
-        else:
-            went["work on the surroundings" if title == "load" else f"back to {name}"] = -last
-    for title, energy in run.lost.items():
-        went[title] = went.get(title, 0.0) + float(energy[-1])
-    change = sum(float(energy[-1] - energy[0]) for energy in run.stored.values())
-    if change >= 0.0:
-        went["stored"] = change
-    else:
-        came["taken from storage"] = -change
-    stored = np.sum([energy - energy[0] for energy in run.stored.values()], axis=0)
+    came, went = balance(simulation)
+    final = [{name: energy[-1:] for name, energy in side.items()} for side in (came, went)]
     return {
-        "came": _gathered(came),
-        "went": _gathered(went),
-        "time": run.time,
-        "grown": {
-            name: run.lost[name]
-            for name in _gathered({k: float(v[-1]) for k, v in run.lost.items()})
-            if name in run.lost
-        },
-        "all_lost": np.sum(list(run.lost.values()), axis=0),
-        "stored": stored,
-        "supplied": np.sum(list(run.supplied.values()), axis=0),
-        "closure": run.closure,
+        "came": {name: float(energy[0]) for name, energy in _gathered(final[0]).items()},
+        "went": {name: float(energy[0]) for name, energy in _gathered(final[1]).items()},
+        "time": simulation.trajectory.time,
+        "grown": _gathered(went),
+        "supplied": sum(energy for name, energy in came.items() if name != "taken from storage"),
+        "closure": simulation.trajectory.closure,
     }
 
 
-def _gathered(energies: Mapping[str, float]) -> dict[str, float]:
-    """The larger entries, and the rest as one."""
-    total = sum(energies.values())
-    energies = {name: value for name, value in energies.items() if value > _NOTHING * total}
-    large = {name: value for name, value in energies.items() if value >= _SMALL * total}
-    small = {name: value for name, value in energies.items() if value < _SMALL * total}
-    rest = sum(small.values())
-    ordered = dict(sorted(large.items(), key=lambda item: -item[1]))
-    if len(small) == 1:
-        return ordered | small
-    return ordered | ({f"{len(small)} others": rest} if rest > 0.0 else {})
+def _gathered(energies: Mapping[str, Any]) -> dict[str, Any]:
+    """Larger losses first, the small entries as one, then what is not lost: the order in which they are stacked."""
+    sizes = {name: float(np.max(energy)) for name, energy in energies.items()}
+    total = float(np.max(sum(energies.values())))
+    names = sorted((name for name in energies if sizes[name] > _NOTHING * total), key=lambda name: -sizes[name])
+    small = [name for name in names if sizes[name] < _SMALL * total]
+    large = [name for name in names if name not in small or len(small) == 1]
+    lost = {name: energies[name] for name in large if name in style.LOSS_COLOURS}
+    others = {f"{len(small)} others": sum(energies[name] for name in small)} if len(small) > 1 else {}
+    return lost | others | {name: energies[name] for name in large if name not in lost}
 
 
-def _colour(name: str) -> str:
-    return style.LOSS_COLOURS.get(name) or {"stored": _STORED, "taken from storage": _STORED}.get(name, "#4477AA")
+def _look(name: str) -> dict[str, Any]:
+    """How an area or a bar is filled; what storages hold is no loss and looks like none."""
+    if name in ("stored", "taken from storage"):
+        return {"facecolor": "white", "edgecolor": "#8A8A8A", "hatch": "/////", "linewidth": 0.5}
+    colour = style.LOSS_COLOURS.get(name) or _COLOURS.get(name, "#DDDDDD")
+    return {"facecolor": colour, "edgecolor": "white", "linewidth": 0.4}
 
 
 def draw_balance(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Two stacked columns of one height: what came in, where it went."""
     for place, side in enumerate(("came", "went")):
-        bottom, energies = 0.0, numbers[side]
-        total = sum(energies.values()) or 1.0
-        texts = []
-        for name, value in energies.items():
-            ax.bar(place, value, bottom=bottom, width=0.5, color=_colour(name), edgecolor="white", linewidth=0.5)
-            texts.append((bottom + 0.5 * value, f"{name}  {value:.3g} J"))
-            bottom += value
-        for height, (middle, text) in zip(_apart([at for at, _ in texts], 0.055 * total, total), texts, strict=True):
-            left = place == 0
+        energies = numbers[side]
+        tops = np.cumsum([0.0, *energies.values()])
+        middles = 0.5 * (tops[:-1] + tops[1:])
+        direction = 1.0 if side == "went" else -1.0
+        for (name, value), bottom, middle, height in zip(
+            energies.items(), tops[:-1], middles, _apart(middles, 0.058 * tops[-1], tops[-1]), strict=True
+        ):
+            ax.bar(place, value, bottom=bottom, width=0.5, **_look(name))
             ax.annotate(
-                text,
-                (place - 0.26 if left else place + 0.26, middle),
-                (place - 0.36 if left else place + 0.36, height),
+                f"{name}  {value:.3g} J",
+                (place + 0.26 * direction, middle),
+                (place + 0.4 * direction, height),
                 fontsize=8,
                 va="center",
-                ha="right" if left else "left",
-                arrowprops={"arrowstyle": "-", "linewidth": 0.5, "color": "#777777", "shrinkA": 0, "shrinkB": 0},
+                ha="left" if direction > 0 else "right",
+                arrowprops={
+                    "arrowstyle": "-",
+                    "linewidth": 0.5,
+                    "color": "#777777",
+                    "shrinkA": 1,
+                    "shrinkB": 0,
+                    "relpos": (0.0 if direction > 0 else 1.0, 0.5),
+                },
             )
-    ax.set_xlim(-1.7, 2.7)
+    ax.set_xlim(-1.9, 2.9)
     ax.set_xticks([0, 1], ["came in", "went out"])
     ax.tick_params(bottom=False)
     ax.spines[["left", "bottom"]].set_visible(False)
@@ -113,34 +130,34 @@ def draw_balance(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.set_title(f"Energy of the run; balance closed to {numbers['closure']:.1g}", pad=14)
 
 
-def _apart(places: list[float], least: float, total: float) -> list[float]:
-    """The same heights, moved so that texts do not touch."""
-    moved: list[float] = []
-    for place in places:
-        moved.append(max(place, moved[-1] + least) if moved else place)
-    over = moved[-1] - total if moved else 0.0
-    if over > 0.0:
-        moved = [place - over for place in moved]
-        for index in range(len(moved) - 2, -1, -1):
-            moved[index] = min(moved[index], moved[index + 1] - least)
+def _apart(places: Any, least: float, total: float) -> list[float]:
+    """Rising heights, moved as little up and then down as texts need not to touch or to stand above the columns."""
+    moved = list(places)
+    for index in range(1, len(moved)):
+        moved[index] = max(moved[index], moved[index - 1] + least)
+    ceiling = total
+    for index in reversed(range(len(moved))):
+        moved[index] = min(moved[index], ceiling)
+        ceiling = moved[index] - least
     return moved
 
 
 def draw_growth(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Losses stacked over time, with the energy supplied and what is stored on top of the losses."""
+    """What went out, stacked over time, with the energy supplied: it lies below where storages gave."""
     time, bottom = numbers["time"], np.zeros_like(numbers["time"])
     for name, energy in numbers["grown"].items():
-        ax.fill_between(time, bottom, bottom + energy, color=_colour(name), label=name, linewidth=0)
+        look = _look(name)
+        if "hatch" not in look:
+            look["edgecolor"] = "none"  # an edge would hide thin areas
+        ax.fill_between(time, bottom, bottom + energy, label=name, **look)
         bottom = bottom + energy
-    others = numbers["all_lost"] - bottom
-    if np.max(others) > 1e-9 * max(np.max(bottom), 1e-300):
-        ax.fill_between(time, bottom, numbers["all_lost"], color="#dddddd", label="other losses", linewidth=0)
-    ax.plot(time, numbers["all_lost"] + numbers["stored"], color=_OUT, linewidth=1.0, label="lost and stored")
-    ax.plot(time, numbers["supplied"], color="#EE7733", linewidth=1.6, linestyle=(0, (1, 1.5)), label="supplied")
+    ax.plot(time, numbers["supplied"], color="black", linewidth=1.2, label="supplied")
     ax.set_xlabel("time [s]")
     ax.set_ylabel("energy so far [J]")
     ax.margins(x=0.0)
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    handles, labels = ax.get_legend_handles_labels()
+    # From top to bottom, as the areas lie.
+    ax.legend(handles[::-1], labels[::-1], loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def draw_all(simulation: Simulation) -> Figure:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +38,12 @@ _WHERE = {
     Limit.REGENERATION: "supply_power_W",
 }
 
+_LEAST = 0.005
+"""Share of the run that is shaded at least, to be seen."""
+
+_GREYS = ("#DEDEDE", "#BEBEBE", "#9E9E9E", "#868686", "#707070", "#5C5C5C", "#4A4A4A")
+"""One a limit in a panel; there are no more limits than these in any."""
+
 
 def data(simulation: Simulation) -> dict[str, Any]:
     """Panels with their curves over time, and the stretches beyond a limit.
@@ -63,33 +69,42 @@ def data(simulation: Simulation) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:
-    """Draw one panel."""
-    time = numbers["time"]
-    for index, (words, values) in enumerate(numbers["panels"][panel].items()):
+    """Draw one panel: its curves, and in grey the stretches beyond a limit, named above so that no name hides a curve."""
+    time, curves = numbers["time"], numbers["panels"][panel]
+    for index, (words, values) in enumerate(curves.items()):
         if words == "wanted":
             ax.plot(time, values, color="black", linewidth=0.9, linestyle=(0, (4, 2)), label=words)
         else:
             ax.plot(time, values, color=style.COLOURS[index], linewidth=1.2, label=words)
-    named = set()
-    for start, end, words in numbers["limits"][panel]:
-        ax.axvspan(start, max(end, start + 2e-3 * (time[-1] - time[0])), color="#d9d9d9", zorder=0)
-        if words not in named:
-            place = 0.97 - 0.17 * len(named)
-            left = start < 0.5 * (time[0] + time[-1])
-            ax.text(
-                start if left else end,
-                place,
-                f" {words} ",
-                transform=ax.get_xaxis_transform(),
-                fontsize=7,
-                va="top",
-                ha="left" if left else "right",
-            )
-            named.add(words)
     ax.set_ylabel(panel)
-    ax.margins(x=0.0, y=0.12 + 0.12 * len(named))
-    if len(numbers["panels"][panel]) > 1:
-        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    ax.margins(x=0.0, y=0.12)
+    ax.set_xlim(auto=False)
+    if len(curves) > 1:
+        # Kept beside a second legend, and outside the panel, where it must not be clipped.
+        ax.add_artist(ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))).set_clip_on(False)
+    shades = _shade(ax, numbers["limits"][panel], _LEAST * (time[-1] - time[0]))
+    if shades:
+        place = {"loc": "lower left", "bbox_to_anchor": (0.0, 0.97), "ncols": 2, "borderaxespad": 0.0}
+        ax.legend(handles=shades, fontsize=7, handlelength=1.2, **place)
+
+
+def _shade(ax: Axes, limits: Sequence[tuple[float, float, str]], least: float) -> list[Any]:
+    """Shade stretches, those of one limit alike and none narrower than the least; returns what a legend needs."""
+    lasting: dict[str, float] = {}
+    for start, end, words in limits:
+        lasting[words] = lasting.get(words, 0.0) + end - start
+    named = []
+    # The shorter ones on top of the longer ones, and darker.
+    for grey, name in zip(_GREYS, sorted(lasting, key=lambda words: -lasting[words]), strict=False):
+        shades = [
+            ax.axvspan(start - wider, end + wider, color=grey, linewidth=0, zorder=0)
+            for start, end, words in limits
+            if words == name
+            for wider in [0.5 * max(least - (end - start), 0.0)]
+        ]
+        shades[0].set_label(name)
+        named.append(shades[0])
+    return named
 
 
 def draw_all(simulation: Simulation) -> Figure:
