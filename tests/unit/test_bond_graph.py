@@ -10,6 +10,7 @@ import pytest
 import sympy
 from numpy.testing import assert_allclose
 
+from infinivar._xp import namespace
 from infinivar.bondgraph import audit
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import model as models
@@ -22,12 +23,14 @@ from infinivar.bondgraph.graph import Bond, BondGraph, BondGraphError, Parameter
 from infinivar.bondgraph.model import model
 from infinivar.bondgraph.solve import solve
 from infinivar.bondgraph.steppers import stepper
-from infinivar.bondgraph.trace import trace
+from infinivar.bondgraph.trace import Traced, clip, trace
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain import plants
 from infinivar.errors import AuditError
 
 jax.config.update("jax_enable_x64", True)
+
+TIMES = np.linspace(0.0, 0.1, 11)
 
 
 def motor(**changes):
@@ -179,6 +182,53 @@ def test_a_loop_through_a_law_without_proportion_is_named():
     )
     with pytest.raises(BondGraphError, match="law of 'loss' depends on its own value"):
         derive(graph)
+
+
+def test_a_loop_through_a_bound_is_solved_exactly():
+    """Friction cut off at a share of the torque passed on: what a gear of that share of loss does, written as a bound."""
+
+    def cut_off(speed, torque, share):
+        xp = namespace(speed, torque)
+        return xp.clip(1e6 * speed, -share * xp.abs(torque), share * xp.abs(torque))
+
+    ratio, motor_inertia, load, share = 5.0, 2e-5, 1e-3, 0.3
+    law = bg.resistance("loss", "T", cut_off, signals=("t",), parameters={"share": Parameter("s", share)})
+    graph = BondGraph(
+        "g",
+        [
+            bg.effort_source("e", "e"),
+            bg.one("a", "w"),
+            bg.inertia("J", "J", motor_inertia),
+            bg.transformer("n", "n", 1.0 / ratio),
+            bg.one("b"),
+            bg.inertia("M", "M", load),
+            law,
+        ],
+        ["e > a > n > b > M", "a > J", "a > loss"],
+        [Signal(name="t", symbol="t", of="n")],
+    )
+    run = solve(graph, TIMES, inputs={"e": 0.1}, initial={"J": 1.0})
+    behind = load / ratio**2
+    assert_allclose(run.states["J"], 1.0 + 0.1 / (motor_inertia + (1.0 + share) * behind) * TIMES, rtol=1e-8)
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_slopes_of_a_value_between_bounds(place):
+    """By each argument, in each of the three cases, against differences."""
+    symbols = sympy.symbols("x low high", real=True)
+    slope = clip(*symbols).diff(symbols[place])
+    for point in ((-2.0, -1.0, 1.0), (0.3, -1.0, 1.0), (1.7, -1.0, 1.0)):
+        ahead = [value + 1e-6 * (index == place) for index, value in enumerate(point)]
+        difference = (np.clip(*ahead) - np.clip(*point)) / 1e-6
+        assert float(slope.subs(dict(zip(symbols, point, strict=True)))) == pytest.approx(difference, abs=1e-6)
+
+
+def test_a_function_without_a_name_in_the_namespace_is_refused():
+    """A law that reaches past the array namespace has an expression, but no code."""
+    law = bg.resistance("r", "F", lambda flow: Traced(sympy.sinh(flow.expression)))
+    graph = BondGraph("g", [bg.one("a", "v"), bg.inertia("m", "m", 2.0), law], ["a > m", "a > r"])
+    with pytest.raises(BondGraphError, match="sinh"):
+        model(graph)
 
 
 def test_a_mass_that_is_moved_needs_the_acceleration():

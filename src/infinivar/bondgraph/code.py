@@ -13,6 +13,8 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from infinivar.bondgraph.graph import BondGraphError
+
 if TYPE_CHECKING:
     import sympy
 
@@ -252,7 +254,7 @@ def _printer(names: Mapping[sympy.Symbol, str]) -> Callable[[Any], str]:
         def _print_Function(self, expr: Any) -> str:  # noqa: N802
             known = type(expr).__name__
             if known not in _FUNCTIONS:
-                raise NotImplementedError(f"the function {known} has no name in the array namespace")
+                raise BondGraphError(f"the function {known} in a law has no name in the array namespace")
             return f"{known}({', '.join(map(self._print, expr.args))})"
 
     printer = Printer()

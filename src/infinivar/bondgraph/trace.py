@@ -111,11 +111,19 @@ class clip(sympy.Function):  # noqa: N801  (named as in the array namespace, for
 
     nargs = 3
 
+    @classmethod
+    def eval(cls, value: Any, low: Any, high: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """The number, of numbers."""
+        if value.is_number and low.is_number and high.is_number:
+            return sympy.Max(low, sympy.Min(value, high))
+        return None
+
     def fdiff(self, argindex: int = 1) -> Any:
-        """1 between the bounds and 0 outside, by the value."""
+        """1 by the argument that the result is equal to, 0 by the others."""
         value, low, high = self.args
-        inside = sympy.And(value > low, value < high)  # type: ignore[operator]
-        return sympy.Piecewise((1, inside), (0, sympy.true), evaluate=False)
+        below, above = value < low, value > high  # type: ignore[operator]
+        where = (sympy.Not(sympy.Or(below, above)), below, above)[argindex - 1]
+        return sympy.Piecewise((1, where), (0, sympy.true), evaluate=False)
 
     def _latex(self, printer: Any, exp: str | None = None) -> str:
         value, low, high = map(printer._print, self.args)
