@@ -111,15 +111,17 @@ def test_a_gear_that_loses_a_share_is_solved_exactly(study, loss):
     name = {"coulomb": "cobotic", "proportional": "cobotic-b"}[loss]
     graph = plants.cobotic_graph(study.drives[name], load_mass=0.8)
     made = model(graph)
-    outputs = made.function("outputs", FloatNamespace, {k: p.value for k, p in graph.parameters.items()})
+    parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
+    outputs, motion = (made.function(code, FloatNamespace, parameters) for code in ("outputs", "motion"))
     random = np.random.default_rng(3)
     bonds = [*made.bonds, *made.bonds]
     for _ in range(200):
         state = (random.normal(size=5) * [0.3, 3.0, 10.0, 0.5, 0.1]).tolist()
-        values = outputs(state, (random.normal() * 20.0, 0.0, random.normal()), ())
+        inputs = (random.normal() * 20.0, 0.0, random.normal())
+        values = outputs(state, inputs, ())
         efforts = dict(zip(made.bonds, values[: len(made.bonds)], strict=True))
         flows = dict(zip(made.bonds, values[len(made.bonds) : len(bonds)], strict=True))
-        derivative = values[len(bonds) + len(made.signals) + len(made.storages) + made.states.index("cylinder.J_c")]
+        derivative = motion(state, inputs, ())[made.states.index("cylinder.J_c")]
         passed, speed = efforts["cylinder.rotor", "cylinder.gear"], flows["cylinder.rotor", "cylinder.gear"]
         lost = efforts["cylinder.rotor", "cylinder.gear_loss"]
         assert efforts["cylinder.gear", "cylinder.cylinder"] == pytest.approx(57.0 * passed, rel=1e-12)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -292,9 +292,9 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
             "slip_ratio": run.at("transmission.creep")[0] / drive.transmission.groups(drive.cylinder_speed).slip_force,
         }
         supplied.append(run.power("steering.source"))
-    amplifiers = [drive.amplifier, replace(drive.amplifier, standby_power=0.0)]
+    amplifiers = [drive.amplifier, *([drive.steering_amplifier] if cobotic else [])]
     columns["supply_power_W"] = sum(
-        amplifier.supply(power)[0] for amplifier, power in zip(amplifiers, supplied, strict=False)
+        amplifier.supply(power)[0] for amplifier, power in zip(amplifiers, supplied, strict=True)
     )
     return columns
 
@@ -307,12 +307,10 @@ def _utilisation(
 
     def motor(part: Motor, what: str, prefix: str) -> None:
         voltage, current = run.at(f"{prefix}source")
-        found[Limit.THERMAL, what] = np.abs(current) / part.continuous_current
-        found[Limit.VOLTAGE, what] = np.abs(voltage) / part.voltage
-        if part.max_speed is not None:
-            found[Limit.SPEED, what] = np.abs(run.at(f"{prefix}motor")[0] / part.torque_constant) / part.max_speed
-        if drive.amplifier.regeneration == "none":
-            found[Limit.REGENERATION, what] = np.where(voltage * current < 0.0, np.inf, 0.0)
+        speed = run.at(f"{prefix}motor")[0] / part.torque_constant
+        _, _, returned = drive.amplifier.supply(voltage * current)
+        demands = {**part.utilisation(current=current, voltage=voltage, speed=speed), **returned}
+        found.update({(limit, what): demand for limit, demand in demands.items()})
 
     cobotic = isinstance(drive, CoboticDrive)
     prefix = "cylinder." if cobotic else ""
@@ -331,9 +329,9 @@ def _utilisation(
         assert drive.steering is not None
         motor(drive.steering.motor, "steering motor", "steering.")
     motor(drive.motor, "motor", prefix)
-    if drive.gearhead.continuous_torque is not None:
-        (out,) = (bond for bond in run.graph.bonds_of(f"{prefix}gear") if bond.tail == f"{prefix}gear")
-        found[Limit.GEAR, "gearhead"] = np.abs(run.efforts[out.tail, out.head]) / drive.gearhead.continuous_torque
+    (out,) = (bond for bond in run.graph.bonds_of(f"{prefix}gear") if bond.tail == f"{prefix}gear")
+    for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head]).items():
+        found[limit, "gearhead"] = demand
     return found
 
 

@@ -111,9 +111,8 @@ class Trajectory:
     def power(self, name: str) -> Any:
         """Power that a one-port takes up, or that a source gives. [W]"""
         effort, flow = self.at(name)
-        bond = self.graph.bonds_of(name)[0]
-        gives = bond.tail == name
-        return effort * flow * (1.0 if gives == (self.graph[name].kind in ("Se", "Sf")) else -1.0)
+        gives = self.graph.bonds_of(name)[0].tail == name
+        return effort * flow * (1.0 if gives == (self.graph[name].kind in SOURCES) else -1.0)
 
 
 def audited(
@@ -130,7 +129,8 @@ def audited(
     """
     import numpy as np
 
-    time, states, energies, inputs = run.times[: run.reached], run.states(), run.energies(), run.inputs()
+    time, states, inputs = run.times[: run.reached], run.states(), run.inputs()
+    energies, passed = run.energies()
     outputs = made.function("outputs", np, parameters)
     values = iter(outputs(tuple(states.T), tuple(inputs[0].T), tuple(inputs[1].T)))
 
@@ -138,7 +138,7 @@ def audited(
         return {name: np.broadcast_to(np.asarray(next(values), dtype=float), time.shape) for name in names}
 
     efforts, flows, signals, stored = take(made.bonds), take(made.bonds), take(made.signals), take(made.storages)
-    take(made.states)
+    take(made.sources)
     losses = take(made.losses)
     _check_elements(graph, efforts, flows, losses, time)
 
@@ -168,7 +168,7 @@ def audited(
         stored=kept,
         by_element=dict(zip([*((name, "") for name in made.sources), *made.losses], energies.T, strict=True)),
         storages=stored,
-        passed=dict(zip(made.bonds, run.passed_on().T, strict=True)),
+        passed=dict(zip(made.bonds, passed.T, strict=True)),
         residual=residual,
         outcome=outcome,
     )

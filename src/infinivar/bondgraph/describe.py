@@ -18,7 +18,7 @@ def text(equations: Equations) -> str:
     lines += ["", "Inputs", *(f"  {symbol.name:<16} {name}" for name, symbol in equations.inputs.items())]
     if equations.causality.dependent:
         lines += ["", "Dependent storages (their energy follows from the states)"]
-        lines += [f"  {_symbol(equations.graph, name):<16} {name}" for name in equations.causality.dependent]
+        lines += [f"  {equations.graph[name].symbol:<16} {name}" for name in equations.causality.dependent]
     lines += ["", "State equations"] if equations.states else []
     for state, derivative in zip(equations.states, equations.derivatives, strict=True):
         lines.append(f"  d/dt {state.symbol.name} = {derivative}")
@@ -102,10 +102,6 @@ def _list(rows: Any) -> Iterator[str]:
 def _meaning(graph: BondGraph, state: State) -> str:
     of = state.name if state.kind == "signal" else f"{graph[state.name].kind} {state.name}"
     return f"{_KIND[state.kind]} {of}"
-
-
-def _symbol(graph: BondGraph, name: str) -> str:
-    return graph[name].symbol
 
 
 def _named(expression: Any) -> Any:

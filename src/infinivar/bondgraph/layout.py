@@ -86,16 +86,12 @@ def _core(graph: BondGraph, names: list[str], neighbours: Mapping[str, list[str]
     kept = {name for name in names if kinds[name] in (*JUNCTIONS, *TWO_PORTS)} | set(sources)
     inner = ports | set(sources)
     while True:
-        blind = {
-            name
-            for name in kept - inner
-            if sum(other in kept for other in neighbours[name]) <= 1
-            and sum(other not in kept for other in neighbours[name])
-        }
-        # A chain without ports keeps its last junction.
-        blind = {
-            name for name in blind if any(other in kept and kinds[other] in JUNCTIONS for other in neighbours[name])
-        }
+        blind = set()
+        for name in kept - inner:
+            onward = [other for other in neighbours[name] if other in kept]
+            # It ends here if it hangs on one junction only; what is left of a chain without ports keeps its last one.
+            if len(onward) == 1 and kinds[onward[0]] in JUNCTIONS and len(neighbours[name]) > 1:
+                blind.add(name)
         if not blind or len(blind) == len(kept):
             return [name for name in names if name in kept]
         kept -= blind

@@ -147,29 +147,24 @@ class March:
         """(n, states) At the output times reached."""
         return self.rows[: self.reached, : self.count]
 
-    def energies(self) -> Any:
-        """(n, sources and losses) So far, at the output times reached. [J]"""
-        if self.energies_too:
-            return self.rows[: self.reached, self.count :]
-        return self._summed("dynamics", lambda values: values[self.count :], self.extra)
-
-    def passed_on(self) -> Any:
-        """(n, bonds) Energy through every bond so far, along its half arrow, at the output times reached. [J]"""
+    def energies(self) -> tuple[Any, Any]:
+        """(n, sources and losses), and (n, bonds) along half arrows: so far, at the output times reached. [J]"""
         bonds = len(self.made.bonds)
-        return self._summed(
-            "outputs",
-            lambda values: [e * f for e, f in zip(values[:bonds], values[bonds : 2 * bonds], strict=True)],
-            bonds,
-        )
+        summed = self._summed(bonds + self.extra)
+        own = self.rows[: self.reached, self.count :] if self.energies_too else summed[:, bonds:]
+        return own, summed[:, :bonds]
 
-    def _summed(self, code: str, powers: Callable[[Sequence[Any]], Sequence[Any]], count: int) -> Any:
-        """Integrals of powers over the nodes, at the output times reached."""
+    def _summed(self, count: int) -> Any:
+        """Integrals over the nodes, at the output times reached: powers of bonds, then of sources and losses."""
         if not self.nodes or not count:
             return np.zeros((self.reached, count))
         states, inputs, rates = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
-        values = self.made.function(code, np, self.parameters)(tuple(states.T), tuple(inputs.T), tuple(rates.T))
+        values = self.made.function("outputs", np, self.parameters)(tuple(states.T), tuple(inputs.T), tuple(rates.T))
+        bonds = len(self.made.bonds)
+        passed = [effort * flow for effort, flow in zip(values[:bonds], values[bonds : 2 * bonds], strict=True)]
+        powers = [*passed, *values[len(values) - self.extra :]]
         widths = np.concatenate(self.widths)
-        sums = [np.broadcast_to(p, len(states)).reshape(-1, len(_NODES)) @ _WEIGHTS * widths for p in powers(values)]
+        sums = [np.broadcast_to(p, len(states)).reshape(-1, len(_NODES)) @ _WEIGHTS * widths for p in powers]
         grown = np.vstack([np.zeros(count), np.cumsum(np.array(sums).T, axis=0)])
         return grown[self.passed_at[: self.reached]]
 

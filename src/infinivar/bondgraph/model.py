@@ -33,7 +33,7 @@ class Model:
     measured              Code: signals.
     motion                Code: time derivatives of the states.
     dynamics              Code: time derivatives of the states, power of every source, power of every loss.
-    outputs               Code: efforts and flows of the bonds, signals, stored energies, derivatives, losses.
+    outputs               Code: efforts and flows of the bonds, signals, stored energies, power of every source, of every loss.
     """
 
     states: tuple[str, ...]
@@ -69,7 +69,7 @@ def model(graph: BondGraph) -> Model:
     Raises
     ------
     BondGraphError
-        As `infinivar.bondgraph.equations.derive`.
+        As `infinivar.bondgraph.equations.derive`, and if a law uses a function that the array namespace has not.
     """
     key = _fingerprint(graph)
     path = None if key is None else cache_folder() / f"{key}.json"
@@ -96,14 +96,16 @@ def _derived(graph: BondGraph) -> Model:
     derivatives = {
         f"d {state.name}": value for state, value in zip(equations.states, equations.derivatives, strict=True)
     }
-    lost = {f"loss {element} {name}": value for (element, name), value in losses.items()}
+    powers = {
+        **{f"P {name}": equations.power[name] for name in sources},
+        **{f"loss {element} {name}": value for (element, name), value in losses.items()},
+    }
     outputs = {
         **{f"e {bond}": value for bond, value in equations.efforts.items()},
         **{f"f {bond}": value for bond, value in equations.flows.items()},
         **{f"s {name}": value for name, value in equations.signals.items()},
         **{f"E {name}": value for name, value in equations.stored.items()},
-        **derivatives,
-        **lost,
+        **powers,
     }
     return Model(
         states=tuple(state.name for state in equations.states),
@@ -117,7 +119,7 @@ def _derived(graph: BondGraph) -> Model:
         storages=tuple(equations.stored),
         measured=source(equations, dict(equations.signals)),
         motion=source(equations, derivatives),
-        dynamics=source(equations, {**derivatives, **{f"P {name}": equations.power[name] for name in sources}, **lost}),
+        dynamics=source(equations, {**derivatives, **powers}),
         outputs=source(equations, outputs),
     )
 

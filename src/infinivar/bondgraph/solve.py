@@ -18,7 +18,7 @@ from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory, audited
 from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.march import March
-from infinivar.bondgraph.model import Model, model
+from infinivar.bondgraph.model import model
 from infinivar.bondgraph.steppers import Method, stepper
 from infinivar.errors import nearest
 
@@ -90,7 +90,9 @@ def solve(
         name: Constant(float(given)) if isinstance(given, (int, float)) else given
         for name, given in (inputs or {}).items()
     }
-    start = _start(graph, made, initial or {})
+    initial = initial or {}
+    _known(graph, "state", initial, made.states)
+    start = [float(initial.get(name, 0.0)) for name in made.states]
     _known(graph, "input", outside, made.inputs)
     _known(graph, "state", scales or {}, made.states)
     absolute = np.array([rtol * (scales or {}).get(name, 1.0) for name in made.states])
@@ -107,11 +109,6 @@ def solve(
         with contextlib.suppress(ClosureError):
             return attempt(energies_too=False)
     return attempt(energies_too=True)
-
-
-def _start(graph: BondGraph, made: Model, initial: Mapping[str, float]) -> list[float]:
-    _known(graph, "state", initial, made.states)
-    return [float(initial.get(name, 0.0)) for name in made.states]
 
 
 def _known(graph: BondGraph, what: str, given: Mapping[str, Any], names: Sequence[str]) -> None:

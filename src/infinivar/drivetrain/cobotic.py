@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from infinivar._xp import Array, finite_floats, namespace
 from infinivar.contact import spin
@@ -116,6 +116,11 @@ class CoboticDrive:
         """Cylinder motor and, where described, steering motor."""
         steering = {} if self.steering is None else {"steering": self.steering.motor}
         return {"cylinder": self.motor, **steering}
+
+    @property
+    def steering_amplifier(self) -> Amplifier:
+        """Of the kind of the cylinder motor's; what a drive draws on standby is counted there."""
+        return replace(self.amplifier, standby_power=0.0)
 
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
         """Steady point at a link speed and force, in all four quadrants, with the wheel steered accordingly.

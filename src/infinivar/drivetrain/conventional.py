@@ -30,7 +30,6 @@ class ConventionalDrive:
     output_inertia: float | None = quantity(
         "kg m^2", "> 0", "Inertia of gear, pulley and cable at the gear output", default=None
     )
-
     control: ConventionalControl = component("Controllers, for simulation in time", default_factory=ConventionalControl)
 
     def __post_init__(self) -> None:

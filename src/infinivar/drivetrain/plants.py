@@ -7,7 +7,6 @@ a `stick_speed` (see `infinivar.contact.friction.coulomb`), given at the link an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, cast
 
 from infinivar._xp import Array, namespace
@@ -146,10 +145,8 @@ def steering_plant(
     turning = stick_speed / drive.transmission.wheel_radius
     stick = Parameter(r"\varepsilon_s", turning, "rad/s")
     motor_stick = Parameter(r"\varepsilon_{m,s}", turning * steering.ratio, "rad/s")
-    # One amplifier's kind serves both motors; what it draws on standby is counted once.
-    standing = replace(drive.amplifier, standby_power=0.0)
     elements, chains, signals = pieces.motor_side(
-        steering.motor, standing, "s", electrical, motor_stick, "steering", "steering."
+        steering.motor, drive.steering_amplifier, "s", electrical, motor_stick, "steering", "steering."
     )
     hung, hung_chains = pieces.hang(
         bell=(
@@ -246,18 +243,16 @@ def cobotic_graph(
     load_mass: float | None = None,
     electrical: Electrical = "current",
     imposed_motion: bool = False,
-    held_angle: bool = False,
     stick_speed: float = STICK_SPEED,
 ) -> BondGraph:
     """The whole cobotic system: four plants, a load, and a force or a motion from outside.
 
     Parameters
     ----------
-    drive : CoboticDrive      With `cylinder_inertia`, `link_mass`, the motors' inertia and, unless `held_angle`, `steering`.
+    drive : CoboticDrive      With `cylinder_inertia`, `link_mass`, the motors' inertia and `steering`.
     load_mass : float         Mass of the load; None for none. [kg]
     electrical                "current" or "voltage".
     imposed_motion : bool     Whether the load is moved at a given speed ("motion") rather than pushed by a force ("force").
-    held_angle : bool         Whether the steering angle is an input rather than the steering plant's.
     stick_speed : float       Of the link, below which friction sticks. [m s^-1]
 
     Returns
@@ -272,12 +267,11 @@ def cobotic_graph(
     Source: faulring2006, Fig 10.
     """
     options: dict[str, Any] = {"stick_speed": stick_speed}
-    steering = {} if held_angle else {"steering": steering_plant(drive, electrical=electrical, **options)}
     load, chains = pieces.load(load_mass, imposed_motion)
     return bg.join(
         "Cobotic system",
         {
-            **steering,
+            "steering": steering_plant(drive, electrical=electrical, **options),
             "cylinder": cylinder_plant(drive, electrical=electrical, **options),
             "transmission": transmission_plant(drive.transmission, cylinder_speed=drive.cylinder_speed, **options),
             "link": link_plant(drive, **options),

@@ -57,7 +57,7 @@ class MotionProfile:
     def __post_init__(self) -> None:
         """Refuse what is incomplete, and read the file."""
         check(self)
-        _check_shape(self, MotionShape, _MOTION_NEEDS)
+        _check_shape(self, _MOTION_NEEDS)
         if self.shape == "file":
             object.__setattr__(self, "_spline", _Spline.through(*_columns(str(self.file), "position")))
 
@@ -136,7 +136,7 @@ class ForceProfile:
     def __post_init__(self) -> None:
         """Refuse what is incomplete, and read the file."""
         check(self)
-        _check_shape(self, ForceShape, _FORCE_NEEDS)
+        _check_shape(self, _FORCE_NEEDS)
         if self.shape == "file":
             object.__setattr__(self, "_rows", _columns(str(self.file), "force"))
 
@@ -174,7 +174,7 @@ class ForceProfile:
 _FORCE_NEEDS = {"constant": ("size",), "sinusoid": ("size", "frequency"), "step": ("size",), "file": ("file",)}
 
 
-def _check_shape(profile: MotionProfile | ForceProfile, shapes: object, needs: dict[str, tuple[str, ...]]) -> None:
+def _check_shape(profile: MotionProfile | ForceProfile, needs: dict[str, tuple[str, ...]]) -> None:
     require(profile.shape in needs, "shape", repr(profile.shape), f"one of {', '.join(needs)}")
     for name in needs[profile.shape]:
         if getattr(profile, name) is None:

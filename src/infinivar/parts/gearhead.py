@@ -112,16 +112,22 @@ class Gearhead:
         Source: coulomb: faulring2006, section VI-A. proportional: definition of efficiency, taken in the direction in
         which power flows.
         """
-        xp = namespace(self, output_torque, output_speed)
         ideal = output_torque / self.ratio
         motor_speed = output_speed * self.ratio
         if self.loss_model == "coulomb":
             friction = coulomb(motor_speed, coulomb_torque(self.efficiency, self.rated_torque or motor_rated_torque))
         else:
             friction = proportional_friction(motor_speed, ideal, self.efficiency)
-        utilisation = {}
-        if self.continuous_torque is not None:
-            utilisation[Limit.GEAR] = xp.abs(output_torque) / self.continuous_torque
         return GearPoint(
-            motor_torque=ideal + friction, motor_speed=motor_speed, loss=friction * motor_speed, utilisation=utilisation
+            motor_torque=ideal + friction,
+            motor_speed=motor_speed,
+            loss=friction * motor_speed,
+            utilisation=self.utilisation(output_torque),
         )
+
+    def utilisation(self, output_torque: Array) -> dict[Limit, Array]:
+        """Demand over allowance of the continuous torque at the output [N m]; nothing if that is not given. [-]"""
+        if self.continuous_torque is None:
+            return {}
+        xp = namespace(self, output_torque)
+        return {Limit.GEAR: xp.abs(output_torque) / self.continuous_torque}

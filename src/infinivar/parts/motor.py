@@ -125,12 +125,6 @@ class Motor:
         constant = self.torque_constant
         current = torque / constant + self.no_load_current * xp.sign(speed)
         voltage = current * self.resistance + constant * speed
-        utilisation = {
-            Limit.THERMAL: xp.abs(current) / self.continuous_current,
-            Limit.VOLTAGE: xp.abs(voltage) / self.voltage,
-        }
-        if self.max_speed is not None:
-            utilisation[Limit.SPEED] = xp.abs(speed) / self.max_speed
         return MotorPoint(
             current=current,
             voltage=voltage,
@@ -139,5 +133,27 @@ class Motor:
                 "winding": current * current * self.resistance,
                 "motor friction": self.friction_torque * xp.abs(speed),
             },
-            utilisation=utilisation,
+            utilisation=self.utilisation(current=current, voltage=voltage, speed=speed),
         )
+
+    def utilisation(self, *, current: Array, voltage: Array, speed: Array) -> dict[Limit, Array]:
+        """Demand over allowance of continuous torque, supply voltage and, if given, permissible speed.
+
+        Parameters
+        ----------
+        current, voltage, speed : (...,) float   At the terminals and of the shaft. [A], [V], [rad s^-1]
+
+        Returns
+        -------
+        dict of Limit to (...,) float   1 is the limit. [-]
+
+        Source: data sheets, maxon2020.
+        """
+        xp = namespace(self, current, voltage, speed)
+        demand = {
+            Limit.THERMAL: xp.abs(current) / self.continuous_current,
+            Limit.VOLTAGE: xp.abs(voltage) / self.voltage,
+        }
+        if self.max_speed is not None:
+            demand[Limit.SPEED] = xp.abs(speed) / self.max_speed
+        return demand

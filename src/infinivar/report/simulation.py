@@ -39,17 +39,16 @@ def _write_csv(columns: Mapping[str, Any], path: Path) -> None:
 
 def html(simulation: Simulation, reconstruction: tuple[str, ...], history: str, energy: str) -> str:
     """The report as one page that needs no other file."""
-    run = simulation.trajectory
-    change = {name: float(values[-1] - values[0]) for name, values in run.stored.items()}
+    energies = simulation.to_dict()
     return render(
         "simulation.html",
         simulation=simulation,
         scenario=simulation.scenario,
         reconstruction=reconstruction,
-        supplied={name: float(values[-1]) for name, values in run.supplied.items()},
-        lost={name: float(values[-1]) for name, values in run.lost.items()},
-        stored=change,
-        closure=run.closure,
+        supplied=energies["supplied_J"],
+        lost=energies["lost_J"],
+        stored=energies["stored_J"],
+        closure=energies["closure"],
         history=history,
         energy=energy,
     )
