@@ -137,6 +137,13 @@ def test_the_page_stands_alone_and_names_the_reconstruction(saved):
     assert {"run-history.svg", "run-energy.pdf"} <= set(saved)
 
 
+def test_the_page_speaks_of_a_cylinder_only_where_there_is_one(study, saved, tmp_path):
+    assert "; cylinder running;" in saved["run.html"].read_text("utf-8")
+    scenario = Scenario(duration=0.02, load_mass=0.8, force=ForceProfile(size=-5.0))
+    page, *_ = iv.simulate(study.drives["motor2-gear4"], scenario, title="Geared").save(tmp_path)
+    assert "cylinder" not in page.read_text("utf-8")
+
+
 def test_power_of_the_supply_is_the_rate_of_its_energy(study):
     """Amplifier losses and standby included, the supply's power adds up to the energy that the audit counts."""
     drive = replace(study.drives["cobotic"], amplifier=iv.Amplifier(efficiency=0.9, standby_power=0.5))
