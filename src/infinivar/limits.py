@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import IntEnum
 
 from infinivar._xp import Array, namespace
@@ -33,6 +33,12 @@ class Limit(IntEnum):
     """The mean pressure of the wheel's contact exceeds the indentation hardness."""
     BEARING = 10
     """An axle bearing carries more than its static rating."""
+    PEAK = 11
+    """The motor gives more torque than it bears for a moment."""
+    TRAVEL = 12
+    """The load moves further than its guideway lets it."""
+    FLYWHEEL = 13
+    """The cylinder, left to its inertia, would stop, or slow down so far that the wheel slips."""
 
     @property
     def words(self) -> str:
@@ -52,7 +58,14 @@ _WORDS = {
     Limit.YIELD: "contact yield",
     Limit.HARDNESS: "contact hardness",
     Limit.BEARING: "bearing static load",
+    Limit.PEAK: "motor peak torque",
+    Limit.TRAVEL: "travel",
+    Limit.FLYWHEEL: "inertia as a flywheel",
 }
+
+
+Demand = tuple[Limit, str]
+"""A limit and what it is a limit of: "motor", "steering motor", "wheel", "gearhead" ..."""
 
 
 def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
@@ -69,16 +82,26 @@ def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
         before all others: without steady motion there is nothing else to name.
     margin : (...,) float   Allowance over demand of the tightest limit; below 1 outside, inf where nothing is demanded.
     """
-    xp = namespace(*utilisation.values())
+    return _binding([(limit, int(limit), demand) for limit, demand in utilisation.items()])
+
+
+def binding_demand(utilisation: Mapping[Demand, Array]) -> tuple[Array, Array]:
+    """As `binding`, where one limit can stand for several parts: the limit is its place in the mapping, from 1."""
+    return _binding([(limit, place, demand) for place, ((limit, _), demand) in enumerate(utilisation.items(), 1)])
+
+
+def _binding(demands: Sequence[tuple[Limit, int, Array]]) -> tuple[Array, Array]:
+    """The code that goes with the largest demand where that exceeds 1, else 0, and the margin."""
+    xp = namespace(*(demand for _, _, demand in demands))
     worst, code = 0.0, 0
-    for limit, demand in utilisation.items():
+    for _, number, demand in demands:
         tighter = demand > worst
         worst = xp.where(tighter, demand, worst)
-        code = xp.where(tighter, xp.asarray(int(limit), dtype=xp.int8), xp.asarray(code, dtype=xp.int8))
-    if Limit.SLIP in utilisation:
-        slip = utilisation[Limit.SLIP]
-        slips = slip > 1.0
-        worst = xp.where(slips, slip, worst)
-        code = xp.where(slips, xp.asarray(int(Limit.SLIP), dtype=xp.int8), code)
+        code = xp.where(tighter, xp.asarray(number, dtype=xp.int8), xp.asarray(code, dtype=xp.int8))
+    for limit, number, demand in demands:
+        if limit == Limit.SLIP:
+            slips = demand > 1.0
+            worst = xp.where(slips, demand, worst)
+            code = xp.where(slips, xp.asarray(number, dtype=xp.int8), code)
     margin = xp.where(worst > 0, 1.0 / xp.where(worst > 0, worst, 1.0), xp.inf)
     return xp.where(worst > 1.0, code, xp.asarray(0, dtype=xp.int8)), margin

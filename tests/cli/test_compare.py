@@ -80,7 +80,14 @@ def test_results_file_is_strict_json_and_agrees(compared):
             if corner["limit"] != "SLIP":
                 power_out = corner["force"] * corner["speed"]
                 assert corner["power_in"] == pytest.approx(power_out + sum(corner["losses"].values()), rel=1e-9)
-    assert stored["requirement"] == {"force": 50.0, "speed": 1.05, "power": 12.0, "load_mass": 0.8, "quadrants": 1}
+    assert stored["requirement"] == {
+        "force": 50.0,
+        "speed": 1.05,
+        "power": 12.0,
+        "load_mass": 0.8,
+        "travel": None,
+        "quadrants": 1,
+    }
     assert {row["owner"] for row in stored["provenance"]} == {"requirement", *DRIVES}
     assert all(map(math.isfinite, numbers(stored)))
 

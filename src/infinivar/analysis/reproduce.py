@@ -1,4 +1,4 @@
-"""Reproduce the paper: check every claim that a steady computation can check."""
+"""Reproduce the paper: check every claim that a computation can check."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from infinivar.analysis.claims import design, element, system
+from infinivar.analysis.claims import design, element, shaking, system
 from infinivar.analysis.claims.claim import Claim, Finding, Machine, statements
 from infinivar.errors import InputError
 
-CHECKS: dict[str, Callable[[Machine], Finding]] = {**element.CHECKS, **system.CHECKS, **design.CHECKS}
-
-_LATER = {
-    "D": "Needs motion in time: inertias and steering effort are not in the steady model.",
-    "S": "Needs motion in time: a lighter part loses less only where it is accelerated.",
+CHECKS: dict[str, Callable[[Machine], Finding]] = {
+    **element.CHECKS,
+    **system.CHECKS,
+    **shaking.CHECKS,
+    **design.CHECKS,
 }
 
 
@@ -27,9 +27,16 @@ class Reproduction:
     machine: Machine
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Claims as plain values: id, section, claim, paper, computed, verdict, why."""
+        """Claims as plain values: id, section, claim, paper, computed, verdict, why, and ranges and variants if any."""
         keys = ("id", "section", "claim", "paper", "computed", "verdict", "why")
-        return [{key: getattr(claim, key) for key in keys} for claim in self.claims]
+        return [
+            {
+                **{key: getattr(claim, key) for key in keys},
+                "ranges": [held._asdict() for held in claim.ranges],
+                "variants": [variant._asdict() for variant in claim.variants],
+            }
+            for claim in self.claims
+        ]
 
     def save(self, directory: str | Path, figure: int | None = None) -> list[Path]:
         """Write ``reproduction.html``, ``claims.json`` and the figures (PNG, SVG, PDF); returns their paths."""
@@ -49,7 +56,6 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     Returns
     -------
     Reproduction
-        A claim nothing here can check yet has the verdict "not computed".
 
     Raises
     ------
@@ -65,7 +71,5 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     for index, said in enumerate(wanted):
         if progress is not None:
             progress(f"claim {said['id']}", index / len(wanted))
-        check = CHECKS.get(said["id"])
-        found = check(machine) if check else Finding(None, "not computed", _LATER[said["id"][0]])
-        claims.append(Claim(**{"figure": None, **said}, **found._asdict()))
+        claims.append(Claim(**{"figure": None, **said}, **CHECKS[said["id"]](machine)._asdict()))
     return Reproduction(claims=tuple(claims), machine=machine)

@@ -96,6 +96,23 @@ def law(name: str) -> CreepLaw:
     return LAWS[name]
 
 
+def law_in_motion(name: str) -> CreepLaw:
+    """The creep law of that name, for motion that changes in time.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it has a flow loss, with which two steering angles can give one motion.
+    """
+    found = law(name)
+    if found.flow_factor is not None:
+        lawful = ", ".join(known for known, other in LAWS.items() if other.flow_factor is None)
+        raise ValueError(
+            f"creep_law must be one of {lawful} for motion in time, got {name!r}: its flow loss is for steady motion only"
+        )
+    return found
+
+
 _find = law  # below, `law` is the name that is looked for
 
 

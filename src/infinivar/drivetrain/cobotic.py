@@ -7,21 +7,28 @@ from dataclasses import dataclass, replace
 
 from infinivar._xp import Array, finite_floats, namespace
 from infinivar.contact import spin
+from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.control import CoboticControl
-from infinivar.drivetrain.drive import DrivePoint, electrical_side
+from infinivar.drivetrain.course import Course
+from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
 from infinivar.errors import require
+from infinivar.limits import Demand
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
 from infinivar.quantities import check, component, quantity
+from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+_COASTING_STEPS = 60
+"""Each leaves the energy of a cycle off by the share of creep that depends on speed: a few are enough."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteeringPlant:
-    """What turns the wheel. In steady operation it stands still and takes no power; simulation in time needs it.
+    """What turns the wheel. In steady operation it stands still and takes no power; motion that changes needs it.
 
     Source: faulring2006, Fig 11.
     """
@@ -79,6 +86,39 @@ class SteeringPlant:
         bell = given if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
         return {"patch": turning, "bell": bell}
 
+    def follow(self, transmission: RotaryLinearIVT, *, rate: Array, acceleration: Array) -> MotorSide:
+        """What the steering motor does to turn the wheel; its reduction loses nothing, as in the paper.
+
+        Parameters
+        ----------
+        transmission : RotaryLinearIVT       Gives preload and patch.
+        rate, acceleration : (...,) float    Of the steering angle. [rad s^-1], [rad s^-2]
+
+        Returns
+        -------
+        MotorSide   With what flows into the inertia of motor and bell.
+
+        Raises
+        ------
+        ValueError
+            If the motor's rotor inertia is missing.
+
+        Source: faulring2006, section V-A.1 and Fig 11.
+        """
+        resisting = self.friction_torques(transmission)
+        patch, bell = coulomb(rate, resisting["patch"]), coulomb(rate, resisting["bell"])
+        inertia = self.bell_inertia + self.ratio**2 * needed(self.motor.rotor_inertia, "steering.motor.rotor_inertia")
+        torque = (patch + bell + inertia * acceleration) / self.ratio
+        electric = self.motor.operate(torque=torque, speed=self.ratio * rate)
+        losses = {f"steering {name}": loss for name, loss in electric.losses.items()}
+        return MotorSide(
+            electric.power,
+            {**losses, "steering patch": patch * rate, "steering bearing": bell * rate},
+            dict(electric.utilisation),
+            {"steering_current_A": electric.current, "steering_voltage_V": electric.voltage},
+            inertia * acceleration * rate,
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoboticDrive:
@@ -94,7 +134,7 @@ class CoboticDrive:
     guideway: Guideway = component("Guideway of the link", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the cylinder motor", default_factory=Amplifier)
     cylinder_inertia: float | None = quantity(
-        "kg m^2", "> 0", "Inertia of the cylinder about its axis; simulation in time needs it", default=None
+        "kg m^2", "> 0", "Inertia of the cylinder about its axis; motion that changes its speed needs it", default=None
     )
     link_mass: float | None = quantity("kg", "> 0", "Mass of the moving link without load", default=None)
     steering: SteeringPlant | None = component("Steering plant", default=None)
@@ -142,17 +182,170 @@ class CoboticDrive:
         element = self.transmission.deliver(
             cylinder_speed=self.cylinder_speed, link_speed=speed, link_force=force + drag
         )
-        power_in, losses, utilisation, states = electrical_side(
-            self.amplifier,
+        side = motor_side(
             self.motor,
             self.gearhead,
             output_torque=element.torque,
             output_speed=xp.asarray(self.cylinder_speed, dtype=xp.float64),
         )
+        power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
             power_in=power_in,
             power_out=force * speed,
-            losses={**losses, **element.losses, "guideway": guide_loss},
-            utilisation={**element.utilisation, **utilisation},
-            states={**states, "steering_tangent": element.steering_tangent, "cylinder_torque_Nm": element.torque},
+            losses={**side.losses, "amplifier": burnt, **element.losses, "guideway": guide_loss},
+            utilisation={**element.utilisation, **side.utilisation, **returned},
+            states={**side.states, "steering_tangent": element.steering_tangent, "cylinder_torque_Nm": element.torque},
+        )
+
+    @property
+    def turning_inertia(self) -> float:
+        """Inertia of cylinder, gearhead and rotor about the cylinder's axis. [kg m^2]
+
+        Raises
+        ------
+        ValueError
+            If one that motion needs is not known.
+        """
+        rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + (self.gearhead.inertia or 0.0)
+        return needed(self.cylinder_inertia, "cylinder_inertia") + self.gearhead.ratio**2 * rotor
+
+    def _on_link(self, course: Course, load_mass: Array) -> tuple[Varying, Array]:
+        """Force of the transmission on the link that moves link and load along a course, and the guideway's loss."""
+        driving = course.driving_force(load_mass + needed(self.link_mass, "link_mass"))
+        drag, loss = self.guideway.operate(speed=course.speed, preload=self.transmission.preload)
+        return Varying(driving.value + drag, driving.rate, driving.curvature), loss
+
+    def coast(self, course: Course, *, period: Array, load_mass: Array = 0.0) -> Varying:
+        """Speed of the cylinder where its motor gives a constant torque and its inertia does the rest.
+
+        Parameters
+        ----------
+        course : Course            A whole cycle at the midpoints of equal steps, on the last axis.
+        period : (...) float       Of the cycle, without that axis. [s]
+        load_mass : (...,) float   [kg]
+
+        Returns
+        -------
+        Varying   Its mean is the drive's cylinder speed; nan for cycles in which the cylinder would stop or the wheel slip. The
+            curvature is a difference of rates, good enough for what little it adds to the steering.
+
+        Raises
+        ------
+        ValueError
+            If a value is missing that motion needs.
+
+        Source: energy balance of the cylinder: ``d(J omega^2/2)/dt = T omega - tau omega``.
+        """
+        import numpy as np
+
+        inertia, aim = self.turning_inertia, self.cylinder_speed
+        link, _ = self._on_link(course, load_mass)
+        shape = np.broadcast_shapes(np.shape(course.speed), np.shape(link.value))
+        step = np.asarray(period)[..., None] / shape[-1]
+        speed, rest = np.full(shape, aim), 0.5 * inertia * aim**2
+        torque = element = np.zeros(shape)
+        for _ in range(_COASTING_STEPS):
+            element = self.transmission.deliver(
+                cylinder_speed=speed, link_speed=course.speed, link_force=link.value
+            ).torque
+            torque = np.mean(element * speed, axis=-1, keepdims=True) / np.mean(speed, axis=-1, keepdims=True)
+            gained = (torque - element) * speed * step
+            energy = np.cumsum(gained, axis=-1) - 0.5 * gained
+            energy = energy - np.mean(energy, axis=-1, keepdims=True) + rest
+            new = np.sign(aim) * np.sqrt(2.0 * np.where(energy > 0, energy, np.nan) / inertia)
+            rest = rest + inertia * aim * (aim - np.mean(new, axis=-1, keepdims=True))
+            settled = np.abs(new - speed) <= 1e-12 * abs(aim)
+            speed = new
+            if np.all(settled | np.isnan(speed)):
+                break
+        rate = (torque - element) / inertia
+        return Varying(speed, rate, (np.roll(rate, -1, -1) - np.roll(rate, 1, -1)) / (2.0 * step))
+
+    def follow(
+        self,
+        course: Course,
+        *,
+        load_mass: Array = 0.0,
+        cylinder_speed: Varying | None = None,
+        common_bus: bool = False,
+    ) -> MovingPoint:
+        """Instants of a course, by inverse dynamics.
+
+        Parameters
+        ----------
+        course : Course            Motion of the load, and the force on it from outside.
+        load_mass : (...,) float   Mass of the load, in addition to the link's own. [kg]
+        cylinder_speed : Varying   Not 0; constantly the drive's own if left out. [rad s^-1] ...
+        common_bus : bool          Whether what one motor returns feeds the other before the amplifier meets the rest; else
+            each motor has an amplifier of its own.
+
+        Returns
+        -------
+        MovingPoint   Inputs broadcast. Where the wheel would slip all powers are nan. At a reversal of the link friction
+            makes the steering angle jump; what that takes is left out.
+
+        Raises
+        ------
+        ValueError
+            If a value is missing that motion needs, or the creep law has a flow loss.
+
+        Source: faulring2006, section VI-C and Figs 10-13.
+        """
+        steering = needed(self.steering, "steering")
+        turning = cylinder_speed or Varying(self.cylinder_speed)
+        link, guide_loss = self._on_link(course, load_mass)
+        element = self.transmission.deliver(
+            cylinder_speed=turning.value, link_speed=course.speed, link_force=link.value
+        )
+        rate, acceleration = steering_rates(
+            self.transmission,
+            tangent=element.steering_tangent,
+            cylinder_speed=turning,
+            link_speed=course.varying_speed,
+            link_force=link,
+        )
+        steered = steering.follow(self.transmission, rate=rate, acceleration=acceleration)
+        inertia = 0.0 if cylinder_speed is None else needed(self.cylinder_inertia, "cylinder_inertia")
+        torque = element.torque + inertia * turning.rate
+        side = motor_side(
+            self.motor,
+            self.gearhead,
+            output_torque=torque,
+            output_speed=turning.value,
+            output_acceleration=None if cylinder_speed is None else turning.rate,
+        )
+        if common_bus:
+            supplies = {"amplifier": self.amplifier.supply(side.power + steered.power)}
+        else:
+            supplies = {
+                "motor": self.amplifier.supply(side.power),
+                "steering motor": self.steering_amplifier.supply(steered.power),
+            }
+        limits: dict[Demand, Array] = {(limit, "wheel"): demand for limit, demand in element.utilisation.items()}
+        limits |= placed(side.utilisation) | placed(steered.utilisation, "steering motor")
+        limits |= {(limit, what): demand for what, (_, _, met) in supplies.items() for limit, demand in met.items()}
+        return MovingPoint(
+            power_in=sum(drawn for drawn, _, _ in supplies.values()),
+            power_out=course.driving_force(load_mass).value * course.speed,
+            losses={
+                **side.losses,
+                "amplifier": sum(burnt for _, burnt, _ in supplies.values()),
+                **element.losses,
+                "guideway": guide_loss,
+                **steered.losses,
+            },
+            stored={
+                "motor": side.stored,
+                "cylinder": inertia * turning.rate * turning.value,
+                "link": (self.link_mass or 0.0) * course.acceleration * course.speed,
+                "steering": steered.stored,
+            },
+            utilisation=limits,
+            states={
+                **side.states,
+                "gear_output_torque_Nm": torque,
+                "steering_tangent": element.steering_tangent,
+                "steering_rate_rad_s": rate,
+                **steered.states,
+            },
         )

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from infinivar._xp import Array, finite_floats, namespace
 from infinivar.drivetrain.control import ConventionalControl
-from infinivar.drivetrain.drive import DrivePoint, electrical_side
+from infinivar.drivetrain.course import Course
+from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway, Pulley
@@ -59,13 +60,50 @@ class ConventionalDrive:
         speed, force = finite_floats(xp, speed=speed, force=force)
         drag, guide_loss = self.guideway.operate(speed=speed)
         torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=speed)
-        power_in, losses, utilisation, states = electrical_side(
-            self.amplifier, self.motor, self.gearhead, output_torque=torque, output_speed=turning
-        )
+        side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
+        power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
             power_in=power_in,
             power_out=force * speed,
-            losses={**losses, "pulley": pulley_loss, "guideway": guide_loss},
-            utilisation=utilisation,
-            states=states,
+            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
+            utilisation={**side.utilisation, **returned},
+            states=side.states,
+        )
+
+    def follow(self, course: Course, *, load_mass: Array = 0.0) -> MovingPoint:
+        """Instants of a course, by inverse dynamics.
+
+        Parameters
+        ----------
+        course : Course            Motion of the load, and the force on it from outside.
+        load_mass : (...,) float   Mass of the load. [kg]
+
+        Returns
+        -------
+        MovingPoint   Inputs broadcast. Powers are finite outside limits, too: they say what would be needed.
+
+        Raises
+        ------
+        ValueError
+            If an inertia is missing that motion needs.
+
+        Source: faulring2006, section VI-C and Fig 14.
+        """
+        inertia = needed(self.output_inertia, "output_inertia")
+        force = course.driving_force(load_mass).value
+        drag, guide_loss = self.guideway.operate(speed=course.speed)
+        torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=course.speed)
+        quickening = course.acceleration / self.pulley.radius
+        torque = torque + inertia * quickening
+        side = motor_side(
+            self.motor, self.gearhead, output_torque=torque, output_speed=turning, output_acceleration=quickening
+        )
+        power_in, burnt, returned = self.amplifier.supply(side.power)
+        return MovingPoint(
+            power_in=power_in,
+            power_out=force * course.speed,
+            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
+            stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning},
+            utilisation=placed({**side.utilisation, **returned}),
+            states={**side.states, "gear_output_torque_Nm": torque},
         )

@@ -1,14 +1,14 @@
-"""What every drive-train has in common: the point it returns, and the electrical end."""
+"""What every drive-train has in common: the points it returns, and the side of its motor."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from infinivar._xp import Array
-from infinivar.limits import Limit
-from infinivar.parts.amplifier import Amplifier
+from infinivar.drivetrain.course import Course
+from infinivar.limits import Demand, Limit
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.power import PowerPoint
@@ -27,6 +27,31 @@ class DrivePoint(PowerPoint):
     losses: Mapping[str, Array]
     utilisation: Mapping[Limit, Array]
     states: Mapping[str, Array] = field(default_factory=dict)
+
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MovingPoint:
+    """Instants of a drive-train that follows a motion; arrays that broadcast to one shape, SI.
+
+    Attributes
+    ----------
+    power_in, power_out : (...,) float    From the supply, to the load with its mass. [W]
+    losses : name to (...,) float         From supply to load. [W]
+    stored : name to (...,) float         Power that flows into each inertia of the drive; negative where it comes back. [W]
+    utilisation : (Limit, what) to (...,) float   Demand over allowance at each instant; of a motor's continuous torque it
+        may exceed 1 for a while. [-]
+    states : name to (...,) float         Currents, voltages, angles and the like, under names that end in their unit.
+    """
+
+    power_in: Array
+    power_out: Array
+    losses: Mapping[str, Array]
+    stored: Mapping[str, Array]
+    utilisation: Mapping[Demand, Array]
+    states: Mapping[str, Array]
 
 
 @runtime_checkable
@@ -50,28 +75,76 @@ class Drive(Protocol):
         """
         ...
 
+    def follow(self, course: Course, *, load_mass: Array = 0.0) -> MovingPoint:
+        """Instants of a course with a load [kg], by inverse dynamics."""
+        ...
 
-def electrical_side(
-    amplifier: Amplifier, motor: Motor, gearhead: Gearhead, *, output_torque: Array, output_speed: Array
-) -> tuple[Array, dict[str, Array], dict[Limit, Array], dict[str, Array]]:
-    """Supply, amplifier, motor and gearhead behind an output torque and speed.
 
-    Returns
-    -------
-    power_in : (...,) float          From the supply. [W]
-    losses, utilisation, states      Of the three parts, by name.
+class MotorSide(NamedTuple):
+    """Motor and gearhead behind an output torque and speed."""
+
+    power: Array
+    """Electrical, at the motor; negative where it generates. [W]"""
+    losses: dict[str, Array]
+    utilisation: dict[Limit, Array]
+    states: dict[str, Array]
+    stored: Array
+    """Power that flows into the inertia of rotor and gearhead. [W]"""
+
+
+def motor_side(
+    motor: Motor,
+    gearhead: Gearhead,
+    *,
+    output_torque: Array,
+    output_speed: Array,
+    output_acceleration: Array | None = None,
+) -> MotorSide:
+    """What motor and gearhead do for an output torque and speed.
+
+    Parameters
+    ----------
+    output_torque, output_speed : (...,) float   Of the gearhead. [N m], [rad s^-1]
+    output_acceleration : (...,) float           [rad s^-2]; None where the speed is constant.
+
+    Raises
+    ------
+    ValueError
+        If the speed changes and the rotor inertia is not known.
+
+    Source: faulring2006, Figs 12 and 14.
     """
     gear = gearhead.operate(
         output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor.continuous_torque
     )
-    electric = motor.operate(torque=gear.motor_torque, speed=gear.motor_speed)
-    power_in, burnt, limits = amplifier.supply(electric.power)
-    losses = {**electric.losses, "gearhead": gear.loss, "amplifier": burnt}
-    utilisation = {**electric.utilisation, **gear.utilisation, **limits}
+    torque, stored = gear.motor_torque, 0.0 * gear.motor_speed
+    if output_acceleration is not None:
+        inertia = needed(motor.rotor_inertia, "motor.rotor_inertia") + (gearhead.inertia or 0.0)
+        extra = inertia * gearhead.ratio * output_acceleration
+        torque, stored = torque + extra, extra * gear.motor_speed
+    electric = motor.operate(torque=torque, speed=gear.motor_speed)
     states = {
         "motor_current_A": electric.current,
         "motor_voltage_V": electric.voltage,
-        "motor_torque_Nm": gear.motor_torque,
+        "motor_torque_Nm": torque,
         "motor_speed_rad_s": gear.motor_speed,
     }
-    return power_in, losses, utilisation, states
+    return MotorSide(
+        electric.power,
+        {**electric.losses, "gearhead": gear.loss},
+        {**electric.utilisation, **gear.utilisation},
+        states,
+        stored,
+    )
+
+
+def placed(utilisation: Mapping[Limit, Array], motor: str = "motor") -> dict[Demand, Array]:
+    """Demands on one motor and its gearhead, each with the part whose limit it is."""
+    return {(limit, "gearhead" if limit == Limit.GEAR else motor): demand for limit, demand in utilisation.items()}
+
+
+def needed(value: T | None, field: str) -> T:
+    """The value, or a ValueError that names the field which motion needs."""
+    if value is None:
+        raise ValueError(f"{field} is missing: motion needs it")
+    return value

@@ -13,6 +13,7 @@ from infinivar._xp import Array, namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.contact.friction import coulomb
+from infinivar.drivetrain.drive import needed
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead, coulomb_torque, proportional_friction
 from infinivar.parts.motor import Motor
@@ -148,10 +149,3 @@ def load(mass: float | None, imposed_motion: bool, at: str = "output") -> tuple[
     if imposed_motion:
         return [*elements, bg.flow_source("motion", r"\dot{l}_e", title="load")], [*chains, f"motion > {at}"]
     return [*elements, bg.effort_source("force", "f", title="load")], [*chains, f"force > {at}"]
-
-
-def needed(value: float | None, field: str) -> float:
-    """The value, or a ValueError that names the field which motion needs."""
-    if value is None:
-        raise ValueError(f"{field} is missing: simulation in time needs it")
-    return value

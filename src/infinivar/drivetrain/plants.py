@@ -16,7 +16,7 @@ from infinivar.contact import creep
 from infinivar.drivetrain import pieces
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.drive import Drive, needed
 from infinivar.drivetrain.pieces import Electrical
 from infinivar.errors import require
 from infinivar.transmission import motion
@@ -65,13 +65,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
 
     Source: faulring2006, Fig 6 and Eqs 3-8, 12-14, in passive form.
     """
-    law = creep.law(ivt.creep_law)
-    if law.flow_factor is not None:
-        straight = ", ".join(name for name, other in creep.LAWS.items() if other.flow_factor is None)
-        raise ValueError(
-            f"creep_law must be one of {straight} for motion in time, got {ivt.creep_law!r}: its flow loss is for steady "
-            f"motion only"
-        )
+    law = creep.law_in_motion(ivt.creep_law)
     groups = ivt.groups(cylinder_speed)
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
     contact = {
@@ -188,7 +182,7 @@ def cylinder_plant(
 
     Source: faulring2006, Fig 12.
     """
-    inertia = pieces.needed(drive.cylinder_inertia, "cylinder_inertia")
+    inertia = needed(drive.cylinder_inertia, "cylinder_inertia")
     stick = Parameter(
         r"\varepsilon_{m,c}", stick_speed / drive.transmission.cylinder_radius * drive.gearhead.ratio, "rad/s"
     )
@@ -221,7 +215,7 @@ def link_plant(drive: CoboticDrive, *, stick_speed: float = STICK_SPEED) -> Bond
 
     Source: faulring2006, Fig 13.
     """
-    mass = pieces.needed(drive.link_mass, "link_mass")
+    mass = needed(drive.link_mass, "link_mass")
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
     drag = drive.guideway.friction_force(drive.transmission.preload)
     hung, chains = pieces.hang(link=(pieces.friction("guideway", r"f_{lg}", drag, "N", stick),))

@@ -24,6 +24,7 @@ class Requirement:
         "W", "> 0", "Largest power at any one time; force times speed if left out", default=None
     )
     load_mass: float | None = quantity("kg", "> 0", "Mass of the load, in addition to the drive's own", default=None)
+    travel: float | None = quantity("m", "> 0", "Way that the load can go, from end to end", default=None)
     quadrants: Literal[1, 2, 4] = component(
         "1: driving one way; 2: driving and braking; 4: both directions of each", default=1
     )

@@ -31,6 +31,7 @@ _WORDS = {
     Limit.STEERING: "beyond\nsteering range",
     Limit.SPEED: "beyond\nmotor speed",
     Limit.GEAR: "beyond\ngearhead torque",
+    Limit.PEAK: "beyond motor\npeak torque",
     Limit.REGENERATION: "cannot take\npower back",
 }
 

@@ -40,6 +40,12 @@ class Motor:
     torque_constant: float = quantity("N m/A", "> 0", "Torque constant K, also the back-emf constant in V s/rad")
     no_load_current: float = quantity("A", ">= 0", "No-load current; K times it is the friction torque")
     continuous_torque: float = quantity("N m", "> 0", "Torque at the shaft that the motor bears continuously")
+    peak_torque: float | None = quantity(
+        "N m",
+        "> 0",
+        "Torque at the shaft that it bears for a moment; only voltage limits it if left out",
+        default=None,
+    )
     inductance: float | None = quantity("H", "> 0", "Terminal inductance", default=None)
     rotor_inertia: float | None = quantity("kg m^2", "> 0", "Rotor inertia", default=None)
     max_speed: float | None = quantity("rad/s", "> 0", "Permissible speed", default=None)
@@ -96,6 +102,7 @@ class Motor:
             resistance=self.resistance / factor,
             no_load_current=self.no_load_current * factor,
             continuous_torque=self.continuous_torque * factor,
+            peak_torque=times(self.peak_torque, factor),
             inductance=times(self.inductance, 1 / factor),
             rotor_inertia=times(self.rotor_inertia, factor),
             mass=times(self.mass, factor),
@@ -137,7 +144,7 @@ class Motor:
         )
 
     def utilisation(self, *, current: Array, voltage: Array, speed: Array) -> dict[Limit, Array]:
-        """Demand over allowance of continuous torque, supply voltage and, if given, permissible speed.
+        """Demand over allowance of continuous torque, supply voltage and, if given, peak torque and permissible speed.
 
         Parameters
         ----------
@@ -154,6 +161,8 @@ class Motor:
             Limit.THERMAL: xp.abs(current) / self.continuous_current,
             Limit.VOLTAGE: xp.abs(voltage) / self.voltage,
         }
+        if self.peak_torque is not None:
+            demand[Limit.PEAK] = xp.abs(current) / (self.peak_torque / self.torque_constant + self.no_load_current)
         if self.max_speed is not None:
             demand[Limit.SPEED] = xp.abs(speed) / self.max_speed
         return demand

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from infinivar.analysis.claims.shaking import FARTHEST
 from infinivar.analysis.reproduce import Reproduction
 from infinivar.errors import InputError
 from infinivar.figures import style
@@ -48,5 +49,6 @@ def html(reproduction: Reproduction, figures: list[dict]) -> str:
         claims=reproduction.claims,
         counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},
         figures=figures,
+        farthest=FARTHEST,
         reconstruction=reproduction.machine.comparison.study.reconstruction,
     )

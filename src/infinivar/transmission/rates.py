@@ -1,0 +1,125 @@
+r"""How fast a wheel must be steered while the motion it gives changes.
+
+The three equations of `infinivar.transmission.inverse`, written as ``G(T, e, q) = T (1 + e q) - e + q = 0`` with
+``e = xi(x)/K`` and ``x = H T - f sqrt(1 + T^2)``, are differentiated twice along a motion. Friction makes the angle jump
+where the link reverses; between reversals it is smooth, and so are these rates. Differences of angles from sample to
+sample would see the jumps.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from infinivar._xp import Array, namespace
+from infinivar.contact import creep
+from infinivar.contact.creep import CreepLaw
+from infinivar.transmission.geometry import LossGroups
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+_PROBE = 1e-6
+"""Half the step in force ratio over which the slope of a bent law is differenced; it leaves 1e-9 of the curvature."""
+
+
+class Varying(NamedTuple):
+    """A quantity at each instant, with its first and second derivative by time."""
+
+    value: Array
+    rate: Array = 0.0
+    curvature: Array = 0.0
+
+
+def steering_rates(
+    element: RotaryLinearIVT, *, tangent: Array, cylinder_speed: Varying, link_speed: Varying, link_force: Varying
+) -> tuple[Array, Array]:
+    """Speed and acceleration with which the wheel is steered while the link follows a motion.
+
+    Parameters
+    ----------
+    element : RotaryLinearIVT   With a creep law without a flow loss.
+    tangent : (...,) float      Of the steering angle, as `RotaryLinearIVT.deliver` finds it for the motion. [-]
+    cylinder_speed : Varying    omega, not 0. The groups H and K are taken as constant in time. [rad s^-1] ...
+    link_speed : Varying        Speed, acceleration and jerk. [m s^-1] ...
+    link_force : Varying        Applied by the transmission to the link. [N] ...
+
+    Returns
+    -------
+    rate, acceleration : (...,) float   Of phi. Between reversals of the link: at a reversal friction makes the angle jump,
+        which is left out. [rad s^-1], [rad s^-2]
+
+    Raises
+    ------
+    ValueError
+        If the creep law has a flow loss.
+
+    Source: faulring2006, Eqs 3-8, solved for the angle and differentiated; see the theory page.
+    """
+    xp = namespace(element, tangent, *cylinder_speed, *link_speed, *link_force)
+    groups = element.groups(cylinder_speed.value)
+    spin = xp.sign(cylinder_speed.value)
+    surface = element.cylinder_radius * xp.abs(cylinder_speed.value)
+    swell, quicken = cylinder_speed.rate / cylinder_speed.value, cylinder_speed.curvature / cylinder_speed.value
+    slope = link_speed.value / surface
+    slope_rate = link_speed.rate / surface - slope * swell
+    rate, curvature = tangent_rates(
+        xp,
+        creep.law_in_motion(element.creep_law),
+        groups,
+        spin * tangent,
+        Varying(slope, slope_rate, link_speed.curvature / surface - 2.0 * slope_rate * swell - slope * quicken),
+        Varying(*(part / groups.slip_force for part in link_force)),
+    )
+    along = 1.0 / (1.0 + tangent * tangent)
+    turning = spin * rate * along
+    return turning, spin * curvature * along - 2.0 * tangent * turning * turning
+
+
+def tangent_rates(
+    xp: Any, law: CreepLaw, groups: LossGroups, tangent: Array, slope: Varying, load: Varying
+) -> tuple[Array, Array]:
+    r"""First and second derivative by time of the steering tangent of a motion.
+
+    Parameters
+    ----------
+    law : CreepLaw         Without a flow loss.
+    groups : LossGroups    H and K, taken as constant in time.
+    tangent : (...,) float T of `inverse.steering_tangent` for the motion. [-]
+    slope : Varying        Link speed over surface speed, q. [-], [s^-1], [s^-2]
+    load : Varying         Link force over slip force, f; friction between reversals is constant. [-], [s^-1], [s^-2]
+
+    Returns
+    -------
+    rate, curvature : (...,) float   [s^-1], [s^-2]; nan where `tangent` is.
+
+    Source: faulring2006, Eqs 3-8, solved for the angle and differentiated; see the theory page.
+    """
+    stiffness, group = groups.creep_group, groups.rolling_group
+    q, f = slope, load
+    root = xp.sqrt(1.0 + tangent * tangent)
+    ratio = group * tangent - f.value * root
+    creepage, give = law.creepage(ratio) / stiffness, law.slope(ratio) / stiffness
+    by_tangent = group - f.value * tangent / root  # dx/dT
+    with_e, with_q = tangent * q.value - 1.0, 1.0 + tangent * creepage  # dG/de, dG/dq
+    stretch = 1.0 + creepage * q.value + with_e * give * by_tangent  # dG/dT in all
+
+    pull = -root * f.rate
+    rate = -(with_q * q.rate + with_e * give * pull) / stretch
+    ratio_rate = by_tangent * rate + pull
+    creepage_rate = give * ratio_rate
+
+    bend = (
+        -(f.value / (root * root) * rate * rate + 2.0 * tangent * rate * f.rate) / root - root * f.curvature
+    )  # of x, without its part in the curvature of T
+    swell = give * bend
+    if not law.straight:
+        curve = (law.slope(ratio + _PROBE) - law.slope(ratio - _PROBE)) / (2.0 * _PROBE * stiffness)
+        swell = swell + curve * ratio_rate * ratio_rate
+    curvature = (
+        -(
+            with_e * swell
+            + with_q * q.curvature
+            + 2.0 * rate * (creepage_rate * q.value + creepage * q.rate)
+            + 2.0 * tangent * creepage_rate * q.rate
+        )
+        / stretch
+    )
+    return rate, curvature

@@ -1,0 +1,221 @@
+"""Shaking a mass: closed forms, convergence, limits and definitions of performance."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import infinivar as iv
+from infinivar import Limit
+from infinivar.analysis import cycle
+from infinivar.analysis.cycle import Definition
+from infinivar.analysis.dynamic import amplitude, dynamic_map, shaking
+from infinivar.study.load import shipped_study
+
+STUDY = shipped_study("faulring2006")
+FREQUENCY, FRACTION = np.geomspace(0.1, 30, 12), np.linspace(0.05, 1, 8)
+STORED = Definition(measure="round trip", returned="store", storage_efficiency=1.0)
+TINY = 1e-12
+
+
+def shake(drive, **options):
+    return dynamic_map(drive, FREQUENCY, FRACTION, **{"power": 12.0, "load_mass": 0.8, **options})
+
+
+def lossless_motor(**values):
+    given = {"voltage": 1e9, "resistance": 1e-15, "torque_constant": 0.02, "no_load_current": 0.0}
+    return iv.Motor(**{**given, "continuous_torque": 1e9, "rotor_inertia": 1e-6, **values})
+
+
+def geared(motor, drag=0.0, ratio=4.0):
+    return iv.ConventionalDrive(
+        motor=motor,
+        gearhead=iv.Gearhead(ratio=ratio, efficiency=1.0),
+        pulley=iv.Pulley(radius=0.005),
+        guideway=iv.Guideway(friction=drag),
+        output_inertia=2e-5,
+    )
+
+
+def test_amplitude_gives_the_power():
+    """Footnote 8: the RMS of m lddot ldot over a cycle is the power asked for, to rounding."""
+    mass, power = 0.8, 7.3
+    course = shaking(amplitude(power, mass, FREQUENCY), FREQUENCY, 400)
+    exchanged = mass * course.acceleration * course.speed
+    assert_allclose(np.sqrt(np.mean(exchanged**2, axis=-1)), power, rtol=1e-12)
+
+
+def test_derivatives_of_shaking():
+    """Speed to snap follow from one another: by differences over a step, to second order."""
+    course, step = shaking(0.1, 2.0, 4000), 1 / (2.0 * 4000)
+    for lower, higher in (("speed", "acceleration"), ("acceleration", "jerk"), ("jerk", "snap")):
+        slope = np.gradient(getattr(course, lower), step, edge_order=2)
+        assert_allclose(slope, getattr(course, higher), atol=1e-5 * np.max(np.abs(getattr(course, higher))))
+
+
+def test_lossless_geared_drive_performs_perfectly():
+    """With storage, all that sets out arrives: 1. Burnt, half of what sets out is the load's and lost: 1/2."""
+    drive = geared(lossless_motor(rotor_inertia=1e-12))
+    drive = replace(drive, output_inertia=1e-15)
+    assert_allclose(shake(drive, definition=STORED).performance, 1.0, rtol=1e-6)
+    assert_allclose(shake(drive, definition=Definition(measure="round trip")).performance, 0.5, rtol=1e-6)
+    assert_allclose(shake(drive).performance, 2.0, rtol=1e-6)
+
+
+def test_lossless_cobotic_drive_performs_perfectly():
+    """The same with a wheel that neither creeps nor resists, and a massless steering plant without friction."""
+    wheel = iv.RotaryLinearIVT(
+        cylinder_radius=0.05,
+        wheel_radius=0.01,
+        preload=1e6,
+        friction=0.1,
+        creep_stiffness=1e15,
+        rolling_torque=0.0,
+        bearing_torque=0.0,
+    )
+    steering = iv.SteeringPlant(
+        motor=lossless_motor(rotor_inertia=1e-20),
+        ratio=1.0,
+        bell_inertia=1e-20,
+        sliding_friction=1e-15,
+        patch_half_length=1e-9,
+        bell_friction=0.0,
+    )
+    drive = iv.CoboticDrive(
+        motor=lossless_motor(),
+        gearhead=iv.Gearhead(ratio=57.0, efficiency=1.0),
+        transmission=wheel,
+        cylinder_speed=14.0,
+        link_mass=1e-9,
+        steering=steering,
+    )
+    assert_allclose(shake(drive, definition=STORED).performance, 1.0, rtol=1e-6)
+
+
+def test_ohmic_drive_matches_its_resistance():
+    """A drive whose only loss is its winding takes I^2 R: current amplitude a w^2 m_eff r/(n K), all power stored again."""
+    resistance, constant, ratio, radius = 2.0, 0.02, 4.0, 0.005
+    motor = lossless_motor(resistance=resistance, torque_constant=constant)
+    found = shake(geared(motor), definition=replace(STORED, measure="exchange"))
+    mass = 0.8 + (2e-5 + ratio**2 * 1e-6) / radius**2
+    peak = mass * found.amplitude * (2 * np.pi * FREQUENCY[:, None]) ** 2 * radius / (ratio * constant)
+    expected = 0.5 * resistance * peak**2
+    assert_allclose(found.losses["winding"], expected, rtol=1e-12)
+    assert_allclose(found.power_in, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["cobotic", "cobotic-b", "motor2-gear4"])
+def test_samples_doubled_change_little(name):
+    drive = STUDY.drives[name]
+    coarse, fine = shake(drive), shake(drive, samples=400)
+    known = ~np.isnan(coarse.unlimited)
+    assert known.mean() > 0.9
+    assert_allclose(coarse.unlimited[known], fine.unlimited[known], rtol=1e-3)
+
+
+@pytest.mark.parametrize("name", ["cobotic", "cobotic-b", "motor2-gear4"])
+def test_cycles_close(name):
+    assert shake(STUDY.drives[name]).closure < 1e-9
+
+
+@pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
+def test_inertias_return_what_they_took(name):
+    """Over a cycle nothing stays in the inertias: to rounding without guideway friction, whose reversals make the angle jump."""
+    drive = STUDY.drives[name]
+    course = shaking(0.02, 3.0, 200)
+    smooth = replace(drive, guideway=iv.Guideway())
+    assert cycle.returned_to_start(smooth.follow(course, load_mass=0.8)) < 1e-9
+    assert cycle.returned_to_start(drive.follow(course, load_mass=0.8)) < 1e-5
+
+
+def test_limits_that_bind():
+    cobotic, conventional = shake(STUDY.drives["cobotic"]), shake(STUDY.drives["motor2-gear4"])
+    assert cobotic.limit_at(-1, -1) == (Limit.SLIP, "wheel")
+    assert cobotic.limit_at(-3, -1) == (Limit.THERMAL, "steering motor")
+    assert conventional.limit_at(0, -1) == (Limit.VOLTAGE, "motor")
+    assert conventional.limit_at(-1, -1) == (Limit.THERMAL, "motor")
+    assert np.all(np.isnan(cobotic.performance) == ~cobotic.works)
+
+
+def test_travel_limits_slow_motion():
+    found = shake(STUDY.drives["cobotic"], travel=0.1)
+    too_far = 2.0 * found.amplitude > 0.1
+    assert found.limit_at(0, -1) == (Limit.TRAVEL, "load")
+    assert not np.any(found.works & too_far)
+    assert np.any(found.works)
+
+
+def test_peak_torque_is_stricter_than_rms():
+    drive = STUDY.drives["cobotic"]
+    rms, peak = shake(drive), shake(drive, definition=Definition(torque="peak"))
+    key = (Limit.THERMAL, "motor")
+    known = ~np.isnan(rms.demands[key])
+    assert np.all(peak.demands[key][known] >= rms.demands[key][known])
+    course = shaking(0.05, 2.0, 200)
+    current = np.abs(drive.follow(course, load_mass=0.8).states["motor_current_A"])
+    one = dynamic_map(drive, [2.0], [1.0], power=12 * (0.05 / amplitude(12, 0.8, 2.0)) ** 2, load_mass=0.8)
+    assert one.demands[key][0, 0] == pytest.approx(np.sqrt(np.mean(current**2)) / drive.motor.continuous_current)
+
+
+def test_permissible_peak_torque_binds():
+    drive = STUDY.drives["motor2-gear4"]
+    weak = replace(drive, motor=replace(drive.motor, peak_torque=drive.motor.continuous_torque))
+    assert shake(weak).limit_at(4, -1)[0] in (Limit.PEAK, Limit.VOLTAGE)
+    assert np.all(shake(weak).works <= shake(drive).works)
+
+
+def test_storage_takes_less():
+    drive = STUDY.drives["cobotic"]
+    burnt, kept = shake(drive), shake(drive, definition=Definition(returned="store", storage_efficiency=0.8))
+    shared = shake(drive, definition=Definition(common_bus=True))
+    known = ~np.isnan(burnt.power_in)
+    assert np.all(kept.power_in[known] <= burnt.power_in[known] * (1 + TINY))
+    assert np.all(shared.power_in[known] <= burnt.power_in[known] * (1 + TINY))
+    assert np.any(shared.power_in[known] < 0.99 * burnt.power_in[known])
+
+
+def test_impossible_regeneration_is_a_limit():
+    found = shake(STUDY.drives["cobotic"], definition=Definition(returned="none"))
+    assert {found.limit_at(5, -1)[0]} == {Limit.REGENERATION}
+
+
+def test_labelled_arrays():
+    data = shake(STUDY.drives["cobotic"]).to_xarray()
+    assert data.performance.dims == ("frequency", "fraction")
+    assert data.frequency.attrs["units"] == "Hz"
+    assert "SLIP (wheel)" in data.binding.attrs["long_name"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"power": 0.0}, "power must be > 0 W, got 0.0"),
+        ({"load_mass": -1.0}, "load_mass must be > 0 kg, got -1.0"),
+        ({"samples": 30}, "samples must be a multiple of 4, got 30"),
+    ],
+)
+def test_wrong_values_are_refused(changed, message):
+    with pytest.raises((ValueError, iv.InputError), match=re.escape(message)):
+        shake(STUDY.drives["cobotic"], **changed)
+
+
+@pytest.mark.parametrize("axis", [[], [0.0, 1.0], [np.nan], [[1.0]]])
+def test_wrong_axes_are_refused(axis):
+    with pytest.raises(iv.InputError, match="frequency must be a vector of numbers > 0"):
+        dynamic_map(STUDY.drives["cobotic"], axis, [1.0], power=12.0, load_mass=0.8)
+
+
+@pytest.mark.parametrize("lacking", ["link_mass", "steering"])
+def test_missing_values_are_named(lacking):
+    drive = replace(STUDY.drives["cobotic"], **{lacking: None})
+    with pytest.raises(ValueError, match=f"^{lacking} is missing: motion needs it$"):
+        shake(drive)
+
+
+def test_flow_loss_is_refused():
+    drive = STUDY.drives["cobotic"]
+    drive = replace(drive, transmission=replace(drive.transmission, creep_law="faulring"))
+    with pytest.raises(ValueError, match="creep_law must be one of"):
+        shake(drive)
