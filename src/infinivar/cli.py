@@ -79,9 +79,9 @@ def _print_json(value: Any) -> None:
 
 @app.command()
 def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> None:
-    """Hold every drive of a study against its requirement; write report, results and maps.
+    """Hold every drive of a study against its requirement and duty cycles; write report, results and maps.
 
-    Exit code 1 if no drive covers the requirement.
+    Exit code 1 if no drive covers the requirement and does every duty cycle.
     """
     from infinivar.analysis.compare import compare as run
     from infinivar.study.load import load_study
@@ -90,7 +90,10 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
     for warning in loaded.warnings:
         print(f"infinivar: {study}: check {warning}", file=sys.stderr)
     with _progress() as progress:
-        comparison = run(loaded, progress=progress)
+        try:
+            comparison = run(loaded, progress=progress)
+        except InputError as problem:
+            raise InputError(f"{study}: {problem}") from None
         progress("writing the report", 1.0)
         files = comparison.save(out)
     if as_json:
@@ -99,6 +102,10 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
         width = max(len(result.title) for result in comparison.results.values())
         for result in comparison.results.values():
             print(f"{result.title:<{width}}  {result.verdict}")
+        for found in comparison.duty.values():
+            print(f"{found.duty.title}:")
+            for done in found.results.values():
+                print(f"  {done.title:<{width}}  {done.verdict}")
         print(f"Report: {files[0]}")
     raise typer.Exit(0 if comparison.feasible else NOT_FEASIBLE)
 

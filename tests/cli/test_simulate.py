@@ -133,8 +133,8 @@ def test_mistakes_in_a_scenario(infinivar, write, tmp_path, table, said):
         ("", "line 1 must name the columns time and position"),
         ("time,place\n0,1\n", "line 1 must name the columns time and position, got time, place"),
         ("time,position\n0,0\n", "must have at least two lines of numbers"),
-        ("time,position\n0,0\n0.1,x\n", "line 3 must have two numbers, got '0.1,x'"),
-        ("time,position\n0,0\n0.1,nan\n", "line 3 must have two numbers"),
+        ("time,position\n0,0\n0.1,x\n", "line 3 must have a number as position, got 'x'"),
+        ("time,position\n0,0\n0.1,nan\n", "line 3 must have a number as position, got 'nan'"),
         ("time,position\n0,0\n0.1,1\n0.1,2\n", "line 4 must have a later time"),
     ],
 )
@@ -183,7 +183,7 @@ gearhead = {{ ratio = 5, efficiency = 0.9 }}
 pulley = {{ radius = "8 mm" }}""",
     )
     outcome = infinivar("simulate", write(bare), "--drive", "geared", "--scenario", "reach")
-    refused(outcome, "motor.rotor_inertia is missing: simulation in time needs it", tmp_path)
+    refused(outcome, "motor.rotor_inertia is missing: motion needs it", tmp_path)
 
 
 @pytest.mark.parametrize("plant", ["system", "lossless", "transmission", "steering", "cylinder", "link"])

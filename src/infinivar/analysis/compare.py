@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from infinivar import power
+from infinivar.analysis.duty_cycle import DutyResult, duty_cycle
+from infinivar.analysis.ratio_policy import Policy, policies
 from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.errors import InputError
 from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
 from infinivar.study.study import Study
+
+if TYPE_CHECKING:
+    from infinivar.analysis.forward import TwoWays
 
 MAP_REACH = 1.4
 """The maps reach this far beyond the requirement, so that limits just outside it are seen."""
@@ -110,16 +119,73 @@ class DriveResult:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DutyComparison:
+    """All drives of a study in one of its duty cycles.
+
+    Attributes
+    ----------
+    results         By drive.
+    policies        Ways to run the cylinder, by cobotic drive.
+    two_ways        Energy by inverse dynamics and by simulation, by drive; where it was not computed, why not.
+    """
+
+    duty: DutyCycle
+    results: Mapping[str, DutyResult]
+    policies: Mapping[str, tuple[Policy, ...]]
+    two_ways: Mapping[str, TwoWays | str]
+
+    @property
+    def best(self) -> DutyResult | None:
+        """Of the drives that do it, the one that takes least energy; None where none does."""
+        able = [result for result in self.results.values() if result.feasible]
+        return min(able, key=lambda result: result.energy, default=None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "title": self.duty.title,
+            "drives": {
+                name: {
+                    **result.to_dict(),
+                    "cylinder": [
+                        {
+                            "policy": policy.name,
+                            "power_W": policy.power_in,
+                            "slowest_rad_s": policy.slowest,
+                            "fastest_rad_s": policy.fastest,
+                            "feasible": policy.feasible,
+                        }
+                        for policy in self.policies.get(name, ())
+                    ],
+                    "simulated": _simulated(self.two_ways[name]),
+                }
+                for name, result in self.results.items()
+            },
+        }
+
+
+def _simulated(found: TwoWays | str) -> dict[str, Any]:
+    if isinstance(found, str):
+        return {"left_out": found}
+    return {"prescribed_J": found.prescribed, "followed_J": found.followed, "explanation": found.explanation}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """All drives of a study held against its requirement."""
+    """All drives of a study held against its requirement, and worked through its duty cycles."""
 
     study: Study
     results: Mapping[str, DriveResult]
+    duty: Mapping[str, DutyComparison] = field(default_factory=dict)
+
+    def able(self, name: str) -> bool:
+        """Whether a drive covers the whole requirement and does every duty cycle."""
+        return self.results[name].covers and all(found.results[name].feasible for found in self.duty.values())
 
     @property
     def feasible(self) -> bool:
-        """Whether any drive covers the whole requirement."""
-        return any(result.covers for result in self.results.values())
+        """Whether any drive is able to do all that is asked."""
+        return any(self.able(name) for name in self.results)
 
     @property
     def best(self) -> DriveResult | None:
@@ -129,10 +195,14 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """Verdicts as plain numbers, for scripts."""
-        return {"study": self.study.name, "drives": {name: result.to_dict() for name, result in self.results.items()}}
+        return {
+            "study": self.study.name,
+            "drives": {name: result.to_dict() for name, result in self.results.items()},
+            **({"duty": {name: found.to_dict() for name, found in self.duty.items()}} if self.duty else {}),
+        }
 
     def save(self, directory: str | Path) -> list[Path]:
-        """Write ``report.html``, ``results.json`` and one NetCDF map a drive; returns their paths.
+        """Write ``report.html``, ``results.json``, one NetCDF map a drive, one CSV a drive and duty cycle; returns their paths.
 
         Files of the same names are replaced, others left alone; nothing is replaced unless everything could be made.
         """
@@ -224,11 +294,13 @@ def compare(study: Study, *, progress: Callable[[str, float], None] | None = Non
 
     Raises
     ------
+    InputError
+        If a drive lacks a value that a duty cycle needs.
     AuditError
         If a power balance does not close.
     """
     results: dict[str, DriveResult] = {}
-    count = len(study.drives)
+    count = len(study.drives) * (1 + len(study.duty))
     for index, (name, drive) in enumerate(study.drives.items()):
         title = study.titles[name]
 
@@ -238,4 +310,56 @@ def compare(study: Study, *, progress: Callable[[str, float], None] | None = Non
 
         report(0.0)
         results[name] = evaluate(name, title, drive, study.requirement, progress=report)
-    return Comparison(study=study, results=FrozenDict(results))
+    duty: dict[str, DutyComparison] = {}
+    for task, cycle in study.duty.items():
+        done = len(study.drives) * (1 + len(duty))
+
+        def step(title: str, index: int, done: int = done) -> None:
+            if progress is not None:
+                progress(title, (done + index) / count)
+
+        duty[task] = work_through(study, task, cycle, step)
+    return Comparison(study=study, results=FrozenDict(results), duty=FrozenDict(duty))
+
+
+def work_through(
+    study: Study, task: str, duty: DutyCycle, progress: Callable[[str, int], None] = lambda title, index: None
+) -> DutyComparison:
+    """Work every drive of a study through a duty cycle.
+
+    Raises
+    ------
+    InputError
+        If a drive lacks a value that the motion needs.
+    """
+    results: dict[str, DutyResult] = {}
+    found_policies: dict[str, tuple[Policy, ...]] = {}
+    ways: dict[str, TwoWays | str] = {}
+    for index, (name, drive) in enumerate(study.drives.items()):
+        progress(f"{study.titles[name]}: {duty.title}", index)
+        assert isinstance(drive, (CoboticDrive, ConventionalDrive))
+        try:
+            result = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
+            if isinstance(drive, CoboticDrive):
+                found_policies[name] = policies(drive, duty)
+        except ValueError as problem:
+            raise InputError(f"drives.{name}: {problem}, for duty.{task}") from problem
+        results[name] = result
+        ways[name] = _both_ways(drive, duty, result)
+    return DutyComparison(
+        duty=duty, results=FrozenDict(results), policies=FrozenDict(found_policies), two_ways=FrozenDict(ways)
+    )
+
+
+def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result: DutyResult) -> TwoWays | str:
+    """The cycle simulated, too, or why not."""
+    from infinivar.analysis.forward import LONGEST, two_ways  # simulation is slow to load
+
+    if duty.period > LONGEST:
+        return f"a cycle of {duty.period:.3g} s is longer than the {LONGEST:g} s up to which a report simulates one"
+    if result.exceeded:
+        return "the drive cannot do it within its limits"
+    try:
+        return two_ways(drive, duty)
+    except ValueError as problem:
+        return str(problem)

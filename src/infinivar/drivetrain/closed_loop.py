@@ -12,7 +12,7 @@ from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain import control, plants
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.profiles import MotionProfile
+from infinivar.drivetrain.profiles import MotionPath
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.parts.motor import Motor
 
@@ -34,7 +34,7 @@ class Machine:
 class _Speed:
     """The speed of a motion, as an input."""
 
-    path: MotionProfile
+    path: MotionPath
 
     @property
     def breaks(self) -> Any:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from infinivar.drivetrain.profiles import MotionProfile
+from infinivar.drivetrain.profiles import MotionPath
 from infinivar.quantities import check, quantity
 
 
@@ -115,7 +115,7 @@ class CoboticController:
     run_up_time: float
     largest_angle: float
     held_angle: float | None
-    path: MotionProfile
+    path: MotionPath
     started: Mapping[str, float]
     outputs: tuple[str, str]
 
@@ -155,7 +155,7 @@ class ConventionalController:
     sample_time: float
     speed: Loop
     link_gain: float
-    path: MotionProfile | None
+    path: MotionPath | None
     output: str
 
     def start(self, measured: Mapping[str, float]) -> float:

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import bisect
-import csv
-import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol
 
-from infinivar.errors import InputError, require
+from infinivar.drivetrain.tables import read_columns
+from infinivar.errors import require
 from infinivar.quantities import check, component, quantity
 
 MotionShape = Literal["hold", "cruise", "sinusoid", "step", "reach", "file"]
 ForceShape = Literal["constant", "sinusoid", "step", "file"]
-
-_MOST_ROWS = 1_000_000
 
 
 class Motion(NamedTuple):
@@ -26,6 +22,46 @@ class Motion(NamedTuple):
     position: float
     speed: float
     acceleration: float
+
+
+class MotionPath(Protocol):
+    """What a scenario's motion can do, whatever it is made from."""
+
+    @property
+    def shape(self) -> str:
+        """A word for reports."""
+        ...
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Times at which speed or acceleration may jump. [s]"""
+        ...
+
+    def at(self, time: float) -> Motion:
+        """Position [m], speed [m s^-1] and acceleration [m s^-2] at a time [s]."""
+        ...
+
+
+class ForcePath(Protocol):
+    """What a scenario's force can do, whatever it is made from."""
+
+    @property
+    def shape(self) -> str:
+        """A word for reports."""
+        ...
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Times at which the force or its slope jumps. [s]"""
+        ...
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        ...
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +87,9 @@ class MotionProfile:
     frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
     time: float | None = quantity("s", "> 0", "Time that the reach takes", default=None)
     start: float = quantity("s", ">= 0", "When it begins", default=0.0)
-    file: str | None = component("CSV file with a header and the columns time [s] and position [m]", default=None)
+    file: str | None = component(
+        "CSV file with the columns time and position, units in its header, SI without", default=None
+    )
     _spline: _Spline | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
@@ -59,7 +97,7 @@ class MotionProfile:
         check(self)
         _check_shape(self, _MOTION_NEEDS)
         if self.shape == "file":
-            object.__setattr__(self, "_spline", _Spline.through(*_columns(str(self.file), "position")))
+            object.__setattr__(self, "_spline", _Spline.through(*_columns(str(self.file), "position", "m")))
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -84,7 +122,7 @@ class MotionProfile:
             return Motion((self.speed or 0.0) * since, self.speed or 0.0, 0.0)
         if self.shape == "step":
             return Motion(size, 0.0, 0.0)
-        return _least_jerk(size, self.time or 1.0, since)
+        return Motion(*least_jerk(size, self.time or 1.0, min(since, self.time or 1.0))[:3])
 
 
 _MOTION_NEEDS = {
@@ -97,16 +135,28 @@ _MOTION_NEEDS = {
 }
 
 
-def _least_jerk(distance: float, duration: float, since: float) -> Motion:
-    """The fifth-order polynomial that starts and ends at rest without acceleration. Source: flash1985, Eq 2."""
-    s = min(since / duration, 1.0)
-    if s == 1.0:
-        return Motion(distance, 0.0, 0.0)
+def least_jerk(distance: float, duration: float, since: Any) -> tuple[Any, Any, Any, Any, Any]:
+    """The fifth-order polynomial that starts and ends at rest without acceleration.
+
+    Parameters
+    ----------
+    distance, duration : float   Way and time from rest to rest. [m], [s]
+    since : (...,) float         Time since its beginning, 0 to `duration`. [s]
+
+    Returns
+    -------
+    tuple of (...,) float   Position, speed, acceleration, jerk and snap. [m] to [m s^-4]
+
+    Source: flash1985, Eq 2.
+    """
+    s = since / duration
     rest = 1.0 - s
-    return Motion(
+    return (
         distance * s**3 * (10.0 - s * (15.0 - 6.0 * s)),
         30.0 * distance / duration * (s * rest) ** 2,
         60.0 * distance / duration**2 * s * rest * (1.0 - 2.0 * s),
+        60.0 * distance / duration**3 * (1.0 - 6.0 * s * rest),
+        360.0 * distance / duration**4 * (2.0 * s - 1.0),
     )
 
 
@@ -130,7 +180,9 @@ class ForceProfile:
     size: float | None = quantity("N", "!= 0", "Force, or amplitude of the sinusoid", default=None)
     frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
     start: float = quantity("s", ">= 0", "When it begins", default=0.0)
-    file: str | None = component("CSV file with a header and the columns time [s] and force [N]", default=None)
+    file: str | None = component(
+        "CSV file with the columns time and force, units in its header, SI without", default=None
+    )
     _rows: tuple[list[float], list[float]] | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
@@ -138,7 +190,7 @@ class ForceProfile:
         check(self)
         _check_shape(self, _FORCE_NEEDS)
         if self.shape == "file":
-            object.__setattr__(self, "_rows", _columns(str(self.file), "force"))
+            object.__setattr__(self, "_rows", _columns(str(self.file), "force", "N"))
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -185,48 +237,10 @@ def _check_shape(profile: MotionProfile | ForceProfile, needs: dict[str, tuple[s
             raise ValueError(f"{name} means nothing with shape = {profile.shape!r}; leave it out")
 
 
-@functools.lru_cache(maxsize=16)
-def _columns(file: str, wanted: str) -> tuple[list[float], list[float]]:
-    """Times and values of a CSV file with a header; times must increase.
-
-    Raises
-    ------
-    InputError
-        Naming file, line and what would be right.
-    """
-    path = Path(file)
-    times: list[float] = []
-    values: list[float] = []
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as lines:
-            rows = csv.reader(lines)
-            header = [name.strip().lower() for name in next(rows, [])]
-            for name in ("time", wanted):
-                if name not in header:
-                    raise InputError(f"{path}: line 1 must name the columns time and {wanted}, got {', '.join(header)}")
-            columns = header.index("time"), header.index(wanted)
-            for row in rows:
-                if not any(cell.strip() for cell in row):
-                    continue
-                try:
-                    time, value = (float(row[column]) for column in columns)
-                except (ValueError, IndexError):
-                    time = value = math.nan
-                if not (math.isfinite(time) and math.isfinite(value)):
-                    raise InputError(f"{path}: line {rows.line_num} must have two numbers, got {','.join(row)[:60]!r}")
-                if times and not time > times[-1]:
-                    raise InputError(f"{path}: line {rows.line_num} must have a later time than the line before")
-                times.append(time)
-                values.append(value)
-                if len(times) > _MOST_ROWS:
-                    raise InputError(f"{path}: has more than {_MOST_ROWS} lines")
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
-    except (UnicodeDecodeError, csv.Error) as problem:
-        raise InputError(f"{path}: is not a CSV file in UTF-8") from problem
-    if len(times) < 2:
-        raise InputError(f"{path}: must have at least two lines of numbers below its header")
-    return times, values
+def _columns(file: str, wanted: str, unit: str) -> tuple[list[float], list[float]]:
+    """Times and values of a CSV file; a heading without a unit means SI."""
+    columns, _ = read_columns(file, (("time", "s"), (wanted, unit)), ("time", wanted), units_needed=False)
+    return columns["time"], columns[wanted]
 
 
 def _place(times: list[float], time: float) -> tuple[int, float, float]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
+from infinivar.drivetrain.profiles import ForcePath, ForceProfile, MotionPath, MotionProfile
 from infinivar.errors import require
 from infinivar.quantities import check, component, quantity
 
@@ -35,8 +35,10 @@ class Scenario:
         "s", "> 0", "Time between results; a thousandth of the run if left out", default=None
     )
     link: Literal["controlled", "imposed", "free"] = component("Who moves the link", default="controlled")
-    motion: MotionProfile | None = component("Motion of the link; it holds still if left out", default=None)
-    force: ForceProfile | None = component("Force on the load from outside; none if left out", default=None)
+    motion: MotionProfile | MotionPath | None = component(
+        "Motion of the link; it holds still if left out", default=None
+    )
+    force: ForceProfile | ForcePath | None = component("Force on the load from outside; none if left out", default=None)
     load_mass: float | None = quantity("kg", "> 0", "Mass of the load; the requirement's if left out", default=None)
     steering: Literal["controlled", "locked", "decoupled", "held"] = component(
         "What the steering does", default="controlled"
@@ -85,6 +87,6 @@ class Scenario:
             raise ValueError(f"motion means nothing with steering = {self.steering!r}; leave it out, or impose it")
 
     @property
-    def path(self) -> MotionProfile:
+    def path(self) -> MotionPath:
         """The motion, holding still if none is given."""
         return self.motion or MotionProfile()

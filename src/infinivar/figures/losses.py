@@ -15,13 +15,12 @@ if TYPE_CHECKING:
 
 
 def data(comparison: Comparison, corner: str) -> dict[str, Any]:
-    """Losses and power from the supply [W] by drive at a corner, and the limit exceeded if any."""
+    """Losses and power from the supply [W] by drive at a corner, and the limit exceeded if any; a title and the unit."""
     corners = {result.title: result.corners[corner] for result in comparison.results.values()}
     first = next(iter(corners.values()))
     return {
-        "corner": corner,
-        "force": first.force,
-        "speed": first.speed,
+        "title": f"{corner}: {first.force:.3g} N at {first.speed:.3g} m/s",
+        "unit": "W",
         "losses": {title: dict(point.losses) for title, point in corners.items()},
         "power_in": {title: point.power_in for title, point in corners.items()},
         "limit": {title: point.limit for title, point in corners.items()},
@@ -30,7 +29,7 @@ def data(comparison: Comparison, corner: str) -> dict[str, Any]:
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw horizontal stacked bars; drives outside a limit are pale and say which."""
-    titles = list(numbers["losses"])
+    titles, unit = list(numbers["losses"]), numbers["unit"]
     every = numbers["losses"].values()
     names = [name for name in style.LOSS_COLOURS if any(losses.get(name, 0.0) > 0.0 for losses in every)]
     left = [0.0] * len(titles)
@@ -44,17 +43,17 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         left = [start + value for start, value in zip(left, values, strict=True)]
     for row, title in enumerate(titles):
         limit = numbers["limit"][title]
-        note = f"{left[row]:.3g} W" if left[row] > 0 else ""
+        note = f"{left[row]:.3g} {unit}" if left[row] > 0 else ""
         if numbers["power_in"][title] < 0:
-            note = f"{note}, {-numbers['power_in'][title]:.3g} W go back"
+            note = f"{note}, {-numbers['power_in'][title]:.3g} {unit} go back"
         if limit != Limit.OK:
             note = f"{note}  beyond {limit.words}".strip()
         ax.text(left[row], row, f" {note}", va="center", fontsize=7.5)
     ax.set_xlim(0.0, max(left) * 1.45 or 1.0)
     ax.set_yticks(range(len(titles)), titles, parse_math=False)
     ax.set_ylim(len(titles) - 0.5, -0.5)
-    ax.set_xlabel("loss [W]")
-    ax.set_title(f"{numbers['corner']}: {numbers['force']:.3g} N at {numbers['speed']:.3g} m/s")
+    ax.set_xlabel(f"loss [{unit}]")
+    ax.set_title(numbers["title"])
 
 
 def draw_all(comparison: Comparison) -> Figure:
@@ -67,12 +66,12 @@ def draw_all(comparison: Comparison) -> Figure:
         made, axes = style.figure(5.2 * columns + 0.8, height, rows, columns, squeeze=False, sharey=True)
         for ax, corner in zip(axes.flat, corners, strict=True):
             draw(ax, data(comparison, corner))
-        handles, labels = _every_loss(axes.flat)
+        handles, labels = legend(axes.flat)
         made.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     return made
 
 
-def _every_loss(axes: Any) -> tuple[list[Any], list[str]]:
+def legend(axes: Any) -> tuple[list[Any], list[str]]:
     """Legend entries of all axes, each loss once, at full strength."""
     from matplotlib.patches import Patch
 

@@ -10,9 +10,10 @@ from typing import Any
 
 from infinivar import units
 from infinivar.analysis.compare import Comparison
-from infinivar.figures import losses, operating_map, style
+from infinivar.drivetrain.duty import CUTOFF
+from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.power import AUDIT_TOLERANCE
-from infinivar.report.page import all_or_nothing, render
+from infinivar.report.page import all_or_nothing, render, write_csv
 from infinivar.study.study import Provenance
 
 
@@ -23,9 +24,12 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
         (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
         for name, result in comparison.results.items():
             result.map.save(scratch / f"{name}.nc")
-    return [
-        directory / name for name in ("report.html", "results.json", *(f"{name}.nc" for name in comparison.results))
-    ]
+        for task, found in comparison.duty.items():
+            for name, result in found.results.items():
+                write_csv(result.columns, scratch / f"{name}-{task}.csv")
+    cycles = [f"{name}-{task}.csv" for task, found in comparison.duty.items() for name in found.results]
+    maps = [f"{name}.nc" for name in comparison.results]
+    return [directory / name for name in ("report.html", "results.json", *maps, *cycles)]
 
 
 def to_json(value: Any) -> str:
@@ -64,7 +68,9 @@ def html(comparison: Comparison) -> str:
         corners=list(study.requirement.corners()),
         map_figure=style.inline_svg(operating_map.draw_all(comparison)),
         loss_figure=style.inline_svg(losses.draw_all(comparison)),
+        duty=[(found, style.inline_svg(duty_cycle.draw_all(found))) for found in comparison.duty.values()],
         provenance=provenance_tables(study.provenance),
+        cutoff=CUTOFF,
         audit_tolerance=AUDIT_TOLERANCE,
     )
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import functools
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,14 @@ def _environment() -> Any:
 def render(template: str, **values: Any) -> str:
     """The page that a template makes of the values."""
     return _environment().get_template(template).render(**values)
+
+
+def write_csv(columns: Mapping[str, Any], path: Path) -> None:
+    """Columns of numbers under their names."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
 
 
 @contextlib.contextmanager

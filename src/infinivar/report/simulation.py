@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from infinivar.analysis.simulate import Simulation
 from infinivar.figures import energy_flow, style, time_history
 from infinivar.report.comparison import to_json
-from infinivar.report.page import all_or_nothing, render
+from infinivar.report.page import all_or_nothing, render, write_csv
 
 
 def save(simulation: Simulation, directory: Path, name: str, reconstruction: tuple[str, ...] = ()) -> list[Path]:
@@ -21,20 +18,13 @@ def save(simulation: Simulation, directory: Path, name: str, reconstruction: tup
         (scratch / f"{name}.html").write_text(page, "utf-8")
         (scratch / f"{name}.json").write_text(to_json(simulation.to_dict()), "utf-8")
         simulation.dataset().to_netcdf(scratch / f"{name}.nc", engine="scipy")
-        _write_csv(simulation.columns, scratch / f"{name}.csv")
+        write_csv(simulation.columns, scratch / f"{name}.csv")
         figures = [
             *style.write(history, scratch / f"{name}-history"),
             *style.write(energy, scratch / f"{name}-energy"),
         ]
     names = [f"{name}.{kind}" for kind in ("html", "json", "nc", "csv")] + [figure.name for figure in figures]
     return [directory / file for file in names]
-
-
-def _write_csv(columns: Mapping[str, Any], path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
 
 
 def html(simulation: Simulation, reconstruction: tuple[str, ...], history: str, energy: str) -> str:

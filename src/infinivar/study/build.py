@@ -64,6 +64,8 @@ def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows
         made = part(**values)
     except ValueError as problem:
         raise StudyError(f"{path}.{problem}") from None
+    except InputError as problem:
+        raise StudyError(f"{path}: {problem}") from None
     scale = getattr(checked, "scale", None)
     if part is Motor and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))

@@ -19,6 +19,8 @@ LONGEST_TITLE = 120
 # requirement only `part` is one: a bearing's type is a value like others.
 _AT_HEAD, _INSIDE = (*HEAD, "part"), ("part",)
 
+_ONE = {"drives": "drive", "scenarios": "scenario", "duty": "duty cycle"}
+
 Raw = dict[str, Any]
 """A table as written, or with kind and where spelled out."""
 
@@ -85,12 +87,12 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
             choices = [f"{name}.{known}" for known in shipped.get(group, {})]
             if base not in choices:
                 raise InputError(
-                    f"{base!r} is not a shipped {group[:-1]}{nearest(base, choices)}; {name} has {', '.join(choices)}"
+                    f"{base!r} is not a shipped {_ONE[group]}{nearest(base, choices)}; {name} has {', '.join(choices)}"
                 )
             under = shipped[group][member]
     except InputError as problem:
         raise StudyError(f"{path}.base = {quoted(base)}: {problem}") from None
-    if "reconstruction" in shipped and group != "scenarios":
+    if "reconstruction" in shipped and group not in ("scenarios", "duty"):
         remarks.reconstruction[name] = shipped["reconstruction"]
     under = annotated(under, path, shipped["source"])
     if "type" in tree and tree["type"] != under.get("type", tree["type"]):

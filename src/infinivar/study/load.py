@@ -7,9 +7,11 @@ import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest
@@ -20,7 +22,7 @@ from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set
 from infinivar.study.study import Provenance, Study
 
-_TOP = ("title", "description", "requirement", "drives", "scenarios")
+_TOP = ("title", "description", "requirement", "drives", "scenarios", "duty")
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
 """Faults listed at once."""
@@ -76,8 +78,9 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     for key, longest in (("title", LONGEST_TITLE), ("description", 10_000)):
         if not isinstance(raw.get(key, ""), str) or len(raw.get(key, "")) > longest:
             raise StudyError(f"{key} = {quoted(raw[key])} must be text of up to {longest} letters")
-    if not isinstance(raw.get("scenarios", {}), dict):
-        raise StudyError(f"scenarios = {quoted(raw['scenarios'])} must be tables [scenarios.NAME]")
+    for key in ("scenarios", "duty"):
+        if not isinstance(raw.get(key, {}), dict):
+            raise StudyError(f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]")
     for key in ("requirement", "drives"):
         if not isinstance(raw.get(key), dict) or not raw[key]:
             said = f"= {quoted(raw[key])} must be" if raw.get(key) else "is missing: write"
@@ -105,15 +108,19 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
             remarks.warnings.extend(f"{where}.transmission: {said}" for said in _overstress(drives[drive]))
         except StudyError as found:
             problems += found.lines
-    scenarios = {}
-    for scenario, description in raw.get("scenarios", {}).items():
-        try:
-            _check_name("scenarios", scenario, raw["scenarios"])
-            made = _scenario(description, scenario, origin, path)
-            load_mass = made.load_mass or (requirement.load_mass if requirement else None)
-            scenarios[scenario] = replace(made, load_mass=load_mass)
-        except StudyError as found:
-            problems += found.lines
+    scenarios: dict[str, Any] = {}
+    duty: dict[str, Any] = {}
+    load_mass = requirement.load_mass if requirement else None
+    for group, kind, made in (("scenarios", Scenario, scenarios), ("duty", DutyCycle, duty)):
+        for task, description in raw.get(group, {}).items():
+            try:
+                _check_name(group, task, raw[group])
+                one = _task(description, group, kind, task, origin, path)
+                walks = isinstance(one, DutyCycle) and one.shape == "walking"  # its torque moves the leg's mass, too
+                made[task] = one if one.load_mass is not None or walks else replace(one, load_mass=load_mass)
+            except StudyError as found:
+                problems += found.lines
+    remarks.warnings.extend(f"duty.{task}: {said}" for task, one in duty.items() for said in one.warnings)
     if problems or requirement is None:
         raise StudyError(*problems)
     return Study(
@@ -124,6 +131,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         drives=drives,
         titles=titles,
         scenarios=scenarios,
+        duty=duty,
         provenance=tuple(rows),
         reconstruction=tuple(remarks.reconstruction.values()),
         warnings=tuple(remarks.warnings),
@@ -139,18 +147,20 @@ def _overstress(drive: Drive) -> Iterator[str]:
                 yield f"{limit.words}, {demand:.2f} times what is allowed; see: infinivar contact"
 
 
-def _scenario(description: object, name: str, origin: str, path: Path | None) -> Scenario:
-    """Scenario from its table; files that it names lie beside the study."""
-    where = f"scenarios.{name}"
+def _task(
+    description: object, group: str, kind: type, name: str, origin: str, path: Path | None
+) -> Scenario | DutyCycle:
+    """Scenario or duty cycle from its table; files that it names lie beside the study."""
+    where = f"{group}.{name}"
     if not isinstance(description, dict):
         raise StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
-    # What a scenario asks for is no fact with a source, so nothing is noted of where its values come from.
+    # What is asked for is no fact with a source, so nothing is noted of where its values come from.
     tree = over_base(annotated(description, where, origin), where, Remarks())
-    for profile in ("motion", "force"):
-        file = tree.get(profile, {}).get("file")
+    for table in (tree, tree.get("motion", {}), tree.get("force", {})):
+        file = table.get("file")
         if path is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
             file["value"] = str(path.parent / file["value"])
-    return built(Scenario, {"title": name, **tree}, where, name, [])
+    return built(kind, {"title": name, **tree}, where, name, [])
 
 
 def _check_name(group: str, drive: str, others: Iterable[str]) -> None:
@@ -178,7 +188,7 @@ def _type_of(tree: Raw, where: str) -> str:
 
 
 def shipped_study(name: str) -> Study:
-    """Study of everything in a shipped parameter set: its requirement, all its drives and scenarios.
+    """Study of everything in a shipped parameter set: its requirement, all its drives, scenarios and duty cycles.
 
     Raises
     ------
@@ -187,6 +197,8 @@ def shipped_study(name: str) -> Study:
     """
     shipped = parameter_set(name)
     drives = {drive: {"base": f"{name}.{drive}"} for drive in shipped["drives"]}
-    scenarios = {scenario: {"base": f"{name}.{scenario}"} for scenario in shipped.get("scenarios", {})}
-    raw = {"title": shipped["title"], "requirement": {"base": name}, "drives": drives, "scenarios": scenarios}
+    tasks = {
+        group: {task: {"base": f"{name}.{task}"} for task in shipped.get(group, {})} for group in ("scenarios", "duty")
+    }
+    raw = {"title": shipped["title"], "requirement": {"base": name}, "drives": drives, **tasks}
     return study_from(raw, name=name, origin=name)

@@ -21,6 +21,7 @@ from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest
@@ -167,7 +168,10 @@ def described(part: type) -> list[dataclasses.Field]:
 def keys(part: type) -> list[str]:
     """Every key that the table of a part may have."""
     known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else []), *ORIGIN]
-    return [*known, *(HEAD if part in DRIVES.values() else ["base"] if part in (Requirement, Scenario) else [])]
+    return [
+        *known,
+        *(HEAD if part in DRIVES.values() else ["base"] if part in (Requirement, Scenario, DutyCycle) else []),
+    ]
 
 
 @functools.cache
@@ -195,7 +199,7 @@ def json_schema() -> dict[str, Any]:
     Editors check words and ranges of a file that is being written; a field that a base may supply is not required.
     """
     definitions: dict[str, Any] = {}
-    for part in (Requirement, Scenario, *DRIVES.values()):
+    for part in (Requirement, Scenario, DutyCycle, *DRIVES.values()):
         schema = table(part).model_json_schema(ref_template="#/$defs/{model}")
         definitions.update(schema.pop("$defs", {}))
         definitions[part.__name__] = schema
@@ -212,6 +216,7 @@ def json_schema() -> dict[str, Any]:
     part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
     definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
     definitions["Scenario"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
+    definitions["DutyCycle"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
     for kind in CATALOGUES:
         definitions[kind.__name__]["properties"]["part"] = part
     for name, kind in DRIVES.items():
@@ -240,6 +245,12 @@ def json_schema() -> dict[str, Any]:
                 "description": "Runs in time for simulation, by name",
                 "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
                 "additionalProperties": {"$ref": "#/$defs/Scenario"},
+            },
+            "duty": {
+                "type": "object",
+                "description": "Motions that the drives repeat, by name: energy, limits and heat over each are compared",
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"$ref": "#/$defs/DutyCycle"},
             },
         },
         "$defs": definitions,

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.frozen import FrozenDict
@@ -48,6 +49,7 @@ class Study:
     drives                Drive-trains by name, in the order of the file.
     titles                Their names for reports.
     scenarios             Runs in time for simulation, by name.
+    duty                  Motions that the drives repeat, by name.
     provenance            One record a value.
     reconstruction        Statements of the parameter sets used about what in them is reconstructed; may be empty.
     warnings              What looks like an oversight, though it can be computed.
@@ -60,6 +62,7 @@ class Study:
     description: str = ""
     titles: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario] = field(default_factory=dict)
+    duty: Mapping[str, DutyCycle] = field(default_factory=dict)
     provenance: tuple[Provenance, ...] = ()
     reconstruction: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
@@ -69,6 +72,7 @@ class Study:
         """Freeze the mappings; drives without a title go by their name."""
         object.__setattr__(self, "drives", FrozenDict(self.drives))
         object.__setattr__(self, "scenarios", FrozenDict(self.scenarios))
+        object.__setattr__(self, "duty", FrozenDict(self.duty))
         object.__setattr__(
             self, "titles", FrozenDict(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
         )

@@ -1,0 +1,336 @@
+"""Duty cycles: energy, limits and heat of a drive that repeats a motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infinivar.analysis import cycle
+from infinivar.analysis.cycle import AnyDrive
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import MovingPoint
+from infinivar.drivetrain.duty import DutyCycle, Instants
+from infinivar.frozen import FrozenDict
+from infinivar.limits import Demand, Limit, binding_demand
+from infinivar.parts import heat
+from infinivar.parts.heat import Heat
+from infinivar.transmission.rates import Varying
+
+COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
+"""What every drive has over a cycle; force is that of the drive on the load with its inertia."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Holding:
+    """What it takes to stand still under a force, per drive.
+
+    Attributes
+    ----------
+    force : float              Held. [N]
+    power : float              From the supply, ready to move; nan where the drive cannot hold the force. [W]
+    limit : Limit              That binds there.
+    parked : float | None      From the supply with the cylinder stopped and the wheel locked; None without a cylinder. [W]
+    run_up : float | None      Energy at least to bring the cylinder back to speed. [J]
+    """
+
+    force: float
+    power: float
+    limit: Limit
+    parked: float | None
+    run_up: float | None
+
+    @property
+    def pays_after(self) -> float | None:
+        """Stay from which on stopping the cylinder takes less; None without one. [s]"""
+        if self.parked is None or self.run_up is None:
+            return None
+        saved = self.power - self.parked
+        return self.run_up / saved if saved > 0 else math.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DutyResult:
+    """What a drive does about a duty cycle, settled and warm.
+
+    Attributes
+    ----------
+    drive, duty          As given.
+    instants             The cycle at its samples.
+    point                The drive at each of them, with its windings at their settled mean temperature.
+    cold_power           Mean power from the supply with windings at 25 C. [W]
+    demands              Demand over allowance over the cycle, by limit and part. [-]
+    heat                 By motor ("motor", "steering motor"); None where the data sheet lacks a value.
+    lacking              Which values, by motor.
+    closure              Share of the cycle's energy that does not add up. [-]
+    holding              At the largest force of the cycle.
+    """
+
+    name: str
+    title: str
+    drive: AnyDrive
+    duty: DutyCycle
+    instants: Instants
+    point: MovingPoint
+    cold_power: float
+    demands: Mapping[Demand, float]
+    heat: Mapping[str, Heat | None]
+    lacking: Mapping[str, tuple[str, ...]]
+    closure: float
+    holding: Holding
+
+    @property
+    def power_in(self) -> float:
+        """Mean power from the supply. [W]"""
+        return float(np.mean(self.point.power_in))
+
+    @property
+    def energy(self) -> float:
+        """From the supply in a cycle. [J]"""
+        return self.power_in * self.duty.period
+
+    @property
+    def watt_hours(self) -> float:
+        """From the supply in an hour. [W h]"""
+        return self.power_in
+
+    @property
+    def delivered(self) -> float:
+        """Work of the drive on the load in a cycle, where it drives. [J]"""
+        return float(np.mean(np.clip(self.point.power_out, 0.0, None))) * self.duty.period
+
+    @property
+    def absorbed(self) -> float:
+        """Work of the load on the drive in a cycle, where it brakes. [J]"""
+        return float(np.mean(np.clip(-np.asarray(self.point.power_out), 0.0, None))) * self.duty.period
+
+    @property
+    def losses(self) -> dict[str, float]:
+        """Of a cycle by name. [J]"""
+        return {name: float(np.mean(loss)) * self.duty.period for name, loss in self.point.losses.items()}
+
+    @property
+    def peaks(self) -> dict[str, float]:
+        """Largest torque of each motor over its continuous torque, which bounds only the root mean square. [-]"""
+        found = self.point.utilisation.items()
+        return {what: float(np.max(demand)) for (limit, what), demand in found if limit == Limit.THERMAL}
+
+    @property
+    def exceeded(self) -> tuple[Demand, ...]:
+        """Limits that are not kept, slip first, then from the worst."""
+        found = [key for key, demand in self.demands.items() if demand > 1.0]
+        return tuple(sorted(found, key=lambda key: (key[0] != Limit.SLIP, -self.demands[key])))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every limit is kept and no winding gets too hot."""
+        return not self.exceeded and all(found is None or found.bears for found in self.heat.values())
+
+    @property
+    def tightest(self) -> tuple[Demand, float]:
+        """The limit with the least margin, and allowance over demand. [-]"""
+        place, margin = binding_demand({key: np.asarray(demand) for key, demand in self.demands.items()})
+        if place:
+            return list(self.demands)[int(place) - 1], float(margin)
+        worst = max(self.demands, key=lambda key: self.demands[key])
+        return worst, float(margin)
+
+    @property
+    def verdict(self) -> str:
+        """One line a designer can act on."""
+        clauses = []
+        if self.exceeded:
+            worst = self.exceeded[0]
+            clauses.append(f"cannot do it: {_named(worst)} is {_times(self.demands[worst])} what is allowed")
+            clauses += [f"{_named(key)} {_times(self.demands[key])}" for key in self.exceeded[1:3]]
+        hot = [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None and not found.bears]
+        clauses += hot if self.exceeded else [f"cannot go on: {clause}" for clause in hot[:1]] + hot[1:]
+        if math.isnan(self.power_in):
+            return "; ".join(clauses)
+        clauses.append(f"{self.energy:.3g} J a cycle, {self.power_in:.3g} W on average")
+        if self.feasible:
+            key, margin = self.tightest
+            clauses.insert(0, f"does it; weakest margin: {_named(key)}, {margin:.2f}")
+            clauses += [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None]
+        return "; ".join(clauses)
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """The cycle over time under names that end in their unit: `COLUMNS`, and the states of the drive."""
+        course, point = self.instants.course, self.point
+        shape = self.instants.time.shape
+        force = course.driving_force(self.load_mass).value
+        values = (self.instants.time, self.instants.position, course.speed, force, point.power_out, point.power_in)
+        found = dict(zip(COLUMNS, values, strict=True))
+        found |= {name: state for name, state in point.states.items() if name != "steering_tangent"}
+        if "steering_tangent" in point.states:
+            found["steering_angle_rad"] = np.arctan(point.states["steering_tangent"])
+        return {name: np.broadcast_to(np.asarray(value, dtype=float), shape) for name, value in found.items()}
+
+    @property
+    def load_mass(self) -> float:
+        """Mass that the drive moves. [kg]"""
+        return self.duty.load_mass or 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "title": self.title,
+            "duty": self.duty.title,
+            "verdict": self.verdict,
+            "feasible": self.feasible,
+            "period_s": self.duty.period,
+            "samples": len(self.instants.time),
+            "energy_per_cycle_J": self.energy,
+            "energy_per_hour_Wh": self.watt_hours,
+            "energy_per_cycle_cold_J": self.cold_power * self.duty.period,
+            "work_on_load_J": self.delivered,
+            "work_of_load_J": self.absorbed,
+            "losses_J": self.losses,
+            "demands": {f"{limit.name} ({what})": demand for (limit, what), demand in self.demands.items()},
+            "peak_torque_over_continuous": self.peaks,
+            "heat": {
+                what: None
+                if found is None
+                else {
+                    "winding_C": found.winding - 273.15,
+                    "housing_C": found.housing - 273.15,
+                    "permissible_C": found.permissible - 273.15,
+                    "time_to_limit_s": found.time_to_limit,
+                    "verdict": found.verdict,
+                }
+                for what, found in self.heat.items()
+            },
+            "heat_lacks": {what: list(names) for what, names in self.lacking.items() if names},
+            "holding": {
+                "force_N": self.holding.force,
+                "power_W": self.holding.power,
+                "limit": self.holding.limit.name,
+                "parked_W": self.holding.parked,
+                "run_up_J": self.holding.run_up,
+            },
+            "closure": self.closure,
+        }
+
+
+def _named(demand: Demand) -> str:
+    limit, what = demand
+    return limit.words if what in limit.words or what == "load" else f"{what}: {limit.words}"
+
+
+def _times(demand: float) -> str:
+    return f"{demand:.3g} times" if math.isfinite(demand) else "beyond"
+
+
+def duty_cycle(
+    drive: AnyDrive,
+    duty: DutyCycle,
+    *,
+    name: str = "",
+    title: str = "",
+    travel: float | None = None,
+    samples: int | None = None,
+    cylinder_speed: Varying | None = None,
+) -> DutyResult:
+    """Work a drive through a duty cycle until it has settled, by inverse dynamics.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    duty : DutyCycle
+    name, title : str         For reports.
+    travel : float            Way that the load can go, from end to end; no limit if left out. [m]
+    samples : int             Instants of the cycle; as many as the motion needs if left out.
+    cylinder_speed : Varying  Of a cobotic drive at the instants; constant if left out. [rad s^-1] ...
+
+    Returns
+    -------
+    DutyResult   Limits are data. Where the wheel slips powers, energies and heat are nan.
+
+    Raises
+    ------
+    ValueError
+        If the drive lacks a value that motion needs.
+    AuditError
+        If the energy of the cycle does not add up.
+
+    Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
+    """
+    instants = duty.instants(samples)
+    options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
+    mass = duty.load_mass or 0.0
+    cold = drive.follow(instants.course, load_mass=mass, **options)
+    lacking = {what: tuple(heat.missing(motor)) for what, motor in _motors(drive).items()}
+    found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}
+    # Where a winding never settles, or settles too hot, the motor has to be stopped: it is as warm as it may be.
+    warm = {what: min(hot.mean_winding, hot.permissible) for what, hot in found.items() if hot is not None}
+    point = _warmed(drive, warm).follow(instants.course, load_mass=mass, **options)
+    shape = instants.time.shape
+    point = replace(
+        point, power_in=np.broadcast_to(point.power_in, shape), power_out=np.broadcast_to(point.power_out, shape)
+    )
+    demands = {key: float(demand) for key, demand in cycle.demands(point).items()}
+    if travel is not None:
+        demands[Limit.TRAVEL, "load"] = float(np.ptp(instants.position)) / travel
+    return DutyResult(
+        name=name,
+        title=title or name,
+        drive=drive,
+        duty=duty,
+        instants=instants,
+        point=point,
+        cold_power=float(np.mean(cold.power_in)),
+        demands=FrozenDict(demands),
+        heat=FrozenDict(found),
+        lacking=FrozenDict(lacking),
+        closure=cycle.audit(point, duty.title or duty.shape),
+        holding=holding(drive, float(np.max(np.abs(instants.course.driving_force(mass).value)))),
+    )
+
+
+def holding(drive: AnyDrive, force: float) -> Holding:
+    """What a drive takes to stand still under a force.
+
+    Friction is left out, which in truth helps to hold. The locked wheel of a stopped cylinder holds any force below slip
+    without power, and the amplifiers draw their standby power only.
+    """
+    point = drive.operate(speed=0.0, force=force)
+    parked = run_up = None
+    if isinstance(drive, CoboticDrive):
+        parked = drive.amplifier.standby_power
+        if drive.cylinder_inertia is not None:
+            run_up = 0.5 * drive.turning_inertia * drive.cylinder_speed**2
+    return Holding(
+        force=force, power=float(point.power_in), limit=Limit(int(point.limit)), parked=parked, run_up=run_up
+    )
+
+
+def _motors(drive: AnyDrive) -> dict[str, Any]:
+    """Motors by what they are called in demands."""
+    return {
+        "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
+    }
+
+
+def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:
+    prefix, tag = ("steering ", "steering_") if what == "steering motor" else ("", "motor_")
+    current = np.asarray(point.states[f"{tag}current_A"])
+    if np.any(np.isnan(current)):
+        return None
+    friction = point.losses[f"{prefix}motor friction"]
+    return heat.heat(_motors(drive)[what], current, friction, duty.period, duty.ambient)
+
+
+def _warmed(drive: AnyDrive, temperatures: Mapping[str, float]) -> AnyDrive:
+    """The drive with its windings at temperatures."""
+    if "motor" in temperatures:
+        drive = replace(drive, motor=heat.warm(drive.motor, temperatures["motor"]))
+    if "steering motor" in temperatures and isinstance(drive, CoboticDrive) and drive.steering is not None:
+        steering = drive.steering
+        drive = replace(
+            drive, steering=replace(steering, motor=heat.warm(steering.motor, temperatures["steering motor"]))
+        )
+    return drive

@@ -1,0 +1,188 @@
+"""The same motion twice: prescribed (inverse dynamics) and followed by controllers (simulation), and why they differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from infinivar.analysis.cycle import AnyDrive
+from infinivar.analysis.simulate import Simulation, simulate
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.duty import DutyCycle
+from infinivar.drivetrain.profiles import Motion
+from infinivar.drivetrain.scenario import Scenario
+from infinivar.frozen import FrozenDict
+
+LONGEST = 5.0
+"""Period up to which a report simulates a cycle. [s]"""
+
+_LEAD = 1.0
+"""Time before the cycle that is measured in which controllers settle, or a whole cycle if that is shorter. [s]"""
+_NODES = 2000
+"""Points of a cycle between which motion and force are splines."""
+_STEPS = 400
+"""Results over a cycle."""
+
+
+class _Repeated:
+    """One quantity of a duty cycle as a periodic cubic spline, quick at single instants."""
+
+    def __init__(self, period: float, values: np.ndarray, begin: float) -> None:
+        """From a time `begin` [s] of the cycle on."""
+        from scipy.interpolate import CubicSpline
+
+        self.period, self.step, self.begin = period, period / len(values), begin
+        nodes = np.arange(len(values) + 1) * self.step
+        self.pieces = CubicSpline(nodes, np.append(values, values[0]), bc_type="periodic").c.T.tolist()
+
+    def at(self, time: float) -> tuple[float, float, float]:
+        """Value and its first two derivatives."""
+        since = (self.begin + time) % self.period
+        place = min(int(since / self.step), len(self.pieces) - 1)
+        s = since - place * self.step
+        cubic, square, linear, constant = self.pieces[place]
+        return (
+            constant + s * (linear + s * (square + s * cubic)),
+            linear + s * (2.0 * square + 3.0 * s * cubic),
+            2.0 * square + 6.0 * s * cubic,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class RepeatedMotion:
+    """Motion of a duty cycle for a scenario."""
+
+    position: _Repeated
+    shape: str = "duty cycle"
+    breaks: Sequence[float] = ()
+
+    def at(self, time: float) -> Motion:
+        """Position, speed and acceleration at a time [s]."""
+        return Motion(*self.position.at(time))
+
+
+@dataclass(frozen=True, slots=True)
+class RepeatedForce:
+    """Force of a duty cycle from outside, for a scenario."""
+
+    force: _Repeated
+    shape: str = "duty cycle"
+    breaks: Sequence[float] = ()
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        return self.force.at(time)[0]
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        return self.force.at(time)[1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoWays:
+    """Energy of one cycle by inverse dynamics and by simulation, windings at 25 C.
+
+    Attributes
+    ----------
+    prescribed, followed : float             From the supply. [J]
+    lost_prescribed, lost_followed           By name. [J]
+    rms_error : float                        How far the load is from where it is wanted. [m]
+    stays : bool                             Whether the load stands still for a while.
+    speed_ripple : float                     Largest deviation of the cylinder's speed from its own, over that; 0 without. [-]
+    stored : float                           What inertias of drive and load hold more at the end of the cycle simulated. [J]
+    """
+
+    prescribed: float
+    followed: float
+    lost_prescribed: Mapping[str, float]
+    lost_followed: Mapping[str, float]
+    rms_error: float
+    stays: bool
+    speed_ripple: float
+    stored: float
+    simulation: Simulation
+
+    @property
+    def explanation(self) -> str:
+        """Where the difference arises, in words."""
+        total = self.followed - self.prescribed
+        names = {*self.lost_prescribed, *self.lost_followed}
+        moved = {name: self.lost_followed.get(name, 0.0) - self.lost_prescribed.get(name, 0.0) for name in names}
+        largest = sorted(moved, key=lambda name: -abs(moved[name]))[:3]
+        parts = ", ".join(
+            f"{name} {moved[name]:+.2g} J" for name in largest if abs(moved[name]) > 1e-3 * abs(self.followed)
+        )
+        why = [f"the load is {1e3 * self.rms_error:.2g} mm (RMS) from where it is wanted"]
+        if self.speed_ripple:
+            why.append(
+                f"the cylinder's speed, prescribed as constant, swings by {self.speed_ripple:.1%}: its inertia takes and gives "
+                "energy that the inverse model asks of the motor"
+            )
+        if self.stays:
+            why.append(
+                "while it stands still controllers keep correcting, against friction that prescribed rest does not meet"
+            )
+        share = total / self.prescribed if self.prescribed else float("nan")
+        return f"{total:+.2g} J ({share:+.1%}), most of it in {parts or 'nothing large'}; {'; '.join(why)}"
+
+
+def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
+    """Energy of one cycle by both models.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With all values that simulation needs.
+    duty : DutyCycle
+
+    Returns
+    -------
+    TwoWays   Of a cycle simulated after a second or a cycle in which controllers settle.
+
+    Raises
+    ------
+    ValueError
+        If the drive lacks a value that simulation needs.
+    """
+    period, mass = duty.period, duty.load_mass or 0.0
+    nodes = np.arange(_NODES) * (period / _NODES)
+    position, course = duty.at(nodes)
+    push = np.broadcast_to(np.asarray(course.force, dtype=float), nodes.shape)
+    step = period / _STEPS
+    lead = min(_STEPS, math.ceil(_LEAD / step))
+    begin = (_STEPS - lead) * step
+    scenario = Scenario(
+        title=duty.title,
+        duration=(lead + _STEPS) * step,
+        output_step=step,
+        motion=RepeatedMotion(_Repeated(period, position, begin)),
+        force=RepeatedForce(_Repeated(period, push, begin)) if np.any(push) else None,
+        load_mass=mass or None,
+    )
+    run = simulate(drive, scenario)
+    instants = duty.instants()
+    point = drive.follow(instants.course, load_mass=mass)
+    first = min(lead, len(run.trajectory.time) - 1)
+
+    def over(values: Any) -> float:
+        return float(values[-1] - values[first])
+
+    trajectory = run.trajectory
+    position_error = run.position_error[first:]
+    ripple = 0.0
+    if isinstance(drive, CoboticDrive):
+        ripple = float(np.max(np.abs(run.columns["cylinder_speed_rad_s"][first:] / drive.cylinder_speed - 1.0)))
+    return TwoWays(
+        prescribed=float(np.mean(point.power_in)) * period,
+        followed=sum(over(values) for title, values in trajectory.supplied.items() if "supply" in title),
+        lost_prescribed=FrozenDict({name: float(np.mean(loss)) * period for name, loss in point.losses.items()}),
+        lost_followed=FrozenDict({name: over(values) for name, values in trajectory.lost.items()}),
+        rms_error=float(np.sqrt(np.mean(position_error**2))),
+        stays=bool(np.mean(np.asarray(instants.course.speed) == 0.0) > 0.02),
+        speed_ripple=ripple,
+        stored=sum(over(values) for values in trajectory.stored.values()),
+        simulation=run,
+    )

@@ -1,0 +1,313 @@
+"""Duty cycles: what a drive does over and over, by shape, from walking, or from a recording."""
+
+from __future__ import annotations
+
+import functools
+import math
+import tomllib
+from dataclasses import dataclass, field
+from importlib import resources
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from infinivar.drivetrain.course import Course
+from infinivar.drivetrain.profiles import least_jerk
+from infinivar.drivetrain.series import Series
+from infinivar.drivetrain.tables import read_columns
+from infinivar.errors import InputError, require
+from infinivar.quantities import check, component, quantity
+
+DutyShape = Literal["hold", "sinusoid", "reaches", "tremor", "walking", "file"]
+Joint = Literal["ankle", "knee", "hip"]
+
+SAMPLES = 2000
+"""Instants of a cycle at least; more where the motion has more to show."""
+_PER_WAVE = 40
+"""Instants of the shortest wave at least."""
+_MOST_SAMPLES = 200_000
+CUTOFF = 10.0
+"""Of a recording, if none is given. [Hz]"""
+_GAP = 5.0
+"""A step so many times the usual one counts as a gap."""
+_DRIFT = 0.05
+"""Largest share of its range by which a recorded motion may miss its beginning at the end."""
+
+
+class Instants(NamedTuple):
+    """A cycle at the midpoints of equal steps."""
+
+    time: np.ndarray
+    position: np.ndarray
+    course: Course
+
+
+_NOTHING = Series(1.0, np.zeros(1), np.zeros(1))
+
+
+@dataclass(frozen=True, slots=True)
+class _BackAndForth:
+    """Reaches by `way` [m] in `span` [s] and back, with a stay of `pause` [s] after each."""
+
+    way: float
+    span: float
+    pause: float
+
+    @property
+    def half(self) -> float:
+        return self.span + self.pause
+
+    def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
+        """Position and its derivatives, up to the fourth."""
+        time = np.asarray(time, dtype=float)
+        back = time >= self.half
+        since = np.where(back, time - self.half, time)
+        moving = since < self.span
+        along = least_jerk(self.way, self.span, np.where(moving, since, self.span))
+        sign = np.where(back, -1.0, 1.0)
+        position = np.where(back, self.way, 0.0) + sign * along[0]
+        return [position, *(np.where(moving, sign * part, 0.0) for part in along[1 : orders + 1])]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DutyCycle:
+    """A motion of the load that repeats itself, with the force on it from outside.
+
+    - ``hold``: stay for `time` against `force`;
+    - ``sinusoid``: ``distance sin(2 pi frequency t)``;
+    - ``reaches``: by `distance` in `time` with the least jerk, stay for `pause`, back, stay for `pause`;
+    - ``tremor``: the hand's unwanted shaking: waves of equal size in the band from `low_frequency` to `high_frequency`, with an
+      RMS displacement of `distance`;
+    - ``walking``: a joint of the leg at level walking, through a `lever_arm` from joint to drive;
+    - ``file``: a recording in a CSV file with the columns time and position or speed, and force if there is one, each with its
+      unit in the header; smoothed with `cutoff`.
+
+    `force` acts from outside on the load, positive along the motion, all the time, beside what the shape brings.
+
+    Raises
+    ------
+    ValueError
+        If a field is outside its range, or one is missing that the shape needs.
+    InputError
+        If the file cannot be used; the message names the line.
+    """
+
+    title: str = component("Name for reports", default="")
+    shape: DutyShape = component("hold, sinusoid, reaches, tremor, walking or file", default="hold")
+    distance: float | None = quantity(
+        "m", "> 0", "Amplitude, way of a reach, or RMS displacement of tremor", default=None
+    )
+    frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
+    time: float | None = quantity("s", "> 0", "Time of the hold, or of one reach", default=None)
+    pause: float | None = quantity("s", ">= 0", "Stay after each reach", default=None)
+    low_frequency: float | None = quantity("Hz", "> 0", "Lower end of the tremor's band", default=None)
+    high_frequency: float | None = quantity("Hz", "> 0", "Upper end of the tremor's band", default=None)
+    joint: Joint | None = component("Joint that walks: ankle, knee or hip", default=None)
+    body_mass: float | None = quantity("kg", "> 0", "Mass of the person who walks", default=None)
+    stride_time: float | None = quantity("s", "> 0", "Time of a stride, two steps", default=None)
+    lever_arm: float | None = quantity("m", "> 0", "Arm at which the drive acts on the joint", default=None)
+    share: float | None = quantity(
+        "1", "> 0 and <= 1", "Share of the joint's torque that the drive gives", default=None
+    )
+    file: str | None = component(
+        "CSV file with the columns time and position or speed, and force, units in the header", default=None
+    )
+    cutoff: float | None = quantity("Hz", "> 0", "Nothing of a recording above this frequency is kept", default=None)
+    force: float | None = quantity("N", "!= 0", "Constant force on the load from outside", default=None)
+    load_mass: float | None = quantity(
+        "kg",
+        ">= 0",
+        "Mass of the load; the requirement's if left out, none where walking, whose torque has it",
+        default=None,
+    )
+    ambient: float = quantity("K", "> 0", "Temperature around the motors", default=298.15)
+    period: float = field(init=False, repr=False, compare=False, default=math.nan)
+    warnings: tuple[str, ...] = field(init=False, repr=False, compare=False, default=())
+    _motion: Series | _BackAndForth = field(init=False, repr=False, compare=False, default=_NOTHING)
+    _push: Series = field(init=False, repr=False, compare=False, default=_NOTHING)
+    _fastest: float = field(init=False, repr=False, compare=False, default=0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is incomplete, and make the motion ready."""
+        check(self)
+        require(self.shape in _NEEDS, "shape", repr(self.shape), f"one of {', '.join(_NEEDS)}")
+        needs, optional = _NEEDS[self.shape]
+        for name in needs:
+            if getattr(self, name) is None:
+                raise ValueError(f"{name} is missing: shape = {self.shape!r} needs it")
+        special = {name for group in _NEEDS.values() for names in group for name in names}
+        for name in sorted(special - {*needs, *optional}):
+            if getattr(self, name) is not None:
+                raise ValueError(f"{name} means nothing with shape = {self.shape!r}; leave it out")
+        made = _MAKERS[self.shape](self)
+        for name, value in made._asdict().items():
+            object.__setattr__(self, name if name in ("period", "warnings") else f"_{name}", value)
+
+    def samples(self, least: int = SAMPLES, per_wave: int = _PER_WAVE) -> int:
+        """Instants of a cycle: a multiple of 4, so that none lies on a reversal of a symmetric motion."""
+        wanted = max(least, int(per_wave * self._fastest * self.period))
+        return 4 * -(-min(wanted, _MOST_SAMPLES) // 4)
+
+    def at(self, time: Any) -> tuple[Any, Course]:
+        """Position [m] and course of the load at times from 0 to `period`. [s]"""
+        position, speed, acceleration, jerk, snap = self._motion.derivatives(time, 4)
+        force, rate, curvature = self._push.derivatives(time, 2)
+        return position, Course(
+            speed=speed,
+            acceleration=acceleration,
+            jerk=jerk,
+            snap=snap,
+            force=force + (self.force or 0.0),
+            force_rate=rate,
+            force_curvature=curvature,
+        )
+
+    def instants(self, samples: int | None = None) -> Instants:
+        """One cycle at the midpoints of equal steps; `samples` of them, or as many as it needs."""
+        count = samples or self.samples()
+        time = (np.arange(count) + 0.5) * (self.period / count)
+        return Instants(time, *self.at(time))
+
+
+class _Made(NamedTuple):
+    """What a shape comes to."""
+
+    period: float
+    motion: Series | _BackAndForth = _NOTHING
+    push: Series = _NOTHING
+    fastest: float = 0.0
+    """Frequency of its shortest wave. [Hz]"""
+    warnings: tuple[str, ...] = ()
+
+
+def _given(value: float | None) -> float:
+    assert value is not None
+    return value
+
+
+def _hold(duty: DutyCycle) -> _Made:
+    return _Made(_given(duty.time))
+
+
+def _sinusoid(duty: DutyCycle) -> _Made:
+    frequency, size = _given(duty.frequency), _given(duty.distance)
+    series = Series(1.0 / frequency, np.array([0.0, 0.0]), np.array([0.0, size]))
+    return _Made(1.0 / frequency, series, fastest=frequency)
+
+
+def _reaches(duty: DutyCycle) -> _Made:
+    motion = _BackAndForth(_given(duty.distance), _given(duty.time), duty.pause or 0.0)
+    return _Made(2.0 * motion.half, motion, fastest=1.0 / motion.span)
+
+
+def _tremor(duty: DutyCycle) -> _Made:
+    low, high = _given(duty.low_frequency), _given(duty.high_frequency)
+    require(low < high, "low_frequency", low, f"< high_frequency = {high:g}", "Hz")
+    spacing = (high - low) / 16.0
+    first, last = max(1, round(low / spacing)), round(high / spacing)
+    count = last - first + 1
+    order = np.arange(count)
+    # These phases keep the peaks of many equal waves low. Source: schroeder1970, for a flat spectrum.
+    phase = -np.pi * order * (order - 1) / count
+    size = _given(duty.distance) * math.sqrt(2.0 / count)
+    cosine, sine = np.zeros(last + 1), np.zeros(last + 1)
+    cosine[first:], sine[first:] = size * np.cos(phase), -size * np.sin(phase)
+    series = Series(1.0 / spacing, cosine, sine)
+    return _Made(1.0 / spacing, series, fastest=last * spacing)
+
+
+@functools.cache
+def _strides() -> dict[str, Any]:
+    return tomllib.loads((resources.files("infinivar.drivetrain") / "data" / "walking.toml").read_text("utf-8"))
+
+
+def _walking(duty: DutyCycle) -> _Made:
+    arm, stride = _given(duty.lever_arm), _given(duty.stride_time)
+    table = _strides()[str(duty.joint)]
+    speed = Series(stride, np.array(table["speed"]["cosine"]), np.array(table["speed"]["sine"])).scaled(arm)
+    torque = Series(stride, np.array(table["torque"]["cosine"]), np.array(table["torque"]["sine"]))
+    # What the drive gives to the joint is what the joint's load takes from the drive.
+    push = torque.scaled(-_given(duty.body_mass) * (duty.share or 1.0) / arm)
+    fastest = (len(speed.cosine) - 1) / stride
+    return _Made(stride, speed.integral(), push, fastest)
+
+
+def _file(duty: DutyCycle) -> _Made:
+    file, cutoff = str(duty.file), duty.cutoff or CUTOFF
+    wanted = (("time", "s"), ("position", "m"), ("speed", "m/s"), ("force", "N"))
+    columns, lines = read_columns(file, wanted, ("time",))
+    if ("position" in columns) == ("speed" in columns):
+        raise InputError(
+            f"{file}: line 1 must name the columns time and position, or time and speed, not both nor neither"
+        )
+    time = np.array(columns["time"]) - columns["time"][0]
+    if len(time) < 8:
+        raise InputError(f"{file}: must have at least 8 lines of numbers, got {len(time)}")
+    period, step = float(time[-1]), float(np.median(np.diff(time)))
+    require(cutoff * period >= 1.0, "cutoff", cutoff, f">= {1.0 / period:.3g}, one wave in the recording,", "Hz")
+    warnings = [
+        f"{file}: line {lines[place + 1]}: {time[place + 1] - time[place]:.3g} s without data, {width:.3g} times the usual step; "
+        "bridged by a straight line"
+        for place, width in enumerate(np.diff(time) / step)
+        if width > _GAP
+    ]
+    if 2.0 * step * cutoff > 1.0:
+        warnings.append(
+            f"{file}: a step of {step:.3g} s shows nothing above {0.5 / step:.3g} Hz; cutoff is {cutoff:.3g} Hz"
+        )
+    count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
+    even = np.arange(count) * (period / count)
+
+    def resampled(name: str) -> np.ndarray:
+        return np.interp(even, time, _closed(file, name, np.array(columns[name]), time / period, warnings))
+
+    if "position" in columns:
+        position = Series.through(period, resampled("position"), cutoff)
+    else:
+        position = Series.through(period, resampled("speed"), cutoff).integral()
+    push = Series.through(period, resampled("force"), cutoff) if "force" in columns else _NOTHING
+    return _Made(period, position, push, cutoff, tuple(warnings))
+
+
+def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str]) -> np.ndarray:
+    """Values of a recording made periodic: a motion ends where it begins, and a speed has no mean.
+
+    Raises
+    ------
+    InputError
+        If too much is missing for that.
+    """
+    span = float(np.ptp(values)) or 1.0
+    if name == "speed":
+        drift = float(np.trapezoid(values, share))
+        said = f"a mean speed of {drift:.3g} m/s"
+    else:
+        drift = float(values[-1] - values[0])
+        said = f"{name} ends {drift:.3g} {'N' if name == 'force' else 'm'} from where it begins"
+    if name != "force" and abs(drift) > _DRIFT * span:
+        raise InputError(
+            f"{file}: must be one cycle that ends where it begins, but has {said}: {abs(drift) / span:.0%} of its range"
+        )
+    if abs(drift) > 1e-3 * span:
+        warnings.append(f"{file}: {said}, {abs(drift) / span:.1%} of its range; taken out evenly over the cycle")
+    return values - (drift if name == "speed" else drift * share)
+
+
+_NEEDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "hold": (("time",), ()),
+    "sinusoid": (("distance", "frequency"), ()),
+    "reaches": (("distance", "time"), ("pause",)),
+    "tremor": (("distance", "low_frequency", "high_frequency"), ()),
+    "walking": (("joint", "body_mass", "stride_time", "lever_arm"), ("share",)),
+    "file": (("file",), ("cutoff",)),
+}
+"""Fields that a shape needs, and those that it may have."""
+
+_MAKERS = {
+    "hold": _hold,
+    "sinusoid": _sinusoid,
+    "reaches": _reaches,
+    "tremor": _tremor,
+    "walking": _walking,
+    "file": _file,
+}

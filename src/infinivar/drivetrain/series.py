@@ -1,0 +1,64 @@
+"""Periodic quantities as Fourier series: derivatives without differences, and smoothing with a stated cut-off."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """``sum over k of cosine[k] cos(2 pi k t/period) + sine[k] sin(2 pi k t/period)``, k from 0. Any unit, [s]."""
+
+    period: float
+    cosine: np.ndarray
+    sine: np.ndarray
+
+    @classmethod
+    def through(cls, period: float, values: np.ndarray, cutoff: float) -> Series:
+        """Series through values at equal steps from time 0, without what is above a frequency.
+
+        Harmonics up to half of `cutoff` [Hz] pass unchanged, those from `cutoff` on are left out, and in between a raised
+        cosine leads from one to the other, which rings less than an edge.
+        """
+        count = len(values)
+        spectrum = np.fft.rfft(values) / count
+        most = min(int(cutoff * period), (count - 1) // 2)
+        spectrum = spectrum[: most + 1].copy()
+        spectrum[1:] *= 2.0
+        share = np.clip(2.0 * np.arange(most + 1) / (period * cutoff) - 1.0, 0.0, 1.0)
+        spectrum *= 0.5 * (1.0 + np.cos(np.pi * share))
+        return cls(period, spectrum.real, -spectrum.imag)
+
+    def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
+        """The quantity and its derivatives by time up to an order, at times [s]."""
+        time = np.asarray(time, dtype=float)
+        turns = 2.0 * np.pi * np.arange(len(self.cosine)) / self.period
+        amplitudes = np.asarray(self.cosine) - 1j * np.asarray(self.sine)
+        count = time.size
+        first = 0.5 * self.period / max(count, 1)
+        if (
+            time.ndim == 1
+            and count > 2 * len(turns)
+            and np.allclose(time, first * (2 * np.arange(count) + 1), rtol=1e-12)
+        ):
+            # Midpoints of a whole cycle: by fast Fourier transform, as harmonics times instants can be many.
+            shifted = 0.5 * count * amplitudes * np.exp(1j * turns * first)
+            shifted[0] *= 2.0
+            return [np.fft.irfft(shifted * (1j * turns) ** order, count) for order in range(orders + 1)]
+        waves = np.exp(1j * np.multiply.outer(time, turns))
+        return [np.real(waves @ (amplitudes * (1j * turns) ** order)) for order in range(orders + 1)]
+
+    def integral(self) -> Series:
+        """The series whose derivative this is but for its mean, starting at 0."""
+        turns = 2.0 * np.pi * np.arange(len(self.cosine)) / self.period
+        turns[0] = np.inf
+        cosine, sine = -np.asarray(self.sine) / turns, np.asarray(self.cosine) / turns
+        cosine[0] = -np.sum(cosine[1:])
+        return Series(self.period, cosine, sine)
+
+    def scaled(self, factor: float) -> Series:
+        """The series times a factor."""
+        return Series(self.period, factor * np.asarray(self.cosine), factor * np.asarray(self.sine))

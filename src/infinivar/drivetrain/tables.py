@@ -1,0 +1,121 @@
+"""Columns of numbers from CSV files, with units in the header."""
+
+from __future__ import annotations
+
+import csv
+import functools
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from infinivar import units
+from infinivar.errors import InputError
+
+_MOST_ROWS = 1_000_000
+_HEADING = re.compile(r"(.*?)\s*(?:[\[(](.*?)[\])])?\s*")
+
+
+def read_columns(
+    file: str, wanted: tuple[tuple[str, str], ...], required: tuple[str, ...], *, units_needed: bool = True
+) -> tuple[Mapping[str, list[float]], list[int]]:
+    """Columns of a CSV file whose times increase.
+
+    Parameters
+    ----------
+    file : str            Path of the file: a header, then rows of numbers; empty lines are passed over.
+    wanted : tuple        Names of columns with their SI units, "time" among them; other columns are passed over.
+    required : tuple      Those of them that the file must have, "time" first.
+    units_needed : bool   Whether each heading must say its unit, as in "position [mm]"; else SI is meant without.
+
+    Returns
+    -------
+    columns : mapping     Values in SI by name.
+    lines : list of int   Line of the file that each row stands in.
+
+    Raises
+    ------
+    InputError
+        Naming file, line and what would be right.
+    """
+    path = Path(file)
+    try:
+        found = path.stat()
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
+    return _read(path, (found.st_mtime_ns, found.st_size), wanted, required, units_needed)
+
+
+@functools.lru_cache(maxsize=16)
+def _read(
+    path: Path,
+    version: tuple[int, int],
+    wanted: tuple[tuple[str, str], ...],
+    required: tuple[str, ...],
+    units_needed: bool,
+) -> tuple[Mapping[str, list[float]], list[int]]:
+    """The columns of a file as it was at its time and size: a study asks for them several times."""
+    values: dict[str, list[float]] = {}
+    numbers: list[int] = []
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as text:
+            rows = csv.reader(text)
+            places = _places(path, next(rows, []), dict(wanted), required, units_needed)
+            values = {name: [] for name in places}
+            for row in rows:
+                if not any(cell.strip() for cell in row):
+                    continue
+                line = rows.line_num
+                for name, (place, factor) in places.items():
+                    values[name].append(_number(path, line, row, place, name) * factor)
+                times = values["time"]
+                if len(times) > 1 and not times[-1] > times[-2]:
+                    raise InputError(f"{path}: line {line} must have a later time than the line before")
+                numbers.append(line)
+                if len(times) > _MOST_ROWS:
+                    raise InputError(f"{path}: has more than {_MOST_ROWS} lines")
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
+    except (UnicodeDecodeError, csv.Error) as problem:
+        raise InputError(f"{path}: is not a CSV file in UTF-8") from problem
+    if len(numbers) < 2:
+        raise InputError(f"{path}: must have at least two lines of numbers below its header")
+    return values, numbers
+
+
+def _places(
+    path: Path, header: list[str], wanted: Mapping[str, str], required: tuple[str, ...], units_needed: bool
+) -> dict[str, tuple[int, float]]:
+    """Place and factor to SI of each wanted column that the header has."""
+    found: dict[str, tuple[int, float]] = {}
+    for place, heading in enumerate(header):
+        match = _HEADING.fullmatch(heading.strip())
+        name, unit = (match[1].lower(), match[2]) if match else (heading, None)
+        if name not in wanted:
+            continue
+        if name in found:
+            raise InputError(f"{path}: line 1 has the column {name} twice")
+        if unit is None and units_needed:
+            example = f"{name} [{units.EXAMPLES[wanted[name]].split(' ', 1)[1]}]"
+            raise InputError(f"{path}: line 1 must say the unit of {name}, such as {example!r}")
+        try:
+            factor = 1.0 if unit is None else units.parse(f"1 {unit}", wanted[name])
+        except InputError as problem:
+            raise InputError(f"{path}: line 1, column {name}: {problem}") from problem
+        found[name] = place, factor
+    if not found.keys() >= set(required):
+        got = ", ".join(heading.strip().lower() for heading in header)
+        raise InputError(f"{path}: line 1 must name the columns {' and '.join(required)}, got {got}")
+    return found
+
+
+def _number(path: Path, line: int, row: list[str], place: int, name: str) -> float:
+    """The finite number in one cell."""
+    cell = row[place].strip() if place < len(row) else ""
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError(f"{path}: line {line} must have a number as {name}, got {cell[:60]!r}")
+    return value

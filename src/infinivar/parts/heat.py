@@ -1,0 +1,265 @@
+r"""Heat in a motor: winding and housing as two thermal masses, from the data sheet.
+
+.. math::
+    C_w \dot T_w &= I^2 R (1 + \alpha (T_w - T_0)) - (T_w - T_h)/R_{wh} \\
+    C_h \dot T_h &= P_f + (T_w - T_h)/R_{wh} - (T_h - T_a)/R_{ha}
+
+with ``C_w = tau_w/R_wh`` and ``C_h = tau_h/R_ha``. Copper resists more when it is warm; the motor's friction ``P_f``, which the
+no-load current stands for, warms the housing. For given mean squares of current the equations are linear, so that steps of
+time are exact, and whole cycles follow from powers of one matrix.
+
+Source: maxon2020 (thermal resistances, time constants, coefficient of copper).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infinivar.parts.motor import Motor
+
+COPPER = 0.0039
+"""Relative rise of the resistance of copper, from its value at 25 C. [1/K]"""
+REFERENCE = 298.15
+"""Temperature for which data sheets give the resistance. [K]"""
+NEEDED = (
+    "winding_to_housing",
+    "housing_to_ambient",
+    "winding_time_constant",
+    "housing_time_constant",
+    "max_winding_temperature",
+)
+"""Fields of a motor that the model needs."""
+
+_STEPS_PER_TIME_CONSTANT = 50
+_LEAST_STEPS, _MOST_STEPS = 8, 4000
+_NEVER = 60
+"""Doublings of a cycle after which what has not happened never does: 1e18 cycles."""
+_MARGIN = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Heat:
+    """What a motor's temperatures come to when a cycle is repeated.
+
+    Attributes
+    ----------
+    winding, housing : float      Highest temperatures once the motor has settled; inf where it never settles. [K]
+    mean_winding : float          Mean temperature of the winding then. [K]
+    permissible : float           Of the winding. [K]
+    time_to_limit : float         From a start at ambient until the winding passes it; inf if it never does. [s]
+    ambient : float               [K]
+    time, winding_history, housing_history : (n,) float   Temperatures at the ends of cycles from a cold start. [s], [K]
+    """
+
+    winding: float
+    housing: float
+    mean_winding: float
+    permissible: float
+    time_to_limit: float
+    ambient: float
+    time: np.ndarray
+    winding_history: np.ndarray
+    housing_history: np.ndarray
+
+    @property
+    def bears(self) -> bool:
+        """Whether the winding stays within what is permissible."""
+        return self.time_to_limit == math.inf
+
+    @property
+    def verdict(self) -> str:
+        """One clause for people."""
+        limit = f"{_celsius(self.permissible)} C"
+        if self.bears:
+            return f"winding settles at {_celsius(self.winding)} C of {limit}"
+        after = f"after {_duration(self.time_to_limit)}"
+        if self.winding == math.inf:
+            return f"winding passes {limit} {after} and never settles"
+        return f"winding reaches {_celsius(self.winding)} C of {limit}, which it passes {after}"
+
+
+def missing(motor: Motor) -> list[str]:
+    """Fields that the model needs and the motor lacks."""
+    return [name for name in NEEDED if getattr(motor, name) is None]
+
+
+def warm(motor: Motor, temperature: float) -> Motor:
+    """The motor with its winding at a temperature [K]: only the resistance changes.
+
+    Source: maxon2020.
+    """
+    return replace(motor, resistance=motor.resistance * (1.0 + COPPER * (temperature - REFERENCE)))
+
+
+def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float) -> tuple[np.ndarray, np.ndarray]:
+    """Matrix A and vector b of ``d(T_w, T_h)/dt = A (T_w, T_h) + b``.
+
+    Parameters
+    ----------
+    motor : Motor                     With all of `NEEDED`.
+    square_current : (n,) float       Mean square of the current. [A^2]
+    friction_power : (n,) float       What friction turns into heat. [W]
+    ambient : float                   [K]
+
+    Returns
+    -------
+    A, b : (n, 2, 2), (n, 2) float    [s^-1], [K s^-1]
+
+    Source: maxon2020; see the module.
+    """
+    inner, outer = motor.winding_to_housing, motor.housing_to_ambient
+    assert inner is not None
+    assert outer is not None
+    winding, housing = (
+        (motor.winding_time_constant or math.nan) / inner,
+        (motor.housing_time_constant or math.nan) / outer,
+    )
+    joule = motor.resistance * np.atleast_1d(np.asarray(square_current, dtype=float))
+    friction = np.atleast_1d(np.asarray(friction_power, dtype=float))
+    matrix = np.empty((joule.size, 2, 2))
+    matrix[:, 0, 0] = (joule * COPPER - 1.0 / inner) / winding
+    matrix[:, 0, 1] = 1.0 / (inner * winding)
+    matrix[:, 1, 0] = 1.0 / (inner * housing)
+    matrix[:, 1, 1] = -(1.0 / inner + 1.0 / outer) / housing
+    vector = np.stack([joule * (1.0 - COPPER * REFERENCE) / winding, (friction + ambient / outer) / housing], axis=-1)
+    return matrix, vector
+
+
+def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float = REFERENCE) -> Heat:
+    """Temperatures of a motor that repeats a cycle.
+
+    Parameters
+    ----------
+    motor : Motor                            With all of `NEEDED`.
+    current, friction_power : (n,) float     At the midpoints of equal steps of the cycle; one value where constant. [A], [W]
+    period : float                           Of the cycle. [s]
+    ambient : float                          Around the motor. [K]
+
+    Returns
+    -------
+    Heat   A start above the permissible temperature passes it at once.
+
+    Raises
+    ------
+    ValueError
+        If the motor lacks a value that the model needs.
+
+    Source: maxon2020; see the module.
+    """
+    lacking = missing(motor)
+    if lacking:
+        raise ValueError(f"{lacking[0]} is missing: the thermal model needs it")
+    steps = _step_maps(motor, current, friction_power, period, ambient)
+    cycle = steps[0]
+    for step in steps[1:]:
+        cycle = step @ cycle
+    limit = float(motor.max_winding_temperature or math.nan)
+    start = np.array([ambient, ambient, 1.0])
+    settled = _settled(cycle)
+    along = _along(steps, settled) if settled is not None else np.full((1, 3), math.inf)
+    time, history = _history(cycle, start, period, motor)
+    return Heat(
+        winding=float(along[:, 0].max()),
+        housing=float(along[:, 1].max()),
+        mean_winding=float(along[:, 0].mean()),
+        permissible=limit,
+        time_to_limit=_passes(steps, cycle, start, limit, period),
+        ambient=ambient,
+        time=time,
+        winding_history=history[:, 0],
+        housing_history=history[:, 1],
+    )
+
+
+def _step_maps(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float) -> np.ndarray:
+    """Maps of (T_w, T_h, 1) over the steps of a cycle, exact for powers constant in each. (k, 3, 3)"""
+    from scipy.linalg import expm
+
+    square = np.atleast_1d(np.asarray(current, dtype=float)) ** 2
+    friction = np.broadcast_to(np.asarray(friction_power, dtype=float), square.shape)
+    wanted = _STEPS_PER_TIME_CONSTANT * period / (motor.winding_time_constant or math.nan)
+    count = min(int(np.clip(math.ceil(wanted), _LEAST_STEPS, _MOST_STEPS)), square.size)
+    edges = np.linspace(0, square.size, count + 1).astype(int)
+    width = np.diff(edges)
+    square, friction = (np.add.reduceat(values, edges[:-1]) / width for values in (square, friction))
+    matrix, vector = rates(motor, square, friction, ambient)
+    generator = np.zeros((count, 3, 3))
+    generator[:, :2, :2], generator[:, :2, 2] = matrix, vector
+    return np.asarray(expm(generator * (period * width / edges[-1])[:, None, None]))
+
+
+def _settled(cycle: np.ndarray) -> np.ndarray | None:
+    """State that a cycle leads back to; None where each cycle makes the motor warmer."""
+    if np.max(np.abs(np.linalg.eigvals(cycle[:2, :2]))) >= 1.0:
+        return None
+    rest = np.linalg.solve(np.eye(2) - cycle[:2, :2], cycle[:2, 2])
+    return np.append(rest, 1.0)
+
+
+def _along(steps: np.ndarray, state: np.ndarray) -> np.ndarray:
+    """States at the end of each step of a cycle."""
+    found = []
+    for step in steps:
+        state = step @ state
+        found.append(state)
+    return np.array(found)
+
+
+def _passes(steps: np.ndarray, cycle: np.ndarray, state: np.ndarray, limit: float, period: float) -> float:
+    """Time after which the winding passes the limit, inf if it never does.
+
+    From a cold start every cycle begins warmer than the one before, so that the first one to pass the limit is found by
+    halving over doubled cycles.
+    """
+    limit = limit * (1.0 + _MARGIN)
+
+    def passes(state: np.ndarray) -> bool:
+        return bool(state[0] > limit or _along(steps, state)[:, 0].max() > limit)
+
+    if passes(state):
+        first = 0
+    else:
+        doubled = [cycle]
+        while not passes(doubled[-1] @ state):
+            if len(doubled) == _NEVER or np.allclose(doubled[-1], doubled[-1] @ doubled[-1], rtol=1e-12, atol=0.0):
+                return math.inf
+            doubled.append(doubled[-1] @ doubled[-1])
+        first = 0
+        for power in range(len(doubled) - 2, -1, -1):
+            further = doubled[power] @ state
+            if not passes(further):
+                state, first = further, first + 2**power
+        state, first = cycle @ state, first + 1
+    if state[0] > limit:
+        return first * period
+    winding = np.concatenate([[state[0]], _along(steps, state)[:, 0]])
+    place = int(np.argmax(winding > limit))
+    part = (limit - winding[place - 1]) / (winding[place] - winding[place - 1])
+    return (first + (place - 1 + float(part)) / len(steps)) * period
+
+
+def _history(cycle: np.ndarray, state: np.ndarray, period: float, motor: Motor) -> tuple[np.ndarray, np.ndarray]:
+    """Temperatures from a cold start over six of the slower time constants, or over ten cycles if these are longer."""
+    span = 6.0 * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
+    cycles = max(1, round(span / period / 200))
+    count = 200 if cycles > 1 else max(10, round(span / period))
+    stride = np.linalg.matrix_power(cycle, cycles)
+    found = [state]
+    for _ in range(count):
+        state = stride @ state
+        found.append(state)
+    return np.arange(count + 1) * (cycles * period), np.array(found)[:, :2]
+
+
+def _celsius(temperature: float) -> str:
+    return f"{temperature - 273.15:.0f}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

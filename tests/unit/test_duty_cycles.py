@@ -1,0 +1,342 @@
+"""Duty cycles: motions, recordings, energy and verdicts of drives that repeat them, and what the cylinder's speed is worth."""
+
+import math
+import pickle
+import re
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import infinivar as iv
+from infinivar import Limit
+from infinivar.analysis.duty_cycle import duty_cycle, holding
+from infinivar.analysis.forward import two_ways
+from infinivar.analysis.ratio_policy import policies
+from infinivar.drivetrain.duty import DutyCycle
+from infinivar.study.load import shipped_study
+
+STUDY = shipped_study("faulring2006")
+COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
+KNEE = {"shape": "walking", "joint": "knee", "body_mass": 75.0, "stride_time": 1.1, "lever_arm": 0.05}
+SHAPES = {
+    "hold": {"shape": "hold", "time": 2.0, "force": -30.0},
+    "sinusoid": {"shape": "sinusoid", "distance": 0.03, "frequency": 2.0},
+    "reaches": {"shape": "reaches", "distance": 0.1, "time": 0.4, "pause": 0.3, "force": -10.0},
+    "tremor": {"shape": "tremor", "distance": 5e-4, "low_frequency": 8.0, "high_frequency": 12.0},
+    "walking": {**KNEE, "share": 0.05},
+}
+
+
+def duty(shape, **changed):
+    return DutyCycle(**{"load_mass": 0.8 if shape != "walking" else 0.0, **SHAPES[shape], **changed})
+
+
+def record(tmp_path, text):
+    path = tmp_path / "recorded.csv"
+    path.write_text(text, "utf-8")
+    return str(path)
+
+
+def wave(count=201, frequency=1.0, heading="time [s],position [mm],force [N]", size=50.0):
+    time = np.linspace(0, 1 / frequency, count)
+    rows = [
+        f"{t:.9f},{size * math.sin(2 * math.pi * frequency * t):.9f},{-5 + math.cos(2 * math.pi * t):.9f}" for t in time
+    ]
+    return "\n".join([heading, *rows]) + "\n"
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_derivatives_follow_from_one_another(shape):
+    """Position to snap, and force to its curvature, by differences away from the ends of reaches, where jerk jumps."""
+    made = duty(shape)
+    time = np.linspace(0.0, made.period, 60001)[1:-1]
+    position, course = made.at(time)
+    chain = [position, course.speed, course.acceleration, course.jerk, course.snap]
+    push = [course.force, course.force_rate, course.force_curvature]
+    inside = np.ones(time.size - 2, dtype=bool)
+    if shape == "reaches":
+        for edge in (0.4, 0.7, 1.1):
+            inside &= np.abs(time[1:-1] - edge) > 1e-3
+    for values in (chain, push):
+        for lower, higher in pairwise(values):
+            lower, higher = np.broadcast_to(lower, time.shape), np.broadcast_to(higher, time.shape)
+            slope = (lower[2:] - lower[:-2]) / (time[2:] - time[:-2])
+            scale = np.max(np.abs(higher)) + 1e-300
+            assert_allclose(slope[inside], higher[1:-1][inside], atol=1e-5 * scale)
+
+
+@pytest.mark.parametrize("shape", ["sinusoid", "tremor", "walking"])
+def test_whole_cycle_and_single_instants_agree(shape):
+    """By fast Fourier transform, and wave by wave."""
+    made = duty(shape)
+    whole = made.instants()
+    position, course = made.at(whole.time[3:40])
+    assert_allclose(whole.position[3:40], position, atol=1e-12)
+    assert_allclose(whole.course.snap[3:40], course.snap, rtol=1e-9, atol=1e-9 * np.max(np.abs(course.snap)))
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_cycles_can_be_sent_to_other_processes(shape):
+    made = duty(shape)
+    assert pickle.loads(pickle.dumps(made)).instants().course.speed == pytest.approx(made.instants().course.speed)
+
+
+def test_tremor_has_its_size_in_its_band():
+    whole = duty("tremor").instants()
+    assert np.sqrt(np.mean(whole.position**2)) == pytest.approx(5e-4, rel=1e-9)
+    spectrum = np.abs(np.fft.rfft(whole.position))
+    frequency = np.arange(len(spectrum)) / duty("tremor").period
+    outside = (frequency < 7.99) | (frequency > 12.01)
+    assert np.max(spectrum[outside]) < 1e-9 * np.max(spectrum)
+    # Schroeder's phases: a crest below that of a single wave times 1.5.
+    assert np.max(np.abs(whole.position)) < 1.5 * math.sqrt(2) * 5e-4
+
+
+def test_walking_has_the_published_extremes():
+    """Knee of 75 kg: torque from -31 to 34 N m, speed from -5.5 to 6.4 rad/s, and 10 W taken from the walker on average.
+
+    Source: the fitted means in drivetrain/data/walking.toml (grimmer2014), computed from the series by hand.
+    """
+    whole = DutyCycle(**KNEE).instants()
+    speed, torque = whole.course.speed / 0.05, -whole.course.force * 0.05
+    assert (torque.min(), torque.max()) == pytest.approx((-31.07, 34.14), rel=2e-3)
+    assert (speed.min(), speed.max()) == pytest.approx((-5.546, 6.432), rel=2e-3)
+    assert np.mean(torque * speed) == pytest.approx(-10.27, rel=2e-3)
+
+
+@pytest.mark.parametrize("joint", ["ankle", "knee", "hip"])
+def test_strides_end_where_they_begin(joint):
+    made = DutyCycle(**{**KNEE, "joint": joint})
+    ends, _ = made.at(np.array([0.0, made.period]))
+    assert ends[1] == pytest.approx(ends[0], abs=1e-12)
+
+
+def test_recording_of_a_sinusoid_is_the_sinusoid(tmp_path):
+    """Within the pass band: position, acceleration and snap as of the closed form, to what 201 rows carry."""
+    made = DutyCycle(shape="file", file=record(tmp_path, wave()), load_mass=0.8, cutoff=10.0)
+    assert made.warnings == ()
+    assert made.period == pytest.approx(1.0)
+    whole = made.instants()
+    turn = 2 * math.pi
+    phase = turn * whole.time
+    assert_allclose(whole.position, 0.05 * np.sin(phase), atol=2e-5)
+    assert_allclose(whole.course.acceleration, -0.05 * turn**2 * np.sin(phase), atol=2e-3)
+    assert_allclose(whole.course.snap, 0.05 * turn**4 * np.sin(phase), rtol=0, atol=0.3)
+    assert_allclose(whole.course.force, -5 + np.cos(phase), atol=1e-3)
+
+
+def test_speed_instead_of_position(tmp_path):
+    rows = [f"{t},{100 * math.cos(2 * math.pi * t / 500)}" for t in range(0, 501, 2)]
+    text = "\n".join(["time (ms),speed (mm/s)", *rows])
+    whole = DutyCycle(shape="file", file=record(tmp_path, text)).instants()
+    turn = 2 * math.pi / 0.5
+    assert_allclose(whole.course.speed, 0.1 * np.cos(turn * whole.time), atol=1e-4)
+    assert_allclose(np.ptp(whole.position), 0.2 / turn, rtol=1e-3)
+
+
+def test_cutoff_takes_noise_away(tmp_path):
+    random = np.random.default_rng(1)
+    time = np.linspace(0, 2, 401)
+    noisy = 50 * np.sin(math.pi * time) + random.normal(0, 0.2, time.size) * (time * (2 - time))
+    text = "time [s],position [mm]\n" + "\n".join(f"{t},{p}" for t, p in zip(time, noisy, strict=True))
+    file = record(tmp_path, text)
+    smooth = DutyCycle(shape="file", file=file, cutoff=3.0).instants()
+    rough = DutyCycle(shape="file", file=file, cutoff=30.0).instants()
+    true = -0.05 * math.pi**2 * np.sin(math.pi * smooth.time)
+    error = np.sqrt(np.mean((smooth.course.acceleration - true) ** 2))
+    assert error < 0.05
+    there = np.interp(rough.time, smooth.time, true)
+    assert np.sqrt(np.mean((rough.course.acceleration - there) ** 2)) > 20 * error
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (wave(heading="time [s],position,force [N]"), "line 1 must say the unit of position, such as 'position [mm]'"),
+        (wave(heading="time,position [mm],force [N]"), "line 1 must say the unit of time, such as 'time [s]'"),
+        (
+            wave(heading="time [s],position [kg],force [N]"),
+            "line 1, column position: has the unit 'kg' where m is needed",
+        ),
+        (
+            wave(heading="time [s],place [mm],force [N]"),
+            "line 1 must name the columns time and position, or time and speed",
+        ),
+        (wave().replace("0.005000000,", "nan,"), "line 3 must have a number as time, got 'nan'"),
+        (
+            re.sub(r"(?m)^0\.020000000,[^,]*", "0.020000000,nan", wave()),
+            "line 6 must have a number as position, got 'nan'",
+        ),
+        (wave().replace("0.030000000,", "0.003000000,"), "line 8 must have a later time than the line before"),
+        ("time [s],position [mm]\n0,0\n1,1\n2,0\n", "must have at least 8 lines of numbers, got 3"),
+        (
+            "time [s],position [m]\n" + "\n".join(f"{k},{0.1 * k}" for k in range(20)),
+            "must be one cycle that ends where it begins, but has position ends 1.9 m from where it begins: 100% of its range",
+        ),
+        (
+            "time [s],speed [m/s]\n" + "\n".join(f"{k},{1 + (k % 2)}" for k in range(20)),
+            "must be one cycle that ends where it begins, but has a mean speed of 1.5 m/s",
+        ),
+    ],
+)
+def test_mistakes_in_recordings_are_named(tmp_path, text, said):
+    with pytest.raises(iv.InputError, match=re.escape(said)):
+        DutyCycle(shape="file", file=record(tmp_path, text), cutoff=2.0)
+
+
+def test_gaps_and_drift_are_reported(tmp_path):
+    lines = wave().splitlines()
+    gap = "\n".join([*lines[:50], *lines[70:]])
+    (warning,) = DutyCycle(shape="file", file=record(tmp_path, gap)).warnings
+    assert "line 51: 0.105 s without data, 21 times the usual step; bridged by a straight line" in warning
+    drifting = [f"{t:.3f},{50 * math.sin(2 * math.pi * t) + 2 * t:.6f}" for t in np.linspace(0, 1, 201)]
+    (warning,) = DutyCycle(
+        shape="file", file=record(tmp_path, "\n".join(["time [s],position [mm]", *drifting]))
+    ).warnings
+    assert "position ends 0.002 m from where it begins, 2.0% of its range; taken out evenly" in warning
+    sparse = wave(count=11)
+    (warning,) = DutyCycle(shape="file", file=record(tmp_path, sparse)).warnings
+    assert "a step of 0.1 s shows nothing above 5 Hz; cutoff is 10 Hz" in warning
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"shape": "sinusoid", "distance": 0.1}, "frequency is missing: shape = 'sinusoid' needs it"),
+        ({"shape": "hold", "time": 1.0, "pause": 1.0}, "pause means nothing with shape = 'hold'; leave it out"),
+        ({**SHAPES["tremor"], "low_frequency": 12.0}, "low_frequency must be < high_frequency = 12 Hz, got 12.0"),
+        ({"shape": "sinusoid", "distance": 0.1, "frequency": 0.0}, "frequency must be > 0 Hz, got 0.0"),
+        ({"shape": "jump"}, "shape must be one of hold, sinusoid, reaches, tremor, walking, file, got 'jump'"),
+        ({**KNEE, "share": 1.5}, "share must be > 0 and <= 1, got 1.5"),
+    ],
+)
+def test_incomplete_cycles_are_refused(changed, message):
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        DutyCycle(**changed)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("drive", [COBOTIC, GEARED], ids=["cobotic", "geared"])
+def test_cycles_close_and_samples_suffice(drive, shape):
+    """Energy adds up to rounding, and twice the instants change it by less than 0.1 %."""
+    made = duty(shape)
+    found = duty_cycle(drive, made)
+    assert found.closure < 1e-12
+    given = found.energy + found.absorbed - found.delivered
+    stored = sum(float(np.mean(flow)) for flow in found.point.stored.values()) * made.period
+    assert sum(found.losses.values()) + stored == pytest.approx(given, rel=1e-9)
+    assert abs(stored) < 1e-4 * sum(found.losses.values())
+    finer = duty_cycle(drive, made, samples=2 * made.samples())
+    assert finer.energy == pytest.approx(found.energy, rel=1e-3)
+    assert len(next(iter(found.columns.values()))) == made.samples()
+
+
+def test_holding_is_ohmic():
+    """A geared motor that stands still burns I^2 R, warm: by hand, with the settled temperature of the winding."""
+    found = duty_cycle(GEARED, duty("hold"))
+    motor = GEARED.motor
+    current = 30.0 * GEARED.pulley.radius / (GEARED.gearhead.ratio * motor.torque_constant)
+    hot = found.heat["motor"]
+    resistance = motor.resistance * (1 + 0.0039 * (hot.mean_winding - 298.15))
+    assert found.power_in == pytest.approx(current**2 * resistance, rel=1e-9)
+    assert found.cold_power == pytest.approx(current**2 * motor.resistance, rel=1e-12)
+    assert hot.winding == pytest.approx(
+        298.15 + current**2 * resistance * (motor.winding_to_housing + motor.housing_to_ambient), rel=1e-6
+    )
+    assert found.holding.power == pytest.approx(found.cold_power)
+    assert found.holding.parked is None
+
+
+def test_locked_wheel_holds_for_nothing():
+    found = holding(COBOTIC, 30.0)
+    assert found.parked == 0.0
+    assert found.power > 1.0
+    inertia = COBOTIC.cylinder_inertia + 57.0**2 * COBOTIC.motor.rotor_inertia
+    assert found.run_up == pytest.approx(0.5 * inertia * 14.0**2)
+    assert found.pays_after == pytest.approx(found.run_up / found.power)
+    assert holding(COBOTIC, 100.0).limit == Limit.SLIP  # beyond mu P = 78 N
+
+
+def test_verdicts():
+    able = duty_cycle(COBOTIC, duty("reaches"))
+    assert able.feasible
+    assert able.verdict.startswith("does it; weakest margin: motor: supply voltage, 1.")
+    slipping = duty_cycle(COBOTIC, duty("hold", force=-100.0))
+    assert not slipping.feasible
+    assert slipping.verdict.startswith("cannot do it: wheel slip is 1.2")
+    assert math.isnan(slipping.energy)
+    fast = duty_cycle(STUDY.drives["motor1-gear1"], duty("sinusoid", distance=0.2))
+    assert "motor: supply voltage is" in fast.verdict
+    hot = duty_cycle(STUDY.drives["motor1-gear3"], duty("hold", force=-36.0, ambient=330.0))
+    assert not hot.feasible
+    assert "motor winding reaches" in hot.verdict
+    assert "which it passes after" in hot.verdict
+
+
+def test_travel_is_a_limit():
+    assert duty_cycle(COBOTIC, duty("reaches"), travel=0.09).exceeded == ((Limit.TRAVEL, "load"),)
+    assert duty_cycle(COBOTIC, duty("reaches"), travel=0.11).feasible
+
+
+def test_unknown_heat_is_said():
+    drive = replace(GEARED, motor=replace(GEARED.motor, housing_time_constant=None))
+    found = duty_cycle(drive, duty("sinusoid"))
+    assert found.heat == {"motor": None}
+    assert found.lacking == {"motor": ("housing_time_constant",)}
+
+
+@pytest.mark.parametrize("shape", ["sinusoid", "reaches", "walking"])
+def test_policies_gain(shape):
+    """A speed chosen is no worse than the one given, a schedule no worse than the best constant speed, all within limits."""
+    own, chosen, scheduled, coasting = policies(COBOTIC, duty(shape))
+    assert own.power_in == pytest.approx(duty_cycle(COBOTIC, duty(shape)).cold_power, rel=1e-12)
+    assert own.feasible
+    assert chosen.feasible
+    assert scheduled.feasible
+    assert scheduled.power_in <= chosen.power_in * (1 + 1e-3) <= own.power_in * (1 + 2e-3)
+    assert scheduled.slowest < scheduled.fastest
+    assert coasting.name == "inertia as a flywheel"
+
+
+def test_best_speed_against_a_fine_scan():
+    """Ten times as many speeds find nothing better than the search by more than a thousandth."""
+    made = duty("walking")
+    _, chosen, *_ = policies(COBOTIC, made)
+    scanned = [
+        duty_cycle(replace(COBOTIC, cylinder_speed=14.0 * factor), made, samples=400)
+        for factor in np.geomspace(0.1, 2, 150)
+    ]
+    least = min(found.cold_power for found in scanned if not found.exceeded)
+    assert chosen.power_in <= least * 1.002
+
+
+def test_flywheel_keeps_its_motor_current():
+    """At a constant torque of the motor the current is constant, and the kinetic energy comes back each cycle."""
+    made = duty("sinusoid")
+    course = made.instants().course
+    turning = COBOTIC.coast(course, period=np.asarray(made.period), load_mass=0.8)
+    assert np.mean(turning.value) == pytest.approx(14.0, rel=1e-9)
+    point = COBOTIC.follow(course, load_mass=0.8, cylinder_speed=turning)
+    current = point.states["motor_current_A"]
+    assert np.ptp(current) < 1e-9
+    assert abs(np.mean(point.stored["cylinder"] + point.stored["motor"])) < 1e-6
+    step = made.period / len(turning.value)
+    slope = (np.roll(turning.value, -1) - np.roll(turning.value, 1)) / (2 * step)
+    assert_allclose(slope, turning.rate, atol=1e-3 * np.max(np.abs(turning.rate)))
+
+
+@pytest.mark.parametrize(
+    ("drive", "shape", "tolerance"),
+    [(COBOTIC, "sinusoid", 0.02), (GEARED, "sinusoid", 0.03), (GEARED, "walking", 0.04)],
+    ids=["cobotic sinusoid", "geared sinusoid", "geared walking"],
+)
+def test_prescribed_and_followed_energy_agree(drive, shape, tolerance):
+    """Inverse dynamics against the bond graph with controllers: two codes, one machine. What is left is their tracking."""
+    both = two_ways(drive, duty(shape))
+    assert both.followed == pytest.approx(both.prescribed, rel=tolerance)
+    assert both.rms_error < 1e-3
+    assert set(both.lost_prescribed) - {"pulley"} <= set(both.lost_followed)
+    assert "from where it is wanted" in both.explanation

@@ -1,0 +1,121 @@
+"""Heat in a motor: against the two-exponential solution, numerical integration and a data sheet."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import infinivar as iv
+from infinivar.parts import heat
+from infinivar.study.parts import motors
+
+MOTOR = motors()["dc-max-26-s-24v"]
+AMBIENT = 298.15
+
+
+def exponentials(motor, current, friction, time):
+    """The linear system of winding and housing solved by its two eigenvalues, from ambient."""
+    matrix, vector = heat.rates(motor, current**2, friction, AMBIENT)
+    values, vectors = np.linalg.eig(matrix[0])
+    settled = -np.linalg.solve(matrix[0], vector[0])
+    weights = np.linalg.solve(vectors, AMBIENT - settled)
+    return settled + np.exp(np.multiply.outer(time, values)) * weights @ vectors.T
+
+
+@pytest.mark.parametrize(("current", "friction"), [(0.5, 0.0), (1.0, 1.1), (1.5, 0.3)])
+@pytest.mark.parametrize("period", [0.1, 7.0, 60.0])
+def test_step_is_two_exponentials(current, friction, period):
+    """Constant power: both temperatures at every time, to rounding."""
+    found = heat.heat(MOTOR, current, friction, period)
+    expected = exponentials(MOTOR, current, friction, found.time)
+    np.testing.assert_allclose(found.winding_history, expected[:, 0], rtol=1e-9)
+    np.testing.assert_allclose(found.housing_history, expected[:, 1], rtol=1e-9)
+
+
+def test_cold_copper_gives_the_plain_resistances():
+    """Where copper does not change, the winding is R_wh + R_ha of its power above ambient, friction through R_ha alone."""
+    current, friction = 1e-3, 2.0
+    found = heat.heat(MOTOR, current, friction, 1.0)
+    joule = current**2 * MOTOR.resistance
+    rise = joule * (MOTOR.winding_to_housing + MOTOR.housing_to_ambient) + friction * MOTOR.housing_to_ambient
+    assert found.winding - AMBIENT == pytest.approx(rise, rel=1e-4)
+
+
+def test_long_cycle_against_integration():
+    """A cycle of a minute with a burst: peak, housing and the time of passing, by SciPy step by step."""
+    period, count = 60.0, 6000
+    share = (np.arange(count) + 0.5) / count
+    current = np.where(share < 0.3, 2.5, 0.3)
+    friction = np.where(share < 0.3, 1.0, 0.2)
+    found = heat.heat(MOTOR, current, friction, period)
+
+    def slope(time, state):
+        burst = time % period < 0.3 * period
+        matrix, vector = heat.rates(MOTOR, 6.25 if burst else 0.09, 1.0 if burst else 0.2, AMBIENT)
+        return matrix[0] @ state + vector[0]
+
+    state, passed, winding = np.array([AMBIENT, AMBIENT]), math.inf, []
+    for number in range(60):
+        for start, end in ((0.0, 0.3 * period), (0.3 * period, period)):
+            run = solve_ivp(
+                slope,
+                (number * period + start, number * period + end - 1e-9),
+                state,
+                max_step=0.5,
+                rtol=1e-9,
+                atol=1e-9,
+            )
+            state = run.y[:, -1]
+            winding = [*winding[-2000:], *run.y[0]]
+            above = np.flatnonzero(run.y[0] > MOTOR.max_winding_temperature)
+            if above.size and passed == math.inf:
+                passed = run.t[above[0]]
+    assert found.time_to_limit == pytest.approx(passed, abs=0.6)  # the solver's steps are half a second
+    assert found.winding == pytest.approx(max(winding[-300:]), abs=0.3)
+
+
+def test_time_to_limit_is_on_the_curve():
+    current, friction = 1.4, 1.1
+    found = heat.heat(MOTOR, current, friction, 1.1)
+    at = exponentials(MOTOR, current, friction, np.array([found.time_to_limit]))[0, 0]
+    assert at == pytest.approx(MOTOR.max_winding_temperature, abs=0.02)
+    assert not found.bears
+    settled = exponentials(MOTOR, current, friction, np.array([1e6]))[0, 0] - 273.15
+    assert found.verdict == f"winding reaches {settled:.0f} C of 100 C, which it passes after 9 min"
+
+
+def test_runaway_is_named():
+    """Beyond the current at which copper's rise feeds itself nothing settles."""
+    found = heat.heat(MOTOR, 4.0, 1.0, 1.0)
+    assert found.winding == math.inf
+    assert found.verdict.endswith("and never settles")
+    assert 10 < found.time_to_limit < 20
+
+
+def test_nominal_current_heats_to_about_what_is_permissible():
+    """The data sheet's nominal point (1.08 A at 8100 rpm) should bring the winding near its 100 C: 92 C, friction included.
+
+    Source: maxon2020. Tolerance 10 K: the sheet rounds resistances, and says nothing of where friction goes.
+    """
+    speed = 8100 * 2 * math.pi / 60
+    found = heat.heat(MOTOR, 1.08, MOTOR.friction_torque * speed, 1.0)
+    assert found.winding - 273.15 == pytest.approx(100, abs=10)
+    assert found.bears
+
+
+def test_hot_start_passes_at_once():
+    found = heat.heat(MOTOR, 0.1, 0.0, 1.0, ambient=400.0)
+    assert found.time_to_limit == 0.0
+
+
+def test_missing_data_is_named():
+    with pytest.raises(ValueError, match="housing_time_constant is missing: the thermal model needs it"):
+        heat.heat(replace(MOTOR, housing_time_constant=None), 1.0, 0.0, 1.0)
+
+
+def test_warm_copper():
+    """Copper at 100 C has 1 + 0.0039 x 75 of its resistance at 25 C (maxon2020)."""
+    assert heat.warm(MOTOR, 373.15).resistance == pytest.approx(MOTOR.resistance * 1.2925)
+    assert isinstance(heat.warm(MOTOR, 373.15), iv.Motor)
