@@ -14,7 +14,7 @@ from rich.table import Table
 
 from benchmarks._measure import Line
 
-NAMES = ("import_time", "steady_map", "compare_cold", "element_curves", "fastsim", "simulation")
+NAMES = ("import_time", "steady_map", "compare_cold", "element_curves", "fastsim", "simulation", "dynamic")
 
 
 def main() -> int:

@@ -69,3 +69,11 @@ def reproduced(tmp_path_factory):
     folder = tmp_path_factory.mktemp("reproduced")
     outcome = run("reproduce", "--out", folder, "--json", folder=folder)
     return outcome, folder, json.loads(outcome.out)
+
+
+@pytest.fixture(scope="session")
+def walked(tmp_path_factory):
+    """One `infinivar compare` of the shipped knee study, with its duty cycle: outcome, folder, printed JSON."""
+    folder = tmp_path_factory.mktemp("walked")
+    outcome = run("compare", STUDY.with_name("knee_walking.toml"), "--out", folder, "--json", folder=folder)
+    return outcome, folder, json.loads(outcome.out)

@@ -1,0 +1,190 @@
+"""`infinivar compare` with duty cycles: energy, heat, limits, holding and cylinder speed; recordings that are wrong."""
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+STUDIES = Path(__file__).parents[2] / "studies"
+
+RECORDED = """
+[requirement]
+force = "20 N"
+speed = "0.4 m/s"
+load_mass = "0.8 kg"
+[drives.geared]
+base = "faulring2006.motor2-gear4"
+[duty.recorded]
+shape = "file"
+file = "motion.csv"
+{more}
+"""
+
+
+def wave(heading="time [s],position [mm]", rows=200):
+    times = [k / rows for k in range(rows + 1)]
+    return "\n".join([heading, *(f"{t:.4f},{50 * math.sin(2 * math.pi * t):.6f}" for t in times)]) + "\n"
+
+
+def test_knee_study_has_the_known_answer(walked):
+    outcome, _, said = walked
+    assert (outcome.code, outcome.err) == (0, "")
+    drives = said["duty"]["walking"]["drives"]
+    assert list(drives) == ["cobotic", "geared"]
+    assert all(drive["feasible"] for drive in drives.values())
+    assert drives["geared"]["energy_per_cycle_J"] == pytest.approx(5.75, rel=0.01)
+    assert drives["cobotic"]["energy_per_cycle_J"] == pytest.approx(6.58, rel=0.01)
+
+
+def test_energies_add_up_in_the_json(walked):
+    for drive in walked[2]["duty"]["walking"]["drives"].values():
+        given = drive["energy_per_cycle_J"] + drive["work_of_load_J"] - drive["work_on_load_J"]
+        assert sum(drive["losses_J"].values()) == pytest.approx(
+            given, rel=1e-4
+        )  # but for jumps of the angle at reversals
+        assert drive["closure"] < 1e-9
+        assert drive["energy_per_hour_Wh"] == pytest.approx(drive["energy_per_cycle_J"] / drive["period_s"])
+        assert drive["heat"]["motor"]["winding_C"] < drive["heat"]["motor"]["permissible_C"]
+        assert drive["demands"]["THERMAL (motor)"] < 1 < 1.5 * drive["peak_torque_over_continuous"]["motor"] + 1
+
+
+def test_cylinder_speed_is_worth_something(walked):
+    drives = walked[2]["duty"]["walking"]["drives"]
+    assert drives["geared"]["cylinder"] == []
+    powers = [policy["power_W"] for policy in drives["cobotic"]["cylinder"]]
+    assert len(powers) == 4
+    assert powers[2] < powers[1] < powers[0]
+
+
+def test_prescribed_and_followed_stand_side_by_side(walked):
+    for drive in walked[2]["duty"]["walking"]["drives"].values():
+        both = drive["simulated"]
+        assert both["followed_J"] == pytest.approx(both["prescribed_J"], rel=0.1)
+        assert "most of it in" in both["explanation"]
+
+
+def test_holding_in_the_locked_state_is_free(walked):
+    drives = walked[2]["duty"]["walking"]["drives"]
+    assert drives["cobotic"]["holding"]["parked_W"] == 0.0
+    assert drives["geared"]["holding"]["parked_W"] is None
+    assert drives["geared"]["holding"]["power_W"] > 1.0
+
+
+def test_report_reads_as_a_designer_would(walked):
+    _, folder, said = walked
+    page = (folder / "report.html").read_text("utf-8")
+    for heading in (
+        "Duty cycle: Level walking, 75 kg, 1.1 s a stride",
+        "Energy from the battery",
+        "Limits and heat",
+        "Holding still",
+        "worth",
+        "Prescribed against followed",
+    ):
+        assert heading in page
+    assert "Wh an hour" in page
+    assert "Grimmer" in page
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        ["report.html", "results.json", "cobotic.nc", "geared.nc", "cobotic-walking.csv", "geared-walking.csv"]
+    )
+    assert [Path(file).name for file in said["files"]][-1] == "geared-walking.csv"
+
+
+def test_cycles_come_as_tables(walked):
+    _, folder, said = walked
+    with (folder / "cobotic-walking.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0])[:3] == ["time_s", "position_m", "speed_m_s"]
+    assert {"steering_angle_rad", "motor_current_A", "power_from_supply_W"} <= set(rows[0])
+    mean = sum(float(row["power_from_supply_W"]) for row in rows) / len(rows)
+    drive = said["duty"]["walking"]["drives"]["cobotic"]
+    assert mean * drive["period_s"] == pytest.approx(drive["energy_per_cycle_J"], rel=1e-6)
+
+
+def test_reach_and_hold(infinivar, tmp_path):
+    """Held under load the geared motor burns what a locked wheel does not; the cylinder that idles burns more than either."""
+    outcome = infinivar("compare", STUDIES / "reach_and_hold.toml", "--out", ".")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "Lift 200 mm in 0.6 s, hold for 1.5 s, lower, wait:" in outcome.out
+    assert outcome.out.count("does it; weakest margin") == 6
+    said = json.loads((tmp_path / "results.json").read_text("utf-8"))
+    drives = said["duty"]["reach-and-hold"]["drives"]
+    held = {name: drive["holding"] for name, drive in drives.items()}
+    assert held["cobotic"]["parked_W"] == 0.0 < held["geared"]["power_W"] < held["cobotic"]["power_W"]
+
+
+def test_a_drive_that_cannot_do_the_cycle_decides(infinivar, write, tmp_path):
+    (tmp_path / "motion.csv").write_text(wave().replace("50", "50"), "utf-8")
+    study = RECORDED.format(more='cutoff = "5 Hz"\nforce = "-100 N"').replace('"20 N"', '"2 N"')
+    outcome = infinivar("compare", write(study))
+    assert outcome.code == 1
+    assert "cannot do it: motor continuous torque is" in outcome.out
+    assert "the drive cannot do it within its limits" in (tmp_path / "out" / "report.html").read_text("utf-8")
+
+
+def test_gaps_are_reported_by_line(infinivar, write, tmp_path):
+    lines = wave().splitlines()
+    (tmp_path / "motion.csv").write_text("\n".join([*lines[:50], *lines[70:]]), "utf-8")
+    outcome = infinivar("compare", write(RECORDED.format(more="")))
+    assert outcome.code == 0
+    assert "check duty.recorded: " in outcome.err
+    assert "line 51: 0.105 s without data" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (wave("time [s],position"), "line 1 must say the unit of position, such as 'position [mm]'"),
+        (wave().replace("0.0300,", "0.0030,"), "line 8 must have a later time than the line before"),
+        (wave().replace("0.0300,", "0.0300,nan,"), "line 8 must have a number as position, got 'nan'"),
+        ("", "line 1 must name the columns time"),
+        (None, "cannot be read: No such file"),
+    ],
+)
+def test_wrong_recordings_are_refused_by_line(infinivar, write, tmp_path, text, said):
+    if text is not None:
+        (tmp_path / "motion.csv").write_text(text, "utf-8")
+    outcome = infinivar("compare", write(RECORDED.format(more="")))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert said in outcome.err
+    assert "study.toml: duty.recorded: " in outcome.err
+    assert "motion.csv" in outcome.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ('cutof = "5 Hz"', "duty.recorded.cutof"),
+        ('cutoff = "5 rad/s"', "duty.recorded.cutoff"),
+        ('pause = "1 s"', "pause means nothing with shape = 'file'; leave it out"),
+        ('base = "faulring2006.shak"', "is not a shipped duty cycle (did you mean 'faulring2006.shake'?)"),
+    ],
+)
+def test_mistakes_in_the_table(infinivar, write, tmp_path, more, said):
+    (tmp_path / "motion.csv").write_text(wave(), "utf-8")
+    outcome = infinivar("compare", write(RECORDED.format(more=more)))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert said in outcome.err
+
+
+def test_a_drive_without_inertia_is_refused(infinivar, write):
+    study = """
+[requirement]
+force = "20 N"
+speed = "0.4 m/s"
+[drives.mine]
+type = "conventional"
+motor = { part = "dcx-26-l-24v" }
+gearhead = { part = "gpx-22-up-3-9" }
+pulley = { radius = "5 mm" }
+[duty.hold]
+shape = "hold"
+time = "1 s"
+force = "-5 N"
+"""
+    outcome = infinivar("compare", write(study))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "study.toml: drives.mine: output_inertia is missing: motion needs it, for duty.hold" in outcome.err
