@@ -8,6 +8,7 @@ from sphinx.errors import ExtensionError
 
 import infinivar
 from infinivar import units
+from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.parts import catalogue
@@ -84,9 +85,9 @@ def _parts(part: type, found: list[type]) -> None:
 def study_fields() -> str:
     """Reference of every table of a study file."""
     parts: list[type] = []
-    for owner in (*schema.DRIVES.values(), Scenario):
+    for owner in (*schema.DRIVES.values(), Scenario, DutyCycle):
         _parts(owner, parts)
-    sections = [("`[requirement]`", Requirement), ("`[scenarios.NAME]`", Scenario)]
+    sections = [("`[requirement]`", Requirement), ("`[scenarios.NAME]`", Scenario), ("`[duty.NAME]`", DutyCycle)]
     sections += [(f'`[drives.NAME]` with `type = "{name}"`', drive) for name, drive in schema.DRIVES.items()]
     text = []
     for heading, part in sections:

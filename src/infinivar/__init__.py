@@ -19,8 +19,13 @@ _HOME = {
     "ContactGeometry": "transmission.geometry",
     "ContactSheet": "analysis.contact_sheet",
     "ConventionalDrive": "drivetrain.conventional",
+    "Course": "drivetrain.course",
+    "Definition": "analysis.cycle",
     "DrivePoint": "drivetrain.drive",
     "DriveResult": "analysis.compare",
+    "DutyCycle": "drivetrain.duty",
+    "DutyResult": "analysis.duty_cycle",
+    "DynamicMap": "analysis.dynamic",
     "Gearhead": "parts.gearhead",
     "Guideway": "parts.linear",
     "InfinivarError": "errors",
@@ -28,6 +33,7 @@ _HOME = {
     "Limit": "limits",
     "Material": "contact.bodies",
     "Motor": "parts.motor",
+    "MovingPoint": "drivetrain.drive",
     "OperatingPoint": "transmission.operating_point",
     "Pulley": "parts.linear",
     "Requirement": "drivetrain.requirement",
@@ -39,6 +45,8 @@ _HOME = {
     "Study": "study.study",
     "compare": "analysis.compare",
     "contact_sheets": "analysis.contact_sheet",
+    "duty_cycle": "analysis.duty_cycle",
+    "dynamic_map": "analysis.dynamic",
     "load_study": "study.load",
     "reproduce": "analysis.reproduce",
     "simulate": "analysis.simulate",
@@ -50,13 +58,18 @@ __all__ = [*sorted(_HOME), "__version__"]  # pyright: ignore[reportUnsupportedDu
 if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison, DriveResult, compare
     from infinivar.analysis.contact_sheet import ContactSheet, contact_sheets
+    from infinivar.analysis.cycle import Definition
+    from infinivar.analysis.duty_cycle import DutyResult, duty_cycle
+    from infinivar.analysis.dynamic import DynamicMap, dynamic_map
     from infinivar.analysis.reproduce import reproduce
     from infinivar.analysis.simulate import Simulation, simulate
     from infinivar.analysis.steady_map import SteadyMap, steady_map
     from infinivar.contact.bodies import Material
     from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
     from infinivar.drivetrain.conventional import ConventionalDrive
-    from infinivar.drivetrain.drive import DrivePoint
+    from infinivar.drivetrain.course import Course
+    from infinivar.drivetrain.drive import DrivePoint, MovingPoint
+    from infinivar.drivetrain.duty import DutyCycle
     from infinivar.drivetrain.requirement import Requirement
     from infinivar.drivetrain.scenario import Scenario
     from infinivar.errors import AuditError, InfinivarError, InputError

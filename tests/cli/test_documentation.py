@@ -45,7 +45,7 @@ def shown_and_real(text, folder):
 
 
 @pytest.mark.parametrize(
-    "page", ["theory.md", "contact.md", "errata.md", "tutorial.md", "study-file.md", "simulation.md"]
+    "page", ["theory.md", "contact.md", "errata.md", "tutorial.md", "study-file.md", "simulation.md", "duty-cycles.md"]
 )
 def test_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

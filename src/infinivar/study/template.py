@@ -47,6 +47,7 @@ friction_model = "coefficient"  # SKF's simple rule; "skf" is the full model, wi
 [drives.geared]
 type = "conventional"
 title = "Geared, large motor"
+output_inertia = "0.02 g m^2"  # of pulley and cable; only motion needs it
 
 [drives.geared.motor]
 part = "dcx-32-l-24v"          # from the catalogue; any of its values can be overridden here
@@ -76,5 +77,13 @@ shape = "reach"                # or hold, cruise, sinusoid, step, file (a CSV fi
 distance = "100 mm"
 time = "0.5 s"
 start = "0.1 s"
+
+# A motion that repeats: compare gives joules, limits and heat over it. Remove it if you need none.
+[duty.reaches]
+title = "Reach 100 mm and back, once a second"
+shape = "reaches"              # or hold, sinusoid, tremor, walking, file (a CSV file, units in its header)
+distance = "100 mm"
+time = "0.4 s"
+pause = "0.1 s"
 """
 """Filled by `str.format` with name and title."""
