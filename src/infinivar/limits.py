@@ -68,6 +68,14 @@ Demand = tuple[Limit, str]
 """A limit and what it is a limit of: "motor", "steering motor", "wheel", "gearhead" ..."""
 
 
+def words_of(demand: Demand) -> str:
+    """What a designer calls a limit of a part: "steering motor: continuous torque", or "wheel slip" where that says it."""
+    limit, what = demand
+    if what in limit.words or what == "load":
+        return limit.words
+    return f"{what}: {limit.words.removeprefix('motor ')}"
+
+
 def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
     """Which limit binds, and how far away it is.
 

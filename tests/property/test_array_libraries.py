@@ -11,6 +11,8 @@ from hypothesis import given, settings
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from infinivar.analysis.dynamic import shaking
+from infinivar.study.load import shipped_study
 
 jax.config.update("jax_enable_x64", True)
 
@@ -108,3 +110,44 @@ def test_gradient_by_a_design_parameter(element):
 def test_mixed_libraries_are_refused(element):
     with pytest.raises(TypeError, match="mixed"):
         element.steer(cylinder_speed=strict.asarray(14.0), link_speed=jax.numpy.asarray(0.1), link_force=1.0)
+
+
+@pytest.mark.parametrize("name", ["cobotic", "motor2-gear4"])
+def test_inverse_dynamics_uses_only_the_standard(name):
+    drive, course = shipped_study("faulring2006").drives[name], shaking(0.02, 3.0, 200)
+    if name == "cobotic":  # a contact from geometry is NumPy's
+        measured = {"creep_stiffness": 17e3, "rolling_torque": 1e-3, "bearing_torque": 1e-3}
+        drive = replace(
+            drive,
+            transmission=replace(drive.transmission, geometry=None, **measured),
+            steering=replace(drive.steering, patch_half_length=5e-4, bell_bearing=None, bell_friction=2e-5),
+        )
+    expected = drive.follow(course, load_mass=0.8)
+    arrays = iv.Course(
+        **{what: strict.asarray(getattr(course, what)) for what in ("speed", "acceleration", "jerk", "snap")}
+    )
+    point = drive.follow(arrays, load_mass=0.8)
+    assert_allclose(np.asarray(point.power_in), expected.power_in, rtol=1e-12)
+    for what, loss in point.losses.items():
+        assert_allclose(np.asarray(loss), expected.losses[what], rtol=1e-9, atol=1e-15)
+
+
+def test_energy_of_a_cycle_has_a_gradient():
+    """Power from the supply by the bell's inertia and the link's mass, compiled by JAX, against differences."""
+    drive, course = shipped_study("faulring2006").drives["cobotic"], shaking(0.02, 8.0, 400)
+
+    def power(bell, link, xp):
+        changed = replace(drive, link_mass=link, steering=replace(drive.steering, bell_inertia=bell))
+        arrays = iv.Course(
+            **{what: xp.asarray(getattr(course, what)) for what in ("speed", "acceleration", "jerk", "snap")}
+        )
+        return xp.mean(changed.follow(arrays, load_mass=0.8).power_in)
+
+    at = (drive.steering.bell_inertia, drive.link_mass)
+    found = jax.jit(jax.grad(lambda pair: power(*pair, jax.numpy)))(at)
+    for index, slope in enumerate(found):
+        step = 1e-4 * at[index]
+        ends = [
+            power(*(value + (sign * step if k == index else 0.0) for k, value in enumerate(at)), np) for sign in (-1, 1)
+        ]
+        assert slope == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-5)

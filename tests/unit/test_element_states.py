@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import infinivar as iv
 from infinivar import Limit
 
 
@@ -154,3 +155,21 @@ def test_array_parameters_sweep_designs(element):
 def test_inputs_broadcast(element):
     point = element.operate(cylinder_speed=np.ones((3, 1)), steering_angle=np.zeros(4), link_force=1.0)
     assert point.torque.shape == point.efficiency.shape == point.losses["rolling"].shape == (3, 4)
+
+
+def test_a_hair_from_slip_rounding_is_no_fault():
+    """A law that only tends to slip makes a part in 1e5 of the last place of a force: the balance closes all the same."""
+    stiffness, group = 1448.8966479510639, 0.00786626394536647
+    wheel = iv.RotaryLinearIVT(
+        cylinder_radius=0.05,
+        wheel_radius=0.01,
+        preload=100.0,
+        friction=0.5,
+        creep_stiffness=50 * stiffness,
+        rolling_torque=group * 0.5,
+        bearing_torque=0.0,
+        creep_law="polach",
+    )
+    point = wheel.deliver(cylinder_speed=14.0, link_speed=0.7 * 2.9582955090880434, link_force=-50 * 0.9914873627046771)
+    assert 1 - abs(point.lateral_force) / wheel.slip_force < 1e-10
+    assert point.power_in - point.power_out == pytest.approx(sum(point.losses.values()), rel=1e-9)

@@ -337,7 +337,8 @@ def work_through(
     ways: dict[str, TwoWays | str] = {}
     for index, (name, drive) in enumerate(study.drives.items()):
         progress(f"{study.titles[name]}: {duty.title}", index)
-        assert isinstance(drive, (CoboticDrive, ConventionalDrive))
+        if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+            raise InputError(f"drives.{name}: a drive of type {type(drive).__name__} cannot follow duty.{task}")
         try:
             result = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
             if isinstance(drive, CoboticDrive):

@@ -81,9 +81,8 @@ class Definition:
             "none": "not possible",
         }[self.returned]
         bus = "one DC bus" if self.common_bus else "each motor by itself"
-        return (
-            f"{measure}; negative electrical power {returned}, {bus}; continuous torque bounds the {self.torque} torque"
-        )
+        torque = {"rms": "RMS", "peak": "peak"}[self.torque]
+        return f"{measure}; negative electrical power {returned}, {bus}; continuous torque bounds the {torque} torque"
 
 
 PAPER = Definition()

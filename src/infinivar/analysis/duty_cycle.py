@@ -15,7 +15,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint
 from infinivar.drivetrain.duty import DutyCycle, Instants
 from infinivar.frozen import FrozenDict
-from infinivar.limits import Demand, Limit, binding_demand
+from infinivar.limits import Demand, Limit, binding_demand, words_of
 from infinivar.parts import heat
 from infinivar.parts.heat import Heat
 from infinivar.transmission.rates import Varying
@@ -144,8 +144,8 @@ class DutyResult:
         clauses = []
         if self.exceeded:
             worst = self.exceeded[0]
-            clauses.append(f"cannot do it: {_named(worst)} is {_times(self.demands[worst])} what is allowed")
-            clauses += [f"{_named(key)} {_times(self.demands[key])}" for key in self.exceeded[1:3]]
+            clauses.append(f"cannot do it: {words_of(worst)} is {_times(self.demands[worst])} what is allowed")
+            clauses += [f"{words_of(key)} {_times(self.demands[key])}" for key in self.exceeded[1:3]]
         hot = [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None and not found.bears]
         clauses += hot if self.exceeded else [f"cannot go on: {clause}" for clause in hot[:1]] + hot[1:]
         if math.isnan(self.power_in):
@@ -153,7 +153,7 @@ class DutyResult:
         clauses.append(f"{self.energy:.3g} J a cycle, {self.power_in:.3g} W on average")
         if self.feasible:
             key, margin = self.tightest
-            clauses.insert(0, f"does it; weakest margin: {_named(key)}, {margin:.2f}")
+            clauses.insert(0, f"does it; weakest margin: {words_of(key)}, {margin:.2f}")
             clauses += [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None]
         return "; ".join(clauses)
 
@@ -214,11 +214,6 @@ class DutyResult:
             },
             "closure": self.closure,
         }
-
-
-def _named(demand: Demand) -> str:
-    limit, what = demand
-    return limit.words if what in limit.words or what == "load" else f"{what}: {limit.words}"
 
 
 def _times(demand: float) -> str:

@@ -113,9 +113,6 @@ class TwoWays:
         names = {*self.lost_prescribed, *self.lost_followed}
         moved = {name: self.lost_followed.get(name, 0.0) - self.lost_prescribed.get(name, 0.0) for name in names}
         largest = sorted(moved, key=lambda name: -abs(moved[name]))[:3]
-        parts = ", ".join(
-            f"{name} {moved[name]:+.2g} J" for name in largest if abs(moved[name]) > 1e-3 * abs(self.followed)
-        )
         why = [f"the load is {1e3 * self.rms_error:.2g} mm (RMS) from where it is wanted"]
         if self.speed_ripple:
             why.append(
@@ -127,7 +124,9 @@ class TwoWays:
                 "while it stands still controllers keep correcting, against friction that prescribed rest does not meet"
             )
         share = total / self.prescribed if self.prescribed else float("nan")
-        return f"{total:+.2g} J ({share:+.1%}), most of it in {parts or 'nothing large'}; {'; '.join(why)}"
+        large = [f"{name} {moved[name]:+.2g} J" for name in largest if abs(moved[name]) > 1e-3 * abs(self.followed)]
+        where = f", most of it in {', '.join(large)}" if large else ""
+        return f"{total:+.2g} J ({share:+.1%}){where}; {'; '.join(why)}"
 
 
 def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:

@@ -292,7 +292,8 @@ class CoboticDrive:
         Source: faulring2006, section VI-C and Figs 10-13.
         """
         steering = needed(self.steering, "steering")
-        turning = cylinder_speed or Varying(self.cylinder_speed)
+        xp = namespace(self, course.speed)
+        turning = cylinder_speed or Varying(xp.asarray(self.cylinder_speed, dtype=xp.float64))
         link, guide_loss = self._on_link(course, load_mass)
         element = self.transmission.deliver(
             cylinder_speed=turning.value, link_speed=course.speed, link_force=link.value
@@ -337,7 +338,7 @@ class CoboticDrive:
             stored={
                 "motor": side.stored,
                 "cylinder": inertia * turning.rate * turning.value,
-                "link": (self.link_mass or 0.0) * course.acceleration * course.speed,
+                "link": needed(self.link_mass, "link_mass") * course.acceleration * course.speed,
                 "steering": steered.stored,
             },
             utilisation=limits,

@@ -10,6 +10,7 @@ import numpy as np
 from infinivar.analysis.claims.claim import Machine
 from infinivar.analysis.dynamic import DynamicMap
 from infinivar.figures import style
+from infinivar.limits import words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -142,13 +143,11 @@ def _name_limits(ax: Axes, steady: DynamicMap, colour: str, height: float) -> No
         found = top[start]
         left, right = steady.frequency[start], steady.frequency[index - 1]
         if found is not None and index - start >= 6:
-            words = found[0].words if found[1] in found[0].words else f"{found[0].words}, {found[1]}"
-            words = words.replace("motor continuous torque, steering motor", "steering motor torque")
             wide = index - start > len(top) // 4
             ax.text(
                 (left * right) ** 0.5 if wide else right,
                 height,
-                words,
+                words_of(found),
                 transform=ax.get_xaxis_transform(),
                 ha="center" if wide else "right",
                 va="bottom",

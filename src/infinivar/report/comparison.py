@@ -12,6 +12,7 @@ from infinivar import units
 from infinivar.analysis.compare import Comparison
 from infinivar.drivetrain.duty import CUTOFF
 from infinivar.figures import duty_cycle, losses, operating_map, style
+from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report.page import all_or_nothing, render, write_csv
 from infinivar.study.study import Provenance
@@ -71,6 +72,7 @@ def html(comparison: Comparison) -> str:
         duty=[(found, style.inline_svg(duty_cycle.draw_all(found))) for found in comparison.duty.values()],
         provenance=provenance_tables(study.provenance),
         cutoff=CUTOFF,
+        words_of=words_of,
         audit_tolerance=AUDIT_TOLERANCE,
     )
 

@@ -55,9 +55,9 @@ def steering_rates(
     """
     xp = namespace(element, tangent, *cylinder_speed, *link_speed, *link_force)
     groups = element.groups(cylinder_speed.value)
-    spin = xp.sign(cylinder_speed.value)
-    surface = element.cylinder_radius * xp.abs(cylinder_speed.value)
-    swell, quicken = cylinder_speed.rate / cylinder_speed.value, cylinder_speed.curvature / cylinder_speed.value
+    omega = xp.asarray(cylinder_speed.value, dtype=xp.float64)
+    spin, surface = xp.sign(omega), element.cylinder_radius * xp.abs(omega)
+    swell, quicken = cylinder_speed.rate / omega, cylinder_speed.curvature / omega
     slope = link_speed.value / surface
     slope_rate = link_speed.rate / surface - slope * swell
     rate, curvature = tangent_rates(

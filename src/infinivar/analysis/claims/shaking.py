@@ -15,6 +15,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.frozen import FrozenDict
+from infinivar.limits import words_of
 from infinivar.parts.linear import Guideway
 
 _FREQUENCY, _FRACTION = np.geomspace(0.1, 30.0, 24), (np.arange(16) + 0.5) / 16
@@ -314,7 +315,7 @@ def d4(machine: Machine) -> Finding:
     """Who works in the upper corners."""
     ours, theirs = machine.shaken["cobotic"], machine.shaken["motor2-gear4"]
     met = [steady.limit_at(*place) for place in ((0, -1), (-1, -1)) for steady in (ours, theirs)]
-    words = ["nothing" if found is None else f"{found[0].words} ({found[1]})" for found in met]
+    words = ["nothing" if found is None else words_of(found) for found in met]
     strokes = 2.0 * ours.amplitude[0, -1]
     why = (
         f"In the last cell at the left what binds is {words[0]} (cobotic) and {words[1]} (conventional), at the right {words[2]} "
