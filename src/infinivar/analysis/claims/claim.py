@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from typing import Any, Literal, NamedTuple
 
@@ -95,7 +95,7 @@ class Machine:
     @functools.cached_property
     def comparison(self) -> Comparison:
         """All drives of the set against its requirement."""
-        return compare(self.study)
+        return compare(replace(self.study, duty={}))
 
     @functools.cached_property
     def study(self) -> Study:
