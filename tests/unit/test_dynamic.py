@@ -181,6 +181,22 @@ def test_impossible_regeneration_is_a_limit():
     assert {found.limit_at(5, -1)[0]} == {Limit.REGENERATION}
 
 
+def test_cylinder_as_a_flywheel():
+    """Braking energy stays in the cylinder where it can hold it, and too slow a motion would stop the cylinder."""
+    drive = STUDY.drives["cobotic"]
+    constant, flywheel = shake(drive), shake(drive, cylinder="flywheel")
+    both = constant.works & flywheel.works
+    assert both.sum() >= 10
+    # Where hardly anything comes back the swinging speed costs up to a thousandth.
+    assert np.all(flywheel.performance[both] >= constant.performance[both] * (1 - 2e-3))
+    assert np.nanmax(flywheel.performance) > 1.2 * np.nanmax(constant.performance)
+    assert flywheel.limit_at(0, -1) == (Limit.FLYWHEEL, "cylinder")
+    assert np.all(np.isnan(flywheel.performance[0]))
+    assert flywheel.closure < 1e-9
+    geared = STUDY.drives["motor2-gear4"]
+    np.testing.assert_array_equal(shake(geared, cylinder="flywheel").unlimited, shake(geared).unlimited)
+
+
 def test_labelled_arrays():
     data = shake(STUDY.drives["cobotic"]).to_xarray()
     assert data.performance.dims == ("frequency", "fraction")

@@ -8,14 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from infinivar import power
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.course import Course
 from infinivar.drivetrain.drive import MovingPoint
-from infinivar.errors import require
+from infinivar.errors import AuditError, require
 from infinivar.limits import Demand, Limit
 from infinivar.parts.amplifier import Amplifier, Regeneration
+from infinivar.power import AUDIT_TOLERANCE
 from infinivar.quantities import check, component, quantity
 
 AnyDrive = CoboticDrive | ConventionalDrive
@@ -214,6 +214,6 @@ def audit(point: MovingPoint, where: str) -> float:
         If it exceeds `infinivar.power.AUDIT_TOLERANCE`.
     """
     worst = float(np.fmax.reduce(closure(point), axis=None, initial=0.0))
-    if not worst <= power.AUDIT_TOLERANCE:
-        raise power.AuditError(f"{where}: the energy of a cycle misses {worst:.3g} of what is moved")
+    if not worst <= AUDIT_TOLERANCE:
+        raise AuditError(f"{where}: the energy of a cycle misses {worst:.3g} of what is moved")
     return worst

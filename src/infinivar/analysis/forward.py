@@ -28,8 +28,11 @@ _STEPS = 400
 """Results over a cycle."""
 
 
-class _Repeated:
-    """One quantity of a duty cycle as a periodic cubic spline, quick at single instants."""
+class Repeated:
+    """A motion or force of a duty cycle for a scenario: a periodic cubic spline, quick at single instants."""
+
+    shape = "duty cycle"
+    breaks: Sequence[float] = ()
 
     def __init__(self, period: float, values: np.ndarray, begin: float) -> None:
         """From a time `begin` [s] of the cycle on."""
@@ -39,47 +42,25 @@ class _Repeated:
         nodes = np.arange(len(values) + 1) * self.step
         self.pieces = CubicSpline(nodes, np.append(values, values[0]), bc_type="periodic").c.T.tolist()
 
-    def at(self, time: float) -> tuple[float, float, float]:
-        """Value and its first two derivatives."""
+    def at(self, time: float) -> Motion:
+        """Value and its first two derivatives at a time [s]."""
         since = (self.begin + time) % self.period
         place = min(int(since / self.step), len(self.pieces) - 1)
         s = since - place * self.step
         cubic, square, linear, constant = self.pieces[place]
-        return (
+        return Motion(
             constant + s * (linear + s * (square + s * cubic)),
             linear + s * (2.0 * square + 3.0 * s * cubic),
             2.0 * square + 6.0 * s * cubic,
         )
 
-
-@dataclass(frozen=True, slots=True)
-class RepeatedMotion:
-    """Motion of a duty cycle for a scenario."""
-
-    position: _Repeated
-    shape: str = "duty cycle"
-    breaks: Sequence[float] = ()
-
-    def at(self, time: float) -> Motion:
-        """Position, speed and acceleration at a time [s]."""
-        return Motion(*self.position.at(time))
-
-
-@dataclass(frozen=True, slots=True)
-class RepeatedForce:
-    """Force of a duty cycle from outside, for a scenario."""
-
-    force: _Repeated
-    shape: str = "duty cycle"
-    breaks: Sequence[float] = ()
-
     def value(self, time: float) -> float:
         """Force at a time. [N]"""
-        return self.force.at(time)[0]
+        return self.at(time)[0]
 
     def rate(self, time: float) -> float:
         """Slope of the force over time. [N s^-1]"""
-        return self.force.at(time)[1]
+        return self.at(time)[1]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,8 +138,8 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
         title=duty.title,
         duration=(lead + _STEPS) * step,
         output_step=step,
-        motion=RepeatedMotion(_Repeated(period, position, begin)),
-        force=RepeatedForce(_Repeated(period, push, begin)) if np.any(push) else None,
+        motion=Repeated(period, position, begin),
+        force=Repeated(period, push, begin) if np.any(push) else None,
         load_mass=mass or None,
     )
     run = simulate(drive, scenario)

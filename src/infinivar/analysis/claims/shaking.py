@@ -339,8 +339,9 @@ def d6(machine: Machine) -> Finding:
     where = Pair(machine.shaken["cobotic"], steady).below & steady.works
     guide = _loss_share(steady, lambda name: name == "guideway", where)
     why = (
-        f"Drag at the load (assumed) takes {guide:.0%}. The share of resistance rises with force: it leads at high frequency "
-        "and power, and everywhere with less drag. Braking energy that is burnt is not counted as a loss of the drive."
+        f"Drag at the load (assumed) takes {guide:.0%}. The share of resistance rises with force, hence with frequency and "
+        "power: from 5 Hz on it takes most. With less drag it takes most on average. Braking energy that is burnt is not "
+        "counted as a loss of the drive."
     )
     return _checked(machine, to_resistance, why)
 
