@@ -119,3 +119,16 @@ def test_warm_copper():
     """Copper at 100 C has 1 + 0.0039 x 75 of its resistance at 25 C (maxon2020)."""
     assert heat.warm(MOTOR, 373.15).resistance == pytest.approx(MOTOR.resistance * 1.2925)
     assert isinstance(heat.warm(MOTOR, 373.15), iv.Motor)
+
+
+@pytest.mark.parametrize("period", [1.0, 600.0, 86400.0, 1e19])
+def test_long_steps_are_exact_too(period):
+    """A constant power in a cycle of any length: the same settled state, and the same time until the limit."""
+    current, friction = 1.4, 1.1
+    found = heat.heat(MOTOR, np.full(2000, current), friction, period)
+    settled = exponentials(MOTOR, current, friction, np.array([1e6]))[0]
+    assert (found.winding, found.housing) == pytest.approx(
+        tuple(settled), rel=1e-7
+    )  # over the longest steps expm leaves 6e-9
+    at = exponentials(MOTOR, current, friction, np.array([found.time_to_limit]))[0, 0]
+    assert at == pytest.approx(MOTOR.max_winding_temperature, rel=1e-6)

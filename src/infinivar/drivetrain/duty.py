@@ -244,7 +244,8 @@ def _file(duty: DutyCycle) -> _Made:
     if len(time) < 8:
         raise InputError(f"{file}: must have at least 8 lines of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
-    require(cutoff * period >= 1.0, "cutoff", cutoff, f">= {1.0 / period:.3g}, one wave in the recording,", "Hz")
+    if cutoff * period < 1.0:
+        raise ValueError(f"cutoff must be >= {1.0 / period:.3g} Hz, one wave in the recording, got {cutoff:g}")
     warnings = [
         f"{file}: line {lines[place + 1]}: {time[place + 1] - time[place]:.3g} s without data, {width:.3g} times the usual step; "
         "bridged by a straight line"

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -39,6 +39,9 @@ _LEAST_STEPS, _MOST_STEPS = 8, 4000
 _NEVER = 60
 """Doublings of a cycle after which what has not happened never does: 1e18 cycles."""
 _MARGIN = 1e-9
+_LONGEST_STEP = 60.0
+"""Of the slower time constant."""
+_HALVINGS = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,21 +156,21 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     lacking = missing(motor)
     if lacking:
         raise ValueError(f"{lacking[0]} is missing: the thermal model needs it")
-    steps = _step_maps(motor, current, friction_power, period, ambient)
-    cycle = steps[0]
-    for step in steps[1:]:
+    steps = _steps(motor, current, friction_power, period, ambient)
+    cycle = np.eye(3)
+    for step in steps.maps:
         cycle = step @ cycle
     limit = float(motor.max_winding_temperature or math.nan)
     start = np.array([ambient, ambient, 1.0])
     settled = _settled(cycle)
-    along = _along(steps, settled) if settled is not None else np.full((1, 3), math.inf)
+    along = _along(steps.maps, settled) if settled is not None else np.full((1, 3), math.inf)
     time, history = _history(cycle, start, period, motor)
     return Heat(
         winding=float(along[:, 0].max()),
         housing=float(along[:, 1].max()),
         mean_winding=float(along[:, 0].mean()),
         permissible=limit,
-        time_to_limit=_passes(steps, cycle, start, limit, period),
+        time_to_limit=_passes(steps, cycle, start, limit),
         ambient=ambient,
         time=time,
         winding_history=history[:, 0],
@@ -175,10 +178,20 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     )
 
 
-def _step_maps(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float) -> np.ndarray:
-    """Maps of (T_w, T_h, 1) over the steps of a cycle, exact for powers constant in each. (k, 3, 3)"""
-    from scipy.linalg import expm
+class _Steps(NamedTuple):
+    """A cycle in steps of constant power."""
 
+    generators: np.ndarray
+    """Of (T_w, T_h, 1) by time, a step each. (k, 3, 3) [s^-1]"""
+    ends: np.ndarray
+    """Times since the beginning of the cycle, from 0. (k + 1,) [s]"""
+    active: np.ndarray
+    """Time of each step in which anything happens. (k,) [s]"""
+    maps: np.ndarray
+    """Of (T_w, T_h, 1) over each step, exact. (k, 3, 3)"""
+
+
+def _steps(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float) -> _Steps:
     square = np.atleast_1d(np.asarray(current, dtype=float)) ** 2
     friction = np.broadcast_to(np.asarray(friction_power, dtype=float), square.shape)
     wanted = _STEPS_PER_TIME_CONSTANT * period / (motor.winding_time_constant or math.nan)
@@ -187,9 +200,22 @@ def _step_maps(motor: Motor, current: Any, friction_power: Any, period: float, a
     width = np.diff(edges)
     square, friction = (np.add.reduceat(values, edges[:-1]) / width for values in (square, friction))
     matrix, vector = rates(motor, square, friction, ambient)
-    generator = np.zeros((count, 3, 3))
-    generator[:, :2, :2], generator[:, :2, 2] = matrix, vector
-    return np.asarray(expm(generator * (period * width / edges[-1])[:, None, None]))
+    generators = np.zeros((count, 3, 3))
+    generators[:, :2, :2], generators[:, :2, 2] = matrix, vector
+    ends = edges * (period / edges[-1])
+    # What lasts longer than this has settled, or run away, before it ends; beyond, exponentials lose their digits.
+    longest = _LONGEST_STEP * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
+    active = np.minimum(np.diff(ends), longest)
+    return _Steps(generators, ends, active, _over(generators, active))
+
+
+def _over(generators: np.ndarray, time: Any) -> np.ndarray:
+    """Maps over times."""
+    from scipy.linalg import expm
+
+    maps = np.array(expm(generators * np.asarray(time)[..., None, None]))
+    maps[..., 2, :] = (0.0, 0.0, 1.0)  # exactly, or repeated doubling would make much of its rounding
+    return maps
 
 
 def _settled(cycle: np.ndarray) -> np.ndarray | None:
@@ -209,7 +235,7 @@ def _along(steps: np.ndarray, state: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-def _passes(steps: np.ndarray, cycle: np.ndarray, state: np.ndarray, limit: float, period: float) -> float:
+def _passes(steps: _Steps, cycle: np.ndarray, state: np.ndarray, limit: float) -> float:
     """Time after which the winding passes the limit, inf if it never does.
 
     From a cold start every cycle begins warmer than the one before, so that the first one to pass the limit is found by
@@ -218,7 +244,7 @@ def _passes(steps: np.ndarray, cycle: np.ndarray, state: np.ndarray, limit: floa
     limit = limit * (1.0 + _MARGIN)
 
     def passes(state: np.ndarray) -> bool:
-        return bool(state[0] > limit or _along(steps, state)[:, 0].max() > limit)
+        return bool(state[0] > limit or _along(steps.maps, state)[:, 0].max() > limit)
 
     if passes(state):
         first = 0
@@ -234,12 +260,18 @@ def _passes(steps: np.ndarray, cycle: np.ndarray, state: np.ndarray, limit: floa
             if not passes(further):
                 state, first = further, first + 2**power
         state, first = cycle @ state, first + 1
+    begin = first * float(steps.ends[-1])
     if state[0] > limit:
-        return first * period
-    winding = np.concatenate([[state[0]], _along(steps, state)[:, 0]])
-    place = int(np.argmax(winding > limit))
-    part = (limit - winding[place - 1]) / (winding[place] - winding[place - 1])
-    return (first + (place - 1 + float(part)) / len(steps)) * period
+        return begin
+    place = 0
+    while (after := steps.maps[place] @ state)[0] <= limit:
+        state, place = after, place + 1
+    low, high = 0.0, float(steps.active[place])
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        beyond = (_over(steps.generators[place], middle) @ state)[0] > limit
+        low, high = (low, middle) if beyond else (middle, high)
+    return begin + float(steps.ends[place]) + high
 
 
 def _history(cycle: np.ndarray, state: np.ndarray, period: float, motor: Motor) -> tuple[np.ndarray, np.ndarray]:
