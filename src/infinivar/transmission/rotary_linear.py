@@ -40,8 +40,8 @@ _RIGHT_ANGLE = 1e-15
 _SPEED_TOLERANCE = 1e-6
 """Of surface and link speed together. Rounding leaves 1e-15, and more only within a millionth of slip with Eq 17."""
 
-_ROUNDING = 1e-15
-"""Of a force ratio in float64, a few units in the last place."""
+_ROUNDING = 2e-15
+"""Of a force ratio that follows from an angle: some units in the last place."""
 
 _BEYOND_ANY = 1e200
 """Stands for the secant of a right angle: finite, so that no force times it is still no force."""
@@ -364,7 +364,11 @@ class RotaryLinearIVT:
             # The steering angle was found to rounding, which Eq 17 blows up near slip: close the balance exactly.
             rest = exact_speed - link_speed
             _check_angle(
-                xp, rest, surface_speed + xp.abs(exact_speed), rolls, lambda: law.slope(safe) / groups.creep_group
+                xp,
+                rest,
+                surface_speed + xp.abs(exact_speed),
+                rolls,
+                lambda: surface_speed * law.slope(safe) / (groups.creep_group * along * along),
             )
             link_speed, creep_speed = exact_speed, creep_speed + rest * cosine
             rolling_speed = rolling_speed + rest * sine
@@ -475,10 +479,9 @@ def _driven(
 def _check_angle(xp, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:
     """The steering angle found must give the speed asked for; without this a wrong one would hide in the creep loss.
 
-    `give` is the creepage by force ratio: next to slip a law that only tends to it makes much of the ratio's rounding.
+    `give` is the link speed by force ratio: next to slip a law that only tends to it makes much of the ratio's rounding.
     """
     if xp.__name__ != "numpy" or not xp.any(rolls & (xp.abs(rest) > _SPEED_TOLERANCE * scale)):
         return
-    allowed = _SPEED_TOLERANCE + _ROUNDING * give()
-    if xp.any(rolls & (xp.abs(rest) > allowed * scale)):
+    if xp.any(rolls & (xp.abs(rest) > _SPEED_TOLERANCE * scale + _ROUNDING * give())):
         raise AuditError("the steering angle found does not give the link speed asked for")
