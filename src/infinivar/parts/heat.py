@@ -165,12 +165,14 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     settled = _settled(cycle)
     along = _along(steps.maps, settled) if settled is not None else np.full((1, 3), math.inf)
     time, history = _history(cycle, start, period, motor)
+    # From a cold start every cycle begins warmer than the one before: what the settled motor bears never passes.
+    bears = ambient <= limit and along[:, 0].max() <= limit * (1.0 + _MARGIN)
     return Heat(
         winding=float(along[:, 0].max()),
         housing=float(along[:, 1].max()),
         mean_winding=float(along[:, 0].mean()),
         permissible=limit,
-        time_to_limit=_passes(steps, cycle, start, limit),
+        time_to_limit=math.inf if bears else _passes(steps, cycle, start, limit),
         ambient=ambient,
         time=time,
         winding_history=history[:, 0],
@@ -238,8 +240,7 @@ def _along(steps: np.ndarray, state: np.ndarray) -> np.ndarray:
 def _passes(steps: _Steps, cycle: np.ndarray, state: np.ndarray, limit: float) -> float:
     """Time after which the winding passes the limit, inf if it never does.
 
-    From a cold start every cycle begins warmer than the one before, so that the first one to pass the limit is found by
-    halving over doubled cycles.
+    The first cycle to pass it is found by halving over doubled cycles.
     """
     limit = limit * (1.0 + _MARGIN)
 

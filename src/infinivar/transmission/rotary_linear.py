@@ -190,6 +190,8 @@ class RotaryLinearIVT:
         """
         if self.geometry is not None and self.contact is not None:
             # Most callers come with one speed, again and again, and from several threads.
+            if type(cylinder_speed).__module__ == "numpy" and cylinder_speed.ndim == 0:
+                cylinder_speed = float(cylinder_speed)
             number = isinstance(cylinder_speed, (int, float))
             known = self._memo.get(cylinder_speed) if number else None
             if known is not None:
