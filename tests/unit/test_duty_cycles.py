@@ -14,7 +14,7 @@ import infinivar as iv
 from infinivar import Limit
 from infinivar.analysis.duty_cycle import duty_cycle, holding
 from infinivar.analysis.forward import two_ways
-from infinivar.analysis.ratio_policy import policies
+from infinivar.analysis.ratio_policy import _schedule, policies
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.study.load import shipped_study
 
@@ -340,3 +340,55 @@ def test_prescribed_and_followed_energy_agree(drive, shape, tolerance):
     assert both.rms_error < 1e-3
     assert set(both.lost_prescribed) - {"pulley"} <= set(both.lost_followed)
     assert "from where it is wanted" in both.explanation
+
+
+@pytest.mark.parametrize("shape", ["walking", "tremor"])
+def test_steering_power_is_the_slope_of_its_energy(shape):
+    """What flows into bell and rotor is d/dt of half J phidot^2 along the cycle, by differences away from reversals."""
+    made = duty(shape)
+    whole = made.instants(40_000)
+    point = COBOTIC.follow(whole.course, load_mass=0.8)
+    inertia = COBOTIC.steering.bell_inertia + COBOTIC.steering.ratio**2 * COBOTIC.steering.motor.rotor_inertia
+    kinetic = 0.5 * inertia * point.states["steering_rate_rad_s"] ** 2
+    slope = (kinetic[2:] - kinetic[:-2]) / (whole.time[2:] - whole.time[:-2])
+    same_way = np.abs(np.diff(np.sign(whole.course.speed), 2)) == 0
+    flow = point.stored["steering"][1:-1]
+    assert_allclose(slope[same_way], flow[same_way], atol=1e-4 * np.max(np.abs(flow)))
+
+
+def test_heat_alone_can_rule_a_drive_out():
+    """Within its continuous torque, which holds at 25 C, a motor near an oven still gets too hot."""
+    found = duty_cycle(GEARED, duty("hold", force=-50.0, ambient=350.0))
+    assert found.exceeded == ()
+    assert not found.feasible
+    assert found.verdict.startswith("cannot go on: motor winding reaches")
+
+
+def test_drift_is_evened_out(tmp_path):
+    """With 2 % of drift taken out over the cycle, the seam does not ring: speeds as of the sinusoid alone."""
+    rows = [f"{t:.4f},{50 * math.sin(2 * math.pi * t) + 2 * t:.6f}" for t in np.linspace(0, 1, 401)]
+    whole = DutyCycle(shape="file", file=record(tmp_path, "\n".join(["time [s],position [mm]", *rows]))).instants()
+    turn = 2 * math.pi
+    assert_allclose(whole.course.speed, 0.05 * turn * np.cos(turn * whole.time), atol=1e-4)
+
+
+def test_smoothing_passes_what_it_says(tmp_path):
+    """Waves of 1 to 10 Hz with a cut-off of 8 Hz: whole up to 4, half at 6, none from 8 on."""
+    time = np.linspace(0, 1, 2001)
+    total = sum(np.sin(2 * math.pi * k * time) for k in range(1, 11))
+    text = "time [s],position [mm]\n" + "\n".join(f"{t:.6f},{p:.9f}" for t, p in zip(time, total, strict=True))
+    whole = DutyCycle(shape="file", file=record(tmp_path, text), cutoff=8.0).instants()
+    spectrum = 2 * np.abs(np.fft.rfft(whole.position * 1e3)) / len(whole.position)
+    expected = [1.0, 1.0, 1.0, 1.0, 0.5 + math.sqrt(0.125), 0.5, 0.5 - math.sqrt(0.125), 0.0, 0.0, 0.0]
+    assert_allclose(spectrum[1:11], expected, atol=2e-3)
+
+
+def test_schedules_follow_their_derivatives():
+    parameters = np.array([0.1, 0.3, -0.2, 0.1, 0.05, -0.1, 0.2])
+    time = np.linspace(0, 1.1, 20001)
+    speed = _schedule(14.0, 1.1, parameters, time)
+    step = time[1] - time[0]
+    for lower, higher in ((speed.value, speed.rate), (speed.rate, speed.curvature)):
+        slope = (lower[2:] - lower[:-2]) / (2 * step)
+        assert_allclose(slope, higher[1:-1], atol=1e-6 * np.max(np.abs(higher)))
+    assert speed.value[0] == pytest.approx(speed.value[-1])

@@ -159,6 +159,19 @@ def test_peak_torque_is_stricter_than_rms():
     assert one.demands[key][0, 0] == pytest.approx(np.sqrt(np.mean(current**2)) / drive.motor.continuous_current)
 
 
+def test_gearheads_are_held_to_their_root_mean_square():
+    """By either definition: what the definition says is of motors."""
+    drive = STUDY.drives["motor2-gear4"]
+    drive = replace(drive, gearhead=replace(drive.gearhead, continuous_torque=0.2))
+    key = (Limit.GEAR, "gearhead")
+    rms, peak = (shake(drive, definition=Definition(torque=torque)).demands[key] for torque in ("rms", "peak"))
+    assert_allclose(rms, peak)
+    course = shaking(amplitude(12.0, 0.8, 3.0), 3.0, 200)
+    torque = drive.follow(course, load_mass=0.8).states["gear_output_torque_Nm"]
+    one = dynamic_map(drive, [3.0], [1.0], power=12.0, load_mass=0.8)
+    assert one.demands[key][0, 0] == pytest.approx(np.sqrt(np.mean(torque**2)) / 0.2)
+
+
 def test_permissible_peak_torque_binds():
     drive = STUDY.drives["motor2-gear4"]
     weak = replace(drive, motor=replace(drive.motor, peak_torque=drive.motor.continuous_torque))
