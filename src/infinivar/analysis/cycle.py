@@ -68,6 +68,7 @@ class Definition:
         """An amplifier that treats negative power as this definition does."""
         return replace(given, regeneration=self.returned, storage_efficiency=self.storage_efficiency)
 
+    @property
     def words(self) -> str:
         """The definition in a few words, for figures."""
         measure = {

@@ -78,7 +78,7 @@ class DynamicMap:
         names = ", ".join(f"{place} {limit.name} ({what})" for place, (limit, what) in enumerate(self.demands, 1))
         data = {
             "amplitude": (grid, self.amplitude, {"units": "m"}),
-            "performance": (grid, self.performance, {"units": "1", "long_name": self.definition.words()}),
+            "performance": (grid, self.performance, {"units": "1", "long_name": self.definition.words}),
             "binding": (grid, self.binding, {"units": "1", "long_name": f"limit that binds: 0 none, {names}"}),
             "margin": (grid, self.margin, {"units": "1"}),
             "power_in": (grid, self.power_in, {"units": "W"}),

@@ -226,8 +226,9 @@ class CoboticDrive:
 
         Returns
         -------
-        Varying   Its mean is the drive's cylinder speed; nan for cycles in which the cylinder would stop or the wheel slip. The
-            curvature is a difference of rates, good enough for what little it adds to the steering.
+        Varying   Its mean is the drive's cylinder speed; nan for cycles in which the cylinder would stop or the wheel slip, or
+            which come so near to it that no speed is found. The curvature is a difference of rates, good enough for what
+            little it adds to the steering.
 
         Raises
         ------
@@ -243,7 +244,7 @@ class CoboticDrive:
         shape = np.broadcast_shapes(np.shape(course.speed), np.shape(link.value))
         step = np.asarray(period)[..., None] / shape[-1]
         speed, rest = np.full(shape, aim), 0.5 * inertia * aim**2
-        torque = element = np.zeros(shape)
+        torque, element, settled = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
         for _ in range(_COASTING_STEPS):
             element = self.transmission.deliver(
                 cylinder_speed=speed, link_speed=course.speed, link_force=link.value
@@ -254,10 +255,11 @@ class CoboticDrive:
             energy = energy - np.mean(energy, axis=-1, keepdims=True) + rest
             new = np.sign(aim) * np.sqrt(2.0 * np.where(energy > 0, energy, np.nan) / inertia)
             rest = rest + inertia * aim * (aim - np.mean(new, axis=-1, keepdims=True))
-            settled = np.abs(new - speed) <= 1e-12 * abs(aim)
+            settled = np.all(np.abs(new - speed) <= 1e-11 * abs(aim), axis=-1, keepdims=True)
             speed = new
             if np.all(settled | np.isnan(speed)):
                 break
+        speed = np.where(settled, speed, np.nan)
         rate = (torque - element) / inertia
         return Varying(speed, rate, (np.roll(rate, -1, -1) - np.roll(rate, 1, -1)) / (2.0 * step))
 

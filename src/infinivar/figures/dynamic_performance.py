@@ -178,5 +178,5 @@ def draw_all(machine: Machine) -> Figure:
         ]
         made.legend(handles=handles, loc="outside lower center", ncols=4)
         first = next(iter(numbers.values()))["cobotic"]
-        made.suptitle(f"Performance: {first.definition.words()}", fontsize=8)
+        made.suptitle(f"Performance: {first.definition.words}", fontsize=8)
     return made
