@@ -18,7 +18,7 @@ AMBIENT = 298.15
 def exponentials(motor, current, friction, time):
     """The linear system of winding and housing solved by its two eigenvalues, from ambient."""
     matrix, vector = heat.rates(motor, current**2, friction, AMBIENT)
-    values, vectors = np.linalg.eig(matrix[0])
+    values, vectors = (np.real(found) for found in np.linalg.eig(matrix[0]))  # which newer ones give as complex
     settled = -np.linalg.solve(matrix[0], vector[0])
     weights = np.linalg.solve(vectors, AMBIENT - settled)
     return settled + np.exp(np.multiply.outer(time, values)) * weights @ vectors.T
