@@ -188,9 +188,8 @@ def closure(point: MovingPoint) -> np.ndarray:
 
     At each instant what the supply gives is what the load gets, what is lost and what flows into the drive's inertias.
     """
-    accounts = {**point.losses, **{f"into {name}": flow for name, flow in point.stored.items()}}
     missing = np.asarray(point.power_in - point.power_out)
-    for flow in accounts.values():
+    for flow in (*point.losses.values(), *point.stored.values()):
         missing = missing - flow
     moved = np.mean(np.abs(point.power_in) + np.abs(point.power_out), axis=-1)
     return np.abs(np.mean(missing, axis=-1)) / (moved + 1e-300)

@@ -162,18 +162,13 @@ class DutyResult:
         """The cycle over time under names that end in their unit: `COLUMNS`, and the states of the drive."""
         course, point = self.instants.course, self.point
         shape = self.instants.time.shape
-        force = course.driving_force(self.load_mass).value
+        force = course.driving_force(self.duty.moved_mass).value
         values = (self.instants.time, self.instants.position, course.speed, force, point.power_out, point.power_in)
         found = dict(zip(COLUMNS, values, strict=True))
         found |= {name: state for name, state in point.states.items() if name != "steering_tangent"}
         if "steering_tangent" in point.states:
             found["steering_angle_rad"] = np.arctan(point.states["steering_tangent"])
         return {name: np.broadcast_to(np.asarray(value, dtype=float), shape) for name, value in found.items()}
-
-    @property
-    def load_mass(self) -> float:
-        """Mass that the drive moves. [kg]"""
-        return self.duty.load_mass or 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
@@ -256,7 +251,7 @@ def duty_cycle(
     """
     instants = duty.instants(samples)
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
-    mass = duty.load_mass or 0.0
+    mass = duty.moved_mass
     cold = drive.follow(instants.course, load_mass=mass, **options)
     lacking = {what: tuple(heat.missing(motor)) for what, motor in _motors(drive).items()}
     found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}

@@ -127,7 +127,7 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
     ValueError
         If the drive lacks a value that simulation needs.
     """
-    period, mass = duty.period, duty.load_mass or 0.0
+    period, mass = duty.period, duty.moved_mass
     nodes = np.arange(_NODES) * (period / _NODES)
     position, course = duty.at(nodes)
     push = np.broadcast_to(np.asarray(course.force, dtype=float), nodes.shape)

@@ -84,7 +84,7 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
     if drive.cylinder_inertia is None:
         return own, chosen
     scheduled = _evaluated("scheduled in time", drive, duty, fine, best_schedule(drive, duty, start=speed)(fine.time))
-    coasting = drive.coast(fine.course, period=np.asarray(duty.period), load_mass=duty.load_mass or 0.0)
+    coasting = drive.coast(fine.course, period=np.asarray(duty.period), load_mass=duty.moved_mass)
     return own, chosen, scheduled, _evaluated("inertia as a flywheel", drive, duty, fine, coasting)
 
 
@@ -148,7 +148,7 @@ def _schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarra
 def _cost(drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying, constant: bool = False) -> float:
     """Mean power, dearer the further limits are exceeded; dear without bound where the wheel slips. [W]"""
     driven = replace(drive, cylinder_speed=float(speed.value)) if constant else drive
-    point = driven.follow(instants.course, load_mass=duty.load_mass or 0.0, cylinder_speed=None if constant else speed)
+    point = driven.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=None if constant else speed)
     return _penalised(point)
 
 
@@ -161,7 +161,7 @@ def _penalised(point: MovingPoint) -> float:
 
 
 def _evaluated(name: str, drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying | None) -> Policy:
-    point = drive.follow(instants.course, load_mass=duty.load_mass or 0.0, cylinder_speed=speed)
+    point = drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=speed)
     turning = np.abs(drive.cylinder_speed if speed is None else speed.value)
     steering = np.asarray(point.states["steering_current_A"] * point.states["steering_voltage_V"])
     drawn = float(np.mean(point.power_in))

@@ -143,6 +143,11 @@ class DutyCycle:
         for name, value in made._asdict().items():
             object.__setattr__(self, name if name in ("period", "warnings") else f"_{name}", value)
 
+    @property
+    def moved_mass(self) -> float:
+        """Mass of the load, 0 where there is none. [kg]"""
+        return self.load_mass or 0.0
+
     def samples(self, least: int = SAMPLES, per_wave: int = _PER_WAVE) -> int:
         """Instants of a cycle: a multiple of 4, so that none lies on a reversal of a symmetric motion."""
         wanted = max(least, int(per_wave * self._fastest * self.period))

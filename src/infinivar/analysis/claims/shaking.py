@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import NamedTuple
@@ -139,6 +140,22 @@ def trends(pair: Pair) -> Found:
     return f"{words} (cobotic and conventional)", yes(min(rising + falling) >= 0.95)
 
 
+@functools.lru_cache(maxsize=256)
+def _coarse_map(
+    drive: CoboticDrive | ConventionalDrive, power: float, load_mass: float, definition: Definition
+) -> DynamicMap:
+    """Map on the coarser plane; the claims ask for the same ones again and again."""
+    return dynamic_map(
+        drive,
+        _FREQUENCY,
+        _FRACTION,
+        power=power,
+        load_mass=load_mass,
+        definition=definition,
+        samples=_COARSE_SAMPLES,
+    )
+
+
 class Bench(NamedTuple):
     """A cobotic and a conventional drive, and a mass to shake."""
 
@@ -163,16 +180,7 @@ class Bench(NamedTuple):
     def pair(self, definition: Definition = PAPER) -> Pair:
         """Maps on the coarser plane."""
         cobotic, conventional = (
-            dynamic_map(
-                drive,
-                _FREQUENCY,
-                _FRACTION,
-                power=self.power,
-                load_mass=self.load_mass,
-                definition=definition,
-                samples=_COARSE_SAMPLES,
-            )
-            for drive in (self.cobotic, self.conventional)
+            _coarse_map(drive, self.power, self.load_mass, definition) for drive in (self.cobotic, self.conventional)
         )
         return Pair(cobotic, conventional)
 
