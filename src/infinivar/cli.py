@@ -201,6 +201,95 @@ def simulate(
 
 
 @app.command()
+def rig(
+    study: StudyFile,
+    drive: Annotated[str | None, typer.Option("--drive", help="Name of a cobotic drive in the study.")] = None,
+    out: Annotated[Path, typer.Option("--out", help="CSV file to write.")] = Path("rig.csv"),
+    ratios: Annotated[str, typer.Option(help="Reduction ratios.")] = "100,50,20,8,4,2,1",
+    loads: Annotated[str, typer.Option(help="Loads over the slip force.")] = "0.15,0.5",
+    preloads: Annotated[str, typer.Option(help="Preloads over the study's.")] = "1",
+    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise and of how far the rig is off.")] = 0,
+) -> None:
+    """Simulate the experiment that measures a transmission; write the data that the rig of the study would record."""
+    from infinivar.analysis.calibration import virtual
+    from infinivar.analysis.calibration.calibrate import cobotic
+    from infinivar.report.calibration import save_data
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = _chosen(study, "drive", drive, loaded.drives)
+    wanted = {
+        "ratios": _numbers("ratios", ratios),
+        "loads": _numbers("loads", loads),
+        "preloads": _numbers("preloads", preloads),
+    }
+    with _named(study, f"drives.{name}"):
+        measured = cobotic(loaded, name)
+    with _progress() as progress, _named(study, f"drives.{name}"):
+        settings = virtual.protocol(measured, loaded.rig, **wanted)
+        done = virtual.experiment(
+            measured, loaded.rig, settings, seed=seed, progress=lambda share: progress("measuring", share)
+        )
+    if not len(done.data):
+        raise InputError(f"{study}: drives.{name}: no run of the protocol is possible: {done.left_out[0]}")
+    save_data(done.data, out)
+    for said in done.left_out:
+        print(f"infinivar: left out: {said}", file=sys.stderr)
+    print(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
+
+
+@app.command()
+def calibrate(
+    data: Annotated[Path, typer.Argument(help="Runs of a rig (CSV with units in its header).", show_default=False)],
+    study: Annotated[
+        Path, typer.Option("--study", help="Study file that has the drive and the rig.", show_default=False)
+    ],
+    drive: Annotated[str | None, typer.Option("--drive", help="Name of the cobotic drive in the study.")] = None,
+    fit: Annotated[
+        str, typer.Option("--fit", help="What to fit; torque_constant and resistance, too, on request.")
+    ] = "creep_stiffness,rolling_torque,bearing_torque,guideway_friction,nominal_torque",
+    leave_out: Annotated[
+        list[int] | None, typer.Option("--leave-out", help="Line of the data that is not used.")
+    ] = None,
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Fit a drive's losses to a rig's data; write report, results and the calibrated study.
+
+    Exit code 1 if the data do not tell all that was to be fitted.
+    """
+    from infinivar.analysis.calibration.calibrate import calibrate as run
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = _chosen(study, "drive", drive, loaded.drives)
+    names = [word.strip() for word in fit.split(",") if word.strip()]
+    found = run(loaded, name, data, parameters=names, leave_out=leave_out or ())
+    files = found.save(out)
+    if as_json:
+        _print_json({**found.to_dict(), "files": [str(file) for file in files]})
+    else:
+        for clause in found.verdict.split("; "):
+            print(clause)
+        for remark in found.remarks:
+            print(f"  {remark}")
+        print(f"Report: {files[0]}")
+        print(f"Calibrated study: {files[1]}")
+    raise typer.Exit(0 if found.fit.told == found.fit.names else NOT_FEASIBLE)
+
+
+def _numbers(option: str, text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(f"--{option} {text!r} must be numbers with commas between them, such as 100,8,1") from None
+
+
+def _call(*words: object) -> str:
+    return shlex.join(["infinivar", *map(str, words)])
+
+
+@app.command()
 def graph(
     study: StudyFile,
     drive: Annotated[str, typer.Argument(help="Name of the drive in the study.", show_default=False)],

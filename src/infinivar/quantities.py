@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from infinivar.errors import require
@@ -68,3 +69,42 @@ def check(instance: Any) -> None:
         value = getattr(instance, field.name)
         if "unit" in field.metadata and (value is not None or field.default is not None):
             check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
+
+
+def quantities_of(instance: Any, prefix: str = "") -> dict[str, dataclasses.Field]:
+    """Every physical field that a dataclass and its parts have a value for, by dotted path, in the order of definition."""
+    found: dict[str, dataclasses.Field] = {}
+    for field in dataclasses.fields(instance):
+        value = getattr(instance, field.name)
+        if not field.init or value is None:
+            continue
+        if "unit" in field.metadata:
+            found[prefix + field.name] = field
+        elif dataclasses.is_dataclass(value):
+            found |= quantities_of(value, f"{prefix}{field.name}.")
+    return found
+
+
+def value_at(instance: Any, path: str) -> Any:
+    """Value of the field at a dotted path."""
+    for step in path.split("."):
+        instance = getattr(instance, step)
+    return instance
+
+
+def with_values(instance: Any, values: Mapping[str, Any]) -> Any:
+    """The dataclass with other values at dotted paths, its parts made anew and validated.
+
+    Raises
+    ------
+    ValueError
+        If a value is not permitted.
+    """
+    own = {path: value for path, value in values.items() if "." not in path}
+    inner: dict[str, dict[str, Any]] = {}
+    for path, value in values.items():
+        head, _, rest = path.partition(".")
+        if rest:
+            inner.setdefault(head, {})[rest] = value
+    own |= {name: with_values(getattr(instance, name), below) for name, below in inner.items()}
+    return dataclasses.replace(instance, **own)

@@ -17,16 +17,22 @@ _HEADING = re.compile(r"(.*?)\s*(?:[\[(](.*?)[\])])?\s*")
 
 
 def read_columns(
-    file: str, wanted: tuple[tuple[str, str], ...], required: tuple[str, ...], *, units_needed: bool = True
+    file: str,
+    wanted: tuple[tuple[str, str], ...],
+    required: tuple[str, ...],
+    *,
+    units_needed: bool = True,
+    rising: str | None = "time",
 ) -> tuple[Mapping[str, list[float]], list[int]]:
-    """Columns of a CSV file whose times increase.
+    """Columns of a CSV file.
 
     Parameters
     ----------
     file : str            Path of the file: a header, then rows of numbers; empty lines are passed over.
-    wanted : tuple        Names of columns with their SI units, "time" among them; other columns are passed over.
-    required : tuple      Those of them that the file must have, "time" first.
+    wanted : tuple        Names of columns with their SI units; other columns are passed over.
+    required : tuple      Those of them that the file must have.
     units_needed : bool   Whether each heading must say its unit, as in "position [mm]"; else SI is meant without.
+    rising : str          Column whose values must increase from line to line, None for none.
 
     Returns
     -------
@@ -43,7 +49,7 @@ def read_columns(
         found = path.stat()
     except OSError as problem:
         raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
-    return _read(path, (found.st_mtime_ns, found.st_size), wanted, required, units_needed)
+    return _read(path, (found.st_mtime_ns, found.st_size), wanted, required, units_needed, rising)
 
 
 @functools.lru_cache(maxsize=16)
@@ -53,6 +59,7 @@ def _read(
     wanted: tuple[tuple[str, str], ...],
     required: tuple[str, ...],
     units_needed: bool,
+    rising: str | None,
 ) -> tuple[Mapping[str, list[float]], list[int]]:
     """The columns of a file as it was at its time and size: a study asks for them several times."""
     values: dict[str, list[float]] = {}
@@ -68,11 +75,11 @@ def _read(
                 line = rows.line_num
                 for name, (place, factor) in places.items():
                     values[name].append(_number(path, line, row, place, name) * factor)
-                times = values["time"]
-                if len(times) > 1 and not times[-1] > times[-2]:
-                    raise InputError(f"{path}: line {line} must have a later time than the line before")
+                order = values[rising] if rising else []
+                if len(order) > 1 and not order[-1] > order[-2]:
+                    raise InputError(f"{path}: line {line} must have a later {rising} than the line before")
                 numbers.append(line)
-                if len(times) > _MOST_ROWS:
+                if len(numbers) > _MOST_ROWS:
                     raise InputError(f"{path}: has more than {_MOST_ROWS} lines")
     except OSError as problem:
         raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem

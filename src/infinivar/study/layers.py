@@ -100,11 +100,11 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
             f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out"
         )
     if "transmission" in under:
-        under["transmission"] = _contact_over(under["transmission"], tree.get("transmission"))
+        under["transmission"] = contact_over(under["transmission"], tree.get("transmission"))
     return merged(under, tree)
 
 
-def _contact_over(under: Raw, over: Any) -> Raw:
+def contact_over(under: Raw, over: Any) -> Raw:
     """The base's transmission without what a study describes the other way: measured groups, or geometry."""
     if not isinstance(over, dict):
         return under

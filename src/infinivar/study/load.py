@@ -13,16 +13,21 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest
 from infinivar.study.build import built
+from infinivar.study.extend import extended
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, plain, quoted, short
 from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set
 from infinivar.study.study import Provenance, Study
+from infinivar.study.uncertainty import Uncertainty, uncertainty_from
 
-_TOP = ("title", "description", "requirement", "drives", "scenarios", "duty")
+_TOP = (
+    "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "rig", "uncertainty", "correlations",
+)  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
 """Faults listed at once."""
@@ -46,8 +51,21 @@ def load_study(path: str | Path) -> Study:
         would be right, one line for each fault.
     """
     path = Path(path)
+    raw = _read(path)
     try:
-        raw = tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        return study_from(extended(raw, path, _read), name=path.stem, origin=path.name, path=path)
+    except RecursionError as problem:
+        raise InputError(f"{path}: is nested too deeply") from problem
+    except StudyError as problems:
+        lines = [f"{path}: {line}" for line in problems.lines[:_MOST]]
+        more = len(problems.lines) - len(lines)
+        raise InputError("\n".join([*lines, f"and {more} more"] if more else lines)) from None
+
+
+def _read(path: Path) -> Raw:
+    """Tables of a study file as written."""
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except FileNotFoundError as problem:
         raise InputError(f"{path}: no such file") from problem
     except IsADirectoryError as problem:
@@ -60,14 +78,6 @@ def load_study(path: str | Path) -> Study:
         raise InputError(f"{path}: is not valid TOML: {str(problem).partition(';')[0]}") from problem
     except RecursionError as problem:
         raise InputError(f"{path}: is nested too deeply") from problem
-    try:
-        return study_from(raw, name=path.stem, origin=path.name, path=path)
-    except RecursionError as problem:
-        raise InputError(f"{path}: is nested too deeply") from problem
-    except StudyError as problems:
-        lines = [f"{path}: {line}" for line in problems.lines[:_MOST]]
-        more = len(problems.lines) - len(lines)
-        raise InputError("\n".join([*lines, f"and {more} more"] if more else lines)) from None
 
 
 def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) -> Study:
@@ -120,6 +130,14 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
                 made[task] = one if one.load_mass is not None or walks else replace(one, load_mass=load_mass)
             except StudyError as found:
                 problems += found.lines
+    rig, spread = Rig(), Uncertainty()
+    try:
+        if "rig" in raw:
+            rig = built(Rig, annotated(_table(raw["rig"], "rig"), "rig", origin), "rig", "rig", rows)
+    except StudyError as found:
+        problems += found.lines
+    if not problems:  # spreads are those of values that hold
+        spread = uncertainty_from(raw.get("uncertainty", {}), raw.get("correlations", []), drives, origin)
     remarks.warnings.extend(f"duty.{task}: {said}" for task, one in duty.items() for said in one.warnings)
     if problems or requirement is None:
         raise StudyError(*problems)
@@ -132,11 +150,19 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         titles=titles,
         scenarios=scenarios,
         duty=duty,
+        rig=rig,
+        uncertainty=spread,
         provenance=tuple(rows),
         reconstruction=tuple(remarks.reconstruction.values()),
         warnings=tuple(remarks.warnings),
         path=path,
     )
+
+
+def _table(value: object, where: str) -> Raw:
+    if not isinstance(value, dict):
+        raise StudyError(f"{where} = {quoted(value)} must be a table [{where}]")
+    return value
 
 
 def _overstress(drive: Drive) -> Iterator[str]:

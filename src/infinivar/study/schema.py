@@ -23,6 +23,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest
 from infinivar.parts.bearing import Bearing
@@ -44,6 +45,14 @@ CATALOGUES = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Mater
 
 HEAD = ("base", "title", "type")
 """Keys at the head of a drive's table that steer how it is read."""
+
+SPREAD = {
+    "tolerance": "To either side of the value; every value within is as likely. Percent are of the value",
+    "deviation": "Standard deviation of a normal distribution about the value. Percent are of the value",
+    "low": "Least value of a range in which every value is as likely",
+    "high": "Largest value of that range",
+}
+"""Keys of a table that says how far a value may be off."""
 
 ORIGIN = ("kind", "where")
 """Keys of any table that say where its values come from."""
@@ -199,7 +208,7 @@ def json_schema() -> dict[str, Any]:
     Editors check words and ranges of a file that is being written; a field that a base may supply is not required.
     """
     definitions: dict[str, Any] = {}
-    for part in (Requirement, Scenario, DutyCycle, *DRIVES.values()):
+    for part in (Requirement, Scenario, DutyCycle, Rig, *DRIVES.values()):
         schema = table(part).model_json_schema(ref_template="#/$defs/{model}")
         definitions.update(schema.pop("$defs", {}))
         definitions[part.__name__] = schema
@@ -212,6 +221,16 @@ def json_schema() -> dict[str, Any]:
         for field in schema["properties"].values():
             field.pop("default", None)
         schema["properties"].update(origin)
+    # A spread stands where the drive has the value: text, a table of a spread, or a table of further spreads.
+    size = {"type": ["string", "number"]}
+    definitions["Spreads"] = {
+        "type": "object",
+        "properties": {
+            **{key: {**size, "description": meaning} for key, meaning in SPREAD.items()},
+            **origin,
+        },
+        "additionalProperties": {"anyOf": [size, {"$ref": "#/$defs/Spreads"}]},
+    }
     base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
     part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
     definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
@@ -227,9 +246,13 @@ def json_schema() -> dict[str, Any]:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "infinivar study",
         "type": "object",
-        "required": ["requirement", "drives"],
+        "anyOf": [{"required": ["requirement", "drives"]}, {"required": ["extends"]}],
         "additionalProperties": False,
         "properties": {
+            "extends": {
+                "type": "string",
+                "description": "Study file from which this one takes everything it does not say",
+            },
             "title": {"type": "string", "description": "Headline of the report"},
             "description": {"type": "string", "description": "What is compared and why"},
             "requirement": {"$ref": "#/$defs/Requirement"},
@@ -251,6 +274,29 @@ def json_schema() -> dict[str, Any]:
                 "description": "Motions that the drives repeat, by name: energy, limits and heat over each are compared",
                 "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
                 "additionalProperties": {"$ref": "#/$defs/DutyCycle"},
+            },
+            "rig": {"$ref": "#/$defs/Rig"},
+            "uncertainty": {
+                "type": "object",
+                "description": "How far values of the drives may be off: tables as those of the drives, by drive",
+                "properties": {
+                    "draws": {"type": "integer", "description": "Builds to draw of each drive, a power of two"}
+                },
+                "additionalProperties": {"$ref": "#/$defs/Spreads"},
+            },
+            "correlations": {
+                "type": "array",
+                "description": "Values of a drive that are off together",
+                "items": {
+                    "type": "object",
+                    "required": ["drive", "between", "value"],
+                    "additionalProperties": False,
+                    "properties": {
+                        "drive": {"type": "string"},
+                        "between": {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2},
+                        "value": {"type": "number", "exclusiveMinimum": -1, "exclusiveMaximum": 1},
+                    },
+                },
             },
         },
         "$defs": definitions,

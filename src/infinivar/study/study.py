@@ -10,8 +10,10 @@ from typing import Any
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.frozen import FrozenDict
+from infinivar.study.uncertainty import Uncertainty
 
 DEFAULT = "default of the program"
 """Source of values that nobody gave."""
@@ -50,6 +52,8 @@ class Study:
     titles                Their names for reports.
     scenarios             Runs in time for simulation, by name.
     duty                  Motions that the drives repeat, by name.
+    rig                   On which a transmission is measured.
+    uncertainty           How far values of the drives may be off.
     provenance            One record a value.
     reconstruction        Statements of the parameter sets used about what in them is reconstructed; may be empty.
     warnings              What looks like an oversight, though it can be computed.
@@ -63,6 +67,8 @@ class Study:
     titles: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario] = field(default_factory=dict)
     duty: Mapping[str, DutyCycle] = field(default_factory=dict)
+    rig: Rig = field(default_factory=Rig)
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
     provenance: tuple[Provenance, ...] = ()
     reconstruction: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()

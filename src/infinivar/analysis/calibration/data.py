@@ -1,0 +1,218 @@
+"""What a rig records: one row a run, with every row held against what a rig can give."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.rig import Rig
+from infinivar.drivetrain.tables import read_columns
+from infinivar.errors import InputError
+
+COLUMNS = {
+    "steering_angle": "rad",
+    "mass": "kg",
+    "preload": "N",
+    "duration": "s",
+    "cylinder_angle": "rad",
+    "link_travel": "m",
+    "motor_current": "A",
+    "motor_voltage": "V",
+}
+"""Columns of a rig's data with their SI units; the voltage may be left out."""
+
+_REQUIRED = tuple(name for name in COLUMNS if name != "motor_voltage")
+_MOST = 12
+"""Faults listed at once."""
+
+_SLIPS = {
+    1e3: "is it in millimetres?",
+    1e-3: "is it in metres?",
+    180 / math.pi: "is an angle in radians taken for degrees?",
+    math.pi / 180: "is an angle in degrees taken for radians?",
+    2 * math.pi: "are turns taken for radians?",
+    0.5 / math.pi: "are radians taken for turns?",
+}
+"""What a factor between travel and angles suggests."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RigData:
+    """Runs of a rig: arrays of one length, SI.
+
+    Signs are those of the transmission: a positive steering angle moves the link backwards on a cylinder that turns
+    forwards, a mass pulls the link backwards, and lifting is a positive travel. A run without preload, its wheel lifted
+    off, gives the torque that motor and gearing take by themselves.
+
+    Attributes
+    ----------
+    steering_angle : as the steering encoder says. [rad]
+    mass : that hangs on the link. [kg]
+    preload : as the spring's setting says; 0 for a wheel that is lifted off. [N]
+    duration : of the window over which the run is measured. [s]
+    cylinder_angle, link_travel : in that window. [rad], [m]
+    motor_current, motor_voltage : means over it; the voltage may be None. [A], [V]
+    lines : of the file in which the runs stand.
+    name : of the file.
+    """
+
+    steering_angle: np.ndarray
+    mass: np.ndarray
+    preload: np.ndarray
+    duration: np.ndarray
+    cylinder_angle: np.ndarray
+    link_travel: np.ndarray
+    motor_current: np.ndarray
+    motor_voltage: np.ndarray | None
+    lines: tuple[int, ...]
+    name: str = "rig data"
+
+    def __len__(self) -> int:
+        """Number of runs."""
+        return len(self.lines)
+
+    @property
+    def pressed(self) -> np.ndarray:
+        """Which runs have the wheel on the cylinder."""
+        return self.preload > 0
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """The runs as columns under headings with their units, as `read` takes them."""
+        found = {name: getattr(self, name) for name in COLUMNS}
+        return {f"{name} [{COLUMNS[name]}]": values for name, values in found.items() if values is not None}
+
+    def chosen(self, rows: Any) -> RigData:
+        """Some of the runs, by index or mask."""
+        picked = {
+            name: None if getattr(self, name) is None else getattr(self, name)[rows]
+            for name in (field.name for field in dataclasses.fields(self))
+            if name not in ("lines", "name")
+        }
+        return dataclasses.replace(self, **picked, lines=tuple(np.asarray(self.lines)[rows].tolist()))
+
+
+def read(file: str | Path) -> RigData:
+    """Runs from a CSV file.
+
+    Parameters
+    ----------
+    file : str or Path   A header that names the columns with their units, such as ``mass [kg]``, then one run a line.
+
+    Returns
+    -------
+    RigData
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, a column or a unit is missing or of another kind, or a cell has no number.
+    """
+    columns, lines = read_columns(str(file), tuple(COLUMNS.items()), _REQUIRED, rising=None)
+    arrays: dict[str, Any] = {name: np.asarray(values, dtype=float) for name, values in columns.items()}
+    return RigData(**{"motor_voltage": None, **arrays}, lines=tuple(lines), name=str(file))
+
+
+def check(data: RigData, drive: CoboticDrive, rig: Rig) -> None:
+    """Refuse runs that no rig with this drive can have given: slips of columns, units and sensors.
+
+    Raises
+    ------
+    InputError
+        A line for each fault, with the row, what is found and what it suggests.
+    """
+    found = [f"{data.name}: line {data.lines[row]}: {said}" for row, said in sorted(_faults(data, drive, rig))]
+    if found:
+        more = len(found) - _MOST
+        raise InputError("\n".join(found[:_MOST] + ([f"and {more} more"] if more > 0 else [])))
+
+
+def _faults(data: RigData, drive: CoboticDrive, rig: Rig) -> Iterator[tuple[int, str]]:
+    """Row and words for every fault, at most one a row."""
+    element, motor = drive.transmission, drive.motor
+    stall, fastest = motor.voltage / motor.resistance, 1.5 * motor.no_load_speed / drive.gearhead.ratio
+    for row in range(len(data)):
+        angle, mass, preload, duration, turned, _, current = (float(getattr(data, name)[row]) for name in _REQUIRED)
+        weight, slip = mass * rig.gravity, element.friction * preload
+        speed = abs(turned) / duration if duration > 0 else math.nan
+        if duration <= 0:
+            yield row, f"duration must be > 0 s, got {duration:.4g}"
+        elif mass < 0 or preload < 0:
+            name, value = ("mass", mass) if mass < 0 else ("preload", preload)
+            yield row, f"{name} must be >= 0, got {value:.4g}"
+        elif abs(angle) >= 0.5 * math.pi:
+            yield row, f"steering_angle must be within -90 and 90 deg, got {math.degrees(angle):.4g} deg"
+        elif abs(turned) < 10 * rig.cylinder_resolution:
+            yield row, f"cylinder_angle is {turned:.4g} rad in {duration:.3g} s: does it turn, or is its encoder stuck?"
+        elif speed > fastest:
+            hint = (
+                "is it the angle of the motor, not of the cylinder?"
+                if speed < 2 * fastest * drive.gearhead.ratio
+                else ""
+            )
+            yield (
+                row,
+                f"cylinder_angle means {speed:.4g} rad/s, and the motor reaches {fastest:.4g} rad/s at most; {hint}",
+            )
+        elif abs(current) > stall:
+            yield row, f"motor_current is {current:.4g} A, more than the motor's stall current of {stall:.3g} A"
+        elif preload > 0 and weight > 1.5 * slip:
+            hint = (
+                "are mass and preload swapped?"
+                if preload * rig.gravity < 1.5 * element.friction * max(mass, 1.0)
+                else ""
+            )
+            yield row, f"mass pulls with {weight:.4g} N where the wheel slips at {slip:.4g} N; {hint}".rstrip("; ")
+        elif preload > 0 and (said := _travel_fault(data, drive, rig, row)) is not None:
+            yield row, said
+        elif (said := _voltage_fault(data, drive, row)) is not None:
+            yield row, said
+
+
+def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
+    if data.motor_voltage is None:
+        return None
+    voltage, current = float(data.motor_voltage[row]), float(data.motor_current[row])
+    speed = float(data.cylinder_angle[row] / data.duration[row]) * drive.gearhead.ratio
+    wanted = drive.motor.resistance * current + drive.motor.torque_constant * speed
+    if abs(voltage - wanted) <= 0.4 * abs(wanted) + 0.1 * drive.motor.voltage:
+        return None
+    swapped = drive.motor.resistance * voltage + drive.motor.torque_constant * speed
+    hint = "; are motor_current and motor_voltage swapped?" if abs(current - swapped) < 0.4 * abs(swapped) else ""
+    return f"motor_voltage is {voltage:.4g} V where current and speed take {wanted:.4g} V{hint}"
+
+
+def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    """Whether the link went where the wheel points, as far as creep and the encoder's zero let it."""
+    element = drive.transmission
+    groups = element.groups(drive.cylinder_speed)
+    surface = element.cylinder_radius * float(data.cylinder_angle[row])
+    angle, travel = float(data.steering_angle[row]), float(data.link_travel[row])
+    ideal = -surface * math.tan(angle)
+    # Five times the creep of the study's contact at slip: what is fitted may be another.
+    creeps = abs(surface) * (5.0 / float(groups.creep_group) + 5.0 * rig.steering_zero_deviation)
+    still = travel == 0.0 and abs(ideal) > 100.0 * rig.link_resolution
+    if not still and abs(travel - ideal) <= creeps + 0.2 * abs(ideal) + 5.0 * rig.link_resolution:
+        return None
+    previous = data.link_travel[row - 1] if row else math.nan
+    if travel == 0.0 or travel == previous:
+        same = "does not move" if travel == 0.0 else "has the value of the line before"
+        return f"link_travel {same} where the wheel points to {ideal:.4g} m: is its encoder stuck?"
+    factor = travel / ideal if ideal else math.inf
+    hint = next((f"; {said}" for known, said in _SLIPS.items() if abs(abs(factor) / known - 1.0) < 0.25), "")
+    if abs(factor + 1.0) < 0.25:
+        hint = "; is a sign turned round?"
+    if _near(float(data.cylinder_angle[row]), -element.cylinder_radius * math.tan(angle) * travel):
+        hint = "; are link_travel and cylinder_angle swapped?"
+    return f"link_travel is {travel:.4g} m where steering and cylinder angle give {ideal:.4g} m{hint}"
+
+
+def _near(value: float, wanted: float) -> bool:
+    return abs(value - wanted) < 0.25 * abs(wanted)

@@ -1,0 +1,218 @@
+"""Fitting a drive's losses to a rig's data: estimates, intervals, and what the data cannot tell apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from infinivar.analysis.calibration.problem import Problem
+from infinivar.frozen import FrozenDict
+
+NORMAL_95 = 1.959963984540054
+"""Standard deviations to either side of an interval that contains the truth in 95 % of sessions."""
+
+OUTLIER = 5.0
+"""Standard deviations from the robust fit beyond which a run is left out; of a million good readings one is."""
+
+_UNKNOWN = 1.0
+"""Relative standard deviation from which on a direction counts as not told by the data."""
+
+_INVOLVED = 0.1
+"""Share in a direction from which on a parameter counts as part of it."""
+
+_DOUBT = 1e-3
+"""Probability below which residuals are larger than the sensors explain."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Combination:
+    """A weighted sum of parameters which the data tell, though not its parts; the first weight is 1."""
+
+    weights: Mapping[str, float]
+    value: float
+    deviation: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """Parameters fitted to a rig's data.
+
+    Attributes
+    ----------
+    names : of the parameters asked for.
+    values : by name, in SI; those not told apart stay in the study's proportions.
+    deviations : standard deviations, in SI; inf for parameters that the data do not tell.
+    covariance : (p, p) of the told directions. [SI]
+    combinations : sums that are told in place of their parts.
+    problem : of the runs used, and `unknowns`, where it is solved.
+    outliers : index of runs left out.
+    chi_square, freedom : sum of squared residuals and degrees of freedom.
+    widened : factor on all deviations, above 1 where the residuals are larger than the sensors explain.
+    """
+
+    names: tuple[str, ...]
+    values: Mapping[str, float]
+    deviations: Mapping[str, float]
+    covariance: np.ndarray
+    combinations: tuple[Combination, ...]
+    problem: Problem
+    unknowns: np.ndarray
+    outliers: tuple[int, ...]
+    chi_square: float
+    freedom: int
+    widened: float
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """Parameters that the data tell by themselves."""
+        return tuple(name for name in self.names if math.isfinite(self.deviations[name]))
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Ends of the 95 % interval; infinite where the data do not tell."""
+        half = NORMAL_95 * self.deviations[name]
+        return self.values[name] - half, self.values[name] + half
+
+    @property
+    def correlations(self) -> np.ndarray:
+        """Of the parameters asked for; nan for those that are not told. (p, p)"""
+        scale = np.asarray([self.deviations[name] for name in self.names])
+        with np.errstate(invalid="ignore"):
+            return np.where(np.isfinite(scale[:, None] * scale), self.covariance / (scale[:, None] * scale), np.nan)
+
+
+def fit(problem: Problem) -> Fit:
+    """Solve a calibration: a robust fit finds the outliers, a weighted one without them the estimates.
+
+    Returns
+    -------
+    Fit
+
+    Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
+    """
+    untold = _untold(problem, problem.start)
+    robust = _solved(problem, problem.start, untold=untold, loss="soft_l1")
+    beyond = np.any(np.abs(problem.of_runs(problem.residuals(robust))) > OUTLIER, axis=1)
+    kept = problem.without(beyond)
+    untold = _untold(kept, robust)
+    unknowns = _solved(kept, robust, untold=untold)
+    residuals = kept.residuals(unknowns)
+    told = len(kept.names) - untold.shape[1]
+    readings = int(np.count_nonzero(np.any(kept.whitening != 0, axis=-1)))
+    freedom = max(readings - told, 0)
+    chi_square = float(residuals @ residuals)
+    widened = _widened(chi_square, freedom)
+    covariance = widened**2 * _covariance(kept, unknowns, untold) * kept.scales[:, None] * kept.scales
+    values = {name: float(unknowns[i] * kept.scales[i]) for i, name in enumerate(kept.names)}
+    involved = np.any(np.abs(untold) > _INVOLVED, axis=1)
+    deviations = np.where(involved, np.inf, np.sqrt(np.diag(covariance)))
+    return Fit(
+        names=kept.names,
+        values=FrozenDict(values),
+        deviations=FrozenDict(zip(kept.names, deviations.tolist(), strict=True)),
+        covariance=covariance,
+        combinations=_combinations(kept, untold, involved, values, covariance),
+        problem=kept,
+        unknowns=unknowns,
+        outliers=tuple(np.flatnonzero(beyond).tolist()),
+        chi_square=chi_square,
+        freedom=freedom,
+        widened=widened,
+    )
+
+
+def _solved(problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear") -> np.ndarray:
+    """Unknowns of least squares; `untold` directions of the parameters are known by the study alone, to 100 %."""
+    from scipy.optimize import least_squares
+
+    low, high = problem.bounds
+    held = np.zeros((untold.shape[1], start.size))
+    held[:, : len(problem.names)] = untold.T / _UNKNOWN
+    found = least_squares(
+        lambda x: np.concatenate([problem.residuals(x), held @ (x - problem.start)]),
+        np.maximum(start, low + 1e-9),
+        lambda x: np.concatenate([problem.jacobian(x), held]),  # type: ignore[arg-type]
+        (low, high),
+        loss=loss,
+        f_scale=2.0,
+        xtol=1e-13,
+        ftol=1e-13,
+        gtol=1e-11,
+    )
+    return found.x
+
+
+def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
+    """Information on the first unknowns, with that which goes into the others taken off (Schur complement)."""
+    whole = jacobian.T @ jacobian
+    own, shared, others = (
+        whole[:parameters, :parameters],
+        whole[:parameters, parameters:],
+        whole[parameters:, parameters:],
+    )
+    return own if others.size == 0 else own - shared @ np.linalg.solve(others, shared.T)
+
+
+def _untold(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
+    """Orthonormal directions of the scaled parameters which the data leave open. (p, k)"""
+    found, directions = np.linalg.eigh(information(problem.jacobian(unknowns), len(problem.names)))
+    return directions[:, found < 1.0 / _UNKNOWN**2]
+
+
+def _covariance(problem: Problem, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
+    """Of the scaled parameters, untold directions being known to 100 %: a little of these is in all others."""
+    told = information(problem.jacobian(unknowns), len(problem.names))
+    return np.linalg.inv(told + untold @ untold.T / _UNKNOWN**2)
+
+
+def _widened(chi_square: float, freedom: int) -> float:
+    from scipy.special import chdtrc
+
+    if freedom == 0 or chdtrc(freedom, chi_square) > _DOUBT:
+        return 1.0
+    return math.sqrt(chi_square / freedom)
+
+
+def _combinations(
+    problem: Problem, untold: np.ndarray, involved: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
+) -> tuple[Combination, ...]:
+    """Independent sums of the parameters which are not told by themselves, in the simplest form: row echelon."""
+    if not involved.any():
+        return ()
+    names = [name for name, part in zip(problem.names, involved, strict=True) if part]
+    # What is left of the parameters' space once the untold directions are taken out of it, parameters in SI.
+    _, _, directions = np.linalg.svd((np.eye(len(problem.names)) - untold @ untold.T)[np.ix_(involved, involved)])
+    space = directions[: max(len(names) - untold.shape[1], 0)] / problem.scales[involved]
+    found = []
+    for row in _echelon(space * problem.scales[involved].max()):
+        weights = np.zeros(len(problem.names))
+        weights[involved] = row
+        value = sum(weight * values[name] for name, weight in zip(names, row, strict=True))
+        found.append(
+            Combination(
+                weights=FrozenDict({name: float(w) for name, w in zip(names, row, strict=True) if abs(w) > 1e-6}),
+                value=float(value),
+                deviation=float(math.sqrt(weights @ covariance @ weights)),
+            )
+        )
+    return tuple(found)
+
+
+def _echelon(matrix: np.ndarray) -> list[np.ndarray]:
+    """Rows of the reduced row echelon form that are not zero."""
+    rows, rank = matrix.copy(), 0
+    size = np.abs(matrix).max(initial=0.0)
+    for column in range(rows.shape[1]):
+        if rank == len(rows):
+            break
+        pivot = rank + int(np.argmax(np.abs(rows[rank:, column])))
+        if abs(rows[pivot, column]) < 1e-6 * size:
+            continue
+        rows[[rank, pivot]] = rows[[pivot, rank]]
+        rows[rank] /= rows[rank, column]
+        others = np.arange(len(rows)) != rank
+        rows[others] -= rows[others, column : column + 1] * rows[rank]
+        rank += 1
+    return list(rows[:rank])

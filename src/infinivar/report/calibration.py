@@ -1,0 +1,173 @@
+"""The report of a calibration, the calibrated study, and the data of a virtual rig as files."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from infinivar import units
+from infinivar.analysis.calibration import model
+from infinivar.analysis.calibration.calibrate import Calibration, Fitted, combined, with_interval
+from infinivar.analysis.calibration.data import RigData
+from infinivar.analysis.calibration.virtual import Setting
+from infinivar.errors import InputError
+from infinivar.figures import calibration as figure
+from infinivar.figures import style
+from infinivar.report.comparison import to_json
+from infinivar.report.page import all_or_nothing, render, write_csv
+
+
+def save(calibration: Calibration, directory: Path) -> list[Path]:
+    """Write report, figures, results and calibrated study; see `Calibration.save`."""
+    with all_or_nothing(directory) as scratch:
+        made = figure.draw_all(calibration)
+        (scratch / "calibration.html").write_text(html(calibration, style.inline_svg(made)), "utf-8")
+        (scratch / "calibration.json").write_text(to_json(calibration.to_dict()), "utf-8")
+        (scratch / "calibrated.toml").write_text(toml(calibration, directory), "utf-8")
+        figures = style.write(made, scratch / "calibration-figure")
+    names = ["calibration.html", "calibrated.toml", "calibration.json", *(file.name for file in figures)]
+    return [directory / name for name in names]
+
+
+def save_data(data: RigData, file: Path) -> None:
+    """Write the runs of a rig as CSV.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_csv(data.columns, file)
+    except OSError as problem:
+        raise InputError(f"{file}: cannot be written: {problem.strerror}") from problem
+
+
+def html(calibration: Calibration, image: str) -> str:
+    """The report as one page that needs no other file."""
+    fit = calibration.fit
+    return render(
+        "calibration.html",
+        calibration=calibration,
+        parameters=model.PARAMETERS,
+        estimate=lambda name: with_interval(fit.values[name], fit.deviations[name], model.PARAMETERS[name]),
+        expected=lambda name: _expected(calibration, name),
+        known=lambda name: units.show_in(calibration.known[name], *model.PARAMETERS[name][:2], digits=5),
+        combined=combined,
+        image=image,
+        runs=list(_runs(calibration)),
+        next_runs=_counted([described(setting) for setting in calibration.plan.settings]),
+        infinite=math.inf,
+    )
+
+
+def _expected(calibration: Calibration, name: str) -> str:
+    deviation = calibration.plan.deviations[name]
+    if math.isinf(deviation):
+        return "not told"
+    scale = units.parse(f"1 {model.PARAMETERS[name].shown_in}", model.PARAMETERS[name].unit)
+    return f"± {1.96 * deviation / scale:.2g} {model.PARAMETERS[name].shown_in}"
+
+
+def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
+    data, found = calibration.data, calibration.efficiencies
+    for row, line in enumerate(data.lines):
+        setting = Setting(*(float(getattr(data, name)[row]) for name in Setting._fields))
+        yield {
+            "line": line,
+            "setting": described(setting),
+            "efficiency": float(found.value[row]),
+            "deviation": float(found.deviation[row]),
+            "stiffness": float(calibration.eq9[0][row]),
+            "spread": float(calibration.eq9[1][row]),
+            "out": row in calibration.fit.outliers,
+        }
+
+
+def _counted(runs: list[str]) -> list[str]:
+    """Each run once, with how often it is to be made."""
+    return [run if runs.count(run) == 1 else f"{run} ({runs.count(run)} times)" for run in dict.fromkeys(runs)]
+
+
+def described(setting: Setting) -> str:
+    """A run in words."""
+    if setting.preload == 0:
+        return "wheel lifted off, cylinder at speed"
+    weight = f"{setting.mass:.3f} kg, preload {setting.preload:.4g} N"
+    if setting.steering_angle == 0:
+        return f"locked, {weight}"
+    degrees = math.degrees(setting.steering_angle)
+    return f"{1.0 / abs(math.tan(setting.steering_angle)):.3g}:1 ({degrees:+.3f} deg), {weight}"
+
+
+def toml(calibration: Calibration, directory: Path) -> str:
+    """A study that takes everything from the one calibrated but what was fitted."""
+    study, rows, name = calibration.study, calibration.rows, calibration.name
+    source = Path(calibration.data.name).name
+    lines = [
+        f"# {calibration.drive.transmission.creep_law} creep law, {len(calibration.data)} runs of {_plain(source)}.",
+        "# Any command of infinivar takes this file for a study.",
+    ]
+    if study.path is not None:
+        lines.append(f"extends = {json.dumps(_relative(study.path, directory))}")
+    lines.append(f"title = {json.dumps(f'{study.title}, calibrated', ensure_ascii=False)}")
+    table = ""
+    for row in rows:
+        head, _, field = row.path.rpartition(".")
+        if head != table:
+            lines += ["", f"[drives.{name}.{head}]"]
+            table = head
+        lines.append(f"{field} = {{ {_value(row.value, row.unit)}, {_origin(row)} }}")
+    spread = [row for row in rows if row.deviation is not None]
+    table = ""
+    for row in spread:
+        head, _, field = row.path.rpartition(".")
+        if head != table:
+            lines += ["", f"[uncertainty.{name}.{head}]"]
+            table = head
+        size = f"{row.deviation:.6g}" if row.unit == "1" else f'"{row.deviation:.6g} {row.unit}"'
+        lines.append(f"{field} = {{ deviation = {size}, {_origin(row)} }}")
+    lines += _correlations(calibration, spread)
+    return "\n".join(lines) + "\n"
+
+
+def _correlations(calibration: Calibration, spread: list[Fitted]) -> Iterator[str]:
+    names, matrix = calibration.fit.names, calibration.fit.correlations
+    for place, one in enumerate(spread):
+        for other in spread[place + 1 :]:
+            if one.parameter == other.parameter:
+                continue
+            value = float(matrix[names.index(one.parameter), names.index(other.parameter)])
+            value *= math.copysign(1.0, one.slope * other.slope)
+            if abs(value) >= 0.005:
+                yield from (
+                    "",
+                    "[[correlations]]",
+                    f"drive = {json.dumps(calibration.name)}",
+                    f"between = [{json.dumps(one.path)}, {json.dumps(other.path)}]",
+                    f"value = {value:.4f}",
+                )
+
+
+def _origin(row: Fitted) -> str:
+    return f"kind = {json.dumps(row.kind)}, where = {json.dumps(row.where, ensure_ascii=False)}"
+
+
+def _value(value: float, unit: str) -> str:
+    return f"value = {value:.9g}" + ("" if unit == "1" else f', unit = "{unit}"')
+
+
+def _relative(path: Path, directory: Path) -> str:
+    try:
+        return Path(os.path.relpath(path.resolve(), directory.resolve())).as_posix()
+    except ValueError:  # on another drive of the machine
+        return path.resolve().as_posix()
+
+
+def _plain(text: str) -> str:
+    return "".join(letter for letter in text if letter.isprintable())

@@ -1,0 +1,100 @@
+"""Studies that start from another: everything of that file, with what this one says instead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from infinivar.study.layers import Raw, annotated, contact_over, merged
+from infinivar.study.messages import StudyError, quoted
+
+_DEEPEST = 8
+_TABLES = ("requirement", "rig")
+_GROUPS = ("drives", "scenarios", "duty")
+
+
+def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) -> Raw:
+    """The tables of a study laid over those of the file that its `extends` names, if any.
+
+    Parameters
+    ----------
+    raw : dict       Tables as written in the file at `path`.
+    path : Path      Of the file; what it extends is named relative to its folder.
+    read : callable  Takes a path and returns the tables of that file.
+
+    Raises
+    ------
+    StudyError
+        If there is no such file, or files extend each other in a ring.
+    """
+    if "extends" not in raw:
+        return raw
+    name = raw["extends"]
+    if not isinstance(name, str) or not name:
+        raise StudyError(f"extends = {quoted(name)} must be text: the path of a study file")
+    if depth == _DEEPEST:
+        raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} files extend one another; do they in a ring?")
+    below = path.parent / name
+    if not below.is_file():
+        raise StudyError(f"extends = {quoted(name)}: there is no file {below}")
+    under = _at_home(extended(read(below), below, read, depth + 1), below)
+    over = {key: value for key, value in raw.items() if key != "extends"}
+    return {**under, **over, **_laid(under, over, below.name, path.name)}
+
+
+def _at_home(raw: Raw, path: Path) -> Raw:
+    """The tables of a study with the files that they name found from its own folder."""
+    result = dict(raw)
+    for group in ("scenarios", "duty"):
+        tasks = result.get(group)
+        if isinstance(tasks, dict):
+            result[group] = {name: _found(task, path.parent.resolve()) for name, task in tasks.items()}
+    return result
+
+
+def _found(table: Any, folder: Path) -> Any:
+    if not isinstance(table, dict):
+        return table
+    result = {key: _found(value, folder) for key, value in table.items()}
+    file = table.get("file")
+    if isinstance(file, str):
+        result["file"] = str(folder / file)
+    elif isinstance(file, dict) and isinstance(file.get("value"), str):
+        result["file"] = {**file, "value": str(folder / file["value"])}
+    return result
+
+
+def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
+    """Tables that both files have, one over the other, each value with the file it comes from."""
+    result: Raw = {}
+    for key in _TABLES:
+        if isinstance(under.get(key), dict) and isinstance(over.get(key), dict):
+            result[key] = merged(annotated(under[key], key, below), annotated(over[key], key, above))
+    for group in _GROUPS:
+        if not isinstance(under.get(group), dict):
+            continue
+        found = dict(under[group])
+        for name, table in found.items():
+            if isinstance(table, dict):
+                found[name] = annotated(table, f"{group}.{name}", below)
+        for name, table in over.get(group, {}).items() if isinstance(over.get(group, {}), dict) else ():
+            if isinstance(table, dict) and isinstance(found.get(name), dict):
+                base, mine = dict(found[name]), annotated(table, f"{group}.{name}", above)
+                if isinstance(base.get("transmission"), dict):
+                    base["transmission"] = contact_over(base["transmission"], mine.get("transmission"))
+                found[name] = merged(base, mine)
+            else:
+                found[name] = table
+        result[group] = found
+    if isinstance(under.get("uncertainty"), dict) and isinstance(over.get("uncertainty"), dict):
+        result["uncertainty"] = _deep(under["uncertainty"], over["uncertainty"])
+    if isinstance(under.get("correlations"), list) and isinstance(over.get("correlations"), list):
+        result["correlations"] = [*under["correlations"], *over["correlations"]]
+    return result
+
+
+def _deep(under: Any, over: Any) -> Any:
+    if not (isinstance(under, dict) and isinstance(over, dict)):
+        return over
+    return {**under, **{key: _deep(under.get(key), value) for key, value in over.items()}}

@@ -1,0 +1,218 @@
+"""`infinivar rig` and `infinivar calibrate`: from the bench to a calibrated study, and data that no rig can give."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import infinivar as iv
+from conftest import STUDY
+from infinivar.analysis.calibration import virtual
+from infinivar.report.calibration import save_data
+
+DRIVE = ("--study", STUDY, "--drive", "cobotic")
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Data of one session."""
+    study = iv.load_study(STUDY)
+    drive = study.drives["cobotic"]
+    protocol = virtual.protocol(drive, study.rig, ratios=(100.0, 20.0, 8.0, 3.0, 1.0))
+    file = tmp_path_factory.mktemp("rig") / "rig.csv"
+    save_data(virtual.experiment(drive, study.rig, protocol, seed=3, simulated=False).data, file)
+    return file
+
+
+def edited(measured, folder, change):
+    """The data with `change(rows)` done to them; the first row is the header."""
+    with measured.open(newline="") as file:
+        rows = list(csv.reader(file))
+    change(rows)
+    with (folder / "rig.csv").open("w", newline="") as file:
+        csv.writer(file).writerows(rows)
+    return folder / "rig.csv"
+
+
+def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
+    done = infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "20,2", "--loads", "0.2,0.5", "--out", "rig.csv")
+    assert done.code == 0, done.err
+    assert "11 runs written to rig.csv" in done.out
+    found = infinivar("calibrate", "rig.csv", *DRIVE, "--out", "out", "--json")
+    assert found.code == 1  # one preload does not tell hysteresis from bearing friction
+    told = json.loads(found.out)
+    assert told["not_told_apart"][0]["weights"].keys() == {"rolling_torque", "bearing_torque"}
+    assert told["parameters"]["creep_stiffness"]["told"]
+    assert told["parameters"]["rolling_torque"]["standard_deviation"] is None
+    assert all((tmp_path / file).exists() for file in told["files"])
+    page = (tmp_path / "out" / "calibration.html").read_text("utf-8")
+    assert "cannot tell rolling_torque and bearing_torque apart" in page
+
+    study = iv.load_study(tmp_path / "out" / "calibrated.toml")
+    fitted = {row.field: row for row in study.provenance if row.owner == "cobotic" and row.kind == "fitted"}
+    assert fitted.keys() == {"transmission.creep_stiffness", "guideway.coefficient", "gearhead.efficiency"}
+    assert fitted["transmission.creep_stiffness"].value == pytest.approx(told["parameters"]["creep_stiffness"]["value"])
+    assert fitted["transmission.creep_stiffness"].where == "rig.csv, 11 runs"
+    spreads = {spread.path: spread for spread in study.uncertainty.spreads["cobotic"]}
+    deviation = told["parameters"]["creep_stiffness"]["standard_deviation"]
+    assert spreads["transmission.creep_stiffness"].deviation == pytest.approx(deviation, rel=1e-5)
+    assert "transmission.bearing_torque" in spreads  # carries the interval of the sum
+    assert iv.load_study(STUDY).drives.keys() == study.drives.keys()
+    again = infinivar("calibrate", "rig.csv", "--study", "out/calibrated.toml", "--drive", "cobotic", "--out", "out2")
+    assert "creep_stiffness" in again.out
+
+
+def test_other_commands_take_the_calibrated_study(infinivar, measured, tmp_path):
+    infinivar("calibrate", measured, *DRIVE, "--out", "out")
+    for command in (
+        ("compare", "out/calibrated.toml"),
+        ("simulate", "out/calibrated.toml", "--drive", "cobotic", "--scenario", "hold"),
+    ):
+        outcome = infinivar(*command)
+        assert outcome.code in (0, 1), outcome.err
+        assert not outcome.err
+
+
+def column(rows, name):
+    return next(place for place, heading in enumerate(rows[0]) if heading.startswith(name))
+
+
+def swap(one, other):
+    def change(rows):
+        a, b = column(rows, one), column(rows, other)
+        for row in rows[1:]:
+            row[a], row[b] = row[b], row[a]
+
+    return change
+
+
+def scaled(name, factor, lines=slice(1, None)):
+    def change(rows):
+        place = column(rows, name)
+        for row in rows[lines]:
+            row[place] = repr(float(row[place]) * factor)
+
+    return change
+
+
+def set_to(name, value, lines):
+    def change(rows):
+        for line in lines:
+            rows[line - 1][column(rows, name)] = value
+
+    return change
+
+
+def heading(name, text):
+    def change(rows):
+        rows[0][column(rows, name)] = text
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (heading("link_travel", "link_travel [kg]"), "line 1, column link_travel: has the unit 'kg' where m is needed"),
+        (heading("link_travel", "link_travel"), "line 1 must say the unit of link_travel"),
+        (heading("preload", "load [N]"), "line 1 must name the columns"),
+        (heading("link_travel", "link_travel [mm]"), "is it in metres?"),
+        (scaled("link_travel", 1e3), "is it in millimetres?"),
+        (heading("steering_angle", "steering_angle [deg]"), "is an angle in radians taken for degrees?"),
+        (heading("cylinder_angle", "cylinder_angle [rev]"), "rad/s at most"),
+        (scaled("cylinder_angle", 57.0), "is it the angle of the motor, not of the cylinder?"),
+        (scaled("link_travel", -1.0), "is a sign turned round?"),
+        (swap("cylinder_angle", "link_travel"), "are link_travel and cylinder_angle swapped?"),
+        (swap("mass", "preload"), "are mass and preload swapped?"),
+        (swap("motor_current", "motor_voltage"), "motor_current is 20.8"),
+        (scaled("motor_current", 1e3), "more than the motor's stall current"),
+        (set_to("link_travel", "0", [9, 10]), "line 9: link_travel does not move"),
+        (set_to("link_travel", "0.1985", [11, 12]), "line 12: link_travel has the value of the line before"),
+        (set_to("cylinder_angle", "0", [7]), "line 7: cylinder_angle is 0 rad in"),
+        (set_to("motor_current", "0.17", [11]), "line 11: efficiency by Eq 18 is"),
+        (set_to("mass", "nan", [6]), "line 6 must have a number as mass, got 'nan'"),
+        (set_to("duration", "0", [6]), "line 6: duration must be > 0 s"),
+        (set_to("mass", "-1", [6]), "line 6: mass must be >= 0"),
+        (set_to("steering_angle", "2", [6]), "line 6: steering_angle must be within -90 and 90 deg"),
+        (lambda rows: rows.__delitem__(slice(1, None)), "at least two lines of numbers"),
+    ],
+)
+def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
+    outcome = infinivar("calibrate", edited(measured, tmp_path, change), *DRIVE, "--out", "out")
+    assert outcome.code == 2
+    assert said in outcome.err
+    assert "rig.csv" in outcome.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--fit", "creep"), "'creep' cannot be fitted; there are creep_stiffness"),
+        (("--fit", ","), "nothing to fit"),
+        (("--leave-out", "99"), "line 99 is not one of its runs, which stand in lines 2 to 24"),
+        (("--drive", "motor1-gear1"), "has no wheel to measure"),
+        (("--drive", "cobotc"), "did you mean 'cobotic'?"),
+    ],
+)
+def test_wishes_that_mean_nothing(infinivar, measured, tmp_path, options, said):
+    outcome = infinivar("calibrate", measured, *DRIVE, *options, "--out", "out")
+    assert outcome.code == 2
+    assert said in outcome.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_resistance_needs_a_voltage(infinivar, measured, tmp_path):
+    file = edited(measured, tmp_path, heading("motor_voltage", "remark"))
+    outcome = infinivar("calibrate", file, *DRIVE, "--fit", "resistance")
+    assert outcome.code == 2
+    assert "has no column motor_voltage" in outcome.err
+    assert infinivar("calibrate", file, *DRIVE).code == 1
+
+
+def test_lines_left_out_are_not_used(infinivar, measured, tmp_path):
+    file = edited(measured, tmp_path, set_to("motor_current", "0.17", [11]))
+    outcome = infinivar("calibrate", file, *DRIVE, "--leave-out", "11", "--json")
+    assert outcome.code == 1
+    assert json.loads(outcome.out)["runs"] == 22
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--ratios", "8;1"), "--ratios '8;1' must be numbers with commas between them"),
+        (("--loads", "1.5"), "loads must be >= 0 and < 1, got 1.5"),
+        (("--drive", "motor2-gear4"), "has no wheel to measure"),
+    ],
+)
+def test_rigs_that_cannot_be(infinivar, tmp_path, options, said):
+    outcome = infinivar("rig", STUDY, "--drive", "cobotic", *options)
+    assert outcome.code == 2
+    assert said in outcome.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_figure_shows_fitted_curves_through_the_data(measured):
+    from infinivar.analysis.calibration.calibrate import calibrate
+    from infinivar.figures import calibration as figure
+
+    found = calibrate(iv.load_study(STUDY), "cobotic", measured)
+    numbers = figure.data(found)
+    assert len(numbers["curves"]) == 4
+    for curve in numbers["curves"]:
+        known = np.isfinite(curve["measured"])
+        fitted = np.interp(np.log(curve["at"][known]), np.log(curve["ratio"]), np.nan_to_num(curve["fitted"]))
+        assert np.all(np.abs(fitted - curve["measured"][known]) < 5 * curve["deviation"][known] + 2e-3)
+    assert numbers["correlations"].shape == (3, 3)
+
+
+def test_a_study_without_the_file_it_extends(infinivar, measured, tmp_path):
+    infinivar("calibrate", measured, *DRIVE, "--out", "out")
+    shutil.move(tmp_path / "out" / "calibrated.toml", tmp_path / "moved.toml")
+    text = (tmp_path / "moved.toml").read_text("utf-8").replace("hand_controller", "gone")
+    (tmp_path / "moved.toml").write_text(text, "utf-8")
+    outcome = infinivar("compare", "moved.toml")
+    assert outcome.code == 2
+    assert "there is no file" in outcome.err
