@@ -92,20 +92,47 @@ def _repeat(xp: Any, function: Callable[[Any], Any], value: Any, steps: int) -> 
 def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
     """Repeat `step` until nothing changes, at most `steps` times.
 
-    NumPy arrays stop as soon as every finite element has settled; traced arrays, whose values are not known, take
-    all the steps. Elements that turn nan stay nan: that is how `step` says "no solution here". Elements that have not
-    settled in the end are nan, too. Steps shrink quadratically, so one below `SETTLED` leaves an error of its square.
+    It stops as soon as every finite element has settled. Elements that turn nan stay nan: that is how `step` says "no
+    solution here". Elements that have not settled in the end are nan, too. Steps shrink quadratically, so one below
+    `SETTLED` leaves an error of its square.
+
+    The last step carries the derivative: at a root that of a Newton step by its start is zero, and by everything else that
+    of the root.
     """
-    known = xp.__name__ == "numpy"
-    value = start if known else _repeat(xp, step, start, steps - 1)
-    settled: Array = False
-    for _ in range(steps if known else 1):
+    value, settled = start, False
+    if xp.__name__ == "jax.numpy":
+        value, steps = _settled_in_jax(xp, step, start, steps - 1), 1
+    for _ in range(steps):
         new = step(value)
-        settled = xp.abs(new - value) <= SETTLED * (1.0 + xp.abs(new))
+        settled = _settled(xp, new, value)
         value = new
-        if known and (xp.all(settled) or xp.all(settled | xp.isnan(value))):
+        if steps > 1 and (xp.all(settled) or xp.all(settled | xp.isnan(value))):
             break
     return xp.where(settled, value, xp.nan)
+
+
+def _settled(xp: Any, new: Array, value: Array) -> Array:
+    return xp.abs(new - value) <= SETTLED * (1.0 + xp.abs(new))
+
+
+def _settled_in_jax(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
+    """Where the iteration has settled, cut off from differentiation, through which it need not be followed."""
+    import jax
+
+    start = jax.lax.stop_gradient(start)
+    pure, held = jax.closure_convert(step, start)
+    held = [jax.lax.stop_gradient(part) for part in held]
+
+    def goes_on(state: tuple[Any, Any, Any]) -> Any:
+        count, moves, _ = state
+        return moves & (count < steps)
+
+    def forth(state: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+        count, _, value = state
+        new = pure(value, *held)
+        return count + 1, ~xp.all(_settled(xp, new, value) | xp.isnan(new)), new
+
+    return jax.lax.while_loop(goes_on, forth, (0, True, start))[2]
 
 
 def bisect(xp: Any, function: Callable[[Array], Array], low: Array, high: Array, steps: int = 60) -> Array:

@@ -40,6 +40,11 @@ def quantity(unit: str, bound: str, meaning: str, *, default: Any = dataclasses.
     return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
 
 
+def given(value: Any, otherwise: Any) -> Any:
+    """The value, or another where none is given; unlike `or`, for arrays and for zero, too."""
+    return otherwise if value is None else value
+
+
 def component(meaning: str, **default: Any) -> Any:
     """Dataclass field for a part, a choice or a flag, with its one-line meaning."""
     return dataclasses.field(**default, metadata={"meaning": meaning})

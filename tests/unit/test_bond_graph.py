@@ -10,6 +10,7 @@ import pytest
 import sympy
 from numpy.testing import assert_allclose
 
+import infinivar as iv
 from infinivar._xp import namespace
 from infinivar.bondgraph import audit
 from infinivar.bondgraph import graph as bg
@@ -26,6 +27,8 @@ from infinivar.bondgraph.steppers import stepper
 from infinivar.bondgraph.trace import Traced, clip, trace
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain import plants
+from infinivar.drivetrain.profiles import MotionProfile
+from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import AuditError
 
 jax.config.update("jax_enable_x64", True)
@@ -414,3 +417,29 @@ def test_sums_over_nodes_close_a_smooth_motion(monkeypatch):
     run = solve(motor(), np.linspace(0.0, 0.05, 501), inputs={"V": 5.0})
     assert len(made) == 1
     assert run.closure < 1e-7
+
+
+def test_fastsim_has_a_value_in_slip(study):
+    """Generated code took its arcsine past 1: a solver's trial steps get there when a soft wheel is steered in a step."""
+    drive = study.drives["cobotic"]
+    soft = iv.RotaryLinearIVT(
+        cylinder_radius=0.0625,
+        wheel_radius=0.01,
+        preload=650.0,
+        friction=0.12,
+        creep_stiffness=7800.0,
+        rolling_torque=0.0,
+        bearing_torque=0.0,
+        creep_law="fastsim",
+    )
+    drive = replace(
+        drive,
+        transmission=soft,
+        cylinder_inertia=0.0078125,
+        link_mass=1.0,
+        guideway=iv.Guideway(),
+        steering=replace(drive.steering, patch_half_length=4e-4),
+    )
+    step = MotionProfile(shape="step", distance=-0.015625, start=0.02)
+    result = iv.simulate(drive, Scenario(duration=0.05, output_step=0.01, motion=step, load_mass=1.0))
+    assert result.complete, result.trajectory.outcome

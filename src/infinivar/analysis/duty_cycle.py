@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._xp import Array
 from infinivar.analysis import cycle
 from infinivar.analysis.cycle import AnyDrive
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -253,11 +254,11 @@ def duty_cycle(
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
     mass = duty.moved_mass
     cold = drive.follow(instants.course, load_mass=mass, **options)
-    lacking = {what: tuple(heat.missing(motor)) for what, motor in _motors(drive).items()}
+    lacking = {what: tuple(heat.missing(motor)) for what, motor in motors_of(drive).items()}
     found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}
     # Where a winding never settles, or settles too hot, the motor has to be stopped: it is as warm as it may be.
     warm = {what: min(hot.mean_winding, hot.permissible) for what, hot in found.items() if hot is not None}
-    point = _warmed(drive, warm).follow(instants.course, load_mass=mass, **options)
+    point = warmed(drive, warm).follow(instants.course, load_mass=mass, **options)
     shape = instants.time.shape
     point = replace(
         point, power_in=np.broadcast_to(point.power_in, shape), power_out=np.broadcast_to(point.power_out, shape)
@@ -298,23 +299,27 @@ def holding(drive: AnyDrive, force: float) -> Holding:
     )
 
 
-def _motors(drive: AnyDrive) -> dict[str, Any]:
+def motors_of(drive: AnyDrive) -> dict[str, Any]:
     """Motors by what they are called in demands."""
     return {
         "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
     }
 
 
-def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:
+def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:
+    """What warms a motor at each instant: its current, and the power that its friction takes. [A], [W]"""
     prefix, tag = ("steering ", "steering_") if what == "steering motor" else ("", "motor_")
-    current = np.asarray(point.states[f"{tag}current_A"])
+    return point.states[f"{tag}current_A"], point.losses[f"{prefix}motor friction"]
+
+
+def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:
+    current, friction = heating(point, what)
     if np.any(np.isnan(current)):
         return None
-    friction = point.losses[f"{prefix}motor friction"]
-    return heat.heat(_motors(drive)[what], current, friction, duty.period, duty.ambient)
+    return heat.heat(motors_of(drive)[what], np.asarray(current), friction, duty.period, duty.ambient)
 
 
-def _warmed(drive: AnyDrive, temperatures: Mapping[str, float]) -> AnyDrive:
+def warmed(drive: AnyDrive, temperatures: Mapping[str, Array]) -> AnyDrive:
     """The drive with its windings at temperatures."""
     if "motor" in temperatures:
         drive = replace(drive, motor=heat.warm(drive.motor, temperatures["motor"]))

@@ -248,7 +248,8 @@ def fastsim_force(creepage: Array) -> Array:
     slips = w >= 1.0
     angle = xp.asin(xp.where(slips, 0.0, w))
     force, rest, _, _ = _fastsim(xp, angle)
-    force = xp.where(w < 0.5, force, 1.0 - xp.where(rest < 0, 0.0, rest))
+    # Not by comparing `rest`: SymPy would take the choice above out of it, and asin past 1.
+    force = xp.where(w < 0.5, force, 1.0 - xp.clip(rest, 0.0, 1.0))
     return _signed(xp, creepage, xp.where(slips, 1.0, force))
 
 

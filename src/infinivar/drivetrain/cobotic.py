@@ -18,7 +18,7 @@ from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
-from infinivar.quantities import check, component, quantity
+from infinivar.quantities import check, component, given, quantity
 from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -82,8 +82,8 @@ class SteeringPlant:
             turning = spin.ellipse_moment(preload, patch.a, patch.b, self.sliding_friction)
         else:
             turning = spin.line_moment(preload, self.patch_half_length, self.sliding_friction)
-        given = (self.bell_friction or 0.0) * preload
-        bell = given if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
+        measured = given(self.bell_friction, 0.0) * preload
+        bell = measured if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
         return {"patch": turning, "bell": bell}
 
     def follow(self, transmission: RotaryLinearIVT, *, rate: Array, acceleration: Array) -> MotorSide:
@@ -145,10 +145,10 @@ class CoboticDrive:
         check(self)
         if self.steering is None:
             return
-        given, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
-        if given and derived:
+        measured, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
+        if measured and derived:
             raise ValueError("steering.patch_half_length and transmission.geometry exclude each other")
-        if not given and not derived:
+        if not measured and not derived:
             raise ValueError("steering.patch_half_length is missing: give it, or transmission.geometry")
 
     @property
@@ -206,7 +206,7 @@ class CoboticDrive:
         ValueError
             If one that motion needs is not known.
         """
-        rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + (self.gearhead.inertia or 0.0)
+        rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
         return needed(self.cylinder_inertia, "cylinder_inertia") + self.gearhead.ratio**2 * rotor
 
     def _on_link(self, course: Course, load_mass: Array) -> tuple[Varying, Array]:

@@ -12,6 +12,7 @@ from infinivar.limits import Demand, Limit
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.power import PowerPoint
+from infinivar.quantities import given
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +120,7 @@ def motor_side(
     )
     torque, stored = gear.motor_torque, 0.0 * gear.motor_speed
     if output_acceleration is not None:
-        inertia = needed(motor.rotor_inertia, "motor.rotor_inertia") + (gearhead.inertia or 0.0)
+        inertia = needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gearhead.inertia, 0.0)
         extra = inertia * gearhead.ratio * output_acceleration
         torque, stored = torque + extra, extra * gear.motor_speed
     electric = motor.operate(torque=torque, speed=gear.motor_speed)

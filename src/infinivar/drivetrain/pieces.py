@@ -15,7 +15,7 @@ from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.drive import needed
 from infinivar.parts.amplifier import Amplifier
-from infinivar.parts.gearhead import Gearhead, coulomb_torque, proportional_friction
+from infinivar.parts.gearhead import Gearhead, proportional_friction
 from infinivar.parts.motor import Motor
 
 Electrical = Literal["current", "voltage"]
@@ -101,7 +101,7 @@ def gearhead(
         chains.append("rotor > J_g")
     symbol = f"T_{{g,{tag}}}"
     if gearhead.loss_model == "coulomb":
-        size = coulomb_torque(gearhead.efficiency, gearhead.rated_torque or motor.continuous_torque)
+        size = gearhead.coulomb_friction(motor.continuous_torque)
         loss = friction("gear_loss", symbol, size, "N m", stick, "gearhead")
     else:
         passed = "gear_torque"

@@ -9,7 +9,7 @@ from typing import Literal
 from infinivar._xp import Array, namespace, signed_infinity
 from infinivar.errors import require
 from infinivar.limits import Limit
-from infinivar.quantities import check, component, quantity
+from infinivar.quantities import check, component, given, quantity
 
 Regeneration = Literal["burn", "store", "none"]
 
@@ -61,7 +61,7 @@ class Amplifier:
         """
         xp = namespace(self, motor_power)
         drawn, returned = xp.clip(motor_power, 0.0, xp.inf), xp.clip(-motor_power, 0.0, xp.inf)
-        kept = self.efficiency * (self.storage_efficiency or 0.0) if self.regeneration == "store" else 0.0
+        kept = self.efficiency * given(self.storage_efficiency, 0.0) if self.regeneration == "store" else 0.0
         power_in = drawn / self.efficiency - kept * returned + self.standby_power
         loss = (1.0 / self.efficiency - 1.0) * drawn + (1.0 - kept) * returned + self.standby_power
         limits = {}

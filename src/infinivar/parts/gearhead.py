@@ -10,7 +10,7 @@ from infinivar._xp import Array, namespace
 from infinivar.contact.friction import coulomb
 from infinivar.errors import require
 from infinivar.limits import Limit
-from infinivar.quantities import check, component, quantity
+from infinivar.quantities import check, component, given, quantity
 
 LossModel = Literal["coulomb", "proportional"]
 
@@ -115,7 +115,7 @@ class Gearhead:
         ideal = output_torque / self.ratio
         motor_speed = output_speed * self.ratio
         if self.loss_model == "coulomb":
-            friction = coulomb(motor_speed, coulomb_torque(self.efficiency, self.rated_torque or motor_rated_torque))
+            friction = coulomb(motor_speed, self.coulomb_friction(motor_rated_torque))
         else:
             friction = proportional_friction(motor_speed, ideal, self.efficiency)
         return GearPoint(
@@ -124,6 +124,12 @@ class Gearhead:
             loss=friction * motor_speed,
             utilisation=self.utilisation(output_torque),
         )
+
+    def coulomb_friction(self, motor_rated_torque: Array) -> Array:
+        """Constant friction torque at the motor, 0 with the other loss model; argument as in `operate`. [N m]"""
+        if self.loss_model != "coulomb":
+            return 0.0
+        return coulomb_torque(self.efficiency, given(self.rated_torque, motor_rated_torque))
 
     def utilisation(self, output_torque: Array) -> dict[Limit, Array]:
         """Demand over allowance of the continuous torque at the output [N m]; nothing if that is not given. [-]"""

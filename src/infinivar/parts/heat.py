@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._xp import Array, namespace
 from infinivar.parts.motor import Motor
 
 COPPER = 0.0039
@@ -178,6 +179,52 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
         winding_history=history[:, 0],
         housing_history=history[:, 1],
     )
+
+
+def settled(
+    motor: Motor, current: Array, friction_power: Array, period: float, ambient: float = REFERENCE
+) -> tuple[Array, Array]:
+    """Highest and mean winding temperature of a motor that has settled in a cycle, in closed form.
+
+    The housing counts as equally warm all along, and the winding's resistance is that of its mean temperature: right for
+    cycles short against the housing's time constant. Unlike `heat`, over any array namespace and several cycles at once.
+
+    Parameters
+    ----------
+    motor : Motor                              With all of `NEEDED`.
+    current, friction_power : (..., n) float   At the midpoints of equal steps of the cycle. [A], [W]
+    period : float                             Of the cycle, up to some 500 time constants of the winding. [s]
+    ambient : float                            Around the motor. [K]
+
+    Returns
+    -------
+    highest, mean : (..., 1) float   inf where the motor never settles. [K]
+
+    Source: maxon2020; periodic solution of the winding's equation.
+    """
+    xp = namespace(motor, current, friction_power)
+    inner, outer, lag = motor.winding_to_housing, motor.housing_to_ambient, motor.winding_time_constant
+    assert inner is not None
+    assert outer is not None
+    assert lag is not None
+    square, friction = xp.broadcast_arrays(current * current, friction_power + 0.0 * current)
+    joule = motor.resistance * xp.mean(square, axis=-1, keepdims=True)
+    rubbed = xp.mean(friction, axis=-1, keepdims=True)
+    rest = 1.0 - COPPER * joule * (inner + outer)
+    settles = rest > 0
+    cold = ambient + outer * rubbed + (inner + outer) * joule * (1.0 - COPPER * REFERENCE)
+    mean = xp.where(settles, cold / xp.where(settles, rest, 1.0), xp.inf)
+    warmth = xp.where(settles, 1.0 + COPPER * (mean - REFERENCE), 1.0)
+    # About the mean the winding follows its own losses: d/dt (e^(t/lag) dT) = e^(t/lag) dP inner/lag.
+    count = square.shape[-1]
+    step = period / count
+    time = step * (xp.arange(count, dtype=xp.float64) + 1.0)
+    surplus = motor.resistance * warmth * square - joule * warmth
+    gained = xp.cumulative_sum(xp.exp((time - 0.5 * step) / lag) * surplus, axis=-1) * (inner * step / lag)
+    fades = xp.exp(-period / lag + 0.0 * joule)
+    begin = gained[..., -1:] * fades / (1.0 - fades)
+    highest = mean + xp.max(xp.exp(-time / lag) * (begin + gained), axis=-1, keepdims=True)
+    return xp.where(settles, highest, xp.inf), mean
 
 
 class _Steps(NamedTuple):

@@ -452,7 +452,7 @@ class RotaryLinearIVT:
     ) -> OperatingPoint:
         turned = xp.abs(state["rolling_speed"]) / self.wheel_radius
         utilisation = {Limit.SLIP: slip_demand}
-        if self.steering_range < math.pi / 2:
+        if not isinstance(self.steering_range, float) or self.steering_range < math.pi / 2:
             utilisation[Limit.STEERING] = xp.abs(xp.atan(steering.tangent)) / self.steering_range
         return OperatingPoint(
             cylinder_speed=omega,

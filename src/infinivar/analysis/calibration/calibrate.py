@@ -20,7 +20,7 @@ from infinivar.analysis.calibration.reduce import Efficiencies
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, nearest
 from infinivar.parts.gearhead import coulomb_torque
-from infinivar.quantities import with_values
+from infinivar.quantities import given, with_values
 from infinivar.study.study import Study
 from infinivar.transmission.rotary_linear import MEASURED
 
@@ -335,7 +335,7 @@ def _nominal(found: Calibration, source: str) -> list[Fitted]:
     value, deviation = fit.values["nominal_torque"], fit.deviations["nominal_torque"]
     constant = fit.values.get("torque_constant", motor.torque_constant)
     rest = value - constant * motor.no_load_current
-    whole = coulomb_torque(0.0, gear.rated_torque or motor.continuous_torque)
+    whole = coulomb_torque(0.0, given(gear.rated_torque, motor.continuous_torque))
     path, unit, slope = "gearhead.efficiency", "1", -1.0 / whole
     share, made = 1.0 - rest / whole, "what the nominal torque leaves beside the motor's no-load current"
     if gear.loss_model != "coulomb" or not 0.0 <= rest < whole:

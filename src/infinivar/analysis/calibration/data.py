@@ -135,45 +135,53 @@ def check(data: RigData, drive: CoboticDrive, rig: Rig) -> None:
 
 
 def _faults(data: RigData, drive: CoboticDrive, rig: Rig) -> Iterator[tuple[int, str]]:
-    """Row and words for every fault, at most one a row."""
-    element, motor = drive.transmission, drive.motor
-    stall, fastest = motor.voltage / motor.resistance, 1.5 * motor.no_load_speed / drive.gearhead.ratio
+    """Row and words for every fault, the first of each row."""
     for row in range(len(data)):
-        angle, mass, preload, duration, turned, _, current = (float(getattr(data, name)[row]) for name in _REQUIRED)
-        weight, slip = mass * rig.gravity, element.friction * preload
-        speed = abs(turned) / duration if duration > 0 else math.nan
-        if duration <= 0:
-            yield row, f"duration must be > 0 s, got {duration:.4g}"
-        elif mass < 0 or preload < 0:
-            name, value = ("mass", mass) if mass < 0 else ("preload", preload)
-            yield row, f"{name} must be >= 0, got {value:.4g}"
-        elif abs(angle) >= 0.5 * math.pi:
-            yield row, f"steering_angle must be within -90 and 90 deg, got {math.degrees(angle):.4g} deg"
-        elif abs(turned) < 10 * rig.cylinder_resolution:
-            yield row, f"cylinder_angle is {turned:.4g} rad in {duration:.3g} s: does it turn, or is its encoder stuck?"
-        elif speed > fastest:
-            hint = (
-                "is it the angle of the motor, not of the cylinder?"
-                if speed < 2 * fastest * drive.gearhead.ratio
-                else ""
-            )
-            yield (
-                row,
-                f"cylinder_angle means {speed:.4g} rad/s, and the motor reaches {fastest:.4g} rad/s at most; {hint}",
-            )
-        elif abs(current) > stall:
-            yield row, f"motor_current is {current:.4g} A, more than the motor's stall current of {stall:.3g} A"
-        elif preload > 0 and weight > 1.5 * slip:
-            hint = (
-                "are mass and preload swapped?"
-                if preload * rig.gravity < 1.5 * element.friction * max(mass, 1.0)
-                else ""
-            )
-            yield row, f"mass pulls with {weight:.4g} N where the wheel slips at {slip:.4g} N; {hint}".rstrip("; ")
-        elif preload > 0 and (said := _travel_fault(data, drive, rig, row)) is not None:
+        said = (
+            _setting_fault(data, row)
+            or _speed_fault(data, drive, rig, row)
+            or _load_fault(data, drive, rig, row)
+            or _travel_fault(data, drive, rig, row)
+            or _voltage_fault(data, drive, row)
+        )
+        if said is not None:
             yield row, said
-        elif (said := _voltage_fault(data, drive, row)) is not None:
-            yield row, said
+
+
+def _setting_fault(data: RigData, row: int) -> str | None:
+    duration, mass, preload = (float(getattr(data, name)[row]) for name in ("duration", "mass", "preload"))
+    angle = float(data.steering_angle[row])
+    if duration <= 0:
+        return f"duration must be > 0 s, got {duration:.4g}"
+    if mass < 0 or preload < 0:
+        name, value = ("mass", mass) if mass < 0 else ("preload", preload)
+        return f"{name} must be >= 0, got {value:.4g}"
+    if abs(angle) >= 0.5 * math.pi:
+        return f"steering_angle must be within -90 and 90 deg, got {math.degrees(angle):.4g} deg"
+    return None
+
+
+def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    motor, ratio = drive.motor, drive.gearhead.ratio
+    turned, duration = float(data.cylinder_angle[row]), float(data.duration[row])
+    speed, fastest = abs(turned) / duration, 1.5 * motor.no_load_speed / ratio
+    current, stall = float(data.motor_current[row]), motor.voltage / motor.resistance
+    if abs(turned) < 10 * rig.cylinder_resolution:
+        return f"cylinder_angle is {turned:.4g} rad in {duration:.3g} s: does it turn, or is its encoder stuck?"
+    if speed > fastest:
+        hint = "; is it the angle of the motor, not of the cylinder?" if speed < 2 * fastest * ratio else ""
+        return f"cylinder_angle means {speed:.4g} rad/s, and the motor reaches {fastest:.4g} rad/s at most{hint}"
+    if abs(current) > stall:
+        return f"motor_current is {current:.4g} A, more than the motor's stall current of {stall:.3g} A"
+    return None
+
+
+def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    mass, preload, friction = float(data.mass[row]), float(data.preload[row]), drive.transmission.friction
+    if preload == 0 or mass * rig.gravity <= 1.5 * friction * preload:
+        return None
+    hint = "; are mass and preload swapped?" if preload * rig.gravity < 1.5 * friction * mass else ""
+    return f"mass pulls with {mass * rig.gravity:.4g} N where the wheel slips at {friction * preload:.4g} N{hint}"
 
 
 def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
@@ -190,7 +198,9 @@ def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
 
 
 def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
-    """Whether the link went where the wheel points, as far as creep and the encoder's zero let it."""
+    """What is wrong if the link did not go where the wheel points, as far as creep and the encoder's zero let it."""
+    if data.preload[row] == 0:
+        return None
     element = drive.transmission
     groups = element.groups(drive.cylinder_speed)
     surface = element.cylinder_radius * float(data.cylinder_angle[row])

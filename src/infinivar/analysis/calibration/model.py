@@ -13,7 +13,7 @@ from infinivar.analysis.calibration.data import RigData
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.rig import Rig
-from infinivar.parts.gearhead import coulomb_torque, proportional_friction
+from infinivar.parts.gearhead import proportional_friction
 from infinivar.transmission.geometry import PRELOAD_POWERS
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -70,9 +70,7 @@ def known_values(drive: CoboticDrive) -> dict[str, float]:
     """The parameters as the study has them."""
     motor, gear = drive.motor, drive.gearhead
     groups = drive.transmission.groups(drive.cylinder_speed)
-    nominal = motor.friction_torque
-    if gear.loss_model == "coulomb":
-        nominal += coulomb_torque(gear.efficiency, gear.rated_torque or motor.continuous_torque)
+    nominal = motor.friction_torque + gear.coulomb_friction(motor.continuous_torque)
     return {
         "creep_stiffness": float(groups.creep_stiffness),
         "rolling_torque": float(groups.rolling_torque),

@@ -1,0 +1,140 @@
+"""Derivatives of an outcome by a drive's parameters, three ways: complex step, JAX, and differences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from infinivar import _complex_step
+from infinivar._xp import Array
+from infinivar.analysis.cycle import AnyDrive
+from infinivar.errors import InputError
+from infinivar.quantities import value_at, with_values
+
+Method = Literal["complex", "jax", "difference"]
+
+METHODS: tuple[Method, ...] = ("complex", "jax", "difference")
+
+_STEP = 2e-3
+"""Of differences, relative: with Richardson's extrapolation the error is of its sixth power, about the root of rounding's."""
+
+
+def values_of(drive: AnyDrive, paths: Sequence[str]) -> np.ndarray:
+    """Values of a drive's fields at dotted paths."""
+    return np.asarray([value_at(drive, path) for path in paths], dtype=float)
+
+
+def gradient(
+    function: Callable[[AnyDrive], Array],
+    drive: AnyDrive,
+    paths: Sequence[str],
+    *,
+    at: Any = None,
+    method: Method = "complex",
+) -> tuple[np.ndarray, np.ndarray]:
+    """Value of a function of a drive, and its derivatives by fields of the drive.
+
+    Parameters
+    ----------
+    function : callable       Of a drive, over any array namespace, as those of `infinivar.analysis.outcomes`.
+    drive : drive             Gives what is not at `paths`.
+    paths : sequence of str   Dotted paths of physical fields that have a value.
+    at : (..., k) float       Values at the paths, many designs at once; the drive's own if left out.
+    method : str              ``complex`` and ``jax`` are exact to rounding; ``difference`` is central, extrapolated.
+
+    Returns
+    -------
+    value : (...) float
+    derivatives : (..., k) float   nan where the value is.
+
+    Raises
+    ------
+    InputError
+        If the method is not known, or JAX is asked for and not installed.
+
+    Source: squire1998 for the complex step.
+    """
+    at = values_of(drive, paths) if at is None else np.asarray(at, dtype=float)
+    if method == "jax":
+        return _by_jax(function, drive, paths, at)
+    if method == "complex":
+        return _by_complex_step(function, drive, paths, at)
+    if method == "difference":
+        return _by_difference(function, drive, paths, at)
+    raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+
+
+def designs(drive: AnyDrive, paths: Sequence[str], at: Any) -> AnyDrive:
+    """Many designs as one drive: the values at paths are arrays whose last axis has length 1, for points and instants."""
+    return with_values(drive, {path: at[..., place, None] for place, path in enumerate(paths)})
+
+
+def _by_complex_step(
+    function: Callable[[AnyDrive], Array], drive: AnyDrive, paths: Sequence[str], at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    value, slopes = np.empty(at.shape[:-1]), np.empty(at.shape)
+    for place, path in enumerate(paths):
+        others = {other: at[..., k, None] for k, other in enumerate(paths) if k != place}
+
+        def moved(x: Any, path: str = path, others: Mapping[str, Any] = others) -> Array:
+            return function(with_values(drive, {**others, path: x[..., None]}))
+
+        found, slope = _complex_step.derivative(moved, at[..., place])
+        value, slopes[..., place] = np.broadcast_to(found, at.shape[:-1]), slope
+    if not paths:
+        value = np.broadcast_to(np.asarray(function(drive), dtype=float), at.shape[:-1])
+    return value, np.where(np.isnan(value)[..., None], np.nan, slopes)
+
+
+def _by_difference(
+    function: Callable[[AnyDrive], Array], drive: AnyDrive, paths: Sequence[str], at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    def value(x: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(np.asarray(function(designs(drive, paths, x)), dtype=float), x.shape[:-1])
+
+    slopes = np.empty(at.shape)
+    for place in range(len(paths)):
+        size = _STEP * np.where(at[..., place] == 0, 1.0, np.abs(at[..., place]))
+        stage = []
+        for part in (1.0, 0.5, 0.25):
+            step = np.zeros(at.shape)
+            step[..., place] = part * size
+            stage.append((value(at + step) - value(at - step)) / (2.0 * part * size))
+        once = [(4.0 * finer - coarser) / 3.0 for coarser, finer in zip(stage, stage[1:], strict=False)]
+        slopes[..., place] = (16.0 * once[1] - once[0]) / 15.0
+    return value(at), slopes
+
+
+def _by_jax(
+    function: Callable[[AnyDrive], Array], drive: AnyDrive, paths: Sequence[str], at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    jax = jax_with_float64()
+
+    def value(x: Any) -> Any:
+        found = function(with_values(drive, {path: x[place, None] for place, path in enumerate(paths)}))
+        return jax.numpy.reshape(jax.numpy.asarray(found, dtype=jax.numpy.float64), ())
+
+    def both(x: Any) -> tuple[Any, Any]:
+        return value(x), jax.jacfwd(value)(x)
+
+    flat = at.reshape(-1, at.shape[-1])
+    found, slopes = jax.jit(jax.vmap(both))(flat)
+    return np.asarray(found).reshape(at.shape[:-1]), np.asarray(slopes).reshape(at.shape)
+
+
+def jax_with_float64() -> Any:
+    """JAX, set to float64.
+
+    Raises
+    ------
+    InputError
+        If it is not installed.
+    """
+    try:
+        import jax
+    except ImportError as problem:
+        raise InputError("the method jax needs JAX: install infinivar[jax]") from problem
+    jax.config.update("jax_enable_x64", True)
+    return jax

@@ -1,0 +1,205 @@
+"""Single numbers that a design comes to, as functions of the drive over any array namespace.
+
+They can be differentiated exactly and evaluated for many designs at once: a drive whose values are arrays with a last axis
+of length 1 gives an array of the leading axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from infinivar import power
+from infinivar._xp import Array, namespace
+from infinivar.analysis.cycle import AnyDrive
+from infinivar.analysis.duty_cycle import heating, motors_of, warmed
+from infinivar.drivetrain.duty import DutyCycle
+from infinivar.drivetrain.requirement import Requirement
+from infinivar.errors import InputError, nearest
+from infinivar.parts import heat
+from infinivar.study.study import Study
+
+COVERAGE_LINES = 41
+"""Lines of constant force on which coverage is measured, and points along each."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """A result that a design is judged by.
+
+    Attributes
+    ----------
+    name, unit, words   For files, numbers and reports.
+    better              Whether more of it is better, or less: 1 or -1.
+    of                  Of a drive; nan where the drive cannot do it.
+    """
+
+    name: str
+    unit: str
+    words: str
+    better: int
+    of: Callable[[AnyDrive], Array]
+
+
+KINDS = ("efficiency", "loss", "margin", "coverage", "energy", "temperature")
+
+
+def outcome(
+    study: Study, kind: str, *, speed: float | None = None, force: float | None = None, duty: str | None = None
+) -> Outcome:
+    """An outcome of a study's drives.
+
+    Parameters
+    ----------
+    study : Study
+    kind : str           efficiency, loss: at an operating point; margin, coverage: in the required region; energy,
+        temperature: of a duty cycle, settled and warm.
+    speed, force         Of the operating point; of the corner at maximum force if left out. [m s^-1], [N]
+    duty : str           Name of the duty cycle; the only one if left out.
+
+    Raises
+    ------
+    InputError
+        If there is no such kind or duty cycle.
+    """
+    required = study.requirement
+    if kind in ("efficiency", "loss"):
+        corner_speed, corner_force = required.corners()["maximum force"]
+        at = (corner_speed if speed is None else speed, corner_force if force is None else force)
+        place = f"at {at[1]:.3g} N and {at[0]:.3g} m/s"
+        if kind == "efficiency":
+            return Outcome(name=kind, unit="1", words=f"efficiency {place}", better=1, of=lambda d: efficiency(d, *at))
+        return Outcome(name=kind, unit="W", words=f"loss {place}", better=-1, of=lambda d: loss(d, *at))
+    if kind == "margin":
+        words = "weakest margin in the required region"
+        return Outcome(name=kind, unit="1", words=words, better=1, of=lambda d: margin(d, required))
+    if kind == "coverage":
+        words = "share of the required region covered"
+        return Outcome(name=kind, unit="1", words=words, better=1, of=lambda d: coverage(d, required))
+    if kind not in KINDS:
+        raise InputError(f"{kind!r} is not one of {', '.join(KINDS)}{nearest(kind, KINDS)}")
+    if duty is None and len(study.duty) == 1:
+        duty = next(iter(study.duty))
+    if duty not in study.duty:
+        known = ", ".join(study.duty) or "none; add a table [duty.NAME]"
+        said = "say which duty cycle" if duty is None else f"there is no duty cycle {duty!r}{nearest(duty, study.duty)}"
+        raise InputError(f"{kind}: {said}; the study has {known}")
+    cycle = study.duty[duty]
+    if kind == "energy":
+        words = f"energy from the supply a cycle of {cycle.title or duty}"
+        return Outcome(name=kind, unit="J", words=words, better=-1, of=lambda d: energy(d, cycle))
+    words = f"highest winding temperature in {cycle.title or duty}"
+    return Outcome(name=kind, unit="K", words=words, better=-1, of=lambda d: temperature(d, cycle))
+
+
+def efficiency(drive: AnyDrive, speed: float, force: float) -> Array:
+    """Efficiency at an operating point, whether or not limits are kept; nan where the wheel slips. [-]"""
+    point = drive.operate(speed=np.asarray([speed]), force=np.asarray([force]))
+    return power.efficiency(point.power_in, point.power_out + 0.0 * point.power_in)[..., 0]
+
+
+def loss(drive: AnyDrive, speed: float, force: float) -> Array:
+    """Power lost from supply to load at an operating point. [W]"""
+    point = drive.operate(speed=np.asarray([speed]), force=np.asarray([force]))
+    return (point.power_in - point.power_out)[..., 0]
+
+
+def _least_margin(drive: AnyDrive, speed: Array, force: Array) -> tuple[Any, Array]:
+    """Array namespace, and allowance over demand of the tightest limit at points; 0 where no motion is possible. [-]"""
+    point = drive.operate(speed=speed, force=force)
+    demands = list(point.utilisation.values())
+    xp = namespace(point.power_in, *demands)
+    worst = 0.0 * point.power_in
+    for demand in demands:
+        worst = xp.maximum(worst, demand + 0.0 * worst)
+    # Where the wheel slips powers are nan, and slip's own demand says how far beyond it is.
+    slip = next(iter(point.utilisation.values())) + 0.0 * point.power_out
+    worst = xp.where(xp.isnan(point.power_in + 0.0 * worst), slip, worst)
+    known = xp.isfinite(worst) & (worst > 0)
+    return xp, xp.where(known, 1.0 / xp.where(known, worst, 1.0), xp.where(worst > 0, 0.0, 1e6))
+
+
+def margin(drive: AnyDrive, required: Requirement) -> Array:
+    """Weakest margin in the required region, allowance over demand. [-]"""
+    speed, force, _ = required.sample(COVERAGE_LINES)
+    xp, found = _least_margin(drive, speed, force)
+    return -xp.max(-found, axis=-1)
+
+
+def coverage(drive: AnyDrive, required: Requirement) -> Array:
+    """Share of the required region in which every limit is kept, to a fraction of a cell: it changes smoothly. [-]
+
+    Along lines of constant force, limits lie between points where the margin, taken as straight there, is 1.
+    """
+    speed, force, _ = required.sample(COVERAGE_LINES)
+    lines = speed.reshape(-1, COVERAGE_LINES)
+    reach = np.abs(lines[:, -1])
+    heights = np.abs(force.reshape(-1, COVERAGE_LINES)[:, 0])
+    xp, found = _least_margin(drive, speed, force)
+    # Beyond twice the allowance it does not matter how much there is; a linear crossing then stays where it is.
+    over = xp.clip(found, 0.0, 2.0) - 1.0
+    over = xp.reshape(over, (*over.shape[:-1], *lines.shape))
+    inside = xp.clip(over, 0.0, 1.0)
+    size = xp.abs(over) + 1e-300
+    share = (inside[..., 1:] + inside[..., :-1]) / (size[..., 1:] + size[..., :-1])
+    along = xp.mean(share, axis=-1)
+    weight = _trapezoid(heights) * reach
+    return xp.sum(along * (weight / weight.sum()), axis=-1)
+
+
+def _trapezoid(heights: np.ndarray) -> np.ndarray:
+    """Width that each line stands for; quadrants follow one another."""
+    quadrants = np.split(heights, np.flatnonzero(np.diff(heights) < 0) + 1)
+    halves = [0.5 * np.diff(one) for one in quadrants]
+    return np.concatenate([np.append(half, 0.0) + np.append(0.0, half) for half in halves])
+
+
+def energy(drive: AnyDrive, duty: DutyCycle) -> Array:
+    """Energy from the supply in a cycle, windings at their settled mean temperature where data sheets tell it. [J]"""
+    instants, point = duty.instants(), _cold(drive, duty)
+    means = {what: _winding(drive, duty, point, what)[1] for what in _heated(drive)}
+    if means:
+        # A motor that would get hotter has to be stopped: it is as warm as it may be.
+        xp = namespace(*means.values())
+        motors = motors_of(drive)
+        warm = {what: xp.minimum(found, motors[what].max_winding_temperature) for what, found in means.items()}
+        point = warmed(drive, warm).follow(instants.course, load_mass=duty.moved_mass)
+    drawn = point.power_in + 0.0 * point.power_out
+    return namespace(drawn).mean(drawn, axis=-1) * duty.period
+
+
+def temperature(drive: AnyDrive, duty: DutyCycle) -> Array:
+    """Highest winding temperature of any motor, settled; by `infinivar.parts.heat.settled`. [K]
+
+    Raises
+    ------
+    ValueError
+        If no motor's data sheet has what the thermal model needs.
+    """
+    point, heated = _cold(drive, duty), _heated(drive)
+    if not heated:
+        lacking = heat.missing(next(iter(motors_of(drive).values())))
+        raise ValueError(f"motor.{lacking[0]} is missing: the thermal model needs it")
+    found = [_winding(drive, duty, point, what)[0] for what in heated]
+    xp = namespace(*found)
+    hottest = found[0]
+    for other in found[1:]:
+        hottest = xp.maximum(hottest, other)
+    return hottest[..., 0]
+
+
+def _cold(drive: AnyDrive, duty: DutyCycle) -> Any:
+    return drive.follow(duty.instants().course, load_mass=duty.moved_mass)
+
+
+def _heated(drive: AnyDrive) -> list[str]:
+    return [what for what, motor in motors_of(drive).items() if not heat.missing(motor)]
+
+
+def _winding(drive: AnyDrive, duty: DutyCycle, point: Any, what: str) -> tuple[Array, Array]:
+    current, friction = heating(point, what)
+    current = current + 0.0 * np.zeros(duty.instants().time.shape)
+    return heat.settled(motors_of(drive)[what], current, friction, duty.period, duty.ambient)
