@@ -205,11 +205,11 @@ class Namespace:
 
     def maximum(self, one: Any, other: Any) -> Any:
         """The larger, with its derivative."""
-        return self.where(_real(one) >= _real(other), one, other)
+        return self.where((_real(one) >= _real(other)) | np.isnan(_real(one)), one, other)
 
     def minimum(self, one: Any, other: Any) -> Any:
         """The smaller, with its derivative."""
-        return self.where(_real(one) <= _real(other), one, other)
+        return self.where((_real(one) <= _real(other)) | np.isnan(_real(one)), one, other)
 
     def clip(self, value: Any, low: Any, high: Any) -> Any:
         """Kept within bounds."""
@@ -247,6 +247,11 @@ def _real(value: Any) -> Any:
 NAMESPACE = Namespace()
 
 
+def size_of_step(at: Any) -> np.ndarray:
+    """Imaginary part with which values are perturbed."""
+    return STEP * np.where(np.asarray(at) == 0, 1.0, np.abs(at))
+
+
 def derivative(function: Callable[[Any], Any], at: Any) -> tuple[np.ndarray, np.ndarray]:
     """Value of a function over `xp`, and its derivative by its argument, element by element.
 
@@ -260,7 +265,7 @@ def derivative(function: Callable[[Any], Any], at: Any) -> tuple[np.ndarray, np.
     value, slope : (...,) float
     """
     at = np.asarray(at, dtype=float)
-    size = STEP * np.where(at == 0, 1.0, np.abs(at))
+    size = size_of_step(at)
     found = function(Stepped(_joined(at, size)))
     if not isinstance(found, Stepped):  # it does not depend on the argument
         found = np.asarray(found, dtype=float)

@@ -100,12 +100,16 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
         _print_json({**comparison.to_dict(), "files": [str(file) for file in files]})
     else:
         width = max(len(result.title) for result in comparison.results.values())
-        for result in comparison.results.values():
+        for name, result in comparison.results.items():
             print(f"{result.title:<{width}}  {result.verdict}")
-        for found in comparison.duty.values():
+            if name in comparison.builds:
+                print(f"{'':<{width}}  {comparison.builds[name].verdict}")
+        for task, found in comparison.duty.items():
             print(f"{found.duty.title}:")
-            for done in found.results.values():
+            for name, done in found.results.items():
                 print(f"  {done.title:<{width}}  {done.verdict}")
+                if name in comparison.builds:
+                    print(f"  {'':<{width}}  {comparison.builds[name].duty[task].verdict}")
         print(f"Report: {files[0]}")
     raise typer.Exit(0 if comparison.feasible else NOT_FEASIBLE)
 
@@ -276,6 +280,68 @@ def calibrate(
         print(f"Report: {files[0]}")
         print(f"Calibrated study: {files[1]}")
     raise typer.Exit(0 if found.fit.told == found.fit.names else NOT_FEASIBLE)
+
+
+@app.command()
+def sensitivity(
+    study: StudyFile,
+    of: Annotated[
+        str,
+        typer.Option(
+            "--of",
+            help="efficiency or loss at a point; margin or coverage in the region; energy or temperature of a duty cycle.",
+        ),
+    ],
+    drive: Annotated[str | None, typer.Option("--drive", help="Name of the drive in the study.")] = None,
+    force: Annotated[str | None, typer.Option("--force", help='Of the operating point, such as "20 N".')] = None,
+    speed: Annotated[str | None, typer.Option("--speed", help='Of the operating point, such as "0.3 m/s".')] = None,
+    duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
+    method: Annotated[str, typer.Option(help="Of the derivatives: complex, jax or difference.")] = "complex",
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Rank the parameters of a drive by what they do to a result; write report and figures."""
+    from infinivar.analysis.derivatives import METHODS
+    from infinivar.analysis.sensitivity import sensitivity as run
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = _chosen(study, "drive", drive, loaded.drives)
+    derived: Any = next((known for known in METHODS if known == method), None)
+    if derived is None:
+        raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
+    push, pace = _quantity("--force", force, "N"), _quantity("--speed", speed, "m/s")
+    with _progress() as progress:
+        try:
+            found = run(loaded, name, of, speed=pace, force=push, duty=duty, method=derived, progress=progress)
+        except InputError as problem:
+            raise InputError(f"{study}: {problem}") from None
+        progress("writing the report", 1.0)
+        files = found.save(out)
+    if as_json:
+        _print_json({**found.to_dict(), "files": [str(file) for file in files]})
+        return
+    from infinivar import units
+
+    print(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}")
+    for sentence in found.ranking:
+        print(f"  {sentence}")
+    if found.conclusions:
+        print("What the paper recommends, per 1 %:")
+        for row in found.conclusions:
+            print(f"  {row.words:<48} {row.elasticity:+9.3g} %  {row.verdict}")
+    for remark in found.remarks:
+        print(remark)
+    print(f"Report: {files[0]}")
+
+
+def _quantity(option: str, text: str | None, unit: str) -> float | None:
+    from infinivar import units
+
+    try:
+        return None if text is None else units.parse(text, unit)
+    except InputError as problem:
+        raise InputError(f"{option} {text!r} {problem}") from None
 
 
 def _numbers(option: str, text: str) -> tuple[float, ...]:

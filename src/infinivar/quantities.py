@@ -40,6 +40,22 @@ def quantity(unit: str, bound: str, meaning: str, *, default: Any = dataclasses.
     return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
 
 
+def permitted(bound: str, value: float) -> tuple[float, float]:
+    """Ends of what a field may be, on the side of zero on which its value is."""
+    low, high = (
+        -math.inf,
+        {"1": 1.0, "1e-3": 1e-3, "0.5": 0.5, "pi/2": 0.5 * math.pi}.get(bound.rpartition("<= ")[2], math.inf),
+    )
+    least = 1e-9 * abs(value)  # of what must not be zero
+    if bound == "!= 0":
+        return (least, math.inf) if value > 0 else (-math.inf, -least)
+    if bound.startswith("> 0"):
+        low = least
+    elif bound.startswith(">= 0"):
+        low = 0.0
+    return low, high
+
+
 def given(value: Any, otherwise: Any) -> Any:
     """The value, or another where none is given; unlike `or`, for arrays and for zero, too."""
     return otherwise if value is None else value

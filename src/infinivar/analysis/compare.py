@@ -13,6 +13,7 @@ from infinivar import power
 from infinivar.analysis.duty_cycle import DutyResult, duty_cycle
 from infinivar.analysis.ratio_policy import Policy, policies
 from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.analysis.uncertainty import Builds, builds
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
@@ -177,6 +178,8 @@ class Comparison:
     study: Study
     results: Mapping[str, DriveResult]
     duty: Mapping[str, DutyComparison] = field(default_factory=dict)
+    builds: Mapping[str, Builds] = field(default_factory=dict)
+    """Of the drives about whose values the study says how far they may be off."""
 
     def able(self, name: str) -> bool:
         """Whether a drive covers the whole requirement and does every duty cycle."""
@@ -199,6 +202,7 @@ class Comparison:
             "study": self.study.name,
             "drives": {name: result.to_dict() for name, result in self.results.items()},
             **({"duty": {name: found.to_dict() for name, found in self.duty.items()}} if self.duty else {}),
+            **({"builds": {name: found.to_dict() for name, found in self.builds.items()}} if self.builds else {}),
         }
 
     def save(self, directory: str | Path) -> list[Path]:
@@ -300,7 +304,8 @@ def compare(study: Study, *, progress: Callable[[str, float], None] | None = Non
         If a power balance does not close.
     """
     results: dict[str, DriveResult] = {}
-    count = len(study.drives) * (1 + len(study.duty))
+    uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name)]
+    count = len(study.drives) * (1 + len(study.duty)) + len(uncertain)
     for index, (name, drive) in enumerate(study.drives.items()):
         title = study.titles[name]
 
@@ -319,7 +324,20 @@ def compare(study: Study, *, progress: Callable[[str, float], None] | None = Non
                 progress(title, (done + index) / count)
 
         duty[task] = work_through(study, task, cycle, step)
-    return Comparison(study=study, results=FrozenDict(results), duty=FrozenDict(duty))
+    drawn: dict[str, Builds] = {}
+    for name in uncertain:
+        start = len(study.drives) * (1 + len(duty)) + len(drawn)
+
+        def grow(share: float, title: str = f"{study.titles[name]}: builds", start: int = start) -> None:
+            if progress is not None:
+                progress(title, (start + share) / count)
+
+        drive, steady = study.drives[name], results[name].map
+        assert isinstance(drive, (CoboticDrive, ConventionalDrive))
+        drawn[name] = builds(
+            drive, name, study.uncertainty, study.requirement, study.duty, (steady.speed, steady.force), grow
+        )
+    return Comparison(study=study, results=FrozenDict(results), duty=FrozenDict(duty), builds=FrozenDict(drawn))
 
 
 def work_through(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
@@ -9,37 +10,39 @@ import numpy as np
 
 from infinivar import _complex_step
 from infinivar._xp import Array
-from infinivar.analysis.cycle import AnyDrive
 from infinivar.errors import InputError
-from infinivar.quantities import value_at, with_values
+from infinivar.quantities import permitted, quantities_of, value_at, with_values
 
 Method = Literal["complex", "jax", "difference"]
 
 METHODS: tuple[Method, ...] = ("complex", "jax", "difference")
 
+_ONE_SIDED = (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4)
+"""Weights of values at the edge and at equal steps inwards for a derivative of the fourth order."""
+
 _STEP = 2e-3
 """Of differences, relative: with Richardson's extrapolation the error is of its sixth power, about the root of rounding's."""
 
 
-def values_of(drive: AnyDrive, paths: Sequence[str]) -> np.ndarray:
+def values_of(drive: Any, paths: Sequence[str]) -> np.ndarray:
     """Values of a drive's fields at dotted paths."""
     return np.asarray([value_at(drive, path) for path in paths], dtype=float)
 
 
 def gradient(
-    function: Callable[[AnyDrive], Array],
-    drive: AnyDrive,
+    function: Callable[[Any], Array],
+    drive: Any,
     paths: Sequence[str],
     *,
     at: Any = None,
     method: Method = "complex",
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Value of a function of a drive, and its derivatives by fields of the drive.
+    """Value of a function of a drive or a part, and its derivatives by fields of it.
 
     Parameters
     ----------
-    function : callable       Of a drive, over any array namespace, as those of `infinivar.analysis.outcomes`.
-    drive : drive             Gives what is not at `paths`.
+    function : callable       Of a drive or a part, over any array namespace, as those of `infinivar.analysis.outcomes`.
+    drive : dataclass         Gives what is not at `paths`.
     paths : sequence of str   Dotted paths of physical fields that have a value.
     at : (..., k) float       Values at the paths, many designs at once; the drive's own if left out.
     method : str              ``complex`` and ``jax`` are exact to rounding; ``difference`` is central, extrapolated.
@@ -66,14 +69,26 @@ def gradient(
     raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
 
 
-def designs(drive: AnyDrive, paths: Sequence[str], at: Any) -> AnyDrive:
+def designs(drive: Any, paths: Sequence[str], at: Any) -> Any:
     """Many designs as one drive: the values at paths are arrays whose last axis has length 1, for points and instants."""
     return with_values(drive, {path: at[..., place, None] for place, path in enumerate(paths)})
 
 
 def _by_complex_step(
-    function: Callable[[AnyDrive], Array], drive: AnyDrive, paths: Sequence[str], at: np.ndarray
+    function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
+    if at.ndim == 1 and paths:
+        # One design: a row for each field, in which it alone is perturbed.
+        rows = np.broadcast_to(at, (at.size, at.size))
+        steps = np.diag(_complex_step.size_of_step(at))
+        carried = {
+            path: _complex_step.Stepped(rows[:, k, None] + 1j * steps[:, k, None]) for k, path in enumerate(paths)
+        }
+        found = function(with_values(drive, carried))
+        if not isinstance(found, _complex_step.Stepped):
+            return np.asarray(found, dtype=float).ravel()[0], np.zeros(at.size)
+        slope = found.slope / _complex_step.size_of_step(at)
+        return found.value[0], np.where(np.isnan(found.value), np.nan, slope)
     value, slopes = np.empty(at.shape[:-1]), np.empty(at.shape)
     for place, path in enumerate(paths):
         others = {other: at[..., k, None] for k, other in enumerate(paths) if k != place}
@@ -89,26 +104,38 @@ def _by_complex_step(
 
 
 def _by_difference(
-    function: Callable[[AnyDrive], Array], drive: AnyDrive, paths: Sequence[str], at: np.ndarray
+    function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     def value(x: np.ndarray) -> np.ndarray:
         return np.broadcast_to(np.asarray(function(designs(drive, paths, x)), dtype=float), x.shape[:-1])
 
+    def along(place: int, steps: Any) -> np.ndarray:
+        moved = at.copy()
+        moved[..., place] += steps
+        return value(moved)
+
     slopes = np.empty(at.shape)
-    for place in range(len(paths)):
+    fields = quantities_of(drive)
+    for place, path in enumerate(paths):
         size = _STEP * np.where(at[..., place] == 0, 1.0, np.abs(at[..., place]))
-        stage = []
-        for part in (1.0, 0.5, 0.25):
-            step = np.zeros(at.shape)
-            step[..., place] = part * size
-            stage.append((value(at + step) - value(at - step)) / (2.0 * part * size))
-        once = [(4.0 * finer - coarser) / 3.0 for coarser, finer in zip(stage, stage[1:], strict=False)]
+        ends = permitted(fields[path].metadata["bound"], 1.0 if np.all(at[..., place] >= 0) else -1.0)
+        if np.any(at[..., place] + size > ends[1]) or np.any(at[..., place] - size < ends[0]):
+            # At the edge of what is permitted, from the inside alone.
+            inwards = size if np.any(at[..., place] - size < ends[0]) else -size
+            slopes[..., place] = (
+                sum(weight * along(place, count * inwards) for count, weight in enumerate(_ONE_SIDED)) / inwards
+            )
+            continue
+        stage = [
+            (along(place, part * size) - along(place, -part * size)) / (2.0 * part * size) for part in (1.0, 0.5, 0.25)
+        ]
+        once = [(4.0 * finer - coarser) / 3.0 for coarser, finer in itertools.pairwise(stage)]
         slopes[..., place] = (16.0 * once[1] - once[0]) / 15.0
     return value(at), slopes
 
 
 def _by_jax(
-    function: Callable[[AnyDrive], Array], drive: AnyDrive, paths: Sequence[str], at: np.ndarray
+    function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     jax = jax_with_float64()
 

@@ -6,6 +6,7 @@ of length 1 gives an array of the leading axes.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -14,11 +15,13 @@ import numpy as np
 
 from infinivar import power
 from infinivar._xp import Array, namespace
+from infinivar.analysis import cycle
 from infinivar.analysis.cycle import AnyDrive
 from infinivar.analysis.duty_cycle import heating, motors_of, warmed
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, nearest
+from infinivar.limits import Limit
 from infinivar.parts import heat
 from infinivar.study.study import Study
 
@@ -83,16 +86,16 @@ def outcome(
         raise InputError(f"{kind!r} is not one of {', '.join(KINDS)}{nearest(kind, KINDS)}")
     if duty is None and len(study.duty) == 1:
         duty = next(iter(study.duty))
-    if duty not in study.duty:
+    if duty is None or duty not in study.duty:
         known = ", ".join(study.duty) or "none; add a table [duty.NAME]"
         said = "say which duty cycle" if duty is None else f"there is no duty cycle {duty!r}{nearest(duty, study.duty)}"
         raise InputError(f"{kind}: {said}; the study has {known}")
-    cycle = study.duty[duty]
+    motion = study.duty[duty]
     if kind == "energy":
-        words = f"energy from the supply a cycle of {cycle.title or duty}"
-        return Outcome(name=kind, unit="J", words=words, better=-1, of=lambda d: energy(d, cycle))
-    words = f"highest winding temperature in {cycle.title or duty}"
-    return Outcome(name=kind, unit="K", words=words, better=-1, of=lambda d: temperature(d, cycle))
+        words = f"energy from the supply a cycle of {motion.title or duty}"
+        return Outcome(name=kind, unit="J", words=words, better=-1, of=lambda d: energy(d, motion))
+    words = f"highest winding temperature above the surroundings in {motion.title or duty}"
+    return Outcome(name=kind, unit="K", words=words, better=-1, of=lambda d: temperature(d, motion))
 
 
 def efficiency(drive: AnyDrive, speed: float, force: float) -> Array:
@@ -159,47 +162,69 @@ def _trapezoid(heights: np.ndarray) -> np.ndarray:
 
 def energy(drive: AnyDrive, duty: DutyCycle) -> Array:
     """Energy from the supply in a cycle, windings at their settled mean temperature where data sheets tell it. [J]"""
-    instants, point = duty.instants(), _cold(drive, duty)
-    means = {what: _winding(drive, duty, point, what)[1] for what in _heated(drive)}
-    if means:
-        # A motor that would get hotter has to be stopped: it is as warm as it may be.
-        xp = namespace(*means.values())
-        motors = motors_of(drive)
-        warm = {what: xp.minimum(found, motors[what].max_winding_temperature) for what, found in means.items()}
-        point = warmed(drive, warm).follow(instants.course, load_mass=duty.moved_mass)
+    point, _ = _settled(drive, duty)
     drawn = point.power_in + 0.0 * point.power_out
     return namespace(drawn).mean(drawn, axis=-1) * duty.period
 
 
 def temperature(drive: AnyDrive, duty: DutyCycle) -> Array:
-    """Highest winding temperature of any motor, settled; by `infinivar.parts.heat.settled`. [K]
+    """Highest winding temperature of any motor above its surroundings, by `infinivar.parts.heat.settled`. [K]
 
     Raises
     ------
     ValueError
         If no motor's data sheet has what the thermal model needs.
     """
-    point, heated = _cold(drive, duty), _heated(drive)
-    if not heated:
+    found = [highest for highest, _ in _windings(drive, duty, _cold(drive, duty)).values()]
+    if not found:
         lacking = heat.missing(next(iter(motors_of(drive).values())))
         raise ValueError(f"motor.{lacking[0]} is missing: the thermal model needs it")
-    found = [_winding(drive, duty, point, what)[0] for what in heated]
-    xp = namespace(*found)
-    hottest = found[0]
-    for other in found[1:]:
-        hottest = xp.maximum(hottest, other)
-    return hottest[..., 0]
+    return functools.reduce(namespace(*found).maximum, found)[..., 0] - duty.ambient
+
+
+def worked(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> np.ndarray:
+    """What many designs make of a duty cycle: energy [J], highest winding temperature [K] and whether they do it (1 or 0).
+
+    With NumPy only. The temperature is nan where no data sheet tells, the energy where the wheel slips. (..., 3)
+    """
+    point, windings = _settled(drive, duty)
+    motors = motors_of(drive)
+    found = {**cycle.demands(point)}
+    if travel is not None:
+        found[Limit.TRAVEL, "load"] = np.asarray(np.ptp(duty.instants().position) / travel)
+    drawn = np.mean(point.power_in + 0.0 * point.power_out, axis=-1) * duty.period
+    able, hottest = np.isfinite(drawn), np.full(drawn.shape, np.nan)
+    for demand in found.values():
+        able = able & (demand <= 1.0)
+    for what, (highest, _) in windings.items():
+        hottest = np.fmax(hottest, highest[..., 0])
+        able = able & (highest[..., 0] <= np.ravel(motors[what].max_winding_temperature))
+    return np.stack(np.broadcast_arrays(drawn, hottest, able.astype(float)), axis=-1)
 
 
 def _cold(drive: AnyDrive, duty: DutyCycle) -> Any:
     return drive.follow(duty.instants().course, load_mass=duty.moved_mass)
 
 
-def _heated(drive: AnyDrive) -> list[str]:
-    return [what for what, motor in motors_of(drive).items() if not heat.missing(motor)]
+def _windings(drive: AnyDrive, duty: DutyCycle, point: Any) -> dict[str, tuple[Array, Array]]:
+    """Highest and mean settled temperature of each motor whose data sheet tells. [K]"""
+    found = {}
+    for what, motor in motors_of(drive).items():
+        if not heat.missing(motor):
+            current, friction = heating(point, what)
+            current = current + np.zeros(duty.instants().time.shape)
+            found[what] = heat.settled(motor, current, friction, duty.period, duty.ambient)
+    return found
 
 
-def _winding(drive: AnyDrive, duty: DutyCycle, point: Any, what: str) -> tuple[Array, Array]:
-    current, friction = heating(point, what)
-    current = current + 0.0 * np.zeros(duty.instants().time.shape)
-    return heat.settled(motors_of(drive)[what], current, friction, duty.period, duty.ambient)
+def _settled(drive: AnyDrive, duty: DutyCycle) -> tuple[Any, dict[str, tuple[Array, Array]]]:
+    """The cycle with windings as warm as they get, and their temperatures."""
+    point = _cold(drive, duty)
+    windings = _windings(drive, duty, point)
+    if windings:
+        # A motor that would get hotter has to be stopped: it is as warm as it may be.
+        xp = namespace(*(mean for _, mean in windings.values()))
+        motors = motors_of(drive)
+        warm = {what: xp.minimum(mean, motors[what].max_winding_temperature) for what, (_, mean) in windings.items()}
+        point = warmed(drive, warm).follow(duty.instants().course, load_mass=duty.moved_mass)
+    return point, windings

@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar.analysis.compare import Comparison
 from infinivar.analysis.steady_map import SteadyMap
+from infinivar.analysis.uncertainty import BAND, BuildsMap
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.figures import style
 from infinivar.limits import Limit
@@ -51,8 +52,8 @@ def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "") -> Any:
-    """Draw one map; returns the filled contours, for a colour bar."""
+def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", builds: BuildsMap | None = None) -> Any:
+    """Draw one map, with the band in which builds within tolerances have their limits; returns the filled contours."""
     force, speed, limit = numbers["force"], numbers["speed"], numbers["limit"]
     ax.set_facecolor(_OUTSIDE)
     within = np.where(limit == Limit.OK, numbers["efficiency"], np.nan)
@@ -68,6 +69,10 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "") -> Any:
     margin = np.clip(numbers["margin"], 0.0, 2.0)
     if margin.min() < 1.0 < margin.max():
         ax.contour(force, speed, margin, levels=[1.0], colors="black", linewidths=1.4)
+    if builds is not None and builds.within.min() < BAND[1] and builds.within.max() > BAND[0]:
+        band = builds.force, builds.speed, builds.within
+        ax.contourf(*band, levels=BAND, colors=["#D81B60"], alpha=0.35)
+        ax.contour(*band, levels=BAND, colors="#D81B60", linewidths=0.7)
     for across, along in numbers["signs"]:
         x, y = numbers["outline"].T
         ax.fill(
@@ -125,7 +130,9 @@ def draw_all(comparison: Comparison) -> Figure:
         )
         filled: Any = None
         for index, (ax, result) in enumerate(zip(axes.flat, results, strict=False)):
-            filled = draw(ax, data(result.map, comparison.study.requirement), result.title)
+            drawn = comparison.builds.get(result.name)
+            numbers = data(result.map, comparison.study.requirement)
+            filled = draw(ax, numbers, result.title, None if drawn is None else drawn.map)
             ax.label_outer()
             if index + columns >= len(results):  # nothing below it
                 ax.tick_params(labelbottom=True)

@@ -10,6 +10,7 @@ from typing import Any
 
 from infinivar import units
 from infinivar.analysis.compare import Comparison
+from infinivar.analysis.uncertainty import band, percent
 from infinivar.drivetrain.duty import CUTOFF
 from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import words_of
@@ -74,6 +75,8 @@ def html(comparison: Comparison) -> str:
         cutoff=CUTOFF,
         words_of=words_of,
         audit_tolerance=AUDIT_TOLERANCE,
+        band=band,
+        percent=percent,
     )
 
 

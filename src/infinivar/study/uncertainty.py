@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +12,7 @@ from infinivar import units
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest
 from infinivar.frozen import FrozenDict
-from infinivar.quantities import check_value, quantities_of, value_at
+from infinivar.quantities import check_value, permitted, quantities_of, value_at
 from infinivar.study.messages import StudyError, plain, quoted
 from infinivar.study.schema import KINDS, ORIGIN, SPREAD
 
@@ -176,7 +175,7 @@ def _spread(
     elif deviation is None:
         low, high = value - given["tolerance"], value + given["tolerance"]
     else:
-        low, high = _permitted(bound, value)
+        low, high = permitted(bound, value)
     if deviation is None:
         for end in (low, high):
             try:
@@ -198,21 +197,6 @@ def _size(written: Any, unit: str, value: float, key: str) -> float:
     if key in ("tolerance", "deviation") and not size > 0:
         raise InputError(f"must have a {key} above zero{', and this value is zero' if value == 0 else ''}")
     return size
-
-
-def _permitted(bound: str, value: float) -> tuple[float, float]:
-    """Ends of what a field may be."""
-    low = -math.inf
-    if bound.startswith("> 0"):
-        low = 1e-9 * value
-    elif bound.startswith(">= 0"):
-        low = 0.0
-    elif bound == "!= 0":
-        low = 1e-9 * value if value > 0 else -math.inf
-    high = {"1": 1.0, "1e-3": 1e-3, "0.5": 0.5, "pi/2": 0.5 * math.pi}.get(bound.rpartition("<= ")[2], math.inf)
-    if bound == "!= 0" and value < 0:
-        high = 1e-9 * value
-    return low, high
 
 
 def _pairs(raw: Any, spreads: Mapping[str, tuple[Spread, ...]]) -> Iterator[tuple[tuple[str, str, str], float]]:

@@ -1,0 +1,326 @@
+"""How a drive's verdicts hold up over the builds that its tolerances allow."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from infinivar import power
+from infinivar._xp import Array, namespace
+from infinivar.analysis import outcomes
+from infinivar.analysis.builds import draw, evaluated
+from infinivar.analysis.cycle import AnyDrive
+from infinivar.analysis.derivatives import designs, jax_with_float64
+from infinivar.drivetrain.duty import DutyCycle
+from infinivar.drivetrain.requirement import Requirement
+from infinivar.frozen import FrozenDict
+from infinivar.limits import Limit, binding
+from infinivar.study.uncertainty import Spread, Uncertainty
+
+BAND = (0.05, 0.95)
+"""Shares of builds between which nine in ten lie."""
+
+_POINTS = 65_536
+"""Computed at once: intermediate arrays stay within the processor's caches."""
+
+_MAP_CELLS = 60
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BuildsMap:
+    """Maps over speed (first axis) and force (second axis) of what builds of a drive do.
+
+    Attributes
+    ----------
+    speed, force         Axes. [m/s], [N]
+    within               Share of builds that keep every limit. [-]
+    limits               Share of builds in which each limit binds. [-]
+    efficiency, spread   Mean and standard deviation of the efficiency of the builds within limits; nan where there are none. [-]
+    """
+
+    speed: np.ndarray
+    force: np.ndarray
+    within: np.ndarray
+    limits: Mapping[Limit, np.ndarray]
+    efficiency: np.ndarray
+    spread: np.ndarray
+
+
+def builds_map(
+    drive: AnyDrive,
+    paths: Sequence[str],
+    at: np.ndarray,
+    speed: Any,
+    force: Any,
+    *,
+    method: Literal["numpy", "jax"] = "numpy",
+    progress: Callable[[float], None] | None = None,
+) -> BuildsMap:
+    """Steady maps of many builds at once, with all limits.
+
+    Parameters
+    ----------
+    drive : drive             Gives what does not vary.
+    paths : sequence of str   Fields that vary, by dotted path.
+    at : (n, k) float         Their values, a build a row.
+    speed, force : float      Axes of the map. [m/s], [N]
+    method : str              numpy, on all processors; or jax, compiled.
+    progress                  Called with the share done.
+
+    Returns
+    -------
+    BuildsMap
+
+    Raises
+    ------
+    InputError
+        If JAX is asked for and not installed.
+    """
+    speed, force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
+    grid = np.stack(np.broadcast_arrays(speed[:, None], force[None, :]))
+    flat = grid.reshape(2, -1)
+    counted = _counter(drive, paths, flat[0], flat[1])
+    compiled = method == "jax"
+    if compiled:  # it has threads of its own, and wants larger pieces
+        counted = jax_with_float64().jit(counted)
+    room = max(1, (2 if compiled else 1) * _POINTS // flat.shape[1])
+    pieces = [at[start : start + room] for start in range(0, len(at), room)]
+    total: Any = 0.0
+    with ThreadPoolExecutor(1 if compiled else os.cpu_count()) as pool:
+        for done, found in enumerate(pool.map(counted, pieces), start=1):
+            total = total + np.asarray(found)
+            if progress is not None:
+                progress(done / len(pieces))
+    shape = grid.shape[1:]
+    counts = np.asarray(total).reshape(-1, *shape)
+    known, mean, square = counts[-3:]
+    some = known > 0
+    average = np.where(some, mean / np.where(some, known, 1.0), np.nan)
+    variance = np.where(some, square / np.where(some, known, 1.0), np.nan) - average**2
+    return BuildsMap(
+        speed=speed,
+        force=force,
+        within=counts[0] / len(at),
+        limits=FrozenDict(
+            {
+                limit: share / len(at)
+                for limit, share in zip(Limit, counts[: len(Limit)], strict=True)
+                if limit and share.any()
+            }
+        ),
+        efficiency=average,
+        spread=np.sqrt(np.clip(variance, 0.0, None)),
+    )
+
+
+def _counter(drive: AnyDrive, paths: Sequence[str], speed: np.ndarray, force: np.ndarray) -> Callable[[Any], Array]:
+    """Function of builds: how many each limit binds at each point, and sums of the efficiency of those within."""
+
+    def counted(at: Any) -> Array:
+        point = designs(drive, paths, at).operate(speed=speed, force=force)
+        limit, _ = binding(point.utilisation)
+        xp = namespace(point.power_in)
+        shape = (at.shape[0], speed.size)
+        limit = xp.broadcast_to(limit, shape)
+        found = xp.broadcast_to(power.efficiency(point.power_in, point.power_out + 0.0 * point.power_in), shape)
+        known = (limit == 0) & xp.isfinite(found)
+        value = xp.where(known, found, 0.0)
+        none = xp.zeros(speed.size, dtype=xp.float64)
+        possible = {Limit.OK, *point.utilisation}
+        rows = [
+            xp.sum(xp.asarray(limit == int(code), dtype=xp.float64), axis=0) if code in possible else none
+            for code in Limit
+        ]
+        rows += [
+            xp.sum(xp.asarray(known, dtype=xp.float64), axis=0),
+            xp.sum(value, axis=0),
+            xp.sum(value * value, axis=0),
+        ]
+        return xp.stack(rows)
+
+    return counted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DutyBuilds:
+    """Builds of a drive in a duty cycle: arrays of a value a build; nan where it slips.
+
+    Attributes
+    ----------
+    energy        From the supply in a cycle. [J]
+    temperature   Highest winding temperature, settled; empty where no data sheet tells. [K]
+    able          Whether the build keeps every limit and no winding gets too hot.
+    """
+
+    energy: np.ndarray
+    temperature: np.ndarray
+    able: np.ndarray
+
+    @property
+    def share(self) -> float:
+        """Of builds that do it. [-]"""
+        return float(np.mean(self.able))
+
+    @property
+    def verdict(self) -> str:
+        """One clause for people."""
+        found = band(self.energy)
+        taken = (
+            "" if found["low"] is None else f"; nine in ten take {found['low']:.3g} to {found['high']:.3g} J a cycle"
+        )
+        return f"{percent(self.share, len(self.able))} of builds do it{taken}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Builds:
+    """Builds of a drive within its tolerances, held against a study's requirement and duty cycles.
+
+    Attributes
+    ----------
+    spreads    What varies.
+    values     (n, k) A build a row.
+    coverage   Share of the required region in which a build keeps every limit. [-]
+    margin     Weakest margin of a build in the region. [-]
+    loss       Of a build at the corner of maximum force; nan where it slips. [W]
+    map        Of all builds together.
+    duty       By name of the duty cycle.
+    """
+
+    spreads: tuple[Spread, ...]
+    values: np.ndarray
+    coverage: np.ndarray
+    margin: np.ndarray
+    loss: np.ndarray
+    map: BuildsMap
+    duty: Mapping[str, DutyBuilds]
+
+    @property
+    def count(self) -> int:
+        """Builds drawn."""
+        return len(self.values)
+
+    @property
+    def covering(self) -> float:
+        """Share of builds that cover the requirement. [-]"""
+        return float(np.mean(self.margin >= 1.0))
+
+    @property
+    def verdict(self) -> str:
+        """One clause for people."""
+        found = band(self.margin)
+        nine = f"nine in ten have a weakest margin from {found['low']:.3g} to {found['high']:.3g}"
+        return f"covers the requirement in {percent(self.covering, self.count)} of builds; {nine}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "builds": self.count,
+            "verdict": self.verdict,
+            "covering": self.covering,
+            "coverage": band(self.coverage),
+            "weakest_margin": band(self.margin),
+            "loss_at_maximum_force_W": band(self.loss),
+            "varied": [
+                {"path": s.path, "unit": s.unit, "value": s.value, "range": s.words, "kind": s.kind, "where": s.where}
+                for s in self.spreads
+            ],
+            "duty": {
+                name: {"able": found.share, "energy_J": band(found.energy), "temperature_K": band(found.temperature)}
+                for name, found in self.duty.items()
+            },
+        }
+
+
+def percent(share: float, count: int) -> str:
+    """A share of builds in words: 100 % and 0 % only if there is no exception among them."""
+    if share in (0.0, 1.0):
+        return f"{100.0 * share:.0f} %"
+    shown = min(max(100.0 * share, 0.1), 99.9) if count >= 1000 else min(max(round(100.0 * share), 1), 99)
+    return f"{shown:.3g} %"
+
+
+def band(values: np.ndarray) -> dict[str, float | None]:
+    """Median and the range of nine builds in ten, of those that can do it."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return {"low": None, "median": None, "high": None}
+    low, median, high = np.quantile(known, [BAND[0], 0.5, BAND[1]])
+    return {"low": float(low), "median": float(median), "high": float(high)}
+
+
+def builds(
+    drive: AnyDrive,
+    name: str,
+    uncertainty: Uncertainty,
+    requirement: Requirement,
+    duty: Mapping[str, DutyCycle],
+    axes: tuple[np.ndarray, np.ndarray],
+    progress: Callable[[float], None] | None = None,
+) -> Builds:
+    """Draw builds of a drive and hold them against a requirement and duty cycles.
+
+    Parameters
+    ----------
+    drive, name       The drive and its name in the study.
+    uncertainty       With spreads of that drive.
+    requirement       Sampled on 41 lines of constant force.
+    duty              By name.
+    axes              Speeds and forces whose span the map covers. [m/s], [N]
+    progress          Called with the share done.
+
+    Returns
+    -------
+    Builds   Quasi-Monte Carlo by Sobol's sequence: the same for the same study.
+
+    Raises
+    ------
+    ValueError
+        If the drive lacks a value that a duty cycle needs.
+    """
+    spreads = uncertainty.spreads[name]
+    paths = [spread.path for spread in spreads]
+    at = draw(spreads, uncertainty.correlation(name), uncertainty.draws)
+    stages = 4 + len(duty)
+
+    def told(stage: int) -> Callable[[float], None]:
+        return lambda share: progress((stage + share) / stages) if progress is not None else None
+
+    speed, force = requirement.corners()["maximum force"]
+    return Builds(
+        spreads=spreads,
+        values=at,
+        coverage=evaluated(lambda d: outcomes.coverage(d, requirement), drive, paths, at, told(0)),
+        margin=evaluated(lambda d: outcomes.margin(d, requirement), drive, paths, at, told(1)),
+        loss=evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(2)),
+        map=builds_map(
+            drive, paths, at, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes), progress=told(3)
+        ),
+        duty=FrozenDict(
+            {
+                task: _worked(drive, paths, at, cycle, requirement.travel, told(4 + place))
+                for place, (task, cycle) in enumerate(duty.items())
+            }
+        ),
+    )
+
+
+def _worked(
+    drive: AnyDrive,
+    paths: Sequence[str],
+    at: np.ndarray,
+    duty: DutyCycle,
+    travel: float | None,
+    progress: Callable[[float], None],
+) -> DutyBuilds:
+    found = evaluated(lambda d: outcomes.worked(d, duty, travel), drive, paths, at, progress, width=3)
+    heated = np.isfinite(found[:, 1]).any()
+    return DutyBuilds(
+        energy=found[:, 0],
+        temperature=found[:, 1] if heated else np.empty(0),
+        able=found[:, 2] > 0.5,
+    )

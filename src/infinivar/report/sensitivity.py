@@ -1,0 +1,27 @@
+"""The report of a sensitivity analysis, with its figure and numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from infinivar import units
+from infinivar.analysis.sensitivity import Sensitivity
+from infinivar.figures import sensitivity as figure
+from infinivar.figures import style
+from infinivar.report.comparison import to_json
+from infinivar.report.page import all_or_nothing, render
+
+
+def save(sensitivity: Sensitivity, directory: Path) -> list[Path]:
+    """Write report, figures and JSON; see `Sensitivity.save`."""
+    name = f"sensitivity-{sensitivity.outcome.name}"
+    with all_or_nothing(directory) as scratch:
+        figures: list[Path] = []
+        image = None
+        if sensitivity.influences:
+            made = figure.draw_all(sensitivity)
+            figures, image = style.write(made, scratch / name), style.inline_svg(made)
+        page = render("sensitivity.html", sensitivity=sensitivity, image=image, show=units.show)
+        (scratch / f"{name}.html").write_text(page, "utf-8")
+        (scratch / f"{name}.json").write_text(to_json(sensitivity.to_dict()), "utf-8")
+    return [directory / file for file in (f"{name}.html", f"{name}.json", *(made.name for made in figures))]

@@ -1,0 +1,79 @@
+"""`infinivar sensitivity`, and `infinivar compare` of a study with tolerances."""
+
+import json
+
+import pytest
+
+STUDY = """
+[requirement]
+base = "faulring2006"
+[drives.cobotic]
+base = "faulring2006.cobotic"
+[duty.shake]
+base = "faulring2006.shake"
+[uncertainty]
+draws = 16
+[uncertainty.cobotic.transmission]
+friction = { low = 0.07, high = 0.13, where = "dry steel" }
+[uncertainty.cobotic.gearhead]
+efficiency = { deviation = 0.02 }
+"""
+
+
+def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
+    done = infinivar(
+        "sensitivity", write(STUDY), "--of", "loss", "--force", "20 N", "--speed", "0.3 m/s", "--out", "out"
+    )
+    assert done.code == 0, done.err
+    assert "loss at 20 N and 0.3 m/s: " in done.out
+    assert "1. gearhead efficiency: 1 % more of it makes" in done.out
+    assert "higher friction, less preload" in done.out
+    found = json.loads((tmp_path / "out" / "sensitivity-loss.json").read_text("utf-8"))
+    by_path = {row["path"]: row for row in found["parameters"]}
+    assert by_path["transmission.preload"]["range_stated"] is False
+    assert by_path["gearhead.efficiency"]["range_stated"] is True
+    assert by_path["gearhead.efficiency"]["elasticity"] < 0 < by_path["motor.resistance"]["elasticity"]
+    page = (tmp_path / "out" / "sensitivity-loss.html").read_text("utf-8")
+    assert "What the paper recommends" in page
+    for kind in ("png", "svg", "pdf"):
+        assert (tmp_path / "out" / f"sensitivity-loss.{kind}").exists()
+
+
+def test_numbers_alone(infinivar, write):
+    done = infinivar("sensitivity", write(STUDY), "--of", "efficiency", "--method", "difference", "--json")
+    assert json.loads(done.out)["of"] == "efficiency"
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (
+            ("--of", "energie"),
+            "'energie' is not one of efficiency, loss, margin, coverage, energy, temperature (did you mean",
+        ),
+        (("--of", "energy", "--duty", "walk"), "there is no duty cycle 'walk'"),
+        (("--of", "loss", "--force", "20"), "--force '20' needs a unit"),
+        (("--of", "loss", "--speed", "3 N"), "--speed '3 N' has the unit 'N' where m/s is needed"),
+        (("--of", "loss", "--force", "500 N"), "the drive cannot do it"),
+        (("--of", "loss", "--method", "adjoint"), "--method 'adjoint' must be one of complex, jax, difference"),
+        (("--of", "loss", "--drive", "geared"), "--drive 'geared' is not in the study"),
+    ],
+)
+def test_questions_that_mean_nothing(infinivar, write, tmp_path, options, said):
+    done = infinivar("sensitivity", write(STUDY), *options, "--out", "out")
+    assert done.code == 2
+    assert said in done.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_comparison_says_how_many_builds_are_able(infinivar, write, tmp_path):
+    done = infinivar("compare", write(STUDY), "--out", "out", "--json")
+    assert done.code in (0, 1), done.err
+    found = json.loads(done.out)["builds"]["cobotic"]
+    assert found["builds"] == 16
+    assert 0.0 < found["covering"] < 1.0
+    assert found["weakest_margin"]["low"] < found["weakest_margin"]["median"] < found["weakest_margin"]["high"]
+    assert found["duty"]["shake"]["energy_J"]["low"] < found["duty"]["shake"]["energy_J"]["high"]
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "Builds within tolerances" in page
+    assert "dry steel" in page
