@@ -14,7 +14,16 @@ from rich.table import Table
 
 from benchmarks._measure import Line
 
-NAMES = ("import_time", "steady_map", "compare_cold", "element_curves", "fastsim", "simulation", "dynamic")
+NAMES = (
+    "import_time",
+    "steady_map",
+    "compare_cold",
+    "element_curves",
+    "fastsim",
+    "simulation",
+    "dynamic",
+    "uncertainty",
+)
 
 
 def main() -> int:

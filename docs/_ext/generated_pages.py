@@ -10,6 +10,7 @@ import infinivar
 from infinivar import units
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.parts import catalogue
 from infinivar.study import schema
@@ -85,9 +86,14 @@ def _parts(part: type, found: list[type]) -> None:
 def study_fields() -> str:
     """Reference of every table of a study file."""
     parts: list[type] = []
-    for owner in (*schema.DRIVES.values(), Scenario, DutyCycle):
+    for owner in (*schema.DRIVES.values(), Scenario, DutyCycle, Rig):
         _parts(owner, parts)
-    sections = [("`[requirement]`", Requirement), ("`[scenarios.NAME]`", Scenario), ("`[duty.NAME]`", DutyCycle)]
+    sections = [
+        ("`[requirement]`", Requirement),
+        ("`[scenarios.NAME]`", Scenario),
+        ("`[duty.NAME]`", DutyCycle),
+        ("`[rig]`", Rig),
+    ]
     sections += [(f'`[drives.NAME]` with `type = "{name}"`', drive) for name, drive in schema.DRIVES.items()]
     text = []
     for heading, part in sections:

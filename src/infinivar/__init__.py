@@ -14,6 +14,7 @@ _HOME = {
     "Amplifier": "parts.amplifier",
     "AuditError": "errors",
     "Bearing": "parts.bearing",
+    "Calibration": "analysis.calibration.calibrate",
     "CoboticDrive": "drivetrain.cobotic",
     "Comparison": "analysis.compare",
     "ContactGeometry": "transmission.geometry",
@@ -37,18 +38,23 @@ _HOME = {
     "OperatingPoint": "transmission.operating_point",
     "Pulley": "parts.linear",
     "Requirement": "drivetrain.requirement",
+    "Rig": "drivetrain.rig",
     "RotaryLinearIVT": "transmission.rotary_linear",
     "Scenario": "drivetrain.scenario",
+    "Sensitivity": "analysis.sensitivity",
     "Simulation": "analysis.simulate",
     "SteadyMap": "analysis.steady_map",
     "SteeringPlant": "drivetrain.cobotic",
     "Study": "study.study",
+    "Uncertainty": "study.uncertainty",
+    "calibrate": "analysis.calibration.calibrate",
     "compare": "analysis.compare",
     "contact_sheets": "analysis.contact_sheet",
     "duty_cycle": "analysis.duty_cycle",
     "dynamic_map": "analysis.dynamic",
     "load_study": "study.load",
     "reproduce": "analysis.reproduce",
+    "sensitivity": "analysis.sensitivity",
     "simulate": "analysis.simulate",
     "steady_map": "analysis.steady_map",
 }
@@ -56,12 +62,14 @@ _HOME = {
 __all__ = [*sorted(_HOME), "__version__"]  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
+    from infinivar.analysis.calibration.calibrate import Calibration, calibrate
     from infinivar.analysis.compare import Comparison, DriveResult, compare
     from infinivar.analysis.contact_sheet import ContactSheet, contact_sheets
     from infinivar.analysis.cycle import Definition
     from infinivar.analysis.duty_cycle import DutyResult, duty_cycle
     from infinivar.analysis.dynamic import DynamicMap, dynamic_map
     from infinivar.analysis.reproduce import reproduce
+    from infinivar.analysis.sensitivity import Sensitivity, sensitivity
     from infinivar.analysis.simulate import Simulation, simulate
     from infinivar.analysis.steady_map import SteadyMap, steady_map
     from infinivar.contact.bodies import Material
@@ -71,6 +79,7 @@ if TYPE_CHECKING:
     from infinivar.drivetrain.drive import DrivePoint, MovingPoint
     from infinivar.drivetrain.duty import DutyCycle
     from infinivar.drivetrain.requirement import Requirement
+    from infinivar.drivetrain.rig import Rig
     from infinivar.drivetrain.scenario import Scenario
     from infinivar.errors import AuditError, InfinivarError, InputError
     from infinivar.limits import Limit
@@ -81,6 +90,7 @@ if TYPE_CHECKING:
     from infinivar.parts.motor import Motor
     from infinivar.study.load import load_study
     from infinivar.study.study import Study
+    from infinivar.study.uncertainty import Uncertainty
     from infinivar.transmission.geometry import ContactGeometry
     from infinivar.transmission.operating_point import OperatingPoint
     from infinivar.transmission.rotary_linear import RotaryLinearIVT

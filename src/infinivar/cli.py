@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import math
 import re
 import shlex
 import sys
@@ -450,60 +449,9 @@ def catalogue(as_json: Json = False) -> None:
             {kind: {key: dataclasses.asdict(part) for key, part in group.items()} for kind, group in parts.items()}
         )
         return
-    _print_table(
-        "motor",
-        {"voltage": "V", "cont. torque": "mN m", "no-load speed": "rpm", "peak efficiency": "%", "mass": "g"},
-        motors(),
-        lambda motor: (
-            motor.voltage,
-            motor.continuous_torque * 1e3,
-            motor.no_load_speed * 30 / math.pi,
-            motor.peak_efficiency * 1e2,
-            motor.mass and motor.mass * 1e3,
-        ),
-    )
-    _print_table(
-        "gearhead",
-        {"ratio": "", "efficiency": "%", "cont. torque": "N m", "mass": "g"},
-        gearheads(),
-        lambda gear: (gear.ratio, gear.efficiency * 1e2, gear.continuous_torque, gear.mass and gear.mass * 1e3),
-    )
-    _print_table(
-        "bearing",
-        {"bore": "mm", "outside": "mm", "dynamic rating": "kN", "static rating": "kN"},
-        bearings(),
-        lambda bearing: (
-            bearing.bore * 1e3,
-            bearing.outside_diameter * 1e3,
-            bearing.dynamic_rating * 1e-3,
-            bearing.static_rating * 1e-3,
-        ),
-    )
-    _print_table(
-        "material",
-        {"Young's modulus": "GPa", "Poisson": "", "yield strength": "MPa", "hardness": "GPa"},
-        materials(),
-        lambda body: (
-            body.youngs_modulus * 1e-9,
-            body.poisson,
-            body.yield_strength and body.yield_strength * 1e-6,
-            body.hardness and body.hardness * 1e-9,
-        ),
-    )
+    from infinivar.report.catalogue import text
 
-
-def _print_table(
-    kind: str, columns: dict[str, str], parts: Mapping[str, Any], values: Callable[[Any], tuple[float | None, ...]]
-) -> None:
-    """One catalogue: a line a part, columns with their unit, blank where a value is not known."""
-    print(f"{kind:<30}" + "".join(f"{name:>18}" for name in columns))
-    for key, part in parts.items():
-        cells = (
-            "" if value is None else f"{value:{'.0f' if value >= 1e3 else '.4g'}} {unit}".rstrip()
-            for value, unit in zip(values(part), columns.values(), strict=True)
-        )
-        print(f"{key:<30}" + "".join(f"{cell:>18}" for cell in cells))
-    print()
+    print(text(), end="")
 
 
 def _print_version(wanted: bool) -> None:

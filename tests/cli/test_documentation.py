@@ -45,7 +45,20 @@ def shown_and_real(text, folder):
 
 
 @pytest.mark.parametrize(
-    "page", ["theory.md", "contact.md", "errata.md", "tutorial.md", "study-file.md", "simulation.md", "duty-cycles.md"]
+    "page",
+    [
+        f"{name}.md"
+        for name in (
+            "theory",
+            "contact",
+            "errata",
+            "tutorial",
+            "study-file",
+            "simulation",
+            "duty-cycles",
+            "calibration",
+        )
+    ],
 )
 def test_page(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -23,9 +23,10 @@ def bash(command, folder):
 
 # A validator for the few words of JSON Schema that the schema uses: enough to try it on real studies.
 WORDS = {"$schema", "$defs", "$ref", "title", "description", "examples", "type", "enum", "const", "pattern", "required"} | {
-    "properties", "additionalProperties", "anyOf", "minProperties", "propertyNames"
+    "properties", "additionalProperties", "anyOf", "minProperties", "propertyNames", "items", "minItems", "maxItems",
+    "exclusiveMinimum", "exclusiveMaximum",
 }  # fmt: skip
-TYPES = {"object": dict, "string": str, "number": (int, float)}
+TYPES = {"object": dict, "string": str, "number": (int, float), "integer": int, "array": list}
 
 
 def valid(value, schema, root):
@@ -41,6 +42,13 @@ def valid(value, schema, root):
     if "type" in schema and (not isinstance(value, TYPES[schema["type"]]) or isinstance(value, bool)):
         return False
     if isinstance(value, str) and not re.search(schema.get("pattern", ""), value):
+        return False
+    if isinstance(value, list):
+        count = schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value))
+        return count and all(valid(item, schema.get("items", {}), root) for item in value)
+    if isinstance(value, float) and not schema.get("exclusiveMinimum", -2) < value < schema.get(
+        "exclusiveMaximum", 1e300
+    ):
         return False
     if not isinstance(value, dict):
         return True
@@ -74,7 +82,8 @@ def test_schema_refers_only_to_what_it_defines(schema):
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     referred = set(re.findall(r'"#/\$defs/(\w+)"', json.dumps(schema)))
     assert referred == set(schema["$defs"])
-    assert all(definition["additionalProperties"] is False for definition in schema["$defs"].values())
+    closed = {name: part["additionalProperties"] for name, part in schema["$defs"].items() if name != "Spreads"}
+    assert set(closed.values()) == {False}
 
 
 def test_schema_accepts_what_compare_accepts(schema, infinivar, tmp_path):
@@ -87,6 +96,11 @@ def test_schema_accepts_what_compare_accepts(schema, infinivar, tmp_path):
     full = parameter_set("faulring2006")
     assert valid({key: full[key] for key in ("title", "requirement", "drives")}, schema, schema)
     assert valid(GOOD, schema, schema)
+    assert valid({"extends": "other.toml"}, schema, schema)
+    spread = {"transmission": {"preload": "5 %", "friction": {"low": 0.1, "high": 0.2}}, "kind": "assumed"}
+    pair = {"drive": "mine", "between": ["transmission.preload", "transmission.friction"], "value": 0.5}
+    more = {"rig": {"travel": "0.1 m"}, "uncertainty": {"draws": 64, "mine": spread}, "correlations": [pair]}
+    assert valid({**GOOD, **more}, schema, schema)
 
 
 @pytest.mark.parametrize(
@@ -107,6 +121,10 @@ def test_schema_accepts_what_compare_accepts(schema, infinivar, tmp_path):
         {"drives": {"mine": {"type": "conventional", "transmission": {}}}},
         {"drives": {"mine": {"amplifier": {"regeneration": "brun"}}}},
         {"title": 5},
+        {"rig": {"travl": "1 m"}},
+        {"uncertainty": {"draws": "many"}},
+        {"correlations": [{"drive": "mine", "between": ["a"], "value": 0.5}]},
+        {"correlations": [{"drive": "mine", "between": ["a", "b"], "value": 1.5}]},
     ],
     ids=str,
 )

@@ -14,7 +14,7 @@ from infinivar.analysis.builds import draw, low_discrepancy
 from infinivar.analysis.derivatives import METHODS, designs, gradient, values_of
 from infinivar.analysis.duty_cycle import duty_cycle
 from infinivar.analysis.sensitivity import sensitivity, sobol
-from infinivar.analysis.uncertainty import BAND, band, builds_map, percent
+from infinivar.analysis.uncertainty import BAND, Mapper, band, percent
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.errors import InputError
 from infinivar.parts import heat
@@ -309,7 +309,7 @@ class TestBuilds:
         known = np.sum([np.isfinite(one.efficiency) for one in single], axis=0)
         efficiency = np.nansum([one.efficiency for one in single], axis=0) / np.where(known > 0, known, np.nan)
         for method in ("numpy", "jax"):
-            found = builds_map(drive, paths, at, speed, force, method=method)
+            found = Mapper(drive, paths, speed, force, method=method)(at)
             assert_allclose(found.within, within)
             assert_allclose(found.efficiency, efficiency, rtol=1e-12)
             slip = np.mean([one.limit == iv.Limit.SLIP for one in single], axis=0)

@@ -51,71 +51,69 @@ class BuildsMap:
     spread: np.ndarray
 
 
-def builds_map(
-    drive: AnyDrive,
-    paths: Sequence[str],
-    at: np.ndarray,
-    speed: Any,
-    force: Any,
-    *,
-    method: Literal["numpy", "jax"] = "numpy",
-    progress: Callable[[float], None] | None = None,
-) -> BuildsMap:
-    """Steady maps of many builds at once, with all limits.
+class Mapper:
+    """Maps builds of a drive, again and again: with JAX compiled once.
 
     Parameters
     ----------
     drive : drive             Gives what does not vary.
     paths : sequence of str   Fields that vary, by dotted path.
-    at : (n, k) float         Their values, a build a row.
     speed, force : float      Axes of the map. [m/s], [N]
-    method : str              numpy, on all processors; or jax, compiled.
-    progress                  Called with the share done.
-
-    Returns
-    -------
-    BuildsMap
+    method : str              numpy, on all processors; or jax, compiled at the first call.
 
     Raises
     ------
     InputError
         If JAX is asked for and not installed.
     """
-    speed, force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
-    grid = np.stack(np.broadcast_arrays(speed[:, None], force[None, :]))
-    flat = grid.reshape(2, -1)
-    counted = _counter(drive, paths, flat[0], flat[1])
-    compiled = method == "jax"
-    if compiled:  # it has threads of its own, and wants larger pieces
-        counted = jax_with_float64().jit(counted)
-    room = max(1, (2 if compiled else 1) * _POINTS // flat.shape[1])
-    pieces = [at[start : start + room] for start in range(0, len(at), room)]
-    total: Any = 0.0
-    with ThreadPoolExecutor(1 if compiled else os.cpu_count()) as pool:
-        for done, found in enumerate(pool.map(counted, pieces), start=1):
-            total = total + np.asarray(found)
-            if progress is not None:
-                progress(done / len(pieces))
-    shape = grid.shape[1:]
-    counts = np.asarray(total).reshape(-1, *shape)
-    known, mean, square = counts[-3:]
-    some = known > 0
-    average = np.where(some, mean / np.where(some, known, 1.0), np.nan)
-    variance = np.where(some, square / np.where(some, known, 1.0), np.nan) - average**2
-    return BuildsMap(
-        speed=speed,
-        force=force,
-        within=counts[0] / len(at),
-        limits=FrozenDict(
-            {
-                limit: share / len(at)
-                for limit, share in zip(Limit, counts[: len(Limit)], strict=True)
-                if limit and share.any()
-            }
-        ),
-        efficiency=average,
-        spread=np.sqrt(np.clip(variance, 0.0, None)),
-    )
+
+    def __init__(
+        self,
+        drive: AnyDrive,
+        paths: Sequence[str],
+        speed: Any,
+        force: Any,
+        *,
+        method: Literal["numpy", "jax"] = "numpy",
+    ) -> None:
+        """Get ready; nothing is computed yet."""
+        self.speed, self.force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
+        points = np.broadcast_arrays(self.speed[:, None], self.force[None, :])
+        self._count = _counter(drive, paths, *(axis.ravel() for axis in points))
+        self._room, self._workers = max(1, _POINTS // points[0].size), os.cpu_count()
+        if method == "jax":  # it has threads of its own, and wants larger pieces
+            self._count = jax_with_float64().jit(self._count)
+            self._room, self._workers = 2 * self._room, 1
+
+    def __call__(self, at: np.ndarray, progress: Callable[[float], None] | None = None) -> BuildsMap:
+        """Maps of builds together.
+
+        Parameters
+        ----------
+        at : (n, k) float   Values at the paths, a build a row.
+        progress            Called with the share done.
+        """
+        pieces = [at[start : start + self._room] for start in range(0, len(at), self._room)]
+        total: Any = 0.0
+        with ThreadPoolExecutor(self._workers) as pool:
+            for done, found in enumerate(pool.map(self._count, pieces), start=1):
+                total = total + np.asarray(found)
+                if progress is not None:
+                    progress(done / len(pieces))
+        counts = np.asarray(total).reshape(-1, self.speed.size, self.force.size)
+        known, mean, square = counts[-3:]
+        some = known > 0
+        average = np.where(some, mean / np.where(some, known, 1.0), np.nan)
+        variance = np.where(some, square / np.where(some, known, 1.0), np.nan) - average**2
+        binding_share = zip(Limit, counts[: len(Limit)] / len(at), strict=True)
+        return BuildsMap(
+            speed=self.speed,
+            force=self.force,
+            within=counts[0] / len(at),
+            limits=FrozenDict({limit: share for limit, share in binding_share if limit != Limit.OK and share.any()}),
+            efficiency=average,
+            spread=np.sqrt(np.clip(variance, 0.0, None)),
+        )
 
 
 def _counter(drive: AnyDrive, paths: Sequence[str], speed: np.ndarray, force: np.ndarray) -> Callable[[Any], Array]:
@@ -297,9 +295,7 @@ def builds(
         coverage=evaluated(lambda d: outcomes.coverage(d, requirement), drive, paths, at, told(0)),
         margin=evaluated(lambda d: outcomes.margin(d, requirement), drive, paths, at, told(1)),
         loss=evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(2)),
-        map=builds_map(
-            drive, paths, at, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes), progress=told(3)
-        ),
+        map=Mapper(drive, paths, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes))(at, told(3)),
         duty=FrozenDict(
             {
                 task: _worked(drive, paths, at, cycle, requirement.travel, told(4 + place))

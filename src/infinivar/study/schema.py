@@ -222,7 +222,7 @@ def json_schema() -> dict[str, Any]:
             field.pop("default", None)
         schema["properties"].update(origin)
     # A spread stands where the drive has the value: text, a table of a spread, or a table of further spreads.
-    size = {"type": ["string", "number"]}
+    size = {"anyOf": [{"type": "string"}, {"type": "number"}]}
     definitions["Spreads"] = {
         "type": "object",
         "properties": {

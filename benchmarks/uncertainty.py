@@ -1,0 +1,101 @@
+"""Maps of 10,000 builds with NumPy and with JAX, and a calibration of 200 runs.
+
+Both map the same builds, drawn by quasi-Monte Carlo, on 60 x 60 points with all limits; the ratio counts only if they
+agree. JAX is timed once compiled, and what compiling takes is printed. The calibration fits six parameters to runs of the
+virtual rig; its time is after import.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+
+import numpy as np
+
+import infinivar as iv
+from benchmarks._measure import STUDY, Line, in_turn, ratio_line
+from infinivar.analysis.builds import low_discrepancy
+from infinivar.analysis.calibration import model, virtual
+from infinivar.analysis.calibration.calibrate import calibrate
+from infinivar.analysis.derivatives import values_of
+from infinivar.analysis.uncertainty import BuildsMap, Mapper
+from infinivar.drivetrain.cobotic import CoboticDrive
+
+PAIRS = 5
+BUILDS, CELLS = 10_000, 60
+_PATHS = (
+    "transmission.preload",
+    "transmission.friction",
+    "transmission.geometry.crown_radius",
+    "transmission.geometry.axle_bearing.bore",
+    "motor.resistance",
+    "motor.torque_constant",
+    "gearhead.efficiency",
+    "guideway.coefficient",
+)
+
+
+def run() -> list[Line]:
+    """Measure both."""
+    return [*_maps(), _calibration()]
+
+
+def _drive() -> CoboticDrive:
+    drive = iv.load_study(STUDY).drives["cobotic"]
+    assert isinstance(drive, CoboticDrive)
+    return drive
+
+
+def _maps() -> list[Line]:
+    drive = _drive()
+    at = values_of(drive, _PATHS) * (0.95 + 0.1 * low_discrepancy(2**14, len(_PATHS))[:BUILDS])
+    centres = (np.arange(CELLS) + 0.5) / CELLS
+    axes = 1.4 * 1.05 * centres, 1.4 * 50.0 * centres
+    plain, compiled = (Mapper(drive, _PATHS, *axes, method=method) for method in ("numpy", "jax"))
+    start = time.perf_counter()
+    compiled(at)
+    whole = time.perf_counter() - start
+    _agree(plain(at), compiled(at))
+
+    def timed(mapper: Mapper) -> float:
+        start = time.perf_counter()
+        mapper(at)
+        return time.perf_counter() - start
+
+    a, b = in_turn(lambda: timed(compiled), lambda: timed(plain), PAIRS)
+    print(f"uncertainty: JAX compiles in {whole - statistics.median(a):.2g} s")
+    what = f"{BUILDS:,} builds, {CELLS} x {CELLS} points"
+    seconds = statistics.median(b)
+    absolute = Line(
+        what=f"{what}, NumPy", ours=f"{seconds:.3g} s", theirs="", ratio="", target="< 60 s", passed=seconds < 60.0
+    )
+    return [absolute, ratio_line(f"{what}, JAX", a, b, rival="NumPy", at_most=0.2)]
+
+
+def _agree(one: BuildsMap, other: BuildsMap) -> None:
+    for name in ("within", "efficiency", "spread"):
+        a, b = getattr(one, name), getattr(other, name)
+        if not np.allclose(a, b, rtol=1e-9, atol=1e-6, equal_nan=True):
+            raise RuntimeError(f"NumPy and JAX differ in {name}")
+
+
+def _calibration() -> Line:
+    study, drive = iv.load_study(STUDY), _drive()
+    settings = virtual.protocol(drive, study.rig, ratios=tuple(np.geomspace(100.0, 1.0, 50)))
+    data = virtual.experiment(drive, study.rig, settings, simulated=False).data
+    names = (*model.USUAL, "resistance")
+    calibrate(study, "cobotic", data, parameters=names)
+    taken = []
+    for _ in range(PAIRS):
+        start = time.perf_counter()
+        calibrate(study, "cobotic", data, parameters=names)
+        taken.append(time.perf_counter() - start)
+    seconds = statistics.median(taken)
+    return Line(
+        what=f"calibration, {len(data)} runs, {len(names)} parameters",
+        ours=f"{seconds:.3g} s",
+        theirs="",
+        ratio="",
+        target="< 2 s",
+        passed=seconds < 2.0,
+    )
