@@ -95,6 +95,7 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
             HEAD + '[uncertainty.cobotic.motor]\nresistance = { tolerance = "5 %", deviaton = 3 }\n',
             "did you mean 'deviation'?",
         ),
+        (HEAD + '[uncertainty.cobotic.control]\nlink_bandwidth = "5 %"\n', "means nothing: neither steady operation"),
         (HEAD + '[[correlations]]\ndrive = "cobotic"\n', "must have drive, between and value"),
         (
             HEAD + '[[correlations]]\ndrive = "cobotic"\nbetween = ["a", "b"]\nvalue = 0.5\n',

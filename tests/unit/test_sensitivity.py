@@ -18,10 +18,12 @@ from infinivar.analysis.uncertainty import BAND, Mapper, band, percent
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.errors import InputError
 from infinivar.parts import heat
-from infinivar.quantities import quantities_of, quantity, with_values
+from infinivar.quantities import quantities_of, quantity, value_at, with_values
 from infinivar.study.uncertainty import Spread
 
 SHAKE = DutyCycle(shape="sinusoid", distance=0.03, frequency=2.0, load_mass=0.8)
+
+SHORT = DutyCycle(shape="reaches", distance=0.03, time=0.3, load_mass=0.8)
 
 PATHS = (
     "transmission.preload",
@@ -276,6 +278,37 @@ class TestSensitivity:
         assert "transmission.creep_stiffness" not in fields  # not given
         same = with_values(drive, dict(zip(fields, values_of(drive, list(fields)).tolist(), strict=True)))
         assert same == drive
+
+    @pytest.mark.parametrize("variant", ["shipped", "detailed", "conventional"])
+    def test_many_designs_at_once_are_the_designs_one_by_one(self, study, variant):
+        """By every field that a drive has, in all branches that a study can choose."""
+        drive = study.drives["motor2-gear4" if variant == "conventional" else "cobotic"]
+        if variant == "detailed":
+            geometry = drive.transmission.geometry
+            bearing = replace(geometry.axle_bearing, friction_model="skf")
+            detailed = replace(
+                geometry, bearing_span=0.02, fast_friction_ratio=0.6, friction_decay_speed=2.0, axle_bearing=bearing
+            )
+            drive = replace(
+                drive,
+                transmission=replace(drive.transmission, steering_range=1.2, creep_law="polach", geometry=detailed),
+                gearhead=replace(drive.gearhead, rated_torque=0.03, continuous_torque=5.0, inertia=1e-7),
+            )
+        for path in quantities_of(drive):
+            value = value_at(drive, path)
+            if path.startswith("control.") or value == 0:
+                continue
+            both = np.array([0.98 * value, value])
+            if path.endswith("fast_friction_ratio") and variant == "shipped":
+                continue  # it means nothing without a decay speed
+            for function in (
+                lambda d: outcomes.loss(d, 0.2, 20.0),
+                lambda d: outcomes.margin(d, study.requirement),
+                lambda d: outcomes.energy(d, SHORT),
+            ):
+                found = np.broadcast_to(function(designs(drive, [path], both[:, None])), (2,))
+                single = [float(function(with_values(drive, {path: float(one)}))) for one in both]
+                assert_allclose(found, single, rtol=1e-9)
 
 
 def spread(path, value, **options):

@@ -154,6 +154,8 @@ def _spread(
 ) -> Spread:
     if path not in fields:
         raise InputError(f"is no value that drives.{drive} has{nearest(path, fields)}")
+    if path.startswith("control."):
+        raise InputError("means nothing: neither steady operation nor prescribed motion depends on controllers")
     if kind not in KINDS:
         raise InputError(f"must have a kind of {', '.join(KINDS)}, got {quoted(kind)}")
     if not isinstance(where, str):

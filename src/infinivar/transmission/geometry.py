@@ -128,7 +128,7 @@ class ContactGeometry:
         if (
             isinstance(self.fast_friction_ratio, float)
             and self.fast_friction_ratio < 1.0
-            and not self.friction_decay_speed
+            and self.friction_decay_speed is None
         ):
             raise ValueError("friction_decay_speed is missing: fast_friction_ratio below 1 needs it")
 
