@@ -261,6 +261,13 @@ class TestSensitivity:
             assert found[words].verdict == "does nothing"
         assert sensitivity(study, "motor2-gear4", "loss", samples=0).conclusions == ()
 
+    def test_what_nothing_changes_is_said(self, study):
+        small = replace(study.requirement, force=5.0, speed=0.1, power=0.4)
+        found = sensitivity(replace(study, requirement=small), "cobotic", "coverage", samples=64)
+        assert found.value == 1.0
+        assert found.influences == ()
+        assert found.remarks == ("No parameter changes it over its range.",)
+
     def test_a_recommendation_is_a_change_of_design(self, study):
         """Followed by a thousandth: friction up with the preload down."""
         drive = study.drives["cobotic"]

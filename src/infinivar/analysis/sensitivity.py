@@ -151,6 +151,8 @@ class Sensitivity:
     def remarks(self) -> tuple[str, ...]:
         """What a reader has to know."""
         said = []
+        if not self.influences:
+            said.append("No parameter changes it over its range.")
         assumed = [row for row in self.influences if not row.stated]
         if assumed:
             share = "All parameters" if len(assumed) == len(self.influences) else f"{len(assumed)} parameters"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -116,24 +116,27 @@ def toml(calibration: Calibration, directory: Path) -> str:
     if study.path is not None:
         lines.append(f"extends = {json.dumps(_relative(study.path, directory))}")
     lines.append(f"title = {json.dumps(f'{study.title}, calibrated', ensure_ascii=False)}")
-    table = ""
-    for row in rows:
-        head, _, field = row.path.rpartition(".")
-        if head != table:
-            lines += ["", f"[drives.{name}.{head}]"]
-            table = head
-        lines.append(f"{field} = {{ {_value(row.value, row.unit)}, {_origin(row)} }}")
+    for row, opens in _by_table(rows, f"drives.{name}"):
+        lines += [*opens, f"{_field(row)} = {{ {_value(row.value, row.unit)}, {_origin(row)} }}"]
     spread = [row for row in rows if row.deviation is not None]
-    table = ""
-    for row in spread:
-        head, _, field = row.path.rpartition(".")
-        if head != table:
-            lines += ["", f"[uncertainty.{name}.{head}]"]
-            table = head
+    for row, opens in _by_table(spread, f"uncertainty.{name}"):
         size = f"{row.deviation:.6g}" if row.unit == "1" else f'"{row.deviation:.6g} {row.unit}"'
-        lines.append(f"{field} = {{ deviation = {size}, {_origin(row)} }}")
+        lines += [*opens, f"{_field(row)} = {{ deviation = {size}, {_origin(row)} }}"]
     lines += _correlations(calibration, spread)
     return "\n".join(lines) + "\n"
+
+
+def _by_table(rows: Sequence[Fitted], where: str) -> Iterator[tuple[Fitted, list[str]]]:
+    """Each row, with the lines that open its table if it is the first there."""
+    table = ""
+    for row in rows:
+        head = row.path.rpartition(".")[0]
+        yield row, [] if head == table else ["", f"[{where}.{head}]"]
+        table = head
+
+
+def _field(row: Fitted) -> str:
+    return row.path.rpartition(".")[2]
 
 
 def _correlations(calibration: Calibration, spread: list[Fitted]) -> Iterator[str]:
