@@ -237,6 +237,21 @@ def draw_motion(app) -> None:
     style.write(time_history.draw_all(reach), folder / "history_reach", ("svg",))
 
 
+def draw_measurements(app) -> None:
+    """Draw a calibration and a tornado."""
+    import infinivar as iv
+    from infinivar.analysis.calibration import virtual
+    from infinivar.figures import calibration, sensitivity, style
+
+    folder = Path(app.srcdir) / "reference" / "generated"
+    study = shipped_study("faulring2006")
+    drive = study.drives["cobotic"]
+    runs = virtual.experiment(drive, study.rig, virtual.protocol(drive, study.rig), simulated=False).data
+    style.write(calibration.draw_all(iv.calibrate(study, "cobotic", runs)), folder / "calibration", ("svg",))
+    found = iv.sensitivity(study, "cobotic", "energy", duty="shake")
+    style.write(sensitivity.draw_all(found), folder / "sensitivity", ("svg",))
+
+
 def check_public_names(app, exception) -> None:
     """The API page must name every public name; raising here fails the build."""
     if exception is None and app.builder.name == "html":
@@ -250,5 +265,6 @@ def setup(app):
     app.connect("builder-inited", write)
     app.connect("builder-inited", draw)
     app.connect("builder-inited", draw_motion)
+    app.connect("builder-inited", draw_measurements)
     app.connect("build-finished", check_public_names)
     return {"parallel_read_safe": True}

@@ -33,7 +33,7 @@ def session(drive, seed=0, rig=RIG, **options):
 @pytest.fixture(scope="module")
 def exact(drive):
     """Runs without errors on the bond graph, and the same by the steady solution."""
-    protocol = virtual.protocol(drive, RIG, ratios=(100.0, 8.0, 1.0))
+    protocol = virtual.protocol(drive, RIG, ratios=(100.0, 2.0))
     return [virtual.experiment(drive, RIG, protocol, exact=True, simulated=way) for way in (True, False)]
 
 
@@ -41,7 +41,7 @@ def test_bond_graph_settles_to_the_steady_solution(exact):
     """Simulation in time and steady equations are two codes; friction that sticks smoothly leaves 1e-10."""
     simulated, steady = ([tuple(truth) for truth in one.truth] for one in exact)
     assert_allclose(simulated, steady, rtol=1e-9, atol=1e-12)
-    assert len(simulated) == 1 + 2 + 3 * 2 * 2
+    assert len(simulated) == 1 + 2 + 2 * 2 * 2
     assert not exact[0].left_out
 
 
@@ -61,7 +61,7 @@ def test_eq_18_gives_the_true_efficiency(exact, drive):
         link_force=data.mass * RIG.gravity + np.sign(data.link_travel) * friction,
     ).efficiency
     used = data.steering_angle != 0
-    assert np.isfinite(truth[used]).sum() == 11  # lowering little at 100:1, cylinder and load both feed the losses
+    assert np.isfinite(truth[used]).sum() == 7  # lowering little at 100:1, cylinder and load both feed the losses
     assert_allclose(found.value[used], truth[used], rtol=1e-9)
     assert np.isnan(found.value[~used]).all()
 

@@ -67,7 +67,7 @@ class TestDerivatives:
             "loss": lambda d: outcomes.loss(d, 0.3, 20.0),
             "temperature": lambda d: outcomes.temperature(d, replace(SHAKE)),
         }[name]
-        at = thousand if name != "temperature" else thousand[:20]
+        at = thousand if name != "temperature" else thousand[:5]
         found = {method: gradient(function, drive, PATHS, at=at, method=method) for method in METHODS}
         value, _ = found["complex"]
         assert np.isfinite(value).all()
@@ -76,15 +76,14 @@ class TestDerivatives:
         assert_allclose(elasticity["jax"], elasticity["complex"], rtol=1e-9, atol=1e-12)
         assert_allclose(elasticity["difference"], elasticity["complex"], atol=1e-8)
 
-    def test_coverage_and_margin_by_jax_and_complex_step(self, drive, study, thousand):
+    def test_coverage_by_jax_and_complex_step(self, drive, study, thousand):
         wanted = replace(study.requirement, power=18.0)  # more than the drive can do
-        for function in (outcomes.coverage, outcomes.margin):
-            found = [
-                gradient(lambda d, f=function: f(d, wanted), drive, PATHS, at=thousand[:8], method=method)[1]
-                for method in ("complex", "jax")
-            ]
-            assert np.abs(found[0]).max() > 0
-            assert_allclose(*found, rtol=1e-7, atol=1e-12 * np.abs(found[0]).max())
+        found = [
+            gradient(lambda d: outcomes.coverage(d, wanted), drive, PATHS, at=thousand[:4], method=method)[1]
+            for method in ("complex", "jax")
+        ]
+        assert np.abs(found[0]).max() > 0
+        assert_allclose(*found, rtol=1e-7, atol=1e-12 * np.abs(found[0]).max())
 
     def test_one_design_or_many_is_the_same(self, drive, thousand):
         def function(d):

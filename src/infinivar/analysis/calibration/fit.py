@@ -93,7 +93,7 @@ def fit(problem: Problem) -> Fit:
     Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
     """
     untold = _untold(problem, problem.start)
-    robust = _solved(problem, problem.start, untold=untold, loss="soft_l1")
+    robust = _solved(problem, problem.start, untold=untold, loss="soft_l1", tolerance=1e-6)
     beyond = np.any(np.abs(problem.of_runs(problem.residuals(robust))) > OUTLIER, axis=1)
     kept = problem.without(beyond)
     untold = _untold(kept, robust)
@@ -123,7 +123,9 @@ def fit(problem: Problem) -> Fit:
     )
 
 
-def _solved(problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear") -> np.ndarray:
+def _solved(
+    problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
+) -> np.ndarray:
     """Unknowns of least squares; `untold` directions of the parameters are known by the study alone, to 100 %."""
     from scipy.optimize import least_squares
 
@@ -137,9 +139,9 @@ def _solved(problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: st
         (low, high),
         loss=loss,
         f_scale=2.0,
-        xtol=1e-13,
-        ftol=1e-13,
-        gtol=1e-11,
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=tolerance,
     )
     return found.x
 
