@@ -93,7 +93,8 @@ class TestDerivatives:
         for row in range(3):
             one = gradient(function, drive, PATHS, at=thousand[row])
             assert_allclose(one[0], many[0][row], rtol=1e-12)
-            assert_allclose(one[1], many[1][row], rtol=1e-9)
+            # Some have no influence, and derivatives that are rounding.
+            assert_allclose(one[1], many[1][row], rtol=1e-9, atol=1e-12 * np.abs(many[1][row] * thousand[row]).max())
 
     @pytest.mark.parametrize("method", METHODS)
     def test_elasticities_of_closed_forms(self, method):
