@@ -79,11 +79,12 @@ class Mapper:
         """Get ready; nothing is computed yet."""
         self.speed, self.force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
         points = np.broadcast_arrays(self.speed[:, None], self.force[None, :])
-        self._count = _counter(drive, paths, *(axis.ravel() for axis in points))
-        self._room, self._workers = max(1, _POINTS // points[0].size), os.cpu_count()
-        if method == "jax":  # it has threads of its own, and wants larger pieces
-            self._count = jax_with_float64().jit(self._count)
-            self._room, self._workers = 2 * self._room, 1
+        self._map = _mapped(drive, paths, *(axis.ravel() for axis in points))
+        self._room, self._workers, self._padded = max(1, _POINTS // points[0].size), os.cpu_count(), False
+        if method == "jax":
+            # It has threads of its own (the second here counts meanwhile), and compiles anew for each size of a piece.
+            self._map = jax_with_float64().jit(self._map)
+            self._room, self._workers, self._padded = 3 * self._room, 2, True
 
     def __call__(self, at: np.ndarray, progress: Callable[[float], None] | None = None) -> BuildsMap:
         """Maps of builds together.
@@ -96,11 +97,11 @@ class Mapper:
         pieces = [at[start : start + self._room] for start in range(0, len(at), self._room)]
         total: Any = 0.0
         with ThreadPoolExecutor(self._workers) as pool:
-            for done, found in enumerate(pool.map(self._count, pieces), start=1):
-                total = total + np.asarray(found)
+            for done, found in enumerate(pool.map(self._counted, pieces), start=1):
+                total = total + found
                 if progress is not None:
                     progress(done / len(pieces))
-        counts = np.asarray(total).reshape(-1, self.speed.size, self.force.size)
+        counts = total.reshape(-1, self.speed.size, self.force.size)
         known, mean, square = counts[-3:]
         some = known > 0
         average = np.where(some, mean / np.where(some, known, 1.0), np.nan)
@@ -115,33 +116,32 @@ class Mapper:
             spread=np.sqrt(np.clip(variance, 0.0, None)),
         )
 
+    def _counted(self, at: np.ndarray) -> np.ndarray:
+        """At each point: builds that each limit binds; of those within: how many have an efficiency, its sum and of squares."""
+        count = len(at)
+        if self._padded:
+            at = np.concatenate([at, np.repeat(at[:1], self._room - count, axis=0)])
+        limit, found = (np.asarray(part)[:count] for part in self._map(at))
+        known = (limit == Limit.OK) & np.isfinite(found)
+        value = np.where(known, found, 0.0)
+        rows = [np.sum(limit == code, axis=0, dtype=np.int32) for code in Limit]
+        return np.stack([*rows, np.sum(known, axis=0), np.sum(value, axis=0), np.sum(value * value, axis=0)])
 
-def _counter(drive: AnyDrive, paths: Sequence[str], speed: np.ndarray, force: np.ndarray) -> Callable[[Any], Array]:
-    """Function of builds: how many each limit binds at each point, and sums of the efficiency of those within."""
 
-    def counted(at: Any) -> Array:
+def _mapped(
+    drive: AnyDrive, paths: Sequence[str], speed: np.ndarray, force: np.ndarray
+) -> Callable[[Any], tuple[Array, Array]]:
+    """Function of builds: which limit binds at each point, and the efficiency there. (builds, points)"""
+
+    def mapped(at: Any) -> tuple[Array, Array]:
         point = designs(drive, paths, at).operate(speed=speed, force=force)
         limit, _ = binding(point.utilisation)
         xp = namespace(point.power_in)
         shape = (at.shape[0], speed.size)
-        limit = xp.broadcast_to(limit, shape)
-        found = xp.broadcast_to(power.efficiency(point.power_in, point.power_out + 0.0 * point.power_in), shape)
-        known = (limit == 0) & xp.isfinite(found)
-        value = xp.where(known, found, 0.0)
-        none = xp.zeros(speed.size, dtype=xp.float64)
-        possible = {Limit.OK, *point.utilisation}
-        rows = [
-            xp.sum(xp.asarray(limit == int(code), dtype=xp.float64), axis=0) if code in possible else none
-            for code in Limit
-        ]
-        rows += [
-            xp.sum(xp.asarray(known, dtype=xp.float64), axis=0),
-            xp.sum(value, axis=0),
-            xp.sum(value * value, axis=0),
-        ]
-        return xp.stack(rows)
+        found = power.efficiency(point.power_in, point.power_out + 0.0 * point.power_in)
+        return xp.broadcast_to(xp.asarray(limit, dtype=xp.int8), shape), xp.broadcast_to(found, shape)
 
-    return counted
+    return mapped
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
