@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from infinivar.errors import require
@@ -90,6 +90,29 @@ def check(instance: Any) -> None:
         value = getattr(instance, field.name)
         if "unit" in field.metadata and (value is not None or field.default is not None):
             check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
+
+
+def check_choice(
+    instance: Any, choice: str, needs: Mapping[str, Sequence[str]], may: Mapping[str, Sequence[str]] | None = None
+) -> None:
+    """Raise ValueError unless a part has the fields that go with what one of its fields says, and no others of these.
+
+    Parameters
+    ----------
+    instance   The part.
+    choice     Name of the field that decides.
+    needs      By what it may say: fields that must be given with it.
+    may        The same for fields that may be given with it. Fields in neither are not looked at.
+    """
+    said, may = getattr(instance, choice), may or {}
+    require(said in needs, choice, repr(said), f"one of {', '.join(needs)}")
+    for name in needs[said]:
+        if getattr(instance, name) is None:
+            raise ValueError(f"{name} is missing: {choice} = {said!r} needs it")
+    special = {name for table in (needs, may) for names in table.values() for name in names}
+    for name in sorted(special - {*needs[said], *may.get(said, ())}):
+        if getattr(instance, name) is not None:
+            raise ValueError(f"{name} means nothing with {choice} = {said!r}; leave it out")
 
 
 def quantities_of(instance: Any, prefix: str = "") -> dict[str, dataclasses.Field]:

@@ -101,9 +101,13 @@ def refused(outcome, said, folder):
         ),
         (
             'duration = "1 s"\nsteering = "held"',
-            "scenarios.x.steering_angle must be given with steering = 'held' only rad",
+            "scenarios.x.steering_angle is missing: steering = 'held' needs it",
         ),
-        ('duration = "1 s"\ncylinder = "run-up"', "scenarios.x.run_up_time must be given"),
+        (
+            'duration = "1 s"\nsteering_angle = "10 deg"',
+            "scenarios.x.steering_angle means nothing with steering = 'controlled'; leave it out",
+        ),
+        ('duration = "1 s"\ncylinder = "run-up"', "scenarios.x.run_up_time is missing: cylinder = 'run-up' needs it"),
         ('duration = "1 s"\nlink = "free"\nmotion = { shape = "hold" }', "scenarios.x.motion means nothing with link"),
         (
             'duration = "1 s"\nlink = "imposed"\nmotion = { shape = "step", distance = "1 mm" }',

@@ -16,7 +16,7 @@ from infinivar.drivetrain.profiles import least_jerk
 from infinivar.drivetrain.series import Series
 from infinivar.drivetrain.tables import read_columns
 from infinivar.errors import InputError, require
-from infinivar.quantities import check, component, quantity
+from infinivar.quantities import check, check_choice, component, quantity
 
 DutyShape = Literal["hold", "sinusoid", "reaches", "tremor", "walking", "file"]
 Joint = Literal["ankle", "knee", "hip"]
@@ -130,15 +130,7 @@ class DutyCycle:
     def __post_init__(self) -> None:
         """Refuse what is incomplete, and make the motion ready."""
         check(self)
-        require(self.shape in _NEEDS, "shape", repr(self.shape), f"one of {', '.join(_NEEDS)}")
-        needs, optional = _NEEDS[self.shape]
-        for name in needs:
-            if getattr(self, name) is None:
-                raise ValueError(f"{name} is missing: shape = {self.shape!r} needs it")
-        special = {name for group in _NEEDS.values() for names in group for name in names}
-        for name in sorted(special - {*needs, *optional}):
-            if getattr(self, name) is not None:
-                raise ValueError(f"{name} means nothing with shape = {self.shape!r}; leave it out")
+        check_choice(self, "shape", _NEEDS, _MAY)
         made = _MAKERS[self.shape](self)
         for name, value in made._asdict().items():
             object.__setattr__(self, name if name in ("period", "warnings") else f"_{name}", value)
@@ -299,15 +291,15 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
     return values - (drift if name == "speed" else drift * share)
 
 
-_NEEDS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "hold": (("time",), ()),
-    "sinusoid": (("distance", "frequency"), ()),
-    "reaches": (("distance", "time"), ("pause",)),
-    "tremor": (("distance", "low_frequency", "high_frequency"), ()),
-    "walking": (("joint", "body_mass", "stride_time", "lever_arm"), ("share",)),
-    "file": (("file",), ("cutoff",)),
+_NEEDS = {
+    "hold": ("time",),
+    "sinusoid": ("distance", "frequency"),
+    "reaches": ("distance", "time"),
+    "tremor": ("distance", "low_frequency", "high_frequency"),
+    "walking": ("joint", "body_mass", "stride_time", "lever_arm"),
+    "file": ("file",),
 }
-"""Fields that a shape needs, and those that it may have."""
+_MAY = {"reaches": ("pause",), "walking": ("share",), "file": ("cutoff",)}
 
 _MAKERS = {
     "hold": _hold,

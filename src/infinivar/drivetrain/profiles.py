@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Protocol
 
 from infinivar.drivetrain.tables import read_columns
-from infinivar.errors import require
-from infinivar.quantities import check, component, quantity
+from infinivar.quantities import check, check_choice, component, quantity
 
 MotionShape = Literal["hold", "cruise", "sinusoid", "step", "reach", "file"]
 ForceShape = Literal["constant", "sinusoid", "step", "file"]
@@ -95,7 +94,7 @@ class MotionProfile:
     def __post_init__(self) -> None:
         """Refuse what is incomplete, and read the file."""
         check(self)
-        _check_shape(self, _MOTION_NEEDS)
+        check_choice(self, "shape", _MOTION_NEEDS)
         if self.shape == "file":
             object.__setattr__(self, "_spline", _Spline.through(*_columns(str(self.file), "position", "m")))
 
@@ -188,7 +187,7 @@ class ForceProfile:
     def __post_init__(self) -> None:
         """Refuse what is incomplete, and read the file."""
         check(self)
-        _check_shape(self, _FORCE_NEEDS)
+        check_choice(self, "shape", _FORCE_NEEDS)
         if self.shape == "file":
             object.__setattr__(self, "_rows", _columns(str(self.file), "force", "N"))
 
@@ -224,17 +223,6 @@ class ForceProfile:
 
 
 _FORCE_NEEDS = {"constant": ("size",), "sinusoid": ("size", "frequency"), "step": ("size",), "file": ("file",)}
-
-
-def _check_shape(profile: MotionProfile | ForceProfile, needs: dict[str, tuple[str, ...]]) -> None:
-    require(profile.shape in needs, "shape", repr(profile.shape), f"one of {', '.join(needs)}")
-    for name in needs[profile.shape]:
-        if getattr(profile, name) is None:
-            raise ValueError(f"{name} is missing: shape = {profile.shape!r} needs it")
-    optional = {name for names in needs.values() for name in names}
-    for name in sorted(optional - set(needs[profile.shape])):
-        if getattr(profile, name) is not None:
-            raise ValueError(f"{name} means nothing with shape = {profile.shape!r}; leave it out")
 
 
 def _columns(file: str, wanted: str, unit: str) -> tuple[list[float], list[float]]:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from infinivar.drivetrain.profiles import ForcePath, ForceProfile, MotionPath, MotionProfile
-from infinivar.errors import require
-from infinivar.quantities import check, component, quantity
+from infinivar.quantities import check, check_choice, component, quantity
 
 _MOST_RESULTS = 1e6
 
@@ -59,22 +58,8 @@ class Scenario:
         if self.output_step is not None and self.duration / self.output_step > _MOST_RESULTS:
             least = self.duration / _MOST_RESULTS
             raise ValueError(f"output_step must be >= {least:g} s, a millionth of duration, got {self.output_step:g}")
-        given = self.steering_angle is not None
-        require(
-            given == (self.steering == "held"),
-            "steering_angle",
-            self.steering_angle,
-            "given with steering = 'held' only",
-            "rad",
-        )
-        given = self.run_up_time is not None
-        require(
-            given == (self.cylinder == "run-up"),
-            "run_up_time",
-            self.run_up_time,
-            "given with cylinder = 'run-up' only",
-            "s",
-        )
+        check_choice(self, "steering", {"controlled": (), "locked": (), "decoupled": (), "held": ("steering_angle",)})
+        check_choice(self, "cylinder", {"running": (), "run-up": ("run_up_time",), "at rest": ()})
         if self.cylinder == "at rest" and self.steering == "controlled":
             raise ValueError("cylinder = 'at rest' moves nothing: steering must be locked, decoupled or held with it")
         if self.link == "free" and self.motion is not None:
