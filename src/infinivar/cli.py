@@ -206,7 +206,9 @@ def simulate(
 @app.command()
 def rig(
     study: StudyFile,
-    drive: Annotated[str | None, typer.Option("--drive", help="Name of a cobotic drive in the study.")] = None,
+    drive: Annotated[
+        str | None, typer.Option("--drive", help="Name of a cobotic drive; the only one if left out.")
+    ] = None,
     out: Annotated[Path, typer.Option("--out", help="CSV file to write.")] = Path("rig.csv"),
     ratios: Annotated[str, typer.Option(help="Reduction ratios.")] = "100,50,20,8,4,2,1",
     loads: Annotated[str, typer.Option(help="Loads over the slip force.")] = "0.15,0.5",
@@ -220,7 +222,7 @@ def rig(
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
-    name = _chosen(study, "drive", drive, loaded.drives)
+    name = _measurable(study, drive, loaded.drives)
     wanted = {
         "ratios": _numbers("ratios", ratios),
         "loads": _numbers("loads", loads),
@@ -247,7 +249,9 @@ def calibrate(
     study: Annotated[
         Path, typer.Option("--study", help="Study file that has the drive and the rig.", show_default=False)
     ],
-    drive: Annotated[str | None, typer.Option("--drive", help="Name of the cobotic drive in the study.")] = None,
+    drive: Annotated[
+        str | None, typer.Option("--drive", help="Name of the cobotic drive; the only one if left out.")
+    ] = None,
     fit: Annotated[
         str, typer.Option("--fit", help="What to fit; torque_constant and resistance, too, on request.")
     ] = "creep_stiffness,rolling_torque,bearing_torque,guideway_friction,nominal_torque",
@@ -265,7 +269,7 @@ def calibrate(
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
-    name = _chosen(study, "drive", drive, loaded.drives)
+    name = _measurable(study, drive, loaded.drives)
     names = [word.strip() for word in fit.split(",") if word.strip()]
     found = run(loaded, name, data, parameters=names, leave_out=leave_out or ())
     files = found.save(out)
@@ -396,6 +400,14 @@ def _chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) 
         raise InputError(f"{study}: has no {what}s; {example}")
     said = f"--{what} is missing" if name is None else f"--{what} {name!r} is not in the study{nearest(name, known)}"
     raise InputError(f"{study}: {said}; it has {', '.join(known)}")
+
+
+def _measurable(study: Path, name: str | None, drives: Mapping[str, Any]) -> str:
+    """The drive asked for, or the only one there is that has a wheel."""
+    from infinivar.drivetrain.cobotic import CoboticDrive
+
+    wheeled = {known: drive for known, drive in drives.items() if isinstance(drive, CoboticDrive)}
+    return _chosen(study, "drive", name, wheeled if name is None and wheeled else drives)
 
 
 @contextlib.contextmanager

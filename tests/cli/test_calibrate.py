@@ -200,6 +200,15 @@ def test_rigs_that_cannot_be(infinivar, tmp_path, options, said):
     assert not list(tmp_path.iterdir())
 
 
+def test_the_only_drive_with_a_wheel_need_not_be_named(infinivar, write):
+    study = write(
+        '[requirement]\nbase = "faulring2006"\n[drives.ivt]\nbase = "faulring2006.cobotic"\n'
+        '[drives.gear]\nbase = "faulring2006.motor2-gear4"\n'
+    )
+    assert "drives.ivt: loads must be" in infinivar("rig", study, "--loads", "1.5").err
+    assert "gone.csv: cannot be read" in infinivar("calibrate", "gone.csv", "--study", study).err
+
+
 def test_the_figure_shows_fitted_curves_through_the_data(measured):
     from infinivar.analysis.calibration.calibrate import calibrate
     from infinivar.figures import calibration as figure

@@ -70,21 +70,22 @@ def _expected(calibration: Calibration, name: str) -> str:
     deviation = calibration.plan.deviations[name]
     if math.isinf(deviation):
         return "not told"
-    scale = units.parse(f"1 {model.PARAMETERS[name].shown_in}", model.PARAMETERS[name].unit)
-    return f"± {1.96 * deviation / scale:.2g} {model.PARAMETERS[name].shown_in}"
+    return with_interval(None, deviation, model.PARAMETERS[name])
 
 
 def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
     data, found = calibration.data, calibration.efficiencies
     for row, line in enumerate(data.lines):
         setting = Setting(*(float(getattr(data, name)[row]) for name in Setting._fields))
+        stiffness, spread = (float(part[row]) for part in calibration.eq9)
         yield {
             "line": line,
             "setting": described(setting),
             "efficiency": float(found.value[row]),
             "deviation": float(found.deviation[row]),
-            "stiffness": float(calibration.eq9[0][row]),
-            "spread": float(calibration.eq9[1][row]),
+            "stiffness": ""
+            if math.isnan(stiffness)
+            else with_interval(stiffness, spread, model.PARAMETERS["creep_stiffness"]),
             "out": row in calibration.fit.outliers,
         }
 

@@ -404,15 +404,15 @@ def combined(combination: Any) -> str:
     return f"{' '.join(terms)} = {with_interval(combination.value, combination.deviation, first)}"
 
 
-def with_interval(value: float, deviation: float, parameter: model.Parameter) -> str:
-    """A value with half its 95 % interval in the unit in which people read it."""
+def with_interval(value: float | None, deviation: float, parameter: model.Parameter) -> str:
+    """A value, if there is one, with half its 95 % interval in the unit in which people read it."""
     from infinivar import units
 
     scale = units.parse(f"1 {parameter.shown_in}", parameter.unit) if parameter.shown_in != "1" else 1.0
     half = NORMAL_95 * deviation / scale
     digits = max(0, 1 - math.floor(math.log10(half))) if 0 < half < math.inf else 3
     shown = "inf" if math.isinf(half) else f"{half:.{digits}f}"
-    return f"{value / scale:.{digits}f} ± {shown} {parameter.shown_in}"
+    return f"{'' if value is None else f'{value / scale:.{digits}f} '}± {shown} {parameter.shown_in}"
 
 
 def _shown(found: Calibration, name: str) -> str:
