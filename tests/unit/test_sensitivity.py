@@ -52,6 +52,18 @@ def thousand(drive):
     return values_of(drive, PATHS) * random.uniform(0.85, 1.12, (1000, len(PATHS)))
 
 
+def measured_twin(drive):
+    """The drive with its losses given as measured ones."""
+    element = drive.transmission
+    groups = element.groups(drive.cylinder_speed)
+    names = ("creep_stiffness", "rolling_torque", "bearing_torque")
+    return replace(
+        drive,
+        transmission=replace(element, geometry=None, **{name: float(getattr(groups, name)) for name in names}),
+        steering=replace(drive.steering, patch_half_length=float(element.contact.patch.b)),
+    )
+
+
 @dataclass(frozen=True)
 class Thing:
     a: float = quantity("1", "> 0", "", default=1.5)
@@ -278,6 +290,25 @@ class TestSensitivity:
         )
         after, before = (float(outcomes.loss(one, 0.24, 50.0)) for one in (moved, drive))
         assert_allclose(1000.0 * (after / before - 1.0), row.elasticity, rtol=2e-3)
+
+    def test_measured_losses_follow_the_preload(self, drive):
+        """A drive with the losses that follow from its geometry answers a change of preload as the geometry does."""
+        measured, at = measured_twin(drive), np.array([[600.0], [650.0], [700.0]])
+        for method in METHODS:
+            (value, slope), (same, alike) = (
+                gradient(lambda d: outcomes.loss(d, 0.24, 50.0), one, ["transmission.preload"], at=at, method=method)
+                for one in (drive, measured)
+            )
+            # All powers are exact: Hertz's, and bearings with a constant coefficient of friction.
+            assert_allclose(same, value, rtol=1e-12)
+            assert_allclose(alike, slope, rtol=1e-8)
+        for part in ("patch", "bell"):
+            less, more, less_too, more_too = (
+                one.pressed(preload).steering.friction_torques(one.pressed(preload).transmission)[part]
+                for one in (drive, measured)
+                for preload in (600.0, 700.0)
+            )
+            assert_allclose(more_too / less_too, more / less, rtol=1e-12)
 
     def test_every_field_with_a_value_can_be_moved(self, drive):
         fields = quantities_of(drive)

@@ -69,9 +69,18 @@ def gradient(
     raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
 
 
+def varied(drive: Any, values: Mapping[str, Any]) -> Any:
+    """The drive, or part, with other values at dotted paths; losses measured at a drive's preload follow another."""
+    preload = values.get("transmission.preload")
+    if preload is None or drive.transmission.geometry is not None:
+        return with_values(drive, values)
+    others = {path: value for path, value in values.items() if path != "transmission.preload"}
+    return with_values(drive, others).pressed(preload)
+
+
 def designs(drive: Any, paths: Sequence[str], at: Any) -> Any:
     """Many designs as one drive: the values at paths are arrays whose last axis has length 1, for points and instants."""
-    return with_values(drive, {path: at[..., place, None] for place, path in enumerate(paths)})
+    return varied(drive, {path: at[..., place, None] for place, path in enumerate(paths)})
 
 
 def _by_complex_step(
@@ -84,7 +93,7 @@ def _by_complex_step(
         carried = {
             path: _complex_step.Stepped(rows[:, k, None] + 1j * steps[:, k, None]) for k, path in enumerate(paths)
         }
-        found = function(with_values(drive, carried))
+        found = function(varied(drive, carried))
         if not isinstance(found, _complex_step.Stepped):
             return np.asarray(found, dtype=float).ravel()[0], np.zeros(at.size)
         slope = found.slope / _complex_step.size_of_step(at)
@@ -94,7 +103,7 @@ def _by_complex_step(
         others = {other: at[..., k, None] for k, other in enumerate(paths) if k != place}
 
         def moved(x: Any, path: str = path, others: Mapping[str, Any] = others) -> Array:
-            return function(with_values(drive, {**others, path: x[..., None]}))
+            return function(varied(drive, {**others, path: x[..., None]}))
 
         found, slope = _complex_step.derivative(moved, at[..., place])
         value, slopes[..., place] = np.broadcast_to(found, at.shape[:-1]), slope
@@ -140,7 +149,7 @@ def _by_jax(
     jax = jax_with_float64()
 
     def value(x: Any) -> Any:
-        found = function(with_values(drive, {path: x[place, None] for place, path in enumerate(paths)}))
+        found = function(varied(drive, {path: x[place, None] for place, path in enumerate(paths)}))
         return jax.numpy.reshape(jax.numpy.asarray(found, dtype=jax.numpy.float64), ())
 
     def both(x: Any) -> tuple[Any, Any]:

@@ -36,11 +36,6 @@ class Duty:
         )
 
 
-def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
-    """The design pressed with another preload."""
-    return replace(element, preload=preload)
-
-
 def with_friction(element: RotaryLinearIVT, friction: float) -> RotaryLinearIVT:
     """The design with another friction limit, pressed as much less as it then can be: the slip force stays."""
     return replace(element, friction=friction, preload=element.slip_force / friction)
@@ -89,7 +84,7 @@ def with_material(element: RotaryLinearIVT, name: str) -> RotaryLinearIVT:
 
 
 SWEPT = {
-    "preload": (with_preload, lambda element: element.preload),
+    "preload": (RotaryLinearIVT.pressed, lambda element: element.preload),
     "friction": (with_friction, lambda element: element.friction),
     "wheel_radius": (with_wheel_radius, lambda element: element.wheel_radius),
     "crown_radius": (with_crown_radius, lambda element: _geometry(element).crown_radius),

@@ -197,6 +197,17 @@ class CoboticDrive:
             states={**side.states, "steering_tangent": element.steering_tangent, "cylinder_torque_Nm": element.torque},
         )
 
+    def pressed(self, preload: Array) -> CoboticDrive:
+        """The same drive under another preload [N]; what was measured of the contact follows it.
+
+        Source: johnson1985, section 4.2 for the patch; `RotaryLinearIVT.pressed`.
+        """
+        element, steering = self.transmission, self.steering
+        if steering is not None and steering.patch_half_length is not None:
+            length = steering.patch_half_length * (preload / element.preload) ** (1.0 / 3.0)
+            steering = replace(steering, patch_half_length=length)
+        return replace(self, transmission=element.pressed(preload), steering=steering)
+
     @property
     def turning_inertia(self) -> float:
         """Inertia of cylinder, gearhead and rotor about the cylinder's axis. [kg m^2]

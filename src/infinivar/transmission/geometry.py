@@ -201,14 +201,21 @@ class ContactGeometry:
                 surface_speed, friction, self.fast_friction_ratio, self.friction_decay_speed
             )
         slip_force = friction * preload
-        moment = self.axle.moment(preload, self.lateral_share * slip_force, wheel_radius, surface_speed / wheel_radius)
         return LossGroups(
             slip_force=slip_force,
             creep_stiffness=contact.creep_stiffness,
             rolling_torque=rolling.ellipse_torque(preload, contact.patch.a, self.hysteresis_factor),
-            bearing_torque=moment.total,
+            bearing_torque=self.axle_friction(
+                wheel_radius=wheel_radius, preload=preload, slip_force=slip_force, surface_speed=surface_speed
+            ),
             wheel_radius=wheel_radius,
         )
+
+    def axle_friction(self, *, wheel_radius: Array, preload: Array, slip_force: Array, surface_speed: Array) -> Array:
+        """Friction torque of the wheel's bearings [N m]; arguments as those of `loss_groups`."""
+        return self.axle.moment(
+            preload, self.lateral_share * slip_force, wheel_radius, surface_speed / wheel_radius
+        ).total
 
     def utilisation(
         self, contact: PressedContact, *, wheel_radius: Array, preload: Array, slip_force: Array

@@ -20,14 +20,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from infinivar._xp import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar.contact import creep
 from infinivar.errors import AuditError
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
-from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
+from infinivar.transmission.geometry import PRELOAD_POWERS, ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.inverse import steering_tangent
 from infinivar.transmission.operating_point import OperatingPoint
 
@@ -176,6 +176,14 @@ class RotaryLinearIVT:
         return self.geometry.utilisation(
             self.contact, wheel_radius=self.wheel_radius, preload=self.preload, slip_force=self.slip_force
         )
+
+    def pressed(self, preload: Array) -> RotaryLinearIVT:
+        """The same wheel under another preload [N]; measured groups hold at its own, and follow by `PRELOAD_POWERS`."""
+        if self.geometry is not None:
+            return replace(self, preload=preload)
+        share = preload / self.preload
+        grown = {name: getattr(self, name) * share**power for name, power in PRELOAD_POWERS.items()}
+        return replace(self, preload=preload, **grown)
 
     def groups(self, cylinder_speed: Array) -> LossGroups:
         """What decides the losses, at a cylinder speed: measured groups as given, or what follows from geometry.

@@ -106,6 +106,22 @@ def load_on_wheel(
     return (data.mass + errors.mass) * rig.gravity + coulomb(data.link_travel, size)
 
 
+def _growth(element: RotaryLinearIVT, preload: Array, speed: float) -> dict[str, Array]:
+    """By which factors losses are larger than at the study's preload; bearings as their model says where there is one."""
+    share = preload / element.preload
+    found = {name: share**power for name, power in PRELOAD_POWERS.items()}
+    known = element.groups(speed)
+    if element.geometry is not None and known.bearing_torque > 0:
+        torque = element.geometry.axle_friction(
+            wheel_radius=element.wheel_radius,
+            preload=preload,
+            slip_force=share * known.slip_force,
+            surface_speed=element.cylinder_radius * abs(speed),
+        )
+        found["bearing_torque"] = torque / known.bearing_torque
+    return found
+
+
 def predict(
     drive: CoboticDrive, rig: Rig, data: RigData, values: Mapping[str, float], errors: Errors | None = None
 ) -> Readings:
@@ -123,14 +139,13 @@ def predict(
     -------
     Readings   Of runs with the wheel lifted off no travel is expected. nan where the wheel would slip.
 
-    Source: faulring2006, Eqs 3-8, 12-14 and 18; how groups follow the preload: `PRELOAD_POWERS`.
+    Source: faulring2006, Eqs 3-8, 12-14 and 18.
     """
     errors = errors or Errors()
     known, pressed = drive.transmission, data.pressed
     preload: Any = np.where(pressed, data.preload, known.preload) * (1.0 + errors.preload)
-    groups: dict[str, Any] = {
-        name: values[name] * (preload / known.preload) ** power for name, power in PRELOAD_POWERS.items()
-    }
+    growth = _growth(known, preload, drive.cylinder_speed)
+    groups: dict[str, Any] = {name: values[name] * factor for name, factor in growth.items()}
     element = RotaryLinearIVT(
         cylinder_radius=known.cylinder_radius,
         wheel_radius=known.wheel_radius,

@@ -18,7 +18,6 @@ from infinivar.drivetrain.profiles import ForceProfile
 from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.limits import Limit
-from infinivar.transmission.geometry import PRELOAD_POWERS
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 RATIOS = (100.0, 50.0, 20.0, 8.0, 4.0, 2.0, 1.0)
@@ -208,15 +207,10 @@ def _described(setting: Setting) -> str:
 
 def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
     """The element pressed with another preload; with none, a wheel that resists nothing stands for one lifted off."""
-    groups = element.groups(0.0)
-    if preload == 0:
-        free = {"rolling_torque": 0.0, "bearing_torque": 0.0, "creep_stiffness": float(groups.creep_stiffness)}
-        return replace(element, geometry=None, **free)
-    if element.geometry is not None:
-        return replace(element, preload=preload)
-    share = preload / element.preload
-    scaled = {name: getattr(element, name) * share**power for name, power in PRELOAD_POWERS.items()}
-    return replace(element, preload=preload, **scaled)
+    if preload > 0:
+        return element.pressed(preload)
+    free = {"rolling_torque": 0.0, "bearing_torque": 0.0, "creep_stiffness": float(element.groups(0.0).creep_stiffness)}
+    return replace(element, geometry=None, **free)
 
 
 def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
