@@ -92,6 +92,20 @@ def test_passive_and_closed_from_geometry(element, seed):
     assert_balanced(element.operate(cylinder_speed=speed, steering_angle=angle, link_speed=moving))
 
 
+@given(wheels(), st.floats(0.5, 100.0))
+def test_bearings_carry_their_share_of_the_slip_force(element, speed):
+    """Worked out from the bearings themselves, at the speed of the wheel."""
+    groups, geometry = element.groups(speed), element.geometry
+    surface = element.cylinder_radius * speed
+    alone = geometry.axle.moment(
+        element.preload,
+        geometry.lateral_share * groups.slip_force,
+        element.wheel_radius,
+        surface / element.wheel_radius,
+    )
+    assert_allclose(groups.bearing_torque, alone.total, rtol=1e-12)
+
+
 @given(elements(law=bending), seeds)
 def test_passive_and_closed_with_laws_that_bend(element, seed):
     speed, angle, force = states(element, seed)
