@@ -142,7 +142,13 @@ def heading(name, text):
         (set_to("duration", "0", [6]), "line 6: duration must be > 0 s"),
         (set_to("mass", "-1", [6]), "line 6: mass must be >= 0"),
         (set_to("steering_angle", "2", [6]), "line 6: steering_angle must be within -90 and 90 deg"),
+        (heading("duration", "duration [ms]"), "rad/s at most"),
+        (scaled("duration", 1e3), "check the units of both headings"),
+        (scaled("motor_current", 1.2, slice(4, None, 2)), "too many for outliers"),
+        (scaled("motor_current", -1.0, slice(1, 2)), "line 2: motor_current is -0.1785 A and brakes a cylinder"),
+        (scaled("motor_current", -1.0, slice(4, None)), "the link gets work and the cylinder gives none"),
         (lambda rows: rows.__delitem__(slice(1, None)), "at least two lines of numbers"),
+        (lambda rows: rows.__setitem__(slice(None), [[";".join(row)] for row in rows]), "line 1 has semicolons"),
     ],
 )
 def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):

@@ -95,6 +95,9 @@ def _places(
 ) -> dict[str, tuple[int, float]]:
     """Place and factor to SI of each wanted column that the header has."""
     found: dict[str, tuple[int, float]] = {}
+    for mark, called in {";": "semicolons", "\t": "tabs"}.items():
+        if len(header) == 1 and mark in header[0]:
+            raise InputError(f"{path}: columns must have commas between them, and numbers a point; line 1 has {called}")
     for place, heading in enumerate(header):
         match = _HEADING.fullmatch(heading.strip())
         name, unit = (match[1].lower(), match[2]) if match else (heading, None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,9 @@ COLUMNS = {
 _REQUIRED = tuple(name for name in COLUMNS if name != "motor_voltage")
 _MOST = 12
 """Faults listed at once."""
+
+_SLOWEST = 100.0
+"""How much slower than in the study a cylinder on a rig may turn; seconds for milliseconds make a thousand."""
 
 _SLIPS = {
     1e3: "is it in millimetres?",
@@ -128,10 +131,15 @@ def check(data: RigData, drive: CoboticDrive, rig: Rig) -> None:
     InputError
         A line for each fault, with the row, what is found and what it suggests.
     """
-    found = [f"{data.name}: line {data.lines[row]}: {said}" for row, said in sorted(_faults(data, drive, rig))]
-    if found:
-        more = len(found) - _MOST
-        raise InputError("\n".join(found[:_MOST] + ([f"and {more} more"] if more > 0 else [])))
+    refuse(data, sorted(_faults(data, drive, rig)))
+
+
+def refuse(data: RigData, faults: Sequence[tuple[int, str]]) -> None:
+    """Raise InputError if there are faults, each the index of a run and words, with a line for each."""
+    said = [f"{data.name}: line {data.lines[row]}: {words}" for row, words in faults[:_MOST]]
+    if said:
+        more = len(faults) - _MOST
+        raise InputError("\n".join([*said, *([f"and {more} more"] if more > 0 else [])]))
 
 
 def _faults(data: RigData, drive: CoboticDrive, rig: Rig) -> Iterator[tuple[int, str]]:
@@ -171,8 +179,13 @@ def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str 
     if speed > fastest:
         hint = "; is it the angle of the motor, not of the cylinder?" if speed < 2 * fastest * ratio else ""
         return f"cylinder_angle means {speed:.4g} rad/s, and the motor reaches {fastest:.4g} rad/s at most{hint}"
+    if speed < abs(drive.cylinder_speed) / _SLOWEST:
+        wanted = f"the study's cylinder turns at {abs(drive.cylinder_speed):.4g} rad/s"
+        return f"cylinder_angle and duration mean {speed:.4g} rad/s, and {wanted}: check the units of both headings"
     if abs(current) > stall:
         return f"motor_current is {current:.4g} A, more than the motor's stall current of {stall:.3g} A"
+    if data.preload[row] == 0 and current * turned < -5.0 * rig.current_noise * abs(turned):
+        return f"motor_current is {current:.4g} A and brakes a cylinder that nothing drives: is a sign turned round?"
     return None
 
 

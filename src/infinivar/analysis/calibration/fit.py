@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from infinivar.analysis.calibration.problem import Problem
+from infinivar.errors import InputError
 from infinivar.frozen import FrozenDict
 
 NORMAL_95 = 1.959963984540054
@@ -16,6 +17,9 @@ NORMAL_95 = 1.959963984540054
 
 OUTLIER = 5.0
 """Standard deviations from the robust fit beyond which a run is left out; of a million good readings one is."""
+
+_FEW = 1.0 / 3.0
+"""Share of runs up to which such runs are outliers: half of them, and no fit could tell which half is right."""
 
 _UNKNOWN = 1.0
 """Relative standard deviation from which on a direction counts as not told by the data."""
@@ -90,11 +94,22 @@ def fit(problem: Problem) -> Fit:
     -------
     Fit
 
+    Raises
+    ------
+    InputError
+        If more than a third of the runs are off by as much as outliers.
+
     Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
     """
     untold = _untold(problem, problem.start)
     robust = _solved(problem, problem.start, untold=untold, loss="soft_l1", tolerance=1e-6)
     beyond = np.any(np.abs(problem.of_runs(problem.residuals(robust))) > OUTLIER, axis=1)
+    if np.count_nonzero(beyond) > _FEW * len(problem.data):
+        raise InputError(
+            f"{problem.data.name}: {np.count_nonzero(beyond)} of {len(problem.data)} runs are more than {OUTLIER:g} standard "
+            "deviations off a robust fit, too many for outliers: check the units of the headings, what the study says "
+            "of the drive, and how good the sensors in [rig] are"
+        )
     kept = problem.without(beyond)
     untold = _untold(kept, robust)
     unknowns = _solved(kept, robust, untold=untold)

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from infinivar import power
-from infinivar.analysis.calibration.data import RigData
+from infinivar.analysis.calibration.data import RigData, refuse
 from infinivar.analysis.calibration.model import load_on_wheel
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.rig import Rig
-from infinivar.errors import InputError
 
 LOCKED = 1e-9
 """Steering angle below which a run counts as locked. [rad]"""
@@ -150,10 +149,9 @@ def check(data: RigData, found: Efficiencies) -> None:
     InputError
         Naming the rows.
     """
-    lines = [
-        f"{data.name}: line {data.lines[row]}: efficiency by Eq 18 is {found.value[row]:.3f} ± {found.deviation[row]:.3f}, "
-        "above 1: check mass, motor_current and the torque without load"
-        for row in np.flatnonzero(found.value - _IMPOSSIBLE * found.deviation > 1.0)
-    ]
-    if lines:
-        raise InputError("\n".join(lines))
+    faults, hint = [], "check mass, motor_current and its sign, and the torque without load"
+    for row in np.flatnonzero(found.value - _IMPOSSIBLE * found.deviation > 1.0):
+        value = f"{found.value[row]:.3f} ± {found.deviation[row]:.3f}, above 1"
+        said = value if np.isfinite(found.value[row]) else "above 1, as the link gets work and the cylinder gives none"
+        faults.append((int(row), f"efficiency by Eq 18 is {said}: {hint}"))
+    refuse(data, faults)
