@@ -62,6 +62,9 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert iv.load_study(STUDY).drives.keys() == study.drives.keys()
     again = infinivar("calibrate", "rig.csv", "--study", "out/calibrated.toml", "--drive", "cobotic", "--out", "out2")
     assert "creep_stiffness" in again.out
+    twice = iv.load_study(tmp_path / "out2" / "calibrated.toml")
+    assert twice.title == study.title
+    assert twice.title.endswith(", calibrated")
 
 
 def test_other_commands_take_the_calibrated_study(infinivar, write, measured, tmp_path):
@@ -70,7 +73,11 @@ def test_other_commands_take_the_calibrated_study(infinivar, write, measured, tm
         "drives.cobotic": "faulring2006.cobotic",
         "scenarios.hold": "faulring2006.hold",
     }
-    study = write("".join(f'[{table}]\nbase = "{base}"\n' for table, base in bases.items()))
+    spreads = (
+        "[uncertainty]\ndraws = 64\n[uncertainty.cobotic.guideway]\ncoefficient = { low = 5e-4, high = 2e-3 }\n"
+        '[uncertainty.cobotic.transmission.geometry]\ncrown_radius = "5 %"\n'
+    )
+    study = write("".join(f'[{table}]\nbase = "{base}"\n' for table, base in bases.items()) + spreads)
     infinivar("calibrate", measured, "--study", study, "--out", "out")
     for command in (
         ("compare", "out/calibrated.toml"),

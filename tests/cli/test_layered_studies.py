@@ -51,6 +51,38 @@ def test_measured_groups_take_the_place_of_geometry_in_the_file_below(tmp_path):
     assert element.creep_stiffness == 3e4
 
 
+def test_spreads_of_two_files(tmp_path):
+    """What is stated anew is new whole, and leaves its correlations; what the drive no longer has is gone with its spread."""
+    spreads = (
+        "[uncertainty]\ndraws = 128\n"
+        '[uncertainty.cobotic.transmission]\npreload = "5 %"\nfriction = { low = 0.1, high = 0.14 }\n'
+        'wheel_radius = "1 %"\n[uncertainty.cobotic.transmission.geometry]\ncrown_radius = "2 %"\n'
+        '[uncertainty.cobotic.guideway]\ncoefficient = "10 %"\n'
+    )
+    pairs = (("preload", "friction"), ("preload", "wheel_radius"), ("wheel_radius", "geometry.crown_radius"))
+    for one, other in pairs:
+        spreads += '[[correlations]]\ndrive = "cobotic"\nvalue = 0.3\n'
+        spreads += f'between = ["transmission.{one}", "transmission.{other}"]\n'
+    above = (
+        'extends = "base.toml"\n[uncertainty.cobotic.transmission]\nfriction = { deviation = 0.01, kind = "fitted" }\n'
+        '[drives.cobotic.transmission]\ncreep_stiffness = "3e4 N"\nrolling_torque = "0.4 mN m"\nbearing_torque = "2 mN m"\n'
+        '[drives.cobotic.steering]\npatch_half_length = "0.3 mm"\n'
+        '[[correlations]]\ndrive = "cobotic"\nvalue = 0.1\nbetween = ["transmission.friction", "guideway.coefficient"]\n'
+    )
+    found = loaded(tmp_path, above, base=HEAD + spreads).uncertainty
+    assert found.draws == 128
+    known = {spread.path: spread for spread in found.spreads["cobotic"]}
+    assert known.keys() == {
+        *(f"transmission.{name}" for name in ("preload", "friction", "wheel_radius")),
+        "guideway.coefficient",
+    }
+    assert (known["transmission.friction"].deviation, known["transmission.friction"].kind) == (0.01, "fitted")
+    assert dict(found.correlations) == {
+        ("cobotic", "transmission.preload", "transmission.wheel_radius"): 0.3,
+        ("cobotic", "transmission.friction", "guideway.coefficient"): 0.1,
+    }
+
+
 def test_files_are_found_from_the_study_that_names_them(tmp_path):
     inner = tmp_path / "inner"
     inner.mkdir()
@@ -87,6 +119,10 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
         ),
         (HEAD + '[uncertainty.cobotic.motor]\nresistance = { low = "2 ohm" }\n', "must be given one way"),
         (HEAD + '[uncertainty.cobotic.motor]\nresistance = { low = "3 ohm", high = "2 ohm" }\n', "low below high"),
+        (
+            HEAD + '[uncertainty.cobotic.motor]\nresistance = { low = "3 ohm", high = "4 ohm" }\n',
+            "resistance leaves out the value itself, 2.14 ohm",
+        ),
         (
             HEAD + '[uncertainty.cobotic.motor]\nresistance = { tolerance = "5 %", kind = "guessed" }\n',
             "must have a kind of",

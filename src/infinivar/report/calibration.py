@@ -116,7 +116,8 @@ def toml(calibration: Calibration, directory: Path) -> str:
     ]
     if study.path is not None:
         lines.append(f"extends = {json.dumps(_relative(study.path, directory))}")
-    lines.append(f"title = {json.dumps(f'{study.title}, calibrated', ensure_ascii=False)}")
+    title = f"{study.title.removesuffix(', calibrated')}, calibrated"
+    lines.append(f"title = {json.dumps(title, ensure_ascii=False)}")
     for row, opens in _by_table(rows, f"drives.{name}"):
         lines += [*opens, f"{_field(row)} = {{ {_value(row.value, row.unit)}, {_origin(row)} }}"]
     spread = [row for row in rows if row.deviation is not None]

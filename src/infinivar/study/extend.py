@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from infinivar.study.layers import Raw, annotated, contact_over, merged
 from infinivar.study.messages import StudyError, quoted
+from infinivar.study.schema import ORIGIN, SPREAD
 
 _DEEPEST = 8
 _TABLES = ("requirement", "rig")
@@ -87,14 +88,52 @@ def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
             else:
                 found[name] = table
         result[group] = found
-    if isinstance(under.get("uncertainty"), dict) and isinstance(over.get("uncertainty"), dict):
-        result["uncertainty"] = _deep(under["uncertainty"], over["uncertainty"])
-    if isinstance(under.get("correlations"), list) and isinstance(over.get("correlations"), list):
-        result["correlations"] = [*under["correlations"], *over["correlations"]]
+    return {**result, **_spreads_laid(under, over)}
+
+
+def _spreads_laid(under: Raw, over: Raw) -> Raw:
+    """How far values may be off by both files, without what the upper one no longer has; what it states anew is new whole.
+
+    A spread from another source has nothing to do with the correlations of the one it replaces.
+    """
+    before, mine, drives = under.get("uncertainty"), over.get("uncertainty", {}), over.get("drives", {})
+    if not (isinstance(before, dict) and isinstance(mine, dict) and isinstance(drives, dict)):
+        return {}
+    after = dict(before)
+    for name, table in before.items():
+        contact = drives[name].get("transmission") if isinstance(drives.get(name), dict) else None
+        if isinstance(table, dict) and isinstance(table.get("transmission"), dict):
+            after[name] = {**table, "transmission": contact_over(table["transmission"], contact)}
+    renewed = {*_places(mine), *(set(_places(before)) - set(_places(after)))}
+    result: Raw = {"uncertainty": _deep(after, mine)}
+    if isinstance(under.get("correlations"), list):
+        kept = [row for row in under["correlations"] if not renewed & _correlated(row)]
+        added = over.get("correlations", [])
+        result["correlations"] = [*kept, *added] if isinstance(added, list) else added
     return result
 
 
 def _deep(under: Any, over: Any) -> Any:
-    if not (isinstance(under, dict) and isinstance(over, dict)):
+    if not (_is_group(under) and _is_group(over)):
         return over
     return {**under, **{key: _deep(under.get(key), value) for key, value in over.items()}}
+
+
+def _is_group(table: Any) -> bool:
+    """Whether it holds spreads, rather than being one."""
+    return isinstance(table, dict) and not SPREAD.keys() & table.keys()
+
+
+def _places(table: Raw, path: str = "") -> Iterator[str]:
+    """Where there is a spread, by dotted path."""
+    for key, value in table.items():
+        if _is_group(value):
+            yield from _places(value, f"{path}{key}.")
+        elif key not in ORIGIN:
+            yield f"{path}{key}"
+
+
+def _correlated(row: Any) -> set[str]:
+    """What a correlation is about; nothing if it is written wrongly, which is said later."""
+    between = row.get("between") if isinstance(row, dict) else None
+    return {f"{row.get('drive')}.{path}" for path in between} if isinstance(between, list) else set()

@@ -174,6 +174,8 @@ def _spread(
         low, high = given["low"], given["high"]
         if not low < high:
             raise InputError("must have low below high")
+        if not low <= value <= high:
+            raise InputError(f"leaves out the value itself, {units.show(value, unit)}")
     elif deviation is None:
         low, high = value - given["tolerance"], value + given["tolerance"]
     else:
