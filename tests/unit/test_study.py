@@ -190,3 +190,9 @@ def test_shipped_studies_are_valid(study):
     assert study.title == "Cobotic Hand Controller, one leg"
     with study.path.open("rb") as file:
         assert list(tomllib.load(file)["drives"]) == list(study.drives)
+
+
+def test_a_drive_that_there_is_not(study):
+    with pytest.raises(iv.InputError, match=r"there is no drive 'cobotc' \(did you mean 'cobotic'\?\)"):
+        study.drive("cobotc")
+    assert study.drive("cobotic") is study.drives["cobotic"]

@@ -241,11 +241,11 @@ def sensitivity(
     Raises
     ------
     InputError
-        If the outcome is not known, the drive cannot do it at all, or lacks a value that it needs.
+        If drive or outcome are not known, the drive cannot do it at all, or lacks a value that it needs.
 
     Source: sobol2001 for the indices; squire1998 for the derivatives.
     """
-    drive = study.drives[name]
+    drive = study.drive(name)
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise InputError(f"drives.{name}: a drive of type {type(drive).__name__} has no outcomes")
     asked = outcomes.outcome(study, kind, speed=speed, force=force, duty=duty)

@@ -12,6 +12,7 @@ from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
+from infinivar.errors import InputError, nearest
 from infinivar.frozen import FrozenDict
 from infinivar.study.uncertainty import Uncertainty
 
@@ -82,6 +83,19 @@ class Study:
         object.__setattr__(
             self, "titles", FrozenDict(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
         )
+
+    def drive(self, name: str) -> Drive:
+        """The drive of that name.
+
+        Raises
+        ------
+        InputError
+            If there is none; the message names those that there are.
+        """
+        if name not in self.drives:
+            known = f"the study has {', '.join(self.drives)}"
+            raise InputError(f"there is no drive {name!r}{nearest(name, self.drives)}; {known}")
+        return self.drives[name]
 
 
 def _told_apart(titles: dict[str, str]) -> dict[str, str]:

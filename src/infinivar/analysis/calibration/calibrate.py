@@ -188,9 +188,9 @@ def cobotic(study: Study, name: str) -> CoboticDrive:
     Raises
     ------
     InputError
-        If the drive of that name is of another type.
+        If there is no drive of that name, or it is of another type.
     """
-    drive = study.drives[name]
+    drive = study.drive(name)
     if not isinstance(drive, CoboticDrive):
         raise InputError(f"drives.{name}: a drive of type {type(drive).__name__} has no wheel to measure")
     return drive
