@@ -300,6 +300,7 @@ _NEEDS = {
     "file": ("file",),
 }
 _MAY = {"reaches": ("pause",), "walking": ("share",), "file": ("cutoff",)}
+"""Fields that a shape needs, and those that it may have besides."""
 
 _MAKERS = {
     "hold": _hold,
