@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
@@ -44,7 +45,29 @@ def draw(spreads: Sequence[Spread], correlation: np.ndarray, count: int, seed: i
     shares = low_discrepancy(count, len(spreads), seed)
     if not np.array_equal(correlation, np.eye(len(spreads))):
         shares = ndtr(ndtri(shares) @ np.linalg.cholesky(correlation).T)
+    return placed(spreads, shares)
+
+
+def placed(spreads: Sequence[Spread], shares: np.ndarray) -> np.ndarray:
+    """Values below which given shares of the builds lie, a spread a column. (count, k)"""
     return np.stack([spread.at(shares[:, place]) for place, spread in enumerate(spreads)], axis=-1)
+
+
+def in_pieces(
+    function: Callable[[np.ndarray], Any],
+    at: np.ndarray,
+    size: int,
+    *,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[Any]:
+    """What a function makes of so many rows at a time, in their order; on all processors unless said otherwise."""
+    pieces = [at[start : start + size] for start in range(0, len(at), size)]
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        for done, found in enumerate(pool.map(function, pieces), start=1):
+            yield found
+            if progress is not None:
+                progress(done / len(pieces))
 
 
 def evaluated(
@@ -69,16 +92,9 @@ def evaluated(
     -------
     (n,) or (n, width) float   nan where a design cannot do it.
     """
-    pieces = [at[start : start + _TOGETHER] for start in range(0, len(at), _TOGETHER)]
 
     def run(piece: np.ndarray) -> np.ndarray:
         found = np.asarray(function(designs(drive, paths, piece)), dtype=float)
         return np.broadcast_to(found, (len(piece),) if width is None else (len(piece), width))
 
-    found = []
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for piece in pool.map(run, pieces):
-            found.append(piece)
-            if progress is not None:
-                progress(len(found) / len(pieces))
-    return np.concatenate(found)
+    return np.concatenate(list(in_pieces(run, at, _TOGETHER, progress=progress)))

@@ -11,6 +11,7 @@ import numpy as np
 from infinivar._xp import Array
 from infinivar.analysis.derivatives import gradient, values_of
 from infinivar.limits import Limit
+from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.study.parts import materials
 from infinivar.transmission.geometry import ContactGeometry
 from infinivar.transmission.operating_point import OperatingPoint
@@ -38,7 +39,7 @@ class Duty:
 
 def with_friction(element: RotaryLinearIVT, friction: float) -> RotaryLinearIVT:
     """The design with another friction limit, pressed as much less as it then can be: the slip force stays."""
-    return replace(element, friction=friction, preload=element.slip_force / friction)
+    return replace(element.pressed(element.slip_force / friction), friction=friction)
 
 
 def with_wheel_radius(element: RotaryLinearIVT, wheel_radius: float) -> RotaryLinearIVT:
@@ -66,13 +67,7 @@ def with_axle(element: RotaryLinearIVT, bore: float) -> RotaryLinearIVT:
     geometry = _geometry(element)
     bearing = geometry.axle_bearing
     scale = bore / bearing.bore
-    scaled = replace(
-        bearing,
-        bore=bore,
-        outside_diameter=bearing.outside_diameter * scale,
-        dynamic_rating=bearing.dynamic_rating * scale**2,
-        static_rating=bearing.static_rating * scale**2,
-    )
+    scaled = replace(bearing, **{name: getattr(bearing, name) * scale**power for name, power in SIZE_POWERS.items()})
     return replace(element, geometry=replace(geometry, axle_bearing=scaled))
 
 
@@ -155,7 +150,6 @@ def _of_both(field: str) -> dict[str, float]:
     return {f"geometry.{body}_material.{field}": 1.0 for body in ("wheel", "cylinder")}
 
 
-_AXLE = "geometry.axle_bearing"
 _POWERS: dict[str, dict[str, float]] = {
     "preload": {"preload": 1.0},
     "friction": {"friction": 1.0, "preload": -1.0},
@@ -163,12 +157,7 @@ _POWERS: dict[str, dict[str, float]] = {
     "crown_radius": {"geometry.crown_radius": 1.0},
     "youngs_modulus": _of_both("youngs_modulus"),
     "hysteresis_factor": _of_both("hysteresis_factor"),
-    "axle_bore": {
-        f"{_AXLE}.bore": 1.0,
-        f"{_AXLE}.outside_diameter": 1.0,
-        f"{_AXLE}.dynamic_rating": 2.0,
-        f"{_AXLE}.static_rating": 2.0,
-    },
+    "axle_bore": {f"geometry.axle_bearing.{name}": power for name, power in SIZE_POWERS.items()},
 }
 """Fields that go with each of `SWEPT`, and with which power of it."""
 
@@ -192,19 +181,13 @@ def sensitivity(element: RotaryLinearIVT, parameter: str, duty: Duty) -> dict[st
     Source: squire1998 for the derivatives.
     """
     _geometry(element)
-    surface = element.cylinder_radius * abs(duty.cylinder_speed)
     paths = list(_POWERS[parameter])
     weights = values_of(element, paths) * np.asarray(list(_POWERS[parameter].values()))
     found, change, whole = {}, 0.0, 0.0
     for name in ("creep", "rolling", "bearing"):
 
         def loss(variant: RotaryLinearIVT, name: str = name) -> Array:
-            point = variant.deliver(
-                cylinder_speed=np.asarray([abs(duty.cylinder_speed)]),
-                link_speed=np.asarray([surface / duty.ratio]),
-                link_force=np.asarray([duty.link_force]),
-            )
-            return point.losses[name][..., 0]
+            return duty.at(variant).losses[name][..., 0]
 
         value, slopes = gradient(loss, element, paths)
         moved = float(slopes @ weights)

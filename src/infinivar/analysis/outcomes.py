@@ -21,7 +21,7 @@ from infinivar.analysis.duty_cycle import heating, motors_of, warmed
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, nearest
-from infinivar.limits import Limit
+from infinivar.limits import Limit, binding
 from infinivar.parts import heat
 from infinivar.study.study import Study
 
@@ -110,26 +110,9 @@ def loss(drive: AnyDrive, speed: float, force: float) -> Array:
     return (point.power_in - point.power_out)[..., 0]
 
 
-def _least_margin(drive: AnyDrive, speed: Array, force: Array) -> tuple[Any, Array]:
-    """Array namespace, and allowance over demand of the tightest limit at points; 0 where no motion is possible. [-]"""
-    point = drive.operate(speed=speed, force=force)
-    demands = list(point.utilisation.values())
-    xp = namespace(point.power_in, *demands)
-    worst = 0.0 * point.power_in
-    for demand in demands:
-        worst = xp.maximum(worst, demand + 0.0 * worst)
-    # Where the wheel slips powers are nan, and slip's own demand says how far beyond it is.
-    slip = next(iter(point.utilisation.values())) + 0.0 * point.power_out
-    worst = xp.where(xp.isnan(point.power_in + 0.0 * worst), slip, worst)
-    known = xp.isfinite(worst) & (worst > 0)
-    return xp, xp.where(known, 1.0 / xp.where(known, worst, 1.0), xp.where(worst > 0, 0.0, 1e6))
-
-
 def margin(drive: AnyDrive, required: Requirement) -> Array:
     """Weakest margin in the required region, allowance over demand. [-]"""
-    speed, force, _ = required.sample(COVERAGE_LINES)
-    xp, found = _least_margin(drive, speed, force)
-    return -xp.max(-found, axis=-1)
+    return region(drive, required)[1]
 
 
 def coverage(drive: AnyDrive, required: Requirement) -> Array:
@@ -137,11 +120,17 @@ def coverage(drive: AnyDrive, required: Requirement) -> Array:
 
     Along lines of constant force, limits lie between points where the margin, taken as straight there, is 1.
     """
+    return region(drive, required)[0]
+
+
+def region(drive: AnyDrive, required: Requirement) -> tuple[Array, Array]:
+    """Coverage and weakest margin, as `coverage` and `margin` tell them one by one. [-]"""
     speed, force, _ = required.sample(COVERAGE_LINES)
     lines = speed.reshape(-1, COVERAGE_LINES)
     reach = np.abs(lines[:, -1])
     heights = np.abs(force.reshape(-1, COVERAGE_LINES)[:, 0])
-    xp, found = _least_margin(drive, speed, force)
+    _, found = binding(drive.operate(speed=speed, force=force).utilisation)
+    xp = namespace(found)
     # Beyond twice the allowance it does not matter how much there is; a linear crossing then stays where it is.
     over = xp.clip(found, 0.0, 2.0) - 1.0
     over = xp.reshape(over, (*over.shape[:-1], *lines.shape))
@@ -150,7 +139,7 @@ def coverage(drive: AnyDrive, required: Requirement) -> Array:
     share = (inside[..., 1:] + inside[..., :-1]) / (size[..., 1:] + size[..., :-1])
     along = xp.mean(share, axis=-1)
     weight = _trapezoid(heights) * reach
-    return xp.sum(along * (weight / weight.sum()), axis=-1)
+    return xp.sum(along * (weight / weight.sum()), axis=-1), -xp.max(-found, axis=-1)
 
 
 def _trapezoid(heights: np.ndarray) -> np.ndarray:

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import Field, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar.analysis import outcomes
-from infinivar.analysis.builds import evaluated, low_discrepancy
+from infinivar.analysis.builds import evaluated, low_discrepancy, placed
 from infinivar.analysis.cycle import AnyDrive
 from infinivar.analysis.derivatives import Method, gradient, values_of
 from infinivar.analysis.outcomes import Outcome
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError
+from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.quantities import permitted, quantities_of, value_at
 from infinivar.study.study import Study
 from infinivar.study.uncertainty import Spread
 
 TOLERANCE = 0.1
 """Of parameters about whose spread a study says nothing, relative."""
+
+ASSUMED = f"{100.0 * TOLERANCE:g} % either way"
+"""That in words."""
 
 LARGEST = 8
 """Parameters among which Sobol's indices are computed, from the largest swing."""
@@ -46,9 +50,8 @@ class Direction(NamedTuple):
 
 
 def _bearing(at: str) -> dict[str, float]:
-    """A smaller bearing: all its sizes, and its ratings with their square."""
-    sizes = {"bore": -1.0, "outside_diameter": -1.0, "dynamic_rating": -2.0, "static_rating": -2.0}
-    return {f"{at}.{name}": power for name, power in sizes.items()}
+    """A smaller bearing."""
+    return {f"{at}.{name}": -power for name, power in SIZE_POWERS.items()}
 
 
 _GEOMETRY = "transmission.geometry"
@@ -106,6 +109,11 @@ class Influence:
     total: float | None = None
 
     @property
+    def words(self) -> str:
+        """What people call the field: "motor torque constant"."""
+        return self.path.replace(".", " ").replace("_", " ")
+
+    @property
     def swing(self) -> float:
         """Difference of the outcome over the range; inf where one end cannot be done."""
         return math.inf if math.isnan(self.at_low + self.at_high) else abs(self.at_high - self.at_low)
@@ -157,7 +165,7 @@ class Sensitivity:
         if assumed:
             share = "All parameters" if len(assumed) == len(self.influences) else f"{len(assumed)} parameters"
             said.append(
-                f"{share} are moved by 10 % either way, as far as permitted, since the study states no range: write "
+                f"{share} are moved by {ASSUMED}, as far as permitted, since the study states no range: write "
                 f"[uncertainty.{self.name}] to say how far each may really be off."
             )
         if self.impossible > 0:
@@ -258,7 +266,8 @@ def sensitivity(
     if math.isnan(value):
         raise InputError(f"drives.{name}: {asked.words}: the drive cannot do it, so there is nothing to compare")
     stated = {spread.path: spread for spread in study.uncertainty.spreads.get(name, ())}
-    spreads = [stated.get(path) or _assumed(drive, name, path) for path in paths]
+    fields = quantities_of(drive)
+    spreads = [stated.get(path) or _assumed(drive, name, path, fields[path]) for path in paths]
     tell("swings", 0.1)
     influences = _influences(asked, drive, spreads, elasticities, stated)
     chosen = [row for row in influences if row.high > row.low][:LARGEST]
@@ -292,9 +301,9 @@ def _elasticities(asked: Outcome, drive: AnyDrive, method: Method) -> tuple[list
     return paths, float(value), slopes * values_of(drive, paths) / (float(value) or 1.0)
 
 
-def _assumed(drive: AnyDrive, name: str, path: str) -> Spread:
+def _assumed(drive: AnyDrive, name: str, path: str, field: Field[Any]) -> Spread:
     """The range of a parameter about which the study says nothing."""
-    field, value = quantities_of(drive)[path], float(value_at(drive, path))
+    value = float(value_at(drive, path))
     least, largest = permitted(field.metadata["bound"], value)
     size = TOLERANCE * abs(value)
     return Spread(
@@ -306,7 +315,7 @@ def _assumed(drive: AnyDrive, name: str, path: str) -> Spread:
         high=min(value + size, largest),
         deviation=None,
         kind="assumed",
-        where="10 % either way",
+        where=ASSUMED,
     )
 
 
@@ -348,9 +357,7 @@ def _indices(
     """First and total indices of Sobol, and the share of samples that cannot be done."""
     size = len(spreads)
     shares = low_discrepancy(samples, 2 * size)
-    first, second = (
-        np.stack([s.at(part[:, k]) for k, s in enumerate(spreads)], axis=-1) for part in np.split(shares, 2, axis=1)
-    )
+    first, second = (placed(spreads, part) for part in np.split(shares, 2, axis=1))
     mixed = np.repeat(first[None], size, axis=0)
     for place in range(size):
         mixed[place, :, place] = second[:, place]
@@ -407,7 +414,6 @@ def conclusions(asked: Outcome, elasticities: Mapping[str, float], drive: AnyDri
 def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
     from infinivar import units
 
-    name = row.path.replace(".", " ").replace("_", " ")
     more = "more" if row.elasticity > 0 else "less"
     moved = f"{units.show(row.low, row.unit)} to {units.show(row.high, row.unit)}"
     if math.isnan(row.at_low) or math.isnan(row.at_high):
@@ -416,4 +422,4 @@ def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
         ends = f"{row.at_low:.4g} to {units.show(row.at_high, found.outcome.unit, 4)}"
         span = f"from {moved} it goes from {ends}"
     share = "" if row.total is None or math.isnan(row.total) else f"; {100 * max(row.total, 0.0):.0f} % of the variance"
-    return f"{place + 1}. {name}: 1 % more of it makes {abs(row.elasticity):.3g} % {more}; {span}{share}"
+    return f"{place + 1}. {row.words}: 1 % more of it makes {abs(row.elasticity):.3g} % {more}; {span}{share}"

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
+import functools
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -13,7 +12,7 @@ import numpy as np
 from infinivar import power
 from infinivar._xp import Array, namespace
 from infinivar.analysis import outcomes
-from infinivar.analysis.builds import draw, evaluated
+from infinivar.analysis.builds import draw, evaluated, in_pieces
 from infinivar.analysis.cycle import AnyDrive
 from infinivar.analysis.derivatives import designs, jax_with_float64
 from infinivar.drivetrain.duty import DutyCycle
@@ -80,7 +79,7 @@ class Mapper:
         self.speed, self.force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
         points = np.broadcast_arrays(self.speed[:, None], self.force[None, :])
         self._map = _mapped(drive, paths, *(axis.ravel() for axis in points))
-        self._room, self._workers, self._padded = max(1, _POINTS // points[0].size), os.cpu_count(), False
+        self._room, self._workers, self._padded = max(1, _POINTS // points[0].size), None, False
         if method == "jax":
             # It has threads of its own (the second here counts meanwhile), and compiles anew for each size of a piece.
             self._map = jax_with_float64().jit(self._map)
@@ -94,14 +93,8 @@ class Mapper:
         at : (n, k) float   Values at the paths, a build a row.
         progress            Called with the share done.
         """
-        pieces = [at[start : start + self._room] for start in range(0, len(at), self._room)]
-        total: Any = 0.0
-        with ThreadPoolExecutor(self._workers) as pool:
-            for done, found in enumerate(pool.map(self._counted, pieces), start=1):
-                total = total + found
-                if progress is not None:
-                    progress(done / len(pieces))
-        counts = total.reshape(-1, self.speed.size, self.force.size)
+        pieces = in_pieces(self._counted, at, self._room, workers=self._workers, progress=progress)
+        counts = functools.reduce(np.add, pieces).reshape(-1, self.speed.size, self.force.size)
         known, mean, square = counts[-3:]
         some = known > 0
         average = np.where(some, mean / np.where(some, known, 1.0), np.nan)
@@ -283,22 +276,25 @@ def builds(
     spreads = uncertainty.spreads[name]
     paths = [spread.path for spread in spreads]
     at = draw(spreads, uncertainty.correlation(name), uncertainty.draws)
-    stages = 4 + len(duty)
+    stages = 3 + len(duty)
 
     def told(stage: int) -> Callable[[float], None]:
         return lambda share: progress((stage + share) / stages) if progress is not None else None
 
     speed, force = requirement.corners()["maximum force"]
+    covered = evaluated(
+        lambda d: np.stack(outcomes.region(d, requirement), axis=-1), drive, paths, at, told(0), width=2
+    )
     return Builds(
         spreads=spreads,
         values=at,
-        coverage=evaluated(lambda d: outcomes.coverage(d, requirement), drive, paths, at, told(0)),
-        margin=evaluated(lambda d: outcomes.margin(d, requirement), drive, paths, at, told(1)),
-        loss=evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(2)),
-        map=Mapper(drive, paths, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes))(at, told(3)),
+        coverage=covered[:, 0],
+        margin=covered[:, 1],
+        loss=evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(1)),
+        map=Mapper(drive, paths, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes))(at, told(2)),
         duty=FrozenDict(
             {
-                task: _worked(drive, paths, at, cycle, requirement.travel, told(4 + place))
+                task: _worked(drive, paths, at, cycle, requirement.travel, told(3 + place))
                 for place, (task, cycle) in enumerate(duty.items())
             }
         ),

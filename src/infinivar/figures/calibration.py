@@ -10,6 +10,7 @@ import numpy as np
 from infinivar.analysis.calibration.calibrate import Calibration
 from infinivar.analysis.calibration.virtual import with_preload
 from infinivar.figures import style
+from infinivar.study.uncertainty import NORMAL_95
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +82,7 @@ def draw_efficiency(ax: Axes, numbers: Mapping[str, Any]) -> None:
         ax.errorbar(
             curve["at"],
             curve["measured"],
-            1.96 * curve["deviation"],
+            NORMAL_95 * curve["deviation"],
             fmt="o" if lifts else "s",
             mfc=colour if lifts else "white",
             color=colour,
@@ -102,7 +103,7 @@ def draw_residuals(ax: Axes, numbers: Mapping[str, Any]) -> None:
     for column, marker, colour in zip(range(residuals.shape[1]), "osD", style.COLOURS, strict=False):
         values = np.where(numbers["pressed"], residuals[:, column], np.nan) if column == 0 else residuals[:, column]
         ax.plot(numbers["lines"], values, marker, color=colour, ms=3.5, label=_READINGS[column])
-    ax.axhspan(-1.96, 1.96, color="#e8edf2", zorder=0)
+    ax.axhspan(-NORMAL_95, NORMAL_95, color="#e8edf2", zorder=0)
     reach = max(3.2, 1.15 * float(np.max(np.abs(residuals), initial=0.0)))
     ax.set(xlabel="line of the data", ylabel="residual / standard deviation", ylim=(-reach, 1.45 * reach))
     ax.set_title("Residuals; 95 % belong in the grey band")

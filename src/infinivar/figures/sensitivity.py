@@ -25,7 +25,7 @@ def data(sensitivity: Sensitivity) -> dict[str, Any]:
         "words": sensitivity.outcome.words,
         "unit": sensitivity.outcome.unit,
         "value": sensitivity.value,
-        "names": [row.path.replace(".", " ").replace("_", " ") for row in rows],
+        "names": [row.words for row in rows],
         "ranges": [(units.show(row.low, row.unit), units.show(row.high, row.unit)) for row in rows],
         "at_low": np.asarray([row.at_low for row in rows]),
         "at_high": np.asarray([row.at_high for row in rows]),

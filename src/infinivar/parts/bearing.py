@@ -36,6 +36,9 @@ COEFFICIENTS = {
 }
 """Constant coefficient of friction by type: open bearings, rollers with a cage. Source: skf2013, table 1."""
 
+SIZE_POWERS = {"bore": 1.0, "outside_diameter": 1.0, "dynamic_rating": 2.0, "static_rating": 2.0}
+"""Fields of a bearing that go with its size, and with which power of it: ratings with an area."""
+
 _DEEP_GROOVE = {  # R1, R2, S1, S2
     ("2", "3"): (4.4e-7, 1.7, 2.00e-3, 100.0),
     ("42", "43"): (5.4e-7, 0.96, 3.00e-3, 40.0),

@@ -19,6 +19,7 @@ from infinivar.figures import calibration as figure
 from infinivar.figures import style
 from infinivar.report.comparison import to_json
 from infinivar.report.page import all_or_nothing, render, write_csv
+from infinivar.study.uncertainty import NORMAL_95
 
 
 def save(calibration: Calibration, directory: Path) -> list[Path]:
@@ -82,7 +83,7 @@ def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
             "line": line,
             "setting": described(setting),
             "efficiency": float(found.value[row]),
-            "deviation": float(found.deviation[row]),
+            "half": NORMAL_95 * float(found.deviation[row]),
             "stiffness": ""
             if math.isnan(stiffness)
             else with_interval(stiffness, spread, model.PARAMETERS["creep_stiffness"]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from infinivar import units
-from infinivar.analysis.sensitivity import Sensitivity
+from infinivar.analysis.sensitivity import ASSUMED, Sensitivity
 from infinivar.figures import sensitivity as figure
 from infinivar.figures import style
 from infinivar.report.comparison import to_json
@@ -21,7 +21,7 @@ def save(sensitivity: Sensitivity, directory: Path) -> list[Path]:
         if sensitivity.influences:
             made = figure.draw_all(sensitivity)
             figures, image = style.write(made, scratch / name), style.inline_svg(made)
-        page = render("sensitivity.html", sensitivity=sensitivity, image=image, show=units.show)
+        page = render("sensitivity.html", sensitivity=sensitivity, image=image, show=units.show, assumed=ASSUMED)
         (scratch / f"{name}.html").write_text(page, "utf-8")
         (scratch / f"{name}.json").write_text(to_json(sensitivity.to_dict()), "utf-8")
     return [directory / file for file in (f"{name}.html", f"{name}.json", *(made.name for made in figures))]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from infinivar.study.layers import Raw, annotated, contact_over, merged
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.schema import ORIGIN, SPREAD
+from infinivar.study.uncertainty import is_group, leaves
 
 _DEEPEST = 8
 _TABLES = ("requirement", "rig")
@@ -104,7 +104,7 @@ def _spreads_laid(under: Raw, over: Raw) -> Raw:
         contact = drives[name].get("transmission") if isinstance(drives.get(name), dict) else None
         if isinstance(table, dict) and isinstance(table.get("transmission"), dict):
             after[name] = {**table, "transmission": contact_over(table["transmission"], contact)}
-    renewed = {*_places(mine), *(set(_places(before)) - set(_places(after)))}
+    renewed = _places(mine) | (_places(before) - _places(after))
     result: Raw = {"uncertainty": _deep(after, mine)}
     if isinstance(under.get("correlations"), list):
         kept = [row for row in under["correlations"] if not renewed & _correlated(row)]
@@ -114,23 +114,14 @@ def _spreads_laid(under: Raw, over: Raw) -> Raw:
 
 
 def _deep(under: Any, over: Any) -> Any:
-    if not (_is_group(under) and _is_group(over)):
+    if not (is_group(under) and is_group(over)):
         return over
     return {**under, **{key: _deep(under.get(key), value) for key, value in over.items()}}
 
 
-def _is_group(table: Any) -> bool:
-    """Whether it holds spreads, rather than being one."""
-    return isinstance(table, dict) and not SPREAD.keys() & table.keys()
-
-
-def _places(table: Raw, path: str = "") -> Iterator[str]:
+def _places(table: Raw) -> set[str]:
     """Where there is a spread, by dotted path."""
-    for key, value in table.items():
-        if _is_group(value):
-            yield from _places(value, f"{path}{key}.")
-        elif key not in ORIGIN:
-            yield f"{path}{key}"
+    return {path for path, *_ in leaves(table)}
 
 
 def _correlated(row: Any) -> set[str]:

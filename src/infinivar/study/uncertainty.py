@@ -19,6 +19,9 @@ from infinivar.study.schema import KINDS, ORIGIN, SPREAD
 DRAWS = 1024
 """Builds of each drive that `compare` draws, unless the study asks for another number."""
 
+NORMAL_95 = 1.959963984540054
+"""Standard deviations to either side of an interval that holds 95 % of what is normally distributed."""
+
 _LEAST, _MOST = 16, 2**20
 _FORMS = tuple(SPREAD)
 _WRITE = 'write "5 %", or a table with tolerance, deviation, or low and high'
@@ -56,7 +59,7 @@ class Spread:
         """For people: "617.5 to 682.5 N", or "3.2e+04 ± 560 N (95 %)"."""
         if self.deviation is None:
             return f"{self.low:.4g} to {units.show(self.high, self.unit)}"
-        return f"{self.value:.4g} ± {units.show(1.96 * self.deviation, self.unit, 2)} (95 %)"
+        return f"{self.value:.4g} ± {units.show(NORMAL_95 * self.deviation, self.unit, 2)} (95 %)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +117,7 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
             continue
         fields = quantities_of(drives[drive])
         found = []
-        for path, written, kind, source in _leaves(tree, "", "assumed", origin):
+        for path, written, kind, source in leaves(tree, "", "assumed", origin):
             try:
                 found.append(_spread(drive, path, written, kind, source, drives[drive], fields))
             except (InputError, ValueError) as problem:
@@ -135,14 +138,21 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
     return made
 
 
-def _leaves(tree: dict[str, Any], path: str, kind: Any, where: Any) -> Iterator[tuple[str, Any, Any, Any]]:
-    """Every spread in a table, with the kind and source that hold for it."""
+def is_group(table: Any) -> bool:
+    """Whether it holds spreads, rather than being one."""
+    return isinstance(table, dict) and not any(form in table for form in _FORMS)
+
+
+def leaves(
+    tree: Mapping[str, Any], path: str = "", kind: Any = "assumed", where: Any = ""
+) -> Iterator[tuple[str, Any, Any, Any]]:
+    """Every spread in a table: its dotted path, what is written, and the kind and source that hold for it."""
     kind, where = tree.get("kind", kind), tree.get("where", where)
     for key, value in tree.items():
         if key in ORIGIN:
             continue
-        if isinstance(value, dict) and not any(form in value for form in _FORMS):
-            yield from _leaves(value, f"{path}{key}.", kind, where)
+        if is_group(value):
+            yield from leaves(value, f"{path}{key}.", kind, where)
         elif isinstance(value, dict):
             yield f"{path}{key}", value, value.get("kind", kind), value.get("where", where)
         else:

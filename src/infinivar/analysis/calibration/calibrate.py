@@ -13,7 +13,7 @@ import numpy as np
 from infinivar.analysis.calibration import data as rig_data
 from infinivar.analysis.calibration import model, plan, reduce
 from infinivar.analysis.calibration.data import RigData
-from infinivar.analysis.calibration.fit import NORMAL_95, Fit, fit
+from infinivar.analysis.calibration.fit import Fit, fit
 from infinivar.analysis.calibration.plan import Plan
 from infinivar.analysis.calibration.problem import Problem
 from infinivar.analysis.calibration.reduce import Efficiencies
@@ -22,6 +22,7 @@ from infinivar.errors import InputError, nearest
 from infinivar.parts.gearhead import coulomb_torque
 from infinivar.quantities import given, with_values
 from infinivar.study.study import Study
+from infinivar.study.uncertainty import NORMAL_95
 from infinivar.transmission.rotary_linear import MEASURED
 
 

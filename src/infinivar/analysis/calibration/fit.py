@@ -11,9 +11,7 @@ import numpy as np
 from infinivar.analysis.calibration.problem import Problem
 from infinivar.errors import InputError
 from infinivar.frozen import FrozenDict
-
-NORMAL_95 = 1.959963984540054
-"""Standard deviations to either side of an interval that contains the truth in 95 % of sessions."""
+from infinivar.study.uncertainty import NORMAL_95
 
 OUTLIER = 5.0
 """Standard deviations from the robust fit beyond which a run is left out; of a million good readings one is."""
