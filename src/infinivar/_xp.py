@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
+from infinivar.errors import ParameterError
+
 SETTLED = 1e-12
 """Relative step below which a Newton iteration has converged."""
 
@@ -58,14 +60,14 @@ def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
 
     Raises
     ------
-    ValueError
+    ParameterError
         Naming the argument.
     """
     values = as_floats(xp, *named.values())
     if xp.__name__ == "numpy":
         for name, value in zip(named, values, strict=True):
             if not xp.all(xp.isfinite(value)):
-                raise ValueError(f"{name} must be finite, got {value[~xp.isfinite(value)].ravel()[0]}")
+                raise ParameterError(f"{name} must be finite, got {value[~xp.isfinite(value)].ravel()[0]}")
     return values
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import os
 import re
 import shlex
 import sys
@@ -15,9 +16,9 @@ from typing import Annotated, Any
 import typer
 
 from infinivar import __version__
-from infinivar.errors import AuditError, InputError
+from infinivar.errors import InputError, ParameterError, printable
 
-NOT_FEASIBLE, BAD_INPUT, OWN_FAULT = 1, 2, 3
+NOT_FEASIBLE, BAD_INPUT, OWN_FAULT, INTERRUPTED = 1, 2, 3, 130
 
 app = typer.Typer(
     help="Models, sizes and compares drive-trains with an infinitely variable (cobotic) transmission and a fixed ratio.",
@@ -33,26 +34,81 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on 
 
 
 def main() -> None:
-    """Entry point: bad input is one message on stderr and exit code 2."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="replace")  # a title the terminal cannot show is no reason to fail
+    """Entry point. Exit codes: 0 done, 1 not feasible, 2 bad input, 3 a fault of the program, 130 interrupted."""
+    _usable_streams()
     try:
         try:
             app()
         finally:
-            sys.stdout.flush()  # here, where a reader that has gone can be met
+            _flush()
     except InputError as problem:
-        print(f"infinivar: {problem}", file=sys.stderr)
+        _complain(str(problem))
         sys.exit(BAD_INPUT)
-    except AuditError as problem:
-        print(f"infinivar: fault of the program, please report it with your study: {problem}", file=sys.stderr)
-        sys.exit(OWN_FAULT)
-    except BrokenPipeError:  # the reader of our output, such as head, has gone
-        sys.stderr.close()
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
     except OSError as problem:
-        print(f"infinivar: {problem.filename or 'standard output'}: {problem.strerror}", file=sys.stderr)
+        _complain(f"{problem.filename or 'standard output'}: {problem.strerror}")
         sys.stdout = None  # there is nothing left to flush it to
         sys.exit(BAD_INPUT)
+    except Exception as problem:
+        _complain(f"fault of the program: {_in_one_line(problem)}; {_kept(problem)}")
+        sys.exit(OWN_FAULT)
+
+
+def _usable_streams() -> None:
+    """Streams that can always be written to, whatever the shell has closed, and whatever a title is spelt with."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 (as long as the program runs)
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def _flush() -> None:
+    """Hand over what was printed. A reader that has gone, such as head, wants no more: that is no failure."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _say(text: str = "") -> None:
+    """Print a line of the result; control characters, which could steer a terminal, are spelt out."""
+    _write(printable(text, keep="\n") + "\n")
+
+
+def _write(text: str) -> None:
+    try:
+        sys.stdout.write(text)
+    except BrokenPipeError:
+        _flush()
+
+
+def _complain(text: str) -> None:
+    print(f"infinivar: {printable(text, keep=chr(10))}", file=sys.stderr)
+
+
+def _in_one_line(problem: Exception) -> str:
+    said = " ".join(str(problem).split())
+    return f"{type(problem).__name__}{': ' if said else ''}{said[:200]}"
+
+
+def _kept(problem: Exception) -> str:
+    """Write the traceback to a file of its own, and say where it is."""
+    import tempfile
+    import traceback
+
+    told = "please report it with your study"
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="infinivar-", suffix=".txt", delete=False, encoding="utf-8"
+        ) as file:
+            file.write(f"infinivar {__version__}, {shlex.join(sys.argv)}\n\n")
+            traceback.print_exception(problem, file=file)
+    except OSError:
+        return told
+    return f"the traceback is in {file.name}; {told}"
 
 
 @contextlib.contextmanager
@@ -73,7 +129,7 @@ def _progress() -> Iterator[Callable[[str, float], None]]:
 def _print_json(value: Any) -> None:
     from infinivar.report.comparison import to_json
 
-    sys.stdout.write(to_json(value))
+    _write(to_json(value))
 
 
 @app.command()
@@ -87,7 +143,7 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
 
     loaded = load_study(study)
     for warning in loaded.warnings:
-        print(f"infinivar: {study}: check {warning}", file=sys.stderr)
+        _complain(f"{study}: check {warning}")
     with _progress() as progress:
         try:
             comparison = run(loaded, progress=progress)
@@ -100,16 +156,16 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
     else:
         width = max(len(result.title) for result in comparison.results.values())
         for name, result in comparison.results.items():
-            print(f"{result.title:<{width}}  {result.verdict}")
+            _say(f"{result.title:<{width}}  {result.verdict}")
             if name in comparison.builds:
-                print(f"{'':<{width}}  {comparison.builds[name].verdict}")
+                _say(f"{'':<{width}}  {comparison.builds[name].verdict}")
         for task, found in comparison.duty.items():
-            print(f"{found.duty.title}:")
+            _say(f"{found.duty.title}:")
             for name, done in found.results.items():
-                print(f"  {done.title:<{width}}  {done.verdict}")
+                _say(f"  {done.title:<{width}}  {done.verdict}")
                 if name in comparison.builds:
-                    print(f"  {'':<{width}}  {comparison.builds[name].duty[task].verdict}")
-        print(f"Report: {files[0]}")
+                    _say(f"  {'':<{width}}  {comparison.builds[name].duty[task].verdict}")
+        _say(f"Report: {files[0]}")
     raise typer.Exit(0 if comparison.feasible else NOT_FEASIBLE)
 
 
@@ -138,8 +194,8 @@ def contact(
         _print_json({"sheets": [sheet.to_dict() for sheet in sheets], "files": [str(file) for file in files]})
     else:
         for sheet in sheets:
-            print(report.text(sheet))
-        print(f"Written to {out}: {', '.join(file.name for file in files)}")
+            _say(report.text(sheet))
+        _say(f"Written to {out}: {', '.join(file.name for file in files)}")
     raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
 
 
@@ -162,8 +218,8 @@ def reproduce(
         _print_json(result.to_list())
     else:
         for claim in result.claims:
-            print(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
-        print(f"Report: {files[0]}")
+            _say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
+        _say(f"Report: {files[0]}")
 
 
 @app.command()
@@ -196,10 +252,10 @@ def simulate(
     if as_json:
         _print_json({**result.to_dict(), "files": [str(file) for file in files]})
     else:
-        print(f"{result.title}, {result.scenario.title}: {result.verdict}")
+        _say(f"{result.title}, {result.scenario.title}: {result.verdict}")
         for event in result.events:
-            print(f"  {event}")
-        print(f"Report: {files[0]}")
+            _say(f"  {event}")
+        _say(f"Report: {files[0]}")
     raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
 
 
@@ -239,8 +295,8 @@ def rig(
         raise InputError(f"{study}: drives.{name}: no run of the protocol is possible: {done.left_out[0]}")
     save_data(done.data, out)
     for said in done.left_out:
-        print(f"infinivar: left out: {said}", file=sys.stderr)
-    print(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
+        _complain(f"left out: {said}")
+    _say(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
 
 
 @app.command()
@@ -277,11 +333,11 @@ def calibrate(
         _print_json({**found.to_dict(), "files": [str(file) for file in files]})
     else:
         for clause in found.verdict.split("; "):
-            print(clause)
+            _say(clause)
         for remark in found.remarks:
-            print(f"  {remark}")
-        print(f"Report: {files[0]}")
-        print(f"Calibrated study: {files[1]}")
+            _say(f"  {remark}")
+        _say(f"Report: {files[0]}")
+        _say(f"Calibrated study: {files[1]}")
     raise typer.Exit(0 if found.fit.told == found.fit.names else NOT_FEASIBLE)
 
 
@@ -326,16 +382,16 @@ def sensitivity(
         return
     from infinivar import units
 
-    print(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}")
+    _say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}")
     for sentence in found.ranking:
-        print(f"  {sentence}")
+        _say(f"  {sentence}")
     if found.conclusions:
-        print("What the paper recommends, per 1 %:")
+        _say("What the paper recommends, per 1 %:")
         for row in found.conclusions:
-            print(f"  {row.words:<48} {row.elasticity:+9.3g} %  {row.verdict}")
+            _say(f"  {row.words:<48} {row.elasticity:+9.3g} %  {row.verdict}")
     for remark in found.remarks:
-        print(remark)
-    print(f"Report: {files[0]}")
+        _say(remark)
+    _say(f"Report: {files[0]}")
 
 
 def _quantity(option: str, text: str | None, unit: str) -> float | None:
@@ -384,7 +440,7 @@ def graph(
     with _named(study, f"drives.{name}"):
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.requirement.load_mass)
         report.save(made, out, equations)
-    print(f"Written: {', '.join(str(file) for file in (out, equations) if file is not None)}")
+    _say(f"Written: {', '.join(str(file) for file in (out, equations) if file is not None)}")
 
 
 def _chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) -> str:
@@ -415,7 +471,7 @@ def _named(study: Path, where: str) -> Iterator[None]:
     """A value that does not do for what is asked is bad input, named with its place."""
     try:
         yield
-    except ValueError as problem:
+    except ParameterError as problem:
         raise InputError(f"{study}: {where}: {problem}") from problem
 
 
@@ -424,7 +480,7 @@ def schema() -> None:
     """Print the JSON Schema of study files, for editors."""
     from infinivar.study.schema import json_schema
 
-    print(json.dumps(json_schema(), indent=2))
+    _write(json.dumps(json_schema(), indent=2) + "\n")
 
 
 @app.command()
@@ -445,7 +501,7 @@ def init(
         raise InputError(f"{path}: is there already; choose another name or remove it") from problem
     except OSError as problem:
         raise InputError(f"{path}: cannot be written: {problem.strerror}") from problem
-    print(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
+    _say(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
 
 
 @app.command()
@@ -463,12 +519,12 @@ def catalogue(as_json: Json = False) -> None:
         return
     from infinivar.report.catalogue import text
 
-    print(text(), end="")
+    _say(text().rstrip("\n"))
 
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        print(f"infinivar {__version__}")
+        _say(f"infinivar {__version__}")
         raise typer.Exit
 
 

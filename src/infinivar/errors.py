@@ -13,17 +13,24 @@ class InputError(InfinivarError):
     """The user's input cannot be used; the message names the place, the value and what would be right."""
 
 
+class ParameterError(InputError, ValueError):
+    """A value is outside its range or does not go with the others; the message names field, value and unit.
+
+    The only ValueError that counts as bad input: any other is a fault of the program.
+    """
+
+
 class AuditError(InfinivarError):
     """Power in, power out and losses do not add up: a fault of the program, never of the input."""
 
 
 def require(condition: bool, field: str, value: object, wanted: str, unit: str = "") -> None:
-    """Raise ValueError with "field must be wanted unit, got value" unless `condition` holds.
+    """Raise ParameterError with "field must be wanted unit, got value" unless `condition` holds.
 
     A nan fails every comparison, so conditions written as `value > 0` refuse it too.
     """
     if not condition:
-        raise ValueError(f"{field} must be {wanted}{' ' + unit if unit else ''}, got {value}")
+        raise ParameterError(f"{field} must be {wanted}{' ' + unit if unit else ''}, got {value}")
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:
@@ -32,3 +39,11 @@ def nearest(word: str, choices: Iterable[str]) -> str:
 
     close = difflib.get_close_matches(word, list(choices), n=1, cutoff=0.6)
     return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def printable(text: str, keep: str = "") -> str:
+    """Text with control characters spelt out, so that it cannot steer a terminal; those in `keep` stay."""
+    return "".join(
+        letter if letter.isprintable() or letter in keep else letter.encode("unicode_escape").decode()
+        for letter in text
+    )

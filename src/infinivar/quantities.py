@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from infinivar.errors import require
+from infinivar.errors import ParameterError, require
 
 _BOUNDS = {
     "> 0": lambda value: value > 0,
@@ -67,7 +67,7 @@ def component(meaning: str, **default: Any) -> Any:
 
 
 def check_value(field: str, value: Any, unit: str, bound: str) -> None:
-    """Raise ValueError with field, value and unit unless every element is finite and within the bound.
+    """Raise ParameterError with field, value and unit unless every element is finite and within the bound.
 
     Values that are neither numbers nor NumPy arrays (those of a tracing array library) are not looked at.
     """
@@ -95,7 +95,7 @@ def check(instance: Any) -> None:
 def check_choice(
     instance: Any, choice: str, needs: Mapping[str, Sequence[str]], may: Mapping[str, Sequence[str]] | None = None
 ) -> None:
-    """Raise ValueError unless a part has the fields that go with what one of its fields says, and no others of these.
+    """Raise ParameterError unless a part has the fields that go with what one of its fields says, and no others of these.
 
     Parameters
     ----------
@@ -108,11 +108,11 @@ def check_choice(
     require(said in needs, choice, repr(said), f"one of {', '.join(needs)}")
     for name in needs[said]:
         if getattr(instance, name) is None:
-            raise ValueError(f"{name} is missing: {choice} = {said!r} needs it")
+            raise ParameterError(f"{name} is missing: {choice} = {said!r} needs it")
     special = {name for table in (needs, may) for names in table.values() for name in names}
     for name in sorted(special - {*needs[said], *may.get(said, ())}):
         if getattr(instance, name) is not None:
-            raise ValueError(f"{name} means nothing with {choice} = {said!r}; leave it out")
+            raise ParameterError(f"{name} means nothing with {choice} = {said!r}; leave it out")
 
 
 def quantities_of(instance: Any, prefix: str = "") -> dict[str, dataclasses.Field]:
@@ -141,7 +141,7 @@ def with_values(instance: Any, values: Mapping[str, Any]) -> Any:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a value is not permitted.
     """
     own = {path: value for path, value in values.items() if "." not in path}

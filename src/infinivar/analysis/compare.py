@@ -19,7 +19,7 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
-from infinivar.errors import InputError
+from infinivar.errors import InputError, ParameterError
 from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
 from infinivar.study.study import Study
@@ -361,7 +361,7 @@ def work_through(
             result = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
             if isinstance(drive, CoboticDrive):
                 found_policies[name] = policies(drive, duty)
-        except ValueError as problem:
+        except ParameterError as problem:
             raise InputError(f"drives.{name}: {problem}, for duty.{task}") from problem
         results[name] = result
         ways[name] = _both_ways(drive, duty, result)
@@ -380,5 +380,5 @@ def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result:
         return "the drive cannot do it within its limits"
     try:
         return two_ways(drive, duty)
-    except ValueError as problem:
+    except ParameterError as problem:
         return str(problem)

@@ -45,7 +45,7 @@ class Definition:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a choice is not one of those, or the storage efficiency is missing or out of range.
 
     Source: faulring2006, section VI-C.

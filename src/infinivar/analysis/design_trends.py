@@ -10,6 +10,7 @@ import numpy as np
 
 from infinivar._xp import Array
 from infinivar.analysis.derivatives import gradient, values_of
+from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.study.parts import materials
@@ -119,7 +120,7 @@ def sweep(element: RotaryLinearIVT, parameter: str, values: Any, duties: Sequenc
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the element has measured groups: they do not follow from a design.
     """
     make = with_material if parameter == "material" else SWEPT[parameter][0]
@@ -175,7 +176,7 @@ def sensitivity(element: RotaryLinearIVT, parameter: str, duty: Duty) -> dict[st
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the element has measured groups: they do not follow from a design.
 
     Source: squire1998 for the derivatives.
@@ -198,7 +199,7 @@ def sensitivity(element: RotaryLinearIVT, parameter: str, duty: Duty) -> dict[st
 
 def _geometry(element: RotaryLinearIVT) -> ContactGeometry:
     if element.geometry is None:
-        raise ValueError("the element has measured groups, which do not follow from a design")
+        raise ParameterError("the element has measured groups, which do not follow from a design")
     return element.geometry
 
 

@@ -243,7 +243,7 @@ def duty_cycle(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the drive lacks a value that motion needs.
     AuditError
         If the energy of the cycle does not add up.

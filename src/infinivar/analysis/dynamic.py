@@ -163,7 +163,7 @@ def dynamic_map(
     ------
     InputError
         If an axis is not a vector of positive numbers, or the samples are no multiple of 4.
-    ValueError
+    ParameterError
         If the drive lacks a value that motion needs, or power or mass are not positive.
     AuditError
         If the energy of a cycle does not add up.

@@ -124,7 +124,7 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the drive lacks a value that simulation needs.
     """
     period, mass = duty.period, duty.moved_mass

@@ -20,7 +20,7 @@ from infinivar.analysis.cycle import AnyDrive
 from infinivar.analysis.duty_cycle import heating, motors_of, warmed
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
-from infinivar.errors import InputError, nearest
+from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.limits import Limit, binding
 from infinivar.parts import heat
 from infinivar.study.study import Study
@@ -161,13 +161,13 @@ def temperature(drive: AnyDrive, duty: DutyCycle) -> Array:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If no motor's data sheet has what the thermal model needs.
     """
     found = [highest for highest, _ in _windings(drive, duty, _cold(drive, duty)).values()]
     if not found:
         lacking = heat.missing(next(iter(motors_of(drive).values())))
-        raise ValueError(f"motor.{lacking[0]} is missing: the thermal model needs it")
+        raise ParameterError(f"motor.{lacking[0]} is missing: the thermal model needs it")
     return functools.reduce(namespace(*found).maximum, found)[..., 0] - duty.ambient
 
 

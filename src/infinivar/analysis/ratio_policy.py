@@ -72,7 +72,7 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the drive lacks a value that motion needs.
 
     Source: least mean power by search (`scipy.optimize`); inverse dynamics as in faulring2006, section VI-C.

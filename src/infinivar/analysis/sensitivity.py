@@ -17,7 +17,7 @@ from infinivar.analysis.derivatives import Method, gradient, values_of
 from infinivar.analysis.outcomes import Outcome
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.errors import InputError
+from infinivar.errors import InputError, ParameterError
 from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.quantities import permitted, quantities_of, value_at
 from infinivar.study.study import Study
@@ -261,7 +261,7 @@ def sensitivity(
     tell("derivatives", 0.0)
     try:
         paths, value, elasticities = _elasticities(asked, drive, method)
-    except ValueError as problem:
+    except ParameterError as problem:
         raise InputError(f"drives.{name}: {problem}") from problem
     if math.isnan(value):
         raise InputError(f"drives.{name}: {asked.words}: the drive cannot do it, so there is nothing to compare")

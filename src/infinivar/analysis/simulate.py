@@ -18,6 +18,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.scenario import Scenario
+from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.motor import Motor
 
@@ -216,7 +217,7 @@ def simulate(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the drive lacks a value that motion needs, the scenario asks for what the drive has not (a steered wheel), or its
         tolerance is too large for the energy balance.
     AuditError
@@ -225,14 +226,14 @@ def simulate(
     Source: faulring2006, section V and Figs 10-14.
     """
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-        raise ValueError(f"a drive of type {type(drive).__name__} has no bond graph")
+        raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     machine = closed_loop(drive, scenario)
     try:
         run = _run(machine, scenario, progress)
     except ClosureError as problem:
         if scenario.tolerance <= RTOL:
             raise
-        raise ValueError(f"tolerance must be smaller than {scenario.tolerance:g}: {problem}") from problem
+        raise ParameterError(f"tolerance must be smaller than {scenario.tolerance:g}: {problem}") from problem
     columns = _columns(drive, scenario, run)
     utilisation = _utilisation(drive, run, columns)
     return Simulation(

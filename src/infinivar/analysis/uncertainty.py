@@ -270,7 +270,7 @@ def builds(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the drive lacks a value that a duty cycle needs.
     """
     spreads = uncertainty.spreads[name]

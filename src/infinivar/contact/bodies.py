@@ -14,7 +14,7 @@ class Material:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
 

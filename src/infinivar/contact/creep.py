@@ -33,7 +33,7 @@ from infinivar.contact.laws import (
     vermeulen_johnson_force,
     vermeulen_johnson_slope,
 )
-from infinivar.errors import nearest
+from infinivar.errors import ParameterError, nearest
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,11 +88,11 @@ def law(name: str) -> CreepLaw:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there is none; the message names those there are.
     """
     if name not in LAWS:
-        raise ValueError(f"creep_law must be one of {', '.join(LAWS)}, got {name!r}{nearest(name, LAWS)}")
+        raise ParameterError(f"creep_law must be one of {', '.join(LAWS)}, got {name!r}{nearest(name, LAWS)}")
     return LAWS[name]
 
 
@@ -101,13 +101,13 @@ def law_in_motion(name: str) -> CreepLaw:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there is none, or it has a flow loss, with which two steering angles can give one motion.
     """
     found = law(name)
     if found.flow_factor is not None:
         lawful = ", ".join(known for known, other in LAWS.items() if other.flow_factor is None)
-        raise ValueError(
+        raise ParameterError(
             f"creep_law must be one of {lawful} for motion in time, got {name!r}: its flow loss is for steady motion only"
         )
     return found
@@ -133,7 +133,7 @@ def lateral_force(law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there is no such law.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
@@ -158,7 +158,7 @@ def lateral_creep(law: str, force_ratio: Array, a_over_b: Array = 1.0, poisson: 
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there is no such law.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
@@ -196,7 +196,7 @@ def planar_force(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there is no such law; with "fastsim", if `a_over_b` or `poisson` is outside its range.
 
     Source: shen1983, kalker1982, vermeulen1964, polach2005, by law.

@@ -15,6 +15,7 @@ import math
 from typing import Any, NamedTuple
 
 from infinivar._xp import Array, _repeat, as_floats, namespace
+from infinivar.errors import ParameterError
 
 _BLOCK = 3200
 """Strips in one pass over NumPy: the dozen arrays of a pass then stay in the second-level cache."""
@@ -76,7 +77,7 @@ def forces(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If `cells` or `strips` is not at least 1.
 
     Notes
@@ -92,7 +93,7 @@ def forces(
     """
     for name, number in (("cells", cells), ("strips", strips)):
         if number < 1:
-            raise ValueError(f"{name} must be >= 1, got {number}")
+            raise ParameterError(f"{name} must be >= 1, got {number}")
     arguments = (k_x, k_y, psi, a_over_b, c11_over_c22)
     xp = namespace(*arguments)
     given = xp.broadcast_arrays(*as_floats(xp, *arguments))

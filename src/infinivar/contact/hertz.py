@@ -59,7 +59,7 @@ def line(load_per_length: Array, radius: Array, e_star: Array) -> tuple[Array, A
 
     Raises
     ------
-    ValueError
+    ParameterError
         If an argument is not above zero.
 
     Notes
@@ -98,7 +98,7 @@ def ellipse(load: Array, curvature_x: Array, curvature_y: Array, e_star: Array) 
 
     Raises
     ------
-    ValueError
+    ParameterError
         If an argument is not above zero.
 
     Notes
@@ -151,7 +151,7 @@ def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the load is not above zero.
 
     Source: johnson1985, section 4.1 (sum of the curvatures of two bodies at an angle).

@@ -62,7 +62,7 @@ def coefficients(a_over_b: Array, poisson: Array) -> KalkerCoefficients:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If an argument is outside its range. Where values are not known (traced arrays) the result is nan there.
 
     Notes
@@ -113,7 +113,7 @@ def combined(shear_modulus_1: Array, poisson_1: Array, shear_modulus_2: Array, p
 
     Raises
     ------
-    ValueError
+    ParameterError
         If an argument is outside its range.
 
     Notes

@@ -14,6 +14,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.profiles import MotionPath
 from infinivar.drivetrain.scenario import Scenario
+from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
 
 _MOST_SAMPLES = 1e7
@@ -61,12 +62,12 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the drive lacks a value that motion needs, or the scenario asks for what the drive has not (a steered wheel).
     """
     if scenario.duration * drive.control.sample_rate > _MOST_SAMPLES:
         longest = _MOST_SAMPLES / drive.control.sample_rate
-        raise ValueError(
+        raise ParameterError(
             f"duration must be <= {longest:g} s at this drive's control.sample_rate, got {scenario.duration:g}"
         )
     return _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
@@ -94,7 +95,9 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     held = {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}.get(scenario.steering)
     follow = held is None
     if follow and scenario.link == "free":
-        raise ValueError("steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it")
+        raise ParameterError(
+            "steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it"
+        )
     moves = follow or imposed
     angle = (
         held
@@ -146,7 +149,7 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         ("cylinder", scenario.cylinder, "running"),
     ):
         if value != usual:
-            raise ValueError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
+            raise ParameterError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
     graph = plants.conventional_graph(
         drive,
         load_mass=scenario.load_mass,

@@ -11,7 +11,7 @@ from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.course import Course
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
-from infinivar.errors import require
+from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.bearing import Bearing
@@ -59,9 +59,9 @@ class SteeringPlant:
             wanted = "deep_groove, angular_contact or thrust_ball, which carry the preload along the bell's axis"
             require(bearing not in ("cylindrical", "needle"), "bell_bearing.type", bearing, wanted)
         if self.bell_bearing is None and self.bell_friction is None:
-            raise ValueError("bell_friction is missing: give it, or bell_bearing, from which it follows")
+            raise ParameterError("bell_friction is missing: give it, or bell_bearing, from which it follows")
         if self.bell_bearing is not None and self.bell_friction is not None:
-            raise ValueError("bell_friction and bell_bearing exclude each other: it would follow from bell_bearing")
+            raise ParameterError("bell_friction and bell_bearing exclude each other: it would follow from bell_bearing")
 
     def friction_torques(self, transmission: RotaryLinearIVT) -> dict[str, Array]:
         """What holds the bell against slow steering: the patch that turns on the spot, and the bell bearing.
@@ -100,7 +100,7 @@ class SteeringPlant:
 
         Raises
         ------
-        ValueError
+        ParameterError
             If the motor's rotor inertia is missing.
 
         Source: faulring2006, section V-A.1 and Fig 11.
@@ -147,9 +147,9 @@ class CoboticDrive:
             return
         measured, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
         if measured and derived:
-            raise ValueError("steering.patch_half_length and transmission.geometry exclude each other")
+            raise ParameterError("steering.patch_half_length and transmission.geometry exclude each other")
         if not measured and not derived:
-            raise ValueError("steering.patch_half_length is missing: give it, or transmission.geometry")
+            raise ParameterError("steering.patch_half_length is missing: give it, or transmission.geometry")
 
     @property
     def motors(self) -> Mapping[str, Motor]:
@@ -214,7 +214,7 @@ class CoboticDrive:
 
         Raises
         ------
-        ValueError
+        ParameterError
             If one that motion needs is not known.
         """
         rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
@@ -243,7 +243,7 @@ class CoboticDrive:
 
         Raises
         ------
-        ValueError
+        ParameterError
             If a value is missing that motion needs.
 
         Source: energy balance of the cylinder: ``d(J omega^2/2)/dt = T omega - tau omega``.
@@ -299,7 +299,7 @@ class CoboticDrive:
 
         Raises
         ------
-        ValueError
+        ParameterError
             If a value is missing that motion needs, or the creep law has a flow loss.
 
         Source: faulring2006, section VI-C and Figs 10-13.

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from infinivar.drivetrain.profiles import MotionPath
+from infinivar.errors import ParameterError
 from infinivar.quantities import check, quantity
 
 
@@ -56,7 +57,7 @@ class ConventionalControl:
 def _slower(control: Any, *names: str) -> None:
     for name in names:
         if not getattr(control, name) <= 0.1 * control.sample_rate:
-            raise ValueError(
+            raise ParameterError(
                 f"{name} must be <= a tenth of sample_rate ({0.1 * control.sample_rate:g} Hz), got {getattr(control, name)}"
             )
 

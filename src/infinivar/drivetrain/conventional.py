@@ -84,7 +84,7 @@ class ConventionalDrive:
 
         Raises
         ------
-        ValueError
+        ParameterError
             If an inertia is missing that motion needs.
 
         Source: faulring2006, section VI-C and Fig 14.

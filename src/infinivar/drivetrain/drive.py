@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from infinivar._xp import Array
 from infinivar.drivetrain.course import Course
+from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
@@ -110,7 +111,7 @@ def motor_side(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the speed changes and the rotor inertia is not known.
 
     Source: faulring2006, Figs 12 and 14.
@@ -145,7 +146,7 @@ def placed(utilisation: Mapping[Limit, Array], motor: str = "motor") -> dict[Dem
 
 
 def needed(value: T | None, field: str) -> T:
-    """The value, or a ValueError that names the field which motion needs."""
+    """The value, or a ParameterError that names the field which motion needs."""
     if value is None:
-        raise ValueError(f"{field} is missing: motion needs it")
+        raise ParameterError(f"{field} is missing: motion needs it")
     return value

@@ -15,7 +15,7 @@ from infinivar.drivetrain.course import Course
 from infinivar.drivetrain.profiles import least_jerk
 from infinivar.drivetrain.series import Series
 from infinivar.drivetrain.tables import read_columns
-from infinivar.errors import InputError, require
+from infinivar.errors import InputError, ParameterError, require
 from infinivar.quantities import check, check_choice, component, quantity
 
 DutyShape = Literal["hold", "sinusoid", "reaches", "tremor", "walking", "file"]
@@ -86,7 +86,7 @@ class DutyCycle:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range, or one is missing that the shape needs.
     InputError
         If the file cannot be used; the message names the line.
@@ -242,7 +242,7 @@ def _file(duty: DutyCycle) -> _Made:
         raise InputError(f"{file}: must have at least 8 lines of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
     if cutoff * period < 1.0:
-        raise ValueError(f"cutoff must be >= {1.0 / period:.3g} Hz, one wave in the recording, got {cutoff:g}")
+        raise ParameterError(f"cutoff must be >= {1.0 / period:.3g} Hz, one wave in the recording, got {cutoff:g}")
     warnings = [
         f"{file}: line {lines[place + 1]}: {time[place + 1] - time[place]:.3g} s without data, {width:.3g} times the usual step; "
         "bridged by a straight line"

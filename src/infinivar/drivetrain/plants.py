@@ -18,7 +18,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, needed
 from infinivar.drivetrain.pieces import Electrical
-from infinivar.errors import require
+from infinivar.errors import ParameterError, require
 from infinivar.transmission import motion
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -60,7 +60,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the creep law is no law of force and creepage ("faulring").
 
     Source: faulring2006, Fig 6 and Eqs 3-8, 12-14, in passive form.
@@ -127,14 +127,14 @@ def steering_plant(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a value is missing that motion needs; the message names the field.
 
     Source: faulring2006, Fig 11.
     """
     steering = drive.steering
     if steering is None:
-        raise ValueError("steering is missing: simulation in time needs the steering plant")
+        raise ParameterError("steering is missing: simulation in time needs the steering plant")
     friction = steering.friction_torques(drive.transmission)
     turning = stick_speed / drive.transmission.wheel_radius
     stick = Parameter(r"\varepsilon_s", turning, "rad/s")
@@ -177,7 +177,7 @@ def cylinder_plant(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a value is missing that motion needs; the message names the field.
 
     Source: faulring2006, Fig 12.
@@ -210,7 +210,7 @@ def link_plant(drive: CoboticDrive, *, stick_speed: float = STICK_SPEED) -> Bond
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the link's mass is missing.
 
     Source: faulring2006, Fig 13.
@@ -255,7 +255,7 @@ def cobotic_graph(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a value is missing that motion needs; the message names the field.
 
     Source: faulring2006, Fig 10.
@@ -341,7 +341,7 @@ def plant_graph(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If there is no such plant or electrical side, or the drive lacks a value that motion needs.
 
     Source: faulring2006, Figs 2, 6, 10-14.

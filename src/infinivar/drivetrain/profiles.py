@@ -74,7 +74,7 @@ class MotionProfile:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range, or one is missing that the shape needs.
     InputError
         If the file cannot be read.
@@ -169,7 +169,7 @@ class ForceProfile:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range, or one is missing that the shape needs.
     InputError
         If the file cannot be read.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from infinivar.drivetrain.profiles import ForcePath, ForceProfile, MotionPath, MotionProfile
+from infinivar.errors import ParameterError
 from infinivar.quantities import check, check_choice, component, quantity
 
 _MOST_RESULTS = 1e6
@@ -24,7 +25,7 @@ class Scenario:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range or does not go with another; the message names it.
     """
 
@@ -57,19 +58,23 @@ class Scenario:
         check(self)
         if self.output_step is not None and self.duration / self.output_step > _MOST_RESULTS:
             least = self.duration / _MOST_RESULTS
-            raise ValueError(f"output_step must be >= {least:g} s, a millionth of duration, got {self.output_step:g}")
+            raise ParameterError(
+                f"output_step must be >= {least:g} s, a millionth of duration, got {self.output_step:g}"
+            )
         check_choice(self, "steering", {"controlled": (), "locked": (), "decoupled": (), "held": ("steering_angle",)})
         check_choice(self, "cylinder", {"running": (), "run-up": ("run_up_time",), "at rest": ()})
         if self.cylinder == "at rest" and self.steering == "controlled":
-            raise ValueError("cylinder = 'at rest' moves nothing: steering must be locked, decoupled or held with it")
+            raise ParameterError(
+                "cylinder = 'at rest' moves nothing: steering must be locked, decoupled or held with it"
+            )
         if self.link == "free" and self.motion is not None:
-            raise ValueError("motion means nothing with link = 'free'; leave it out")
+            raise ParameterError("motion means nothing with link = 'free'; leave it out")
         if self.link == "imposed" and self.force is not None:
-            raise ValueError("force means nothing with link = 'imposed': the motion is given; leave it out")
+            raise ParameterError("force means nothing with link = 'imposed': the motion is given; leave it out")
         if self.link == "imposed" and self.motion is not None and self.motion.shape == "step":
-            raise ValueError("motion.shape = 'step' cannot be imposed: it needs an infinite force; use reach")
+            raise ParameterError("motion.shape = 'step' cannot be imposed: it needs an infinite force; use reach")
         if self.link == "controlled" and self.steering != "controlled" and self.motion is not None:
-            raise ValueError(f"motion means nothing with steering = {self.steering!r}; leave it out, or impose it")
+            raise ParameterError(f"motion means nothing with steering = {self.steering!r}; leave it out, or impose it")
 
     @property
     def path(self) -> MotionPath:

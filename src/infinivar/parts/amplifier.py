@@ -24,7 +24,7 @@ class Amplifier:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range, or if ``store`` comes without `storage_efficiency`.
     """
 

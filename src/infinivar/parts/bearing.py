@@ -116,7 +116,7 @@ class Bearing:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range, if the model ``skf`` has no constants for the type or series, or if an oil
         bath comes without `oil_level` and `drag_factor`.
     """
@@ -362,7 +362,7 @@ class BearingPair:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range, or if the bearings take no radial load.
     """
 

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._xp import Array, namespace
+from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
 
 COPPER = 0.0039
@@ -149,14 +150,14 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the motor lacks a value that the model needs.
 
     Source: maxon2020; see the module.
     """
     lacking = missing(motor)
     if lacking:
-        raise ValueError(f"{lacking[0]} is missing: the thermal model needs it")
+        raise ParameterError(f"{lacking[0]} is missing: the thermal model needs it")
     steps = _steps(motor, current, friction_power, period, ambient)
     cycle = np.eye(3)
     for step in steps.maps:

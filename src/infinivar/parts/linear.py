@@ -15,7 +15,7 @@ class Pulley:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
 
@@ -50,7 +50,7 @@ class Guideway:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
 

@@ -30,7 +30,7 @@ class Motor:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
 

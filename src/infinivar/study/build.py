@@ -8,7 +8,7 @@ from typing import Any
 
 import pydantic
 
-from infinivar.errors import InputError
+from infinivar.errors import InputError, ParameterError
 from infinivar.parts.motor import Motor
 from infinivar.study.layers import Raw, over_parts
 from infinivar.study.messages import StudyError, explained
@@ -62,7 +62,7 @@ def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows
             rows.append(_row(owner, here, default, unit))
     try:
         made = part(**values)
-    except ValueError as problem:
+    except ParameterError as problem:
         raise StudyError(f"{path}.{problem}") from None
     except InputError as problem:
         raise StudyError(f"{path}: {problem}") from None

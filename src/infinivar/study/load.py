@@ -15,11 +15,11 @@ from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
-from infinivar.errors import InputError, nearest
+from infinivar.errors import InputError, nearest, printable
 from infinivar.study.build import built
 from infinivar.study.extend import extended
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
-from infinivar.study.messages import StudyError, plain, quoted, short
+from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set
 from infinivar.study.study import Provenance, Study
@@ -84,7 +84,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     """Study from the nested tables of a study file; `origin` stands as the source of values that name none."""
     for key in raw:
         if key not in _TOP:
-            raise StudyError(f"{plain(key)} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
+            raise StudyError(f"{printable(key)} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
     for key, longest in (("title", LONGEST_TITLE), ("description", 10_000)):
         if not isinstance(raw.get(key, ""), str) or len(raw.get(key, "")) > longest:
             raise StudyError(f"{key} = {quoted(raw[key])} must be text of up to {longest} letters")
@@ -208,7 +208,7 @@ def _type_of(tree: Raw, where: str) -> str:
     if kind is not None:
         raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(DRIVES)}{nearest(kind, DRIVES)}")
     known = dict.fromkeys(key for part in DRIVES.values() for key in keys(part))
-    unknown = [f"{where}.{plain(key)} is not a known key{nearest(key, known)}" for key in tree if key not in known]
+    unknown = [f"{where}.{printable(key)} is not a known key{nearest(key, known)}" for key in tree if key not in known]
     missing = f"{where}.type is missing: must be {' or '.join(DRIVES)}, unless base names a shipped drive"
     raise StudyError(*(unknown or [missing]))
 

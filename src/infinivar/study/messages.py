@@ -7,7 +7,7 @@ import typing
 from collections.abc import Mapping
 from typing import Any
 
-from infinivar.errors import nearest
+from infinivar.errors import nearest, printable
 from infinivar.study.schema import keys, part_of
 
 
@@ -34,7 +34,7 @@ def explained(error: Mapping[str, Any], part: type, path: str) -> str:
         return f"{field} is missing ({meaning}){table_hint}"
     if error["type"] == "extra_forbidden":
         known = keys(part)
-        field = ".".join([path, *tables, plain(name)])
+        field = ".".join([path, *tables, printable(name)])
         return f"{field}{shown} is not a known key{nearest(name, known)}; known are {', '.join(known)}"
     if error["type"] in ("model_type", "model_attributes_type") or "ctx" not in error:
         return f"{field}{shown} must be a table [{field}]"
@@ -44,15 +44,10 @@ def explained(error: Mapping[str, Any], part: type, path: str) -> str:
 def quoted(value: Any) -> str:
     """A value about as the file has it, on one short line."""
     if isinstance(value, str):
-        return short(f'"{plain(value)}"')
+        return short(f'"{printable(value)}"')
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**60:
         return "an integer of more than 60 digits" if abs(value) >= 10**4000 else short(str(value))
-    return short(plain(str(value).lower() if isinstance(value, bool) else str(value)))
-
-
-def plain(text: str) -> str:
-    """Text with control characters spelt out."""
-    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+    return short(printable(str(value).lower() if isinstance(value, bool) else str(value)))
 
 
 def short(text: str) -> str:

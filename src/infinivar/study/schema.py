@@ -25,7 +25,7 @@ from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
-from infinivar.errors import InputError, nearest
+from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
@@ -122,7 +122,7 @@ def _quantity(unit: str, bound: str) -> Any:
         value = units.parse(raw, unit)
         try:
             check_value("", value, unit, bound)
-        except ValueError as problem:
+        except ParameterError as problem:
             wanted = f"{bound} {unit}" if unit != "1" else bound
             raise InputError(f"must be {wanted}, such as {units.EXAMPLES.get(unit, '')}") from problem
         return value

@@ -10,10 +10,10 @@ import numpy as np
 
 from infinivar import units
 from infinivar.drivetrain.drive import Drive
-from infinivar.errors import InputError, nearest
+from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.frozen import FrozenDict
 from infinivar.quantities import check_value, permitted, quantities_of, value_at
-from infinivar.study.messages import StudyError, plain, quoted
+from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import KINDS, ORIGIN, SPREAD
 
 DRAWS = 1024
@@ -104,7 +104,7 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
         problems.append(f"uncertainty.draws = {quoted(draws)} must be a power of two from {_LEAST} to {_MOST}")
     spreads: dict[str, tuple[Spread, ...]] = {}
     for drive, tree in raw.items():
-        where = f"uncertainty.{plain(drive)}"
+        where = f"uncertainty.{printable(drive)}"
         if drive == "draws":
             continue
         if drive not in drives:
@@ -120,8 +120,8 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
         for path, written, kind, source in leaves(tree, "", "assumed", origin):
             try:
                 found.append(_spread(drive, path, written, kind, source, drives[drive], fields))
-            except (InputError, ValueError) as problem:
-                problems.append(f"{where}.{plain(path)}{_said(written)} {problem}")
+            except InputError as problem:
+                problems.append(f"{where}.{printable(path)}{_said(written)} {problem}")
         spreads[drive] = tuple(found)
     pairs: dict[tuple[str, str, str], float] = {}
     if not problems:
@@ -194,7 +194,7 @@ def _spread(
         for end in (low, high):
             try:
                 check_value("", end, unit, bound)
-            except ValueError:
+            except ParameterError:
                 raise InputError(f"reaches {units.show(end, unit)}, but the value must be {bound}") from None
     return Spread(
         owner=drive, path=path, unit=unit, value=value, low=low, high=high, deviation=deviation, kind=kind, where=where
@@ -219,7 +219,7 @@ def _pairs(raw: Any, spreads: Mapping[str, tuple[Spread, ...]]) -> Iterator[tupl
     for place, row in enumerate(raw, 1):
         where = f"correlations (number {place})"
         if set(row) != {"drive", "between", "value"}:
-            raise InputError(f"{where} must have drive, between and value, got {', '.join(map(plain, row))}")
+            raise InputError(f"{where} must have drive, between and value, got {', '.join(map(printable, row))}")
         drive, between, value = row["drive"], row["between"], row["value"]
         known = [spread.path for spread in spreads.get(drive, ())] if isinstance(drive, str) else []
         if not known:

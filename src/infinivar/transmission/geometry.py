@@ -11,7 +11,7 @@ from infinivar._xp import Array, namespace
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, kalker, rolling
 from infinivar.contact.bodies import Cylinder, Material, Wheel
-from infinivar.errors import require
+from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
 from infinivar.quantities import check, component, quantity
@@ -97,7 +97,7 @@ class ContactGeometry:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
 
@@ -130,7 +130,7 @@ class ContactGeometry:
             and self.fast_friction_ratio < 1.0
             and self.friction_decay_speed is None
         ):
-            raise ValueError("friction_decay_speed is missing: fast_friction_ratio below 1 needs it")
+            raise ParameterError("friction_decay_speed is missing: fast_friction_ratio below 1 needs it")
 
     @property
     def hysteresis_factor(self) -> float:
@@ -155,7 +155,7 @@ class ContactGeometry:
 
         Raises
         ------
-        ValueError
+        ParameterError
             If an argument is outside its range.
 
         Source: johnson1985, chapter 4; kalker1990, appendix E.

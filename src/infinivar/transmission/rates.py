@@ -48,7 +48,7 @@ def steering_rates(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the creep law has a flow loss.
 
     Source: faulring2006, Eqs 3-8, solved for the angle and differentiated; see the theory page.

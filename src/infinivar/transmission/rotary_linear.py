@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 
 from infinivar._xp import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar.contact import creep
-from infinivar.errors import AuditError
+from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
 from infinivar.transmission.geometry import PRELOAD_POWERS, ContactGeometry, LossGroups, PressedContact
@@ -117,7 +117,7 @@ class RotaryLinearIVT:
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
 
@@ -154,14 +154,16 @@ class RotaryLinearIVT:
         given = [name for name in MEASURED if getattr(self, name) is not None]
         if self.geometry is not None:
             if given:
-                raise ValueError(f"{given[0]} and geometry exclude each other: it would follow from geometry")
+                raise ParameterError(f"{given[0]} and geometry exclude each other: it would follow from geometry")
             contact = self.geometry.press(
                 wheel_radius=self.wheel_radius, cylinder_radius=self.cylinder_radius, preload=self.preload
             )
             object.__setattr__(self, "contact", contact)
         elif len(given) < len(MEASURED):
             missing = next(name for name in MEASURED if name not in given)
-            raise ValueError(f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, from which they follow")
+            raise ParameterError(
+                f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, from which they follow"
+            )
 
     @property
     def slip_force(self) -> float:
@@ -250,18 +252,20 @@ class RotaryLinearIVT:
 
         Raises
         ------
-        ValueError
+        ParameterError
             If both or neither of `link_force` and `link_speed` are given, or a steering angle is beyond a right angle.
 
         Source: faulring2006, Eqs 3-8 and 12-14, in passive form.
         """
         if (link_force is None) == (link_speed is None):
-            raise ValueError("give either link_force or link_speed")
+            raise ParameterError("give either link_force or link_speed")
         given = link_speed if link_force is None else link_force
         xp = namespace(self, cylinder_speed, steering_angle, given)
         omega, phi, given = as_floats(xp, cylinder_speed, steering_angle, given)
         if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + _RIGHT_ANGLE):
-            raise ValueError("steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own")
+            raise ParameterError(
+                "steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own"
+            )
         groups = self.groups(cylinder_speed)
         omega, phi, given = xp.broadcast_arrays(omega, phi, given)
         steering = _Steering.at_angle(xp, phi)

@@ -17,6 +17,7 @@ from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.drivetrain.profiles import ForceProfile
 from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.scenario import Scenario
+from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -90,7 +91,7 @@ def protocol(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If a value is outside its range.
 
     Source: faulring2006, sections III-A (locked runs, Eq 9) and IV-B.
@@ -102,7 +103,7 @@ def protocol(
     ):
         wrong = [value for value in values if not (0 <= value < 1 if name == "loads" else 0 < value < math.inf)]
         if wrong or not values:
-            raise ValueError(f"{name} must be {right}, got {wrong[0] if wrong else 'none'}")
+            raise ParameterError(f"{name} must be {right}, got {wrong[0] if wrong else 'none'}")
     element = drive.transmission
     found = [Setting(0.0, 0.0, 0.0)]
     for share in preloads:
@@ -147,7 +148,7 @@ def experiment(
 
     Raises
     ------
-    ValueError
+    ParameterError
         If the drive lacks a value that motion needs.
 
     Source: faulring2006, section IV-B.
