@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import json
-import os
 import re
 import shlex
-import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from infinivar import __version__
-from infinivar.errors import InputError, ParameterError, printable
-
-NOT_FEASIBLE, BAD_INPUT, OWN_FAULT, INTERRUPTED = 1, 2, 3, 130
+from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say, write
+from infinivar.console import run as run_command
+from infinivar.errors import InputError, ParameterError
 
 app = typer.Typer(
     help="Models, sizes and compares drive-trains with an infinitely variable (cobotic) transmission and a fixed ratio.",
@@ -34,102 +31,14 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on 
 
 
 def main() -> None:
-    """Entry point. Exit codes: 0 done, 1 not feasible, 2 bad input, 3 a fault of the program, 130 interrupted."""
-    _usable_streams()
-    try:
-        try:
-            app()
-        finally:
-            _flush()
-    except InputError as problem:
-        _complain(str(problem))
-        sys.exit(BAD_INPUT)
-    except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
-    except OSError as problem:
-        _complain(f"{problem.filename or 'standard output'}: {problem.strerror}")
-        sys.stdout = None  # there is nothing left to flush it to
-        sys.exit(BAD_INPUT)
-    except Exception as problem:
-        _complain(f"fault of the program: {_in_one_line(problem)}; {_kept(problem)}")
-        sys.exit(OWN_FAULT)
-
-
-def _usable_streams() -> None:
-    """Streams that can always be written to, whatever the shell has closed, and whatever a title is spelt with."""
-    for name in ("stdout", "stderr"):
-        stream = getattr(sys, name)
-        if stream is None:
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 (as long as the program runs)
-        elif isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
-
-
-def _flush() -> None:
-    """Hand over what was printed. A reader that has gone, such as head, wants no more: that is no failure."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _say(text: str = "") -> None:
-    """Print a line of the result; control characters, which could steer a terminal, are spelt out."""
-    _write(printable(text, keep="\n") + "\n")
-
-
-def _write(text: str) -> None:
-    try:
-        sys.stdout.write(text)
-    except BrokenPipeError:
-        _flush()
-
-
-def _complain(text: str) -> None:
-    print(f"infinivar: {printable(text, keep=chr(10))}", file=sys.stderr)
-
-
-def _in_one_line(problem: Exception) -> str:
-    said = " ".join(str(problem).split())
-    return f"{type(problem).__name__}{': ' if said else ''}{said[:200]}"
-
-
-def _kept(problem: Exception) -> str:
-    """Write the traceback to a file of its own, and say where it is."""
-    import tempfile
-    import traceback
-
-    told = "please report it with your study"
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="infinivar-", suffix=".txt", delete=False, encoding="utf-8"
-        ) as file:
-            file.write(f"infinivar {__version__}, {shlex.join(sys.argv)}\n\n")
-            traceback.print_exception(problem, file=file)
-    except OSError:
-        return told
-    return f"the traceback is in {file.name}; {told}"
-
-
-@contextlib.contextmanager
-def _progress() -> Iterator[Callable[[str, float], None]]:
-    """Progress bar on stderr, on terminals only."""
-    if not sys.stderr.isatty():
-        yield lambda title, share: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description:<40.40}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("reading", total=1.0)
-        yield lambda title, share: bar.update(task, description=title, completed=share)
+    """Entry point; see `infinivar.console.run` for the exit codes."""
+    run_command(app)
 
 
 def _print_json(value: Any) -> None:
     from infinivar.report.comparison import to_json
 
-    _write(to_json(value))
+    write(to_json(value))
 
 
 @app.command()
@@ -143,8 +52,8 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
 
     loaded = load_study(study)
     for warning in loaded.warnings:
-        _complain(f"{study}: check {warning}")
-    with _progress() as progress:
+        complain(f"{study}: check {warning}")
+    with progress_bar() as progress:
         try:
             comparison = run(loaded, progress=progress)
         except InputError as problem:
@@ -156,16 +65,16 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
     else:
         width = max(len(result.title) for result in comparison.results.values())
         for name, result in comparison.results.items():
-            _say(f"{result.title:<{width}}  {result.verdict}")
+            say(f"{result.title:<{width}}  {result.verdict}")
             if name in comparison.builds:
-                _say(f"{'':<{width}}  {comparison.builds[name].verdict}")
+                say(f"{'':<{width}}  {comparison.builds[name].verdict}")
         for task, found in comparison.duty.items():
-            _say(f"{found.duty.title}:")
+            say(f"{found.duty.title}:")
             for name, done in found.results.items():
-                _say(f"  {done.title:<{width}}  {done.verdict}")
+                say(f"  {done.title:<{width}}  {done.verdict}")
                 if name in comparison.builds:
-                    _say(f"  {'':<{width}}  {comparison.builds[name].duty[task].verdict}")
-        _say(f"Report: {files[0]}")
+                    say(f"  {'':<{width}}  {comparison.builds[name].duty[task].verdict}")
+        say(f"Report: {files[0]}")
     raise typer.Exit(0 if comparison.feasible else NOT_FEASIBLE)
 
 
@@ -194,8 +103,8 @@ def contact(
         _print_json({"sheets": [sheet.to_dict() for sheet in sheets], "files": [str(file) for file in files]})
     else:
         for sheet in sheets:
-            _say(report.text(sheet))
-        _say(f"Written to {out}: {', '.join(file.name for file in files)}")
+            say(report.text(sheet))
+        say(f"Written to {out}: {', '.join(file.name for file in files)}")
     raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
 
 
@@ -210,7 +119,7 @@ def reproduce(
     from infinivar.report import reproduction
 
     reproduction.check_figure(figure)
-    with _progress() as progress:
+    with progress_bar() as progress:
         result = run(figure, progress=progress)
         progress("drawing", 1.0)
         files = reproduction.save(result, out, figure)
@@ -218,8 +127,8 @@ def reproduce(
         _print_json(result.to_list())
     else:
         for claim in result.claims:
-            _say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
-        _say(f"Report: {files[0]}")
+            say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
+        say(f"Report: {files[0]}")
 
 
 @app.command()
@@ -240,7 +149,7 @@ def simulate(
     loaded = load_study(study)
     driven = _chosen(study, "drive", drive, loaded.drives)
     asked = _chosen(study, "scenario", scenario, loaded.scenarios)
-    with _progress() as progress, _named(study, f"drives.{driven}, scenarios.{asked}"):
+    with progress_bar() as progress, _named(study, f"drives.{driven}, scenarios.{asked}"):
         result = run(
             loaded.drives[driven],
             loaded.scenarios[asked],
@@ -252,10 +161,10 @@ def simulate(
     if as_json:
         _print_json({**result.to_dict(), "files": [str(file) for file in files]})
     else:
-        _say(f"{result.title}, {result.scenario.title}: {result.verdict}")
+        say(f"{result.title}, {result.scenario.title}: {result.verdict}")
         for event in result.events:
-            _say(f"  {event}")
-        _say(f"Report: {files[0]}")
+            say(f"  {event}")
+        say(f"Report: {files[0]}")
     raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
 
 
@@ -286,7 +195,7 @@ def rig(
     }
     with _named(study, f"drives.{name}"):
         measured = cobotic(loaded, name)
-    with _progress() as progress, _named(study, f"drives.{name}"):
+    with progress_bar() as progress, _named(study, f"drives.{name}"):
         settings = virtual.protocol(measured, loaded.rig, **wanted)
         done = virtual.experiment(
             measured, loaded.rig, settings, seed=seed, progress=lambda share: progress("measuring", share)
@@ -295,8 +204,8 @@ def rig(
         raise InputError(f"{study}: drives.{name}: no run of the protocol is possible: {done.left_out[0]}")
     save_data(done.data, out)
     for said in done.left_out:
-        _complain(f"left out: {said}")
-    _say(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
+        complain(f"left out: {said}")
+    say(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
 
 
 @app.command()
@@ -333,11 +242,11 @@ def calibrate(
         _print_json({**found.to_dict(), "files": [str(file) for file in files]})
     else:
         for clause in found.verdict.split("; "):
-            _say(clause)
+            say(clause)
         for remark in found.remarks:
-            _say(f"  {remark}")
-        _say(f"Report: {files[0]}")
-        _say(f"Calibrated study: {files[1]}")
+            say(f"  {remark}")
+        say(f"Report: {files[0]}")
+        say(f"Calibrated study: {files[1]}")
     raise typer.Exit(0 if found.fit.told == found.fit.names else NOT_FEASIBLE)
 
 
@@ -370,7 +279,7 @@ def sensitivity(
     if derived is None:
         raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
     push, pace = _quantity("--force", force, "N"), _quantity("--speed", speed, "m/s")
-    with _progress() as progress:
+    with progress_bar() as progress:
         try:
             found = run(loaded, name, of, speed=pace, force=push, duty=duty, method=derived, progress=progress)
         except InputError as problem:
@@ -382,16 +291,16 @@ def sensitivity(
         return
     from infinivar import units
 
-    _say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}")
+    say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}")
     for sentence in found.ranking:
-        _say(f"  {sentence}")
+        say(f"  {sentence}")
     if found.conclusions:
-        _say("What the paper recommends, per 1 %:")
+        say("What the paper recommends, per 1 %:")
         for row in found.conclusions:
-            _say(f"  {row.words:<48} {row.elasticity:+9.3g} %  {row.verdict}")
+            say(f"  {row.words:<48} {row.elasticity:+9.3g} %  {row.verdict}")
     for remark in found.remarks:
-        _say(remark)
-    _say(f"Report: {files[0]}")
+        say(remark)
+    say(f"Report: {files[0]}")
 
 
 def _quantity(option: str, text: str | None, unit: str) -> float | None:
@@ -440,7 +349,7 @@ def graph(
     with _named(study, f"drives.{name}"):
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.requirement.load_mass)
         report.save(made, out, equations)
-    _say(f"Written: {', '.join(str(file) for file in (out, equations) if file is not None)}")
+    say(f"Written: {', '.join(str(file) for file in (out, equations) if file is not None)}")
 
 
 def _chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) -> str:
@@ -480,7 +389,7 @@ def schema() -> None:
     """Print the JSON Schema of study files, for editors."""
     from infinivar.study.schema import json_schema
 
-    _write(json.dumps(json_schema(), indent=2) + "\n")
+    write(json.dumps(json_schema(), indent=2) + "\n")
 
 
 @app.command()
@@ -501,7 +410,7 @@ def init(
         raise InputError(f"{path}: is there already; choose another name or remove it") from problem
     except OSError as problem:
         raise InputError(f"{path}: cannot be written: {problem.strerror}") from problem
-    _say(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
+    say(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
 
 
 @app.command()
@@ -519,12 +428,12 @@ def catalogue(as_json: Json = False) -> None:
         return
     from infinivar.report.catalogue import text
 
-    _say(text().rstrip("\n"))
+    say(text().rstrip("\n"))
 
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        _say(f"infinivar {__version__}")
+        say(f"infinivar {__version__}")
         raise typer.Exit
 
 

@@ -237,8 +237,10 @@ def test_cycles_close_and_samples_suffice(drive, shape):
 def test_holding_is_ohmic():
     """A geared motor that stands still burns I^2 R, warm: by hand, with the settled temperature of the winding."""
     found = duty_cycle(GEARED, duty("hold"))
-    motor = GEARED.motor
-    current = 30.0 * GEARED.pulley.radius / (GEARED.gearhead.ratio * motor.torque_constant)
+    motor, gear = GEARED.motor, GEARED.gearhead
+    # Each friction on the way takes what it can: guideway, gear (3 % of the continuous torque at the motor), motor.
+    torque = (30.0 - 4.5) * GEARED.pulley.radius / gear.ratio - 0.03 * motor.continuous_torque - motor.friction_torque
+    current = torque / motor.torque_constant
     hot = found.heat["motor"]
     resistance = motor.resistance * (1 + 0.0039 * (hot.mean_winding - 298.15))
     assert found.power_in == pytest.approx(current**2 * resistance, rel=1e-9)
@@ -248,6 +250,23 @@ def test_holding_is_ohmic():
     )
     assert found.holding.power == pytest.approx(found.cold_power)
     assert found.holding.parked is None
+    # Without its help: the whole force, through lossless parts.
+    unaided = 30.0 * GEARED.pulley.radius / (gear.ratio * motor.torque_constant)
+    assert found.holding.without_help == pytest.approx(unaided**2 * motor.resistance, rel=1e-12)
+    warmer = found.without_help.energy / found.duty.period
+    assert unaided**2 * motor.resistance < warmer < 1.1 * unaided**2 * motor.resistance
+    assert found.verdict.endswith(f"if friction did not help to hold, {found.without_help.energy:.3g} J a cycle")
+
+
+def test_a_drive_that_can_hold_only_with_friction_says_so():
+    """Between the currents with and without the help of friction the continuous torque is a limit of one only."""
+    motor = GEARED.motor
+    unaided = 30.0 * GEARED.pulley.radius / GEARED.gearhead.ratio
+    geared = replace(GEARED, motor=replace(motor, continuous_torque=0.95 * unaided - motor.friction_torque))
+    found = duty_cycle(geared, duty("hold"))
+    assert found.feasible
+    assert not found.without_help.feasible
+    assert "only because friction helps to hold; without it, " in found.verdict
 
 
 def test_locked_wheel_holds_for_nothing():

@@ -24,7 +24,7 @@ def step(study):
         duration=0.2,
         output_step=0.002,
         load_mass=0.8,
-        motion=MotionProfile(shape="step", distance=0.02, start=0.05),
+        motion=MotionProfile(shape="step", distance=0.05, start=0.05),
         force=ForceProfile(size=-5.0),
     )
     return iv.simulate(study.drives["cobotic"], scenario, title="Cobotic")

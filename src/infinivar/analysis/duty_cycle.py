@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from infinivar._xp import Array
 from infinivar.analysis import cycle
 from infinivar.analysis.cycle import AnyDrive
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.drive import MovingPoint
+from infinivar.drivetrain.drive import MovingPoint, chosen
 from infinivar.drivetrain.duty import DutyCycle, Instants
 from infinivar.frozen import FrozenDict
 from infinivar.limits import Demand, Limit, binding_demand, words_of
@@ -24,6 +24,9 @@ from infinivar.transmission.rates import Varying
 COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
 """What every drive has over a cycle; force is that of the drive on the load with its inertia."""
 
+_SAME = 1e-3
+"""Relative difference of energies that is not worth a word."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Holding:
@@ -32,14 +35,17 @@ class Holding:
     Attributes
     ----------
     force : float              Held. [N]
-    power : float              From the supply, ready to move; nan where the drive cannot hold the force. [W]
-    limit : Limit              That binds there.
+    power : float              From the supply, ready to move, with the help of friction; nan where the drive cannot hold the
+        force. [W]
+    without_help : float       The same if friction did not help. [W]
+    limit : Limit              That binds there, with the help of friction.
     parked : float | None      From the supply with the cylinder stopped and the wheel locked; None without a cylinder. [W]
     run_up : float | None      Energy at least to bring the cylinder back to speed. [J]
     """
 
     force: float
     power: float
+    without_help: float
     limit: Limit
     parked: float | None
     run_up: float | None
@@ -53,9 +59,18 @@ class Holding:
         return self.run_up / saved if saved > 0 else math.inf
 
 
+class WithoutHelp(NamedTuple):
+    """A duty cycle in which friction does not help to hold the load at rest."""
+
+    energy: float
+    """From the supply in a cycle. [J]"""
+    feasible: bool
+    """Whether every limit is kept and no winding gets too hot."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DutyResult:
-    """What a drive does about a duty cycle, settled and warm.
+    """What a drive does about a duty cycle, settled and warm. At rest, friction holds what it can of the load.
 
     Attributes
     ----------
@@ -68,6 +83,7 @@ class DutyResult:
     lacking              Which values, by motor.
     closure              Share of the cycle's energy that does not add up. [-]
     holding              At the largest force of the cycle.
+    without_help         The same if friction did not help to hold; None where the load never rests.
     """
 
     name: str
@@ -82,6 +98,7 @@ class DutyResult:
     lacking: Mapping[str, tuple[str, ...]]
     closure: float
     holding: Holding
+    without_help: WithoutHelp | None
 
     @property
     def power_in(self) -> float:
@@ -128,7 +145,7 @@ class DutyResult:
     @property
     def feasible(self) -> bool:
         """Whether every limit is kept and no winding gets too hot."""
-        return not self.exceeded and all(found is None or found.bears for found in self.heat.values())
+        return not self.exceeded and _bears(self.heat)
 
     @property
     def tightest(self) -> tuple[Demand, float]:
@@ -156,7 +173,16 @@ class DutyResult:
             key, margin = self.tightest
             clauses.insert(0, f"does it; weakest margin: {words_of(key)}, {margin:.2f}")
             clauses += [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None]
+        clauses += self._on_help()
         return "; ".join(clauses)
+
+    def _on_help(self) -> list[str]:
+        """What the verdict owes to friction that helps to hold, if anything."""
+        bare = self.without_help
+        if bare is None or not abs(bare.energy - self.energy) > _SAME * abs(self.energy):
+            return []
+        only = "only because friction helps to hold; without it" if self.feasible and not bare.feasible else ""
+        return [f"{only or 'if friction did not help to hold'}, {bare.energy:.3g} J a cycle"]
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -183,6 +209,7 @@ class DutyResult:
             "energy_per_cycle_J": self.energy,
             "energy_per_hour_Wh": self.watt_hours,
             "energy_per_cycle_cold_J": self.cold_power * self.duty.period,
+            "without_friction_at_rest": None if self.without_help is None else self.without_help._asdict(),
             "work_on_load_J": self.delivered,
             "work_of_load_J": self.absorbed,
             "losses_J": self.losses,
@@ -204,6 +231,7 @@ class DutyResult:
             "holding": {
                 "force_N": self.holding.force,
                 "power_W": self.holding.power,
+                "power_without_friction_W": self.holding.without_help,
                 "limit": self.holding.limit.name,
                 "parked_W": self.holding.parked,
                 "run_up_J": self.holding.run_up,
@@ -251,21 +279,22 @@ def duty_cycle(
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
     instants = duty.instants(samples)
+    course, mass = instants.course, duty.moved_mass
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
-    mass = duty.moved_mass
-    cold = drive.follow(instants.course, load_mass=mass, **options)
-    lacking = {what: tuple(heat.missing(motor)) for what, motor in motors_of(drive).items()}
-    found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}
-    # Where a winding never settles, or settles too hot, the motor has to be stopped: it is as warm as it may be.
-    warm = {what: min(hot.mean_winding, hot.permissible) for what, hot in found.items() if hot is not None}
-    point = warmed(drive, warm).follow(instants.course, load_mass=mass, **options)
-    shape = instants.time.shape
-    point = replace(
-        point, power_in=np.broadcast_to(point.power_in, shape), power_out=np.broadcast_to(point.power_out, shape)
-    )
-    demands = {key: float(demand) for key, demand in cycle.demands(point).items()}
-    if travel is not None:
-        demands[Limit.TRAVEL, "load"] = float(np.ptp(instants.position)) / travel
+
+    def follow(driven: AnyDrive) -> MovingPoint:
+        return driven.follow(course, load_mass=mass, **options)
+
+    cold, point, found, lacking = _settled(drive, duty, instants, follow)
+    demands = _demands(point, instants, travel)
+    without_help = None
+    rests = np.broadcast_to(course.at_rest, instants.time.shape)
+    if rests.any():
+        _, bare, hot, _ = _settled(
+            drive, duty, instants, lambda driven: chosen(rests, follow(driven.unheld()), follow(driven))
+        )
+        kept = all(demand <= 1.0 for demand in _demands(bare, instants, travel).values())
+        without_help = WithoutHelp(float(np.mean(bare.power_in)) * duty.period, kept and _bears(hot))
     return DutyResult(
         name=name,
         title=title or name,
@@ -278,24 +307,58 @@ def duty_cycle(
         heat=FrozenDict(found),
         lacking=FrozenDict(lacking),
         closure=cycle.audit(point, duty.title or duty.shape),
-        holding=holding(drive, float(np.max(np.abs(instants.course.driving_force(mass).value)))),
+        holding=holding(drive, float(np.max(np.abs(course.driving_force(mass).value)))),
+        without_help=without_help,
     )
 
 
-def holding(drive: AnyDrive, force: float) -> Holding:
-    """What a drive takes to stand still under a force.
+def _settled(
+    drive: AnyDrive, duty: DutyCycle, instants: Instants, follow: Callable[[AnyDrive], MovingPoint]
+) -> tuple[MovingPoint, MovingPoint, dict[str, Heat | None], dict[str, tuple[str, ...]]]:
+    """The cycle with cold windings, with settled ones, the heat by motor, and what data sheets lack for that."""
+    cold = follow(drive)
+    lacking = {what: tuple(heat.missing(motor)) for what, motor in motors_of(drive).items()}
+    found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}
+    # Where a winding never settles, or settles too hot, the motor has to be stopped: it is as warm as it may be.
+    warm = {what: min(hot.mean_winding, hot.permissible) for what, hot in found.items() if hot is not None}
+    point = follow(warmed(drive, warm))
+    shape = instants.time.shape
+    point = replace(
+        point, power_in=np.broadcast_to(point.power_in, shape), power_out=np.broadcast_to(point.power_out, shape)
+    )
+    return cold, point, found, lacking
 
-    Friction is left out, which in truth helps to hold. The locked wheel of a stopped cylinder holds any force below slip
-    without power, and the amplifiers draw their standby power only.
+
+def _demands(point: MovingPoint, instants: Instants, travel: float | None) -> dict[Demand, float]:
+    found = {key: float(demand) for key, demand in cycle.demands(point).items()}
+    if travel is not None:
+        found[Limit.TRAVEL, "load"] = float(np.ptp(instants.position)) / travel
+    return found
+
+
+def _bears(heats: Mapping[str, Heat | None]) -> bool:
+    return all(found is None or found.bears for found in heats.values())
+
+
+def holding(drive: AnyDrive, force: float) -> Holding:
+    """What a drive takes to stand still under a force, with the help of friction and without it.
+
+    The locked wheel of a stopped cylinder holds any force below slip without power, and the amplifiers draw their standby
+    power only.
     """
-    point = drive.operate(speed=0.0, force=force)
+    point, bare = (held.operate(speed=0.0, force=force) for held in (drive, drive.unheld()))
     parked = run_up = None
     if isinstance(drive, CoboticDrive):
         parked = drive.amplifier.standby_power
         if drive.cylinder_inertia is not None:
             run_up = 0.5 * drive.turning_inertia * drive.cylinder_speed**2
     return Holding(
-        force=force, power=float(point.power_in), limit=Limit(int(point.limit)), parked=parked, run_up=run_up
+        force=force,
+        power=float(point.power_in),
+        without_help=float(bare.power_in),
+        limit=Limit(int(point.limit)),
+        parked=parked,
+        run_up=run_up,
     )
 
 

@@ -102,7 +102,7 @@ class TwoWays:
             )
         if self.stays:
             why.append(
-                "while it stands still controllers keep correcting, against friction that prescribed rest does not meet"
+                "before a stay the controllers bring it to rest first, and count on less than all of the friction"
             )
         share = total / self.prescribed if self.prescribed else float("nan")
         large = [f"{name} {moved[name]:+.2g} J" for name in largest if abs(moved[name]) > 1e-3 * abs(self.followed)]

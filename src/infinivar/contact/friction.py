@@ -5,11 +5,11 @@ from __future__ import annotations
 from infinivar._xp import Array, as_floats, namespace
 
 
-def coulomb(speed: Array, size: Array, stick_speed: Array | None = None) -> Array:
-    r"""Coulomb friction against a motion.
+def coulomb(speed: Array, size: Array, stick_speed: Array | None = None, *, held: Array | None = None) -> Array:
+    r"""Coulomb friction: against a motion, and at rest a static constraint that takes what it can.
 
-    .. math:: F = F_c\,\mathrm{sgn}\,v, \qquad\text{or}\quad F = \tfrac12 F_c\,s\,(3 - s^2),
-        \quad s = \mathrm{clip}(v/v_\varepsilon, -1, 1)
+    .. math:: F = F_c\,\mathrm{sgn}\,v \;(v \ne 0), \qquad F = -\mathrm{clip}(f, -F_c, F_c) \;(v = 0), \qquad\text{or}\quad
+        F = \tfrac12 F_c\,s\,(3 - s^2), \quad s = \mathrm{clip}(v/v_\varepsilon, -1, 1)
 
     Parameters
     ----------
@@ -17,18 +17,24 @@ def coulomb(speed: Array, size: Array, stick_speed: Array | None = None) -> Arra
     size : (...,) float          F_c, >= 0, of any unit.
     stick_speed : (...,) float   v_eps > 0, below which friction falls smoothly to zero, for simulation in time: what
         should stick creeps at less than this. At and above it friction is exactly Coulomb's. None: a step.
+    held : (...,) float          f, what has to be exerted behind the friction; at rest, friction exerts as much of it as it
+        can, so that ``f + F`` is left. None: at rest friction neither helps nor hinders.
 
     Returns
     -------
-    (...,) float   With the sign of the speed; 0 at exactly zero speed, where friction neither helps nor hinders.
+    (...,) float   With the sign of the speed; at rest with that of ``-held``.
 
-    Source: faulring2006, section V (Coulombic losses); the smooth step is the cubic without a kink at v_eps.
+    Source: faulring2006, section V (Coulombic losses); the smooth step is the cubic without a kink at v_eps; at rest:
+    Coulomb's law as an inequality.
     """
-    xp = namespace(speed, size, stick_speed)
-    if stick_speed is None:
-        return size * xp.sign(speed)
-    slow = xp.clip(speed / stick_speed, -1.0, 1.0)
-    return size * (0.5 * slow * (3.0 - slow * slow))
+    xp = namespace(speed, size, stick_speed, held)
+    if stick_speed is not None:
+        slow = xp.clip(speed / stick_speed, -1.0, 1.0)
+        return size * (0.5 * slow * (3.0 - slow * slow))
+    sliding = size * xp.sign(speed)
+    if held is None:
+        return sliding
+    return xp.where(speed == 0, -xp.clip(held + 0.0 * size, -size, size), sliding)
 
 
 def falling(speed: Array, friction: Array, fast_friction_ratio: Array, decay_speed: Array) -> Array:

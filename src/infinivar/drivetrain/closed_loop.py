@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,6 +20,9 @@ from infinivar.parts.motor import Motor
 
 _MOST_SAMPLES = 1e7
 """Of a run: hours of computing."""
+
+_TRUSTED = 0.98
+"""Share of the friction at rest on which a controller counts: with all of it the load would begin to slide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +127,9 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
             steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
             steering.ratio * steering.motor.torque_constant,
             settings.steering_current_limit or _stall(steering.motor),
+            sum(map(float, steering.friction_torques(drive.transmission).values()))
+            + steering.ratio * steering.motor.friction_torque,
+            scenario.stick_speed / drive.transmission.wheel_radius,
         ),
         link_gain=2.0 * math.pi * settings.link_bandwidth,
         surface_radius=drive.transmission.cylinder_radius,
@@ -131,6 +138,7 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
         largest_angle=drive.transmission.steering_range,
         held_angle=held,
         path=scenario.path,
+        standstill=control.Standstill(error=settings.rest_error, speed=scenario.stick_speed),
         started={"cylinder": float(idle)},
         outputs=("I_c", "I_s") if voltage else ("cylinder.source", "steering.source"),
     )
@@ -171,7 +179,12 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
             drive.control.current_limit or _stall(motor),
         ),
         link_gain=2.0 * math.pi * drive.control.link_bandwidth,
+        inertia=inertia * radius / (motor.torque_constant * ratio),
+        friction=float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"]),
+        full_speed=scenario.stick_speed,
         path=scenario.path if follow else None,
+        standstill=control.Standstill(error=drive.control.rest_error, speed=scenario.stick_speed),
+        holding=functools.partial(_holding, drive),
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
     initial = {"l": begin.position if follow else 0.0}
@@ -180,6 +193,14 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
         initial[first.name] = begin.speed * scale if follow else 0.0
     return Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _holding(drive: ConventionalDrive, current: float) -> float:
+    """Current that, with the help of friction, holds what takes another current without it. [A]"""
+    motor = drive.motor
+    force = current * motor.torque_constant * drive.gearhead.ratio / drive.pulley.radius
+    helped = float(drive.operate(speed=0.0, force=force).states["motor_current_A"])
+    return current + _TRUSTED * (helped - current)
 
 
 def _stall(motor: Motor) -> float:

@@ -106,9 +106,11 @@ class SteeringPlant:
         Source: faulring2006, section V-A.1 and Fig 11.
         """
         resisting = self.friction_torques(transmission)
-        patch, bell = coulomb(rate, resisting["patch"]), coulomb(rate, resisting["bell"])
         inertia = self.bell_inertia + self.ratio**2 * needed(self.motor.rotor_inertia, "steering.motor.rotor_inertia")
-        torque = (patch + bell + inertia * acceleration) / self.ratio
+        turning = inertia * acceleration
+        patch = coulomb(rate, resisting["patch"], held=turning)
+        bell = coulomb(rate, resisting["bell"], held=turning + patch)
+        torque = (patch + bell + turning) / self.ratio
         electric = self.motor.operate(torque=torque, speed=self.ratio * rate)
         losses = {f"steering {name}": loss for name, loss in electric.losses.items()}
         return MotorSide(
@@ -178,7 +180,7 @@ class CoboticDrive:
         """
         xp = namespace(self, speed, force)
         speed, force = finite_floats(xp, speed=speed, force=force)
-        drag, guide_loss = self.guideway.operate(speed=speed, preload=self.transmission.preload)
+        drag, guide_loss = self.guideway.operate(force=force, speed=speed, preload=self.transmission.preload)
         element = self.transmission.deliver(
             cylinder_speed=self.cylinder_speed, link_speed=speed, link_force=force + drag
         )
@@ -196,6 +198,10 @@ class CoboticDrive:
             utilisation={**element.utilisation, **side.utilisation, **returned},
             states={**side.states, "steering_tangent": element.steering_tangent, "cylinder_torque_Nm": element.torque},
         )
+
+    def unheld(self) -> CoboticDrive:
+        """The drive without the friction that helps to hold a load at rest: the guideway's, as all else keeps turning."""
+        return replace(self, guideway=Guideway())
 
     def pressed(self, preload: Array) -> CoboticDrive:
         """The same drive under another preload [N]; what was measured of the contact follows it.
@@ -223,7 +229,7 @@ class CoboticDrive:
     def _on_link(self, course: Course, load_mass: Array) -> tuple[Varying, Array]:
         """Force of the transmission on the link that moves link and load along a course, and the guideway's loss."""
         driving = course.driving_force(load_mass + needed(self.link_mass, "link_mass"))
-        drag, loss = self.guideway.operate(speed=course.speed, preload=self.transmission.preload)
+        drag, loss = self.guideway.operate(force=driving.value, speed=course.heading, preload=self.transmission.preload)
         return Varying(driving.value + drag, driving.rate, driving.curvature), loss
 
     def coast(self, course: Course, *, period: Array, load_mass: Array = 0.0) -> Varying:

@@ -1,17 +1,19 @@
 """Controllers that a real machine would have, sampled at a rate, with limited current.
 
 A loop's bandwidth places its poles: the cylinder's speed loop and the steering's position loop follow from the inertias
-and torque constants, so that a study gives one number a loop.
+and torque constants, so that a study gives one number a loop. Integral action hunts for ever against Coulomb friction: it
+builds up until the part breaks away, and overshoots. So the loops that move the load feed the known friction forward, and
+where the motion is to stand still, they leave the load at rest once it is near enough, and friction holds what it can.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from infinivar.drivetrain.profiles import MotionPath
+from infinivar.drivetrain.profiles import Motion, MotionPath
 from infinivar.errors import ParameterError
 from infinivar.quantities import check, quantity
 
@@ -30,6 +32,9 @@ class CoboticControl:
     steering_current_limit: float | None = quantity(
         "A", "> 0", "Largest current of the steering motor; stall current if left out", default=None
     )
+    rest_error: float = quantity(
+        "m", "> 0", "How far from its goal a load that is to stand still may be left at rest", default=1e-4
+    )
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
@@ -46,6 +51,9 @@ class ConventionalControl:
     link_bandwidth: float = quantity("Hz", "> 0", "Bandwidth of the load's position loop", default=4.0)
     current_limit: float | None = quantity(
         "A", "> 0", "Largest current of the motor; stall current if left out", default=None
+    )
+    rest_error: float = quantity(
+        "m", "> 0", "How far from its goal a load that is to stand still may be left at rest", default=1e-4
     )
 
     def __post_init__(self) -> None:
@@ -70,10 +78,10 @@ class Loop:
     integral: float
     limit: float
 
-    def act(self, error: float, damping: float, memory: float, period: float) -> tuple[float, float]:
-        """Output and new integral. `damping` is taken off the output; `memory` is the integral so far."""
+    def act(self, error: float, ahead: float, memory: float, period: float) -> tuple[float, float]:
+        """Output and new integral. `ahead` is fed forward; `memory` is the integral so far."""
         grown = memory + self.integral * error * period
-        wanted = self.proportional * error + grown - damping
+        wanted = self.proportional * error + grown + ahead
         output = min(max(wanted, -self.limit), self.limit)
         return output, grown if output == wanted or (wanted > output) != (error > 0) else memory
 
@@ -86,17 +94,69 @@ def speed_loop(bandwidth: float, inertia: float, gain: float, limit: float) -> L
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Servo:
-    """Position servo of an inertia: three poles at the bandwidth."""
+    """Position servo of an inertia with known friction: two poles at the bandwidth, and no integral that could hunt.
 
-    loop: Loop
+    The friction's current (`friction` [A]) is given in the direction wanted, in full from the speed `full_speed` [rad s^-1]
+    on.
+    """
+
+    proportional: float
     damping: float
+    friction: float
+    full_speed: float
+    limit: float
 
     @classmethod
-    def place(cls, bandwidth: float, inertia: float, gain: float, limit: float) -> Servo:
-        """From bandwidth [Hz], inertia [kg m^2], torque per current [N m A^-1] and current limit [A]."""
+    def place(
+        cls, bandwidth: float, inertia: float, gain: float, limit: float, friction: float, full_speed: float
+    ) -> Servo:
+        """From bandwidth [Hz], inertia [kg m^2], torque per current [N m A^-1], current limit [A] and friction [N m]."""
         pole, scale = 2.0 * math.pi * bandwidth, inertia / gain
-        loop = Loop(proportional=3.0 * pole**2 * scale, integral=pole**3 * scale, limit=limit)
-        return cls(loop=loop, damping=3.0 * pole * scale)
+        return cls(
+            proportional=pole**2 * scale,
+            damping=2.0 * pole * scale,
+            friction=friction / gain,
+            full_speed=full_speed,
+            limit=limit,
+        )
+
+    def act(self, error: float, speed: float, wanted_speed: float) -> float:
+        """Current for an angle's error, its speed, and that of the angle wanted. [rad], [rad s^-1]"""
+        heading = wanted_speed + self.proportional / self.damping * error
+        current = (
+            self.proportional * error
+            + self.damping * (wanted_speed - speed)
+            + self.friction * _share(heading, self.full_speed)
+        )
+        return min(max(current, -self.limit), self.limit)
+
+
+_STILL = 0.1
+"""Share of the speed at which friction sticks, below which a load is left at rest."""
+
+
+def _share(value: float, full: float) -> float:
+    return min(max(value / full, -1.0), 1.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standstill:
+    """When a load is stopped, and left at rest: its goal stands still, it is near it, and it hardly moves. [m], [m s^-1]
+
+    A load at rest stays so until its goal moves, or until it has drifted twice as far or moves ten times as fast.
+    """
+
+    error: float
+    speed: float
+
+    def near(self, rests: bool, goal: Motion, position: float) -> bool:
+        """Whether the load is to be stopped where it is; `rests` says whether it was left at rest so far."""
+        room = 2.0 if rests else 1.0
+        return abs(goal.speed) <= self.speed and abs(goal.position - position) <= room * self.error
+
+    def still(self, rests: bool, speed: float) -> bool:
+        """Whether it hardly moves."""
+        return abs(speed) <= (1.0 if rests else _STILL) * self.speed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,7 +164,8 @@ class CoboticController:
     """Cylinder at constant speed, steering servo, and the link's position loop, which asks for steering angles.
 
     The link follows where the wheel points: ``ldot = -R omega tan(phi)``. Its loop asks for the speed of the motion and a
-    correction in proportion to the position error, and for the angle that gives that speed.
+    correction in proportion to the position error, and for the angle that gives that speed. While the link is left at
+    rest the wheel stays as it is, held by friction.
     """
 
     sample_time: float
@@ -117,57 +178,84 @@ class CoboticController:
     largest_angle: float
     held_angle: float | None
     path: MotionPath
+    standstill: Standstill
     started: Mapping[str, float]
     outputs: tuple[str, str]
 
-    def start(self, measured: Mapping[str, float]) -> tuple[float, float]:
-        """Integrals of cylinder loop and steering servo."""
-        return self.started["cylinder"], 0.0
+    def start(self, measured: Mapping[str, float]) -> tuple[float, bool]:
+        """Integral of the cylinder loop, and whether the link is left at rest."""
+        return self.started["cylinder"], False
 
     def sample(
-        self, time: float, measured: Mapping[str, float], memory: tuple[float, float]
-    ) -> tuple[dict[str, float], tuple[float, float]]:
-        """Motor currents from cylinder speed, steering angle and rate, and link position."""
+        self, time: float, measured: Mapping[str, float], memory: tuple[float, bool]
+    ) -> tuple[dict[str, float], tuple[float, bool]]:
+        """Motor currents from cylinder speed, steering angle and rate, link position and speed."""
         share = 1.0 if self.run_up_time <= 0.0 else min(time / self.run_up_time, 1.0)
         error = share * self.cylinder_speed - measured["omega"]
         cylinder, drive = self.cylinder.act(error, 0.0, memory[0], self.sample_time)
-        wanted = self.angle(time, measured)
-        damping = self.steering.damping * measured["phi_rate"]
-        steering, turn = self.steering.loop.act(wanted - measured["phi"], damping, memory[1], self.sample_time)
-        return dict(zip(self.outputs, (cylinder, steering), strict=True)), (drive, turn)
+        wanted, turning, rests = self.steer(self.path.at(time), measured, memory[1])
+        steering = 0.0 if rests else self.steering.act(wanted - measured["phi"], measured["phi_rate"], turning)
+        return dict(zip(self.outputs, (cylinder, steering), strict=True)), (drive, rests)
 
-    def angle(self, time: float, measured: Mapping[str, float]) -> float:
-        """Steering angle wanted. [rad]"""
+    def steer(self, goal: Motion, measured: Mapping[str, float], rests: bool) -> tuple[float, float, bool]:
+        """Steering angle wanted [rad], its speed [rad s^-1], and whether the link is left at rest with the wheel as it is."""
         if self.held_angle is not None:
-            return self.held_angle
-        goal = self.path.at(time)
-        speed = goal.speed + self.link_gain * (goal.position - measured["l"])
-        surface = self.surface_radius * measured["omega"]
-        # A cylinder that hardly turns moves nothing: it is not steered after.
-        least = 0.05 * self.surface_radius * abs(self.cylinder_speed)
-        surface = math.copysign(max(abs(surface), least), self.cylinder_speed)
-        return min(max(-math.atan(speed / surface), -self.largest_angle), self.largest_angle)
+            return self.held_angle, 0.0, False
+        surface = self._surface(measured["omega"])
+        if self.standstill.near(rests, goal, measured["l"]):
+            # The angle at which the link would stand, creep and all, is as far off as the link still moves.
+            standing = measured["phi"] + math.atan(measured["ldot"] / surface)
+            return standing, 0.0, self.standstill.still(rests, measured["ldot"])
+        slope = -(goal.speed + self.link_gain * (goal.position - measured["l"])) / surface
+        change = -(goal.acceleration + self.link_gain * (goal.speed - measured["ldot"])) / surface
+        angle = math.atan(slope)
+        if abs(angle) > self.largest_angle:
+            return math.copysign(self.largest_angle, angle), 0.0, False
+        return angle, change / (1.0 + slope * slope), False
+
+    def _surface(self, cylinder_speed: float) -> float:
+        """Speed of the cylinder's surface; one that hardly turns moves nothing, and is not steered after. [m s^-1]"""
+        turning = max(abs(cylinder_speed), 0.05 * abs(self.cylinder_speed))
+        return math.copysign(self.surface_radius * turning, self.cylinder_speed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConventionalController:
-    """Speed loop of the load at the motor, under a position loop."""
+    """Speed loop of the load at the motor, under a position loop.
+
+    Inertia (`inertia` [A s^2 m^-1]) and friction (`friction` [A]) are fed forward, so that the integral comes to the force
+    from outside. While the load is left at rest the motor gives what friction does not hold of it.
+    """
 
     sample_time: float
     speed: Loop
     link_gain: float
+    inertia: float
+    friction: float
+    full_speed: float
     path: MotionPath | None
+    standstill: Standstill
+    holding: Callable[[float], float]
+    """Current that holds the load at rest with the help of friction, of the current without it. [A]"""
     output: str
 
-    def start(self, measured: Mapping[str, float]) -> float:
-        """Integral of the speed loop."""
-        return 0.0
+    def start(self, measured: Mapping[str, float]) -> tuple[float, float | None]:
+        """Integral of the speed loop, and the current that holds a load left at rest."""
+        return 0.0, None
 
-    def sample(self, time: float, measured: Mapping[str, float], memory: float) -> tuple[dict[str, float], float]:
+    def sample(
+        self, time: float, measured: Mapping[str, float], memory: tuple[float, float | None]
+    ) -> tuple[dict[str, float], tuple[float, float | None]]:
         """Motor current from speed and position of the load; none where nothing is to be followed."""
         if self.path is None:
             return {self.output: 0.0}, memory
         goal = self.path.at(time)
-        error = goal.speed + self.link_gain * (goal.position - measured["l"]) - measured["ldot"]
-        current, integral = self.speed.act(error, 0.0, memory, self.sample_time)
-        return {self.output: current}, integral
+        integral, held = memory
+        rests = held is not None
+        if self.standstill.near(rests, goal, measured["l"]) and self.standstill.still(rests, measured["ldot"]):
+            held = self.holding(integral) if held is None else held
+            return {self.output: min(max(held, -self.speed.limit), self.speed.limit)}, (integral, held)
+        wanted = goal.speed + self.link_gain * (goal.position - measured["l"])
+        ahead = self.inertia * goal.acceleration + self.friction * _share(wanted, self.full_speed)
+        current, integral = self.speed.act(wanted - measured["ldot"], ahead, integral, self.sample_time)
+        return {self.output: current}, (integral, None)

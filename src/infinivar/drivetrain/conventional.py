@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from infinivar._xp import Array, finite_floats, namespace
 from infinivar.drivetrain.control import ConventionalControl
@@ -47,7 +47,7 @@ class ConventionalDrive:
 
         Parameters
         ----------
-        speed : (...,) float   Load speed; at exactly 0 friction neither helps nor hinders. [m s^-1]
+        speed : (...,) float   Load speed; at exactly 0 friction helps to hold. [m s^-1]
         force : (...,) float   Force applied by the drive to the load. [N]
 
         Returns
@@ -58,7 +58,7 @@ class ConventionalDrive:
         """
         xp = namespace(self, speed, force)
         speed, force = finite_floats(xp, speed=speed, force=force)
-        drag, guide_loss = self.guideway.operate(speed=speed)
+        drag, guide_loss = self.guideway.operate(force=force, speed=speed)
         torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=speed)
         side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
         power_in, burnt, returned = self.amplifier.supply(side.power)
@@ -68,6 +68,16 @@ class ConventionalDrive:
             losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
             utilisation={**side.utilisation, **returned},
             states=side.states,
+        )
+
+    def unheld(self) -> ConventionalDrive:
+        """The drive without the friction that helps to hold a load at rest: of motor, gearhead, pulley and guideway."""
+        return replace(
+            self,
+            motor=self.motor.without_friction(),
+            gearhead=self.gearhead.without_friction(),
+            pulley=replace(self.pulley, friction_torque=0.0),
+            guideway=Guideway(),
         )
 
     def follow(self, course: Course, *, load_mass: Array = 0.0) -> MovingPoint:
@@ -91,8 +101,8 @@ class ConventionalDrive:
         """
         inertia = needed(self.output_inertia, "output_inertia")
         force = course.driving_force(load_mass).value
-        drag, guide_loss = self.guideway.operate(speed=course.speed)
-        torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=course.speed)
+        drag, guide_loss = self.guideway.operate(force=force, speed=course.heading)
+        torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=course.heading)
         quickening = course.acceleration / self.pulley.radius
         torque = torque + inertia * quickening
         side = motor_side(

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from infinivar._xp import Array
+from infinivar._xp import Array, namespace
 from infinivar.transmission.rates import Varying
+
+_SETTING_OUT = 1e-200
+"""Stands for a speed about to begin: with it no power is worth the name. [m s^-1]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,6 +28,20 @@ class Course:
     force: Array = 0.0
     force_rate: Array = 0.0
     force_curvature: Array = 0.0
+
+    @property
+    def at_rest(self) -> Array:
+        """Where the load stands still, without acceleration."""
+        return (self.speed == 0) & (self.acceleration == 0)
+
+    @property
+    def heading(self) -> Array:
+        """Speed, and as good as none where the load only sets out: friction there has the direction of the acceleration.
+
+        At rest, without speed and acceleration, zero. [m s^-1]
+        """
+        xp = namespace(self.speed, self.acceleration)
+        return xp.where(self.speed == 0, _SETTING_OUT * xp.sign(self.acceleration), self.speed)
 
     @property
     def varying_speed(self) -> Varying:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
-from infinivar._xp import Array
+from infinivar._xp import Array, namespace
 from infinivar.drivetrain.course import Course
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
@@ -54,6 +54,24 @@ class MovingPoint:
     stored: Mapping[str, Array]
     utilisation: Mapping[Demand, Array]
     states: Mapping[str, Array]
+
+
+def chosen(where: Array, one: MovingPoint, other: MovingPoint) -> MovingPoint:
+    """Instants of one point where a mask says so, and of another elsewhere; both of the same kind of drive."""
+    xp = namespace(where)
+
+    def mixed(name: str) -> dict:
+        mine, others = getattr(one, name), getattr(other, name)
+        return {key: xp.where(where, mine[key], others[key]) for key in others}
+
+    return MovingPoint(
+        power_in=xp.where(where, one.power_in, other.power_in),
+        power_out=xp.where(where, one.power_out, other.power_out),
+        losses=mixed("losses"),
+        stored=mixed("stored"),
+        utilisation=mixed("utilisation"),
+        states=mixed("states"),
+    )
 
 
 @runtime_checkable

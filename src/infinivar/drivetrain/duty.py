@@ -11,11 +11,12 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from infinivar.drivetrain import recording
 from infinivar.drivetrain.course import Course
 from infinivar.drivetrain.profiles import least_jerk
+from infinivar.drivetrain.recording import Recording
 from infinivar.drivetrain.series import Series
-from infinivar.drivetrain.tables import read_columns
-from infinivar.errors import InputError, ParameterError, require
+from infinivar.errors import require
 from infinivar.quantities import check, check_choice, component, quantity
 
 DutyShape = Literal["hold", "sinusoid", "reaches", "tremor", "walking", "file"]
@@ -28,10 +29,6 @@ _PER_WAVE = 40
 _MOST_SAMPLES = 200_000
 CUTOFF = 10.0
 """Of a recording, if none is given. [Hz]"""
-_GAP = 5.0
-"""A step so many times the usual one counts as a gap."""
-_DRIFT = 0.05
-"""Largest share of its range by which a recorded motion may miss its beginning at the end."""
 
 
 class Instants(NamedTuple):
@@ -113,6 +110,13 @@ class DutyCycle:
         "CSV file with the columns time and position or speed, and force, units in the header", default=None
     )
     cutoff: float | None = quantity("Hz", "> 0", "Nothing of a recording above this frequency is kept", default=None)
+    resolution: float | None = quantity(
+        "m",
+        "> 0",
+        "A recorded load is at rest while, for a wave of the cutoff, it moves no further than this to either side; "
+        "as the recording's steps and noise show if left out",
+        default=None,
+    )
     force: float | None = quantity("N", "!= 0", "Constant force on the load from outside", default=None)
     load_mass: float | None = quantity(
         "kg",
@@ -123,8 +127,8 @@ class DutyCycle:
     ambient: float = quantity("K", "> 0", "Temperature around the motors", default=298.15)
     period: float = field(init=False, repr=False, compare=False, default=math.nan)
     warnings: tuple[str, ...] = field(init=False, repr=False, compare=False, default=())
-    _motion: Series | _BackAndForth = field(init=False, repr=False, compare=False, default=_NOTHING)
-    _push: Series = field(init=False, repr=False, compare=False, default=_NOTHING)
+    _motion: Series | _BackAndForth | Recording = field(init=False, repr=False, compare=False, default=_NOTHING)
+    _push: Series | Recording = field(init=False, repr=False, compare=False, default=_NOTHING)
     _fastest: float = field(init=False, repr=False, compare=False, default=0.0)
 
     def __post_init__(self) -> None:
@@ -170,8 +174,8 @@ class _Made(NamedTuple):
     """What a shape comes to."""
 
     period: float
-    motion: Series | _BackAndForth = _NOTHING
-    push: Series = _NOTHING
+    motion: Series | _BackAndForth | Recording = _NOTHING
+    push: Series | Recording = _NOTHING
     fastest: float = 0.0
     """Frequency of its shortest wave. [Hz]"""
     warnings: tuple[str, ...] = ()
@@ -230,65 +234,9 @@ def _walking(duty: DutyCycle) -> _Made:
 
 
 def _file(duty: DutyCycle) -> _Made:
-    file, cutoff = str(duty.file), duty.cutoff or CUTOFF
-    wanted = (("time", "s"), ("position", "m"), ("speed", "m/s"), ("force", "N"))
-    columns, lines = read_columns(file, wanted, ("time",))
-    if ("position" in columns) == ("speed" in columns):
-        raise InputError(
-            f"{file}: line 1 must name the columns time and position, or time and speed, not both nor neither"
-        )
-    time = np.array(columns["time"]) - columns["time"][0]
-    if len(time) < 8:
-        raise InputError(f"{file}: must have at least 8 lines of numbers, got {len(time)}")
-    period, step = float(time[-1]), float(np.median(np.diff(time)))
-    if cutoff * period < 1.0:
-        raise ParameterError(f"cutoff must be >= {1.0 / period:.3g} Hz, one wave in the recording, got {cutoff:g}")
-    warnings = [
-        f"{file}: line {lines[place + 1]}: {time[place + 1] - time[place]:.3g} s without data, {width:.3g} times the usual step; "
-        "bridged by a straight line"
-        for place, width in enumerate(np.diff(time) / step)
-        if width > _GAP
-    ]
-    if 2.0 * step * cutoff > 1.0:
-        warnings.append(
-            f"{file}: a step of {step:.3g} s shows nothing above {0.5 / step:.3g} Hz; cutoff is {cutoff:.3g} Hz"
-        )
-    count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
-    even = np.arange(count) * (period / count)
-
-    def resampled(name: str) -> np.ndarray:
-        return np.interp(even, time, _closed(file, name, np.array(columns[name]), time / period, warnings))
-
-    if "position" in columns:
-        position = Series.through(period, resampled("position"), cutoff)
-    else:
-        position = Series.through(period, resampled("speed"), cutoff).integral()
-    push = Series.through(period, resampled("force"), cutoff) if "force" in columns else _NOTHING
-    return _Made(period, position, push, cutoff, tuple(warnings))
-
-
-def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str]) -> np.ndarray:
-    """Values of a recording made periodic: a motion ends where it begins, and a speed has no mean.
-
-    Raises
-    ------
-    InputError
-        If too much is missing for that.
-    """
-    span = float(np.ptp(values)) or 1.0
-    if name == "speed":
-        drift = float(np.trapezoid(values, share))
-        said = f"a mean speed of {drift:.3g} m/s"
-    else:
-        drift = float(values[-1] - values[0])
-        said = f"{name} ends {drift:.3g} {'N' if name == 'force' else 'm'} from where it begins"
-    if name != "force" and abs(drift) > _DRIFT * span:
-        raise InputError(
-            f"{file}: must be one cycle that ends where it begins, but has {said}: {abs(drift) / span:.0%} of its range"
-        )
-    if abs(drift) > 1e-3 * span:
-        warnings.append(f"{file}: {said}, {abs(drift) / span:.1%} of its range; taken out evenly over the cycle")
-    return values - (drift if name == "speed" else drift * share)
+    cutoff = duty.cutoff or CUTOFF
+    found = recording.read(str(duty.file), cutoff, duty.resolution)
+    return _Made(found.period, found.motion, found.force or _NOTHING, cutoff, found.warnings)
 
 
 _NEEDS = {
@@ -299,7 +247,7 @@ _NEEDS = {
     "walking": ("joint", "body_mass", "stride_time", "lever_arm"),
     "file": ("file",),
 }
-_MAY = {"reaches": ("pause",), "walking": ("share",), "file": ("cutoff",)}
+_MAY = {"reaches": ("pause",), "walking": ("share",), "file": ("cutoff", "resolution")}
 """Fields that a shape needs, and those that it may have besides."""
 
 _MAKERS = {

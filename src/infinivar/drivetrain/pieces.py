@@ -17,6 +17,7 @@ from infinivar.drivetrain.drive import needed
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead, proportional_friction
 from infinivar.parts.motor import Motor
+from infinivar.quantities import given
 
 Electrical = Literal["current", "voltage"]
 """What the amplifier imposes: a current, as in the paper, or a voltage behind which a current loop works."""
@@ -106,11 +107,17 @@ def gearhead(
     else:
         passed = "gear_torque"
         signals.append(Signal(name=passed, symbol=f"T_{{{tag}}}", of="gear"))
-        parameters = {"efficiency": Parameter(rf"\eta_{tag}", gearhead.efficiency), "stick_speed": stick}
+        parameters = {
+            "efficiency": Parameter(rf"\eta_{tag}", gearhead.efficiency),
+            "backdriving_efficiency": Parameter(
+                rf"\eta'_{tag}", given(gearhead.backdriving_efficiency, gearhead.efficiency)
+            ),
+            "stick_speed": stick,
+        }
         loss = bg.resistance(
             "gear_loss", symbol, proportional_friction, signals=(passed,), parameters=parameters, title="gearhead"
         )
-    if loss is not None and gearhead.efficiency < 1.0:
+    if loss is not None and gearhead.least_efficiency < 1.0:
         elements.append(loss)
         chains.append("rotor > gear_loss")
     return elements, chains, signals

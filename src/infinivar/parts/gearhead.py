@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from infinivar._xp import Array, namespace
 from infinivar.contact.friction import coulomb
-from infinivar.errors import require
 from infinivar.limits import Limit
-from infinivar.quantities import check, component, given, quantity
+from infinivar.quantities import check, check_choice, component, given, quantity
 
 LossModel = Literal["coulomb", "proportional"]
 
@@ -42,25 +41,29 @@ def coulomb_torque(efficiency: Array, rated_torque: Array) -> Array:
     return (1.0 - efficiency) * rated_torque
 
 
-def proportional_friction(speed: Array, torque: Array, efficiency: Array, stick_speed: Array | None = None) -> Array:
-    """Friction torque at the motor of a gear that delivers ``efficiency`` times the power it receives, either way.
+def proportional_friction(
+    speed: Array, torque: Array, efficiency: Array, backdriving_efficiency: Array, stick_speed: Array | None = None
+) -> Array:
+    """Friction torque at the motor of a gear that delivers a share of the power it receives, either way.
 
     Parameters
     ----------
     speed : (...,) float         Of the motor. [rad s^-1]
     torque : (...,) float        Motor-side torque that the gear passes on, without its friction. [N m]
-    efficiency : (...,) float    In (0, 1]. [-]
+    efficiency : (...,) float    Share while the motor drives, in (0, 1]. [-]
+    backdriving_efficiency : (...,) float   Share while the load drives, in [0, 1]; 0 is a gear that locks itself. [-]
     stick_speed : (...,) float   As in `infinivar.contact.friction.coulomb`. [rad s^-1]
 
     Returns
     -------
-    (...,) float   Against the motion. [N m]
+    (...,) float   Against the motion; at rest what helps to hold the torque, as much as while the load drives. [N m]
 
     Source: definition of efficiency, taken in the direction in which power flows.
     """
-    xp = namespace(speed, torque, efficiency, stick_speed)
-    received = xp.where(torque * speed > 0, xp.abs(torque) / efficiency, xp.abs(torque))
-    return coulomb(speed, (1.0 - efficiency) * received, stick_speed)
+    xp = namespace(speed, torque, efficiency, backdriving_efficiency, stick_speed)
+    load = xp.abs(torque)
+    lost = xp.where(torque * speed > 0, (1.0 / efficiency - 1.0) * load, (1.0 - backdriving_efficiency) * load)
+    return coulomb(speed, lost, stick_speed, held=torque)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +72,8 @@ class Gearhead:
 
     - ``coulomb`` (the paper): constant friction torque ``(1 - efficiency) rated_torque`` at the motor. Losses do not
       vanish with the load, so a lightly loaded gear is inefficient, as gears are.
-    - ``proportional``: power delivered is ``efficiency`` times power received, whichever side drives.
+    - ``proportional``: power delivered is ``efficiency`` times power received while the motor drives, and
+      ``backdriving_efficiency`` times while the load does: as a rule less, and 0 for a gear that locks itself.
 
     Raises
     ------
@@ -81,6 +85,12 @@ class Gearhead:
     ratio: float = quantity("1", "> 0", "Reduction ratio, motor speed over output speed")
     efficiency: float = quantity("1", "> 0 and <= 1", "Efficiency at rated torque")
     loss_model: LossModel = component("coulomb (constant torque) or proportional (to power)", default="coulomb")
+    backdriving_efficiency: float | None = quantity(
+        "1",
+        ">= 0 and <= 1",
+        "Efficiency while the load drives, of the proportional loss model; 0 is self-locking; as `efficiency` if left out",
+        default=None,
+    )
     rated_torque: float | None = quantity(
         "N m", "> 0", "Motor-side torque at which the efficiency holds; the motor's continuous torque", default=None
     )
@@ -91,9 +101,18 @@ class Gearhead:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
-        require(
-            self.loss_model in ("coulomb", "proportional"), "loss_model", self.loss_model, "coulomb or proportional"
+        check_choice(
+            self, "loss_model", {"coulomb": (), "proportional": ()}, {"proportional": ("backdriving_efficiency",)}
         )
+
+    @property
+    def least_efficiency(self) -> float:
+        """The smaller of both directions' efficiencies; 1 is a gear without loss. [-]"""
+        return min(self.efficiency, given(self.backdriving_efficiency, self.efficiency))
+
+    def without_friction(self) -> Gearhead:
+        """The gearhead without loss."""
+        return replace(self, efficiency=1.0, backdriving_efficiency=None)
 
     def operate(self, *, output_torque: Array, output_speed: Array, motor_rated_torque: Array) -> GearPoint:
         """Motor torque and speed for an output torque and speed, in all four quadrants.
@@ -101,7 +120,7 @@ class Gearhead:
         Parameters
         ----------
         output_torque, output_speed : (...,) float   At the output, power positive to the load. At exactly zero speed
-            friction neither helps nor hinders. [N m], [rad s^-1]
+            friction helps to hold. [N m], [rad s^-1]
         motor_rated_torque : float                   Stands in for `rated_torque` where that is None. [N m]
 
         Returns
@@ -115,15 +134,20 @@ class Gearhead:
         ideal = output_torque / self.ratio
         motor_speed = output_speed * self.ratio
         if self.loss_model == "coulomb":
-            friction = coulomb(motor_speed, self.coulomb_friction(motor_rated_torque))
+            friction = coulomb(motor_speed, self.coulomb_friction(motor_rated_torque), held=ideal)
         else:
-            friction = proportional_friction(motor_speed, ideal, self.efficiency)
+            friction = self.proportional_friction(motor_speed, ideal)
         return GearPoint(
             motor_torque=ideal + friction,
             motor_speed=motor_speed,
             loss=friction * motor_speed,
             utilisation=self.utilisation(output_torque),
         )
+
+    def proportional_friction(self, speed: Array, torque: Array) -> Array:
+        """Friction torque at the motor with the proportional loss model; arguments as of the function so called. [N m]"""
+        back = given(self.backdriving_efficiency, self.efficiency)
+        return proportional_friction(speed, torque, self.efficiency, back)
 
     def coulomb_friction(self, motor_rated_torque: Array) -> Array:
         """Constant friction torque at the motor, 0 with the other loss model; argument as in `operate`. [N m]"""

@@ -27,7 +27,7 @@ class Pulley:
         check(self)
 
     def operate(self, *, force: Array, speed: Array) -> tuple[Array, Array, Array]:
-        """Shaft torque and speed for a cable force and speed.
+        """Shaft torque and speed for a cable force and speed; at rest, friction helps to hold.
 
         Parameters
         ----------
@@ -40,8 +40,9 @@ class Pulley:
         Source: faulring2006, Fig 14 (transformer r_pulley).
         """
         turning = speed / self.radius
-        friction = coulomb(turning, self.friction_torque)
-        return force * self.radius + friction, turning, friction * turning
+        torque = force * self.radius
+        friction = coulomb(turning, self.friction_torque, held=torque)
+        return torque + friction, turning, friction * turning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,19 +69,20 @@ class Guideway:
         """
         return self.friction + self.coefficient * preload
 
-    def operate(self, *, speed: Array, preload: Array = 0.0) -> tuple[Array, Array]:
-        """Friction force against the motion, and its loss.
+    def operate(self, *, force: Array, speed: Array, preload: Array = 0.0) -> tuple[Array, Array]:
+        """Friction force against the motion, or at rest what it takes of a force, and its loss.
 
         Parameters
         ----------
+        force : (...,) float     That has to be exerted on what the guide carries. [N]
         speed : (...,) float     [m s^-1]
         preload : (...,) float   Normal force on the guide. [N]
 
         Returns
         -------
-        force, loss : (...,) float   Force with the sign of the speed, 0 at rest. [N], [W]
+        friction, loss : (...,) float   Friction with the sign of the speed, at rest with that of ``-force``. [N], [W]
 
         Source: faulring2006, Fig 13 and Eq 18 (``c_l P sgn(ldot)``).
         """
-        friction = coulomb(speed, self.friction_force(preload))
+        friction = coulomb(speed, self.friction_force(preload), held=force)
         return friction, friction * speed

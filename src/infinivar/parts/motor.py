@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from infinivar._xp import Array, namespace
+from infinivar.contact.friction import coulomb
 from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
@@ -111,13 +112,26 @@ class Motor:
             housing_to_ambient=times(self.housing_to_ambient, 1 / factor),
         )
 
+    def without_friction(self) -> Motor:
+        """The motor without its friction, at the same limits of current."""
+
+        def more(torque: float | None) -> float | None:
+            return None if torque is None else torque + self.friction_torque
+
+        return replace(
+            self,
+            no_load_current=0.0,
+            continuous_torque=self.continuous_torque + self.friction_torque,
+            peak_torque=more(self.peak_torque),
+        )
+
     def operate(self, *, torque: Array, speed: Array) -> MotorPoint:
         """Steady electrical state at the shaft torque and speed, in all four quadrants.
 
         Parameters
         ----------
         torque : (...,) float   Torque from the motor to its load, at the shaft. [N m]
-        speed : (...,) float    Shaft speed; at exactly 0 friction neither helps nor hinders. [rad s^-1]
+        speed : (...,) float    Shaft speed; at exactly 0 friction helps to hold. [rad s^-1]
 
         Returns
         -------
@@ -130,7 +144,7 @@ class Motor:
         """
         xp = namespace(self, torque, speed)
         constant = self.torque_constant
-        current = torque / constant + self.no_load_current * xp.sign(speed)
+        current = (torque + coulomb(speed, self.friction_torque, held=torque)) / constant
         voltage = current * self.resistance + constant * speed
         return MotorPoint(
             current=current,

@@ -13,7 +13,6 @@ from infinivar.analysis.calibration.data import RigData
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.rig import Rig
-from infinivar.parts.gearhead import proportional_friction
 from infinivar.transmission.geometry import PRELOAD_POWERS
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -165,7 +164,7 @@ def predict(
     passed = np.where(pressed, point.torque, 0.0) / ratio
     torque = passed + coulomb(speed, values["nominal_torque"])
     if drive.gearhead.loss_model == "proportional":
-        torque = torque + proportional_friction(speed * ratio, passed, drive.gearhead.efficiency)
+        torque = torque + drive.gearhead.proportional_friction(speed * ratio, passed)
     current = torque / values["torque_constant"]
     return Readings(
         link_travel=np.where(pressed, point.link_speed * data.duration, 0.0),

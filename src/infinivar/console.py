@@ -1,0 +1,112 @@
+"""The terminal: exit codes, messages, results that a reader may not want to the end, progress."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from infinivar import __version__
+from infinivar.errors import InputError, printable
+
+NOT_FEASIBLE, BAD_INPUT, OWN_FAULT, INTERRUPTED = 1, 2, 3, 130
+
+
+def run(command: Callable[[], Any]) -> None:
+    """Run a command and exit: 0 done, 1 not feasible, 2 bad input, 3 a fault of the program, 130 interrupted."""
+    _usable_streams()
+    try:
+        try:
+            command()
+        finally:
+            _flush()
+    except InputError as problem:
+        complain(str(problem))
+        sys.exit(BAD_INPUT)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    except OSError as problem:
+        complain(f"{problem.filename or 'standard output'}: {problem.strerror}")
+        sys.stdout = None  # there is nothing left to flush it to
+        sys.exit(BAD_INPUT)
+    except Exception as problem:
+        complain(f"fault of the program: {_in_one_line(problem)}; {_kept(problem)}")
+        sys.exit(OWN_FAULT)
+
+
+def _usable_streams() -> None:
+    """Streams that can always be written to, whatever the shell has closed, and whatever a title is spelt with."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 (as long as the program runs)
+        elif isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def _flush() -> None:
+    """Hand over what was printed. A reader that has gone, such as head, wants no more: that is no failure."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def say(text: str = "") -> None:
+    """Print a line of the result; control characters, which could steer a terminal, are spelt out."""
+    write(printable(text, keep="\n") + "\n")
+
+
+def write(text: str) -> None:
+    """Write a part of the result as it is."""
+    try:
+        sys.stdout.write(text)
+    except BrokenPipeError:
+        _flush()
+
+
+def complain(text: str) -> None:
+    """Print a message on stderr."""
+    print(f"infinivar: {printable(text, keep=chr(10))}", file=sys.stderr)
+
+
+def _in_one_line(problem: Exception) -> str:
+    said = " ".join(str(problem).split())
+    return f"{type(problem).__name__}{': ' if said else ''}{said[:200]}"
+
+
+def _kept(problem: Exception) -> str:
+    """Write the traceback to a file of its own, and say where it is."""
+    import tempfile
+    import traceback
+
+    told = "please report it with your study"
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="infinivar-", suffix=".txt", delete=False, encoding="utf-8"
+        ) as file:
+            file.write(f"infinivar {__version__}, {shlex.join(sys.argv)}\n\n")
+            traceback.print_exception(problem, file=file)
+    except OSError:
+        return told
+    return f"the traceback is in {file.name}; {told}"
+
+
+@contextlib.contextmanager
+def progress_bar() -> Iterator[Callable[[str, float], None]]:
+    """Progress bar on stderr, on terminals only."""
+    if not sys.stderr.isatty():
+        yield lambda title, share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:<40.40}", markup=False), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("reading", total=1.0)
+        yield lambda title, share: bar.update(task, description=title, completed=share)

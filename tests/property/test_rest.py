@@ -1,0 +1,197 @@
+"""Rest: one law of friction there, and one rule by which recordings, shapes and simulations come to it."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose, assert_array_equal
+
+import infinivar as iv
+from infinivar.analysis.duty_cycle import duty_cycle
+from infinivar.analysis.forward import two_ways
+from infinivar.contact.friction import coulomb
+from infinivar.drivetrain import recording
+from infinivar.drivetrain.course import Course
+from infinivar.drivetrain.duty import DutyCycle
+from infinivar.drivetrain.profiles import MotionProfile
+from infinivar.drivetrain.scenario import Scenario
+from infinivar.study.load import shipped_study
+from motions import moves_and_dwells, recorded
+
+STUDY = shipped_study("faulring2006")
+COBOTIC, STIFF, GEARED = (STUDY.drives[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
+DRIVES = {"cobotic": COBOTIC, "cobotic-b": STIFF, "geared": GEARED}
+
+
+@given(st.floats(-100, 100), st.floats(0, 50), st.floats(-10, 10))
+def test_friction_at_rest_takes_what_it_can(held, size, speed):
+    """Never more than Coulomb's, always against what pushes; what is left is nothing, or the rest beyond its size."""
+    left = held + coulomb(0.0, size, held=held)
+    assert abs(left) == pytest.approx(max(abs(held) - size, 0.0), abs=1e-12)
+    assert left * held >= 0
+    if speed:
+        assert coulomb(speed, size, held=held) == size * np.sign(speed)
+
+
+@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+@given(force=st.floats(-60, 60))
+def test_holding_lies_between_lifting_and_lowering(drive, force):
+    """At rest the motor gives no more than on either side of rest, and takes no part in a force that friction holds."""
+    at_rest, up, down = (
+        np.abs(drive.operate(speed=speed, force=force).states["motor_current_A"]) for speed in (0.0, 1e-9, -1e-9)
+    )
+    assert at_rest <= max(up, down) * (1 + 1e-12)
+    if drive is GEARED:
+        assert at_rest <= min(up, down) * (1 + 1e-12)
+        assert (at_rest == 0) == (
+            abs(force) <= 4.5 + (0.03 * drive.motor.continuous_torque + drive.motor.friction_torque) * 800
+        )
+
+
+def test_setting_out_from_rest_meets_friction():
+    """At the instant at which a load sets out, friction already acts against where it is about to go: not as if at rest."""
+    course = Course(speed=np.zeros(3), acceleration=np.array([2.0, 0.0, -2.0]))
+    assert_array_equal(course.at_rest, [False, True, False])
+    torque = GEARED.follow(course, load_mass=0.8).states["gear_output_torque_Nm"]
+    moved = Course(speed=np.array([1e-9, 0.0, -1e-9]), acceleration=course.acceleration)
+    assert_allclose(torque, GEARED.follow(moved, load_mass=0.8).states["gear_output_torque_Nm"], rtol=1e-9)
+
+
+@pytest.mark.parametrize("force", [None, -10.0, 3.0, -30.0])
+@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+def test_holding_by_file_is_holding_by_shape(tmp_path, drive, force):
+    shape = DutyCycle(shape="hold", time=2.0, force=force, load_mass=0.8)
+    by_shape = duty_cycle(drive, shape)
+    for rate in (100, 1000):
+        by_file = duty_cycle(drive, recorded(shape, tmp_path / "hold.csv", rate))
+        assert by_file.energy == pytest.approx(by_shape.energy, rel=1e-9, abs=1e-12)
+        assert by_file.without_help.energy == pytest.approx(by_shape.without_help.energy, rel=1e-9, abs=1e-12)
+
+
+def agree(random, folder, names):
+    """Largest deviations of the energy of one random motion by its recordings and simulated, over drives that track."""
+    motion = moves_and_dwells(random)
+    by_file, simulated = [], []
+    for name in names:
+        drive = DRIVES[name]
+        energy = duty_cycle(drive, motion).energy
+        by_file += [
+            abs(duty_cycle(drive, recorded(motion, folder / "motion.csv", rate)).energy / energy - 1.0)
+            for rate in (100, 1000)
+        ]
+        both = two_ways(drive, motion)
+        if both.rms_error < 0.01 * motion.distance:
+            simulated.append(abs(both.followed / both.prescribed - 1.0))
+    return max(by_file), simulated
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed):
+    """2 %: what smoothing at 10 Hz, rows 10 ms apart and controllers that stop a load leave; 200 motions with -m slow."""
+    by_file, simulated = agree(np.random.default_rng(seed), tmp_path, ("cobotic", "geared"))
+    assert by_file < 0.02
+    assert simulated
+    assert max(simulated) < 0.02
+
+
+@pytest.mark.slow
+def test_200_motions_take_the_same_three_ways(tmp_path):
+    found = [agree(np.random.default_rng(1000 + seed), tmp_path, ("cobotic", "geared")) for seed in range(200)]
+    by_file, simulated = [a for a, _ in found], [b for _, few in found for b in few]
+    print(f"by file up to {max(by_file):.2%}, simulated up to {max(simulated):.2%}, {len(simulated)} of 400 tracked")
+    assert max(by_file) < 0.02
+    assert max(simulated) < 0.02
+    assert len(simulated) > 380
+
+
+@pytest.mark.parametrize("cutoff", [5.0, 10.0, 25.0])
+@pytest.mark.parametrize("column", ["position", "speed"])
+def test_stays_are_found_at_any_cutoff(tmp_path, cutoff, column):
+    """The stays of a clean recording to a fifth of a wave, exactly at rest in them, and moving outside."""
+    motion = DutyCycle(shape="reaches", distance=0.2, time=0.6, pause=0.5, load_mass=0.8)
+    duty = recorded(motion, tmp_path / "reach.csv", 500, column=column)
+    found = recording.read(duty.file, cutoff)
+    begin, end, value = found.motion.stays.T
+    assert_allclose(begin, [0.6, 1.7], atol=0.2 / cutoff)
+    assert_allclose(end, [1.1, 2.2], atol=0.2 / cutoff)
+    assert_allclose(value, [0.2, 0.0], atol=1e-3 if column == "speed" else 1e-6)
+    time = np.linspace(0.0, 2.2, 5001)[:-1]
+    resting = ((time > begin[0]) & (time < end[0])) | ((time > begin[1]) & (time < end[1]))
+    speed = found.motion.derivatives(time, 4)
+    for order in range(1, 5):
+        assert not np.any(speed[order][resting])
+    assert np.mean(speed[1][~resting] == 0) < 1e-3
+
+
+@pytest.mark.parametrize(("count", "noise"), [(1e-5, 0.0), (1e-4, 0.0), (None, 5e-5), (None, 3e-4)])
+def test_stays_are_found_through_counts_and_noise(tmp_path, count, noise):
+    """Of a reach by 200 mm in 0.6 s and a stay of 1 s: rest is told within a tenth of a second at every end."""
+    motion = DutyCycle(shape="reaches", distance=0.2, time=0.6, pause=1.0, load_mass=0.8)
+    random = np.random.default_rng(0)
+    rough = noise * random.standard_normal(round(motion.period * 500) + 1) if noise else None
+    if rough is not None:
+        rough[-1] = rough[0]
+    duty = recorded(motion, tmp_path / "rough.csv", 500, count=count, noise=rough)
+    found = recording.read(duty.file, 10.0).motion
+    begin, end, _ = found.stays.T
+    assert_allclose(begin, [0.6, 2.2], atol=0.1)
+    assert_allclose(end, [1.6, 3.2], atol=0.1)
+    assert found.resolution <= max(count or 0.0, 6.0 * noise)
+
+
+def test_a_steady_motion_does_not_steer(tmp_path):
+    """Away and back at constant speed, recorded: the wheel stands still but near the corners, and rests cost nothing."""
+    knots, places = [0.0, 1.0, 1.5, 2.5, 3.0], [0.0, 0.3, 0.3, 0.0, 0.0]
+    time = np.linspace(0.0, 3.0, 1501)
+    rows = [f"{t:.6f},{x:.9f}" for t, x in zip(time, np.interp(time, knots, places), strict=True)]
+    path = tmp_path / "trapezoid.csv"
+    path.write_text("\n".join(["time [s],position [m]", *rows]), "utf-8")
+    duty = DutyCycle(shape="file", file=str(path), load_mass=0.8)
+    found = duty_cycle(STIFF, duty)
+    time, current = found.instants.time, found.point.states["steering_current_A"]
+    corners = np.min(np.abs(time[:, None] - np.array(knots)), axis=1)
+    assert not np.any(current[corners > 0.12])
+    assert np.any(current[corners < 0.05])
+    speed = found.instants.course.speed
+    assert_allclose(np.abs(speed[(corners > 0.2) & (time % 1.5 < 1.0)]), 0.3, rtol=0.02)  # what smoothing rings
+
+
+def test_a_resolution_given_decides(tmp_path):
+    """A recording that wanders by 0.5 mm is at rest all along if that is what it resolves, and never by itself."""
+    time = np.linspace(0.0, 2.0, 401)
+    wander = 5e-4 * np.sin(2 * np.pi * time)
+    path = tmp_path / "wander.csv"
+    path.write_text(
+        "\n".join(["time [s],position [m]", *(f"{t:.6f},{x:.12f}" for t, x in zip(time, wander, strict=True))]), "utf-8"
+    )
+    moving = DutyCycle(shape="file", file=str(path), load_mass=0.8)
+    resting = DutyCycle(shape="file", file=str(path), load_mass=0.8, resolution=6e-4)
+    assert not np.any(moving.instants().course.at_rest)
+    assert np.all(resting.instants().course.at_rest)
+    assert duty_cycle(GEARED, resting).energy == 0.0
+    assert duty_cycle(GEARED, moving).energy > 0.05
+
+
+@pytest.mark.parametrize("force", [None, -25.0])
+@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+def test_controllers_come_to_rest(drive, force):
+    """Half a second after a reach nothing swings any more, and it takes what holding takes by itself."""
+    from infinivar.drivetrain.profiles import ForceProfile
+
+    run = iv.simulate(
+        drive,
+        Scenario(
+            duration=3.0,
+            motion=MotionProfile(shape="reach", distance=0.2, time=0.6, start=0.3),
+            force=ForceProfile(size=force) if force else None,
+            load_mass=0.8,
+        ),
+    )
+    resting = run.columns["time_s"] > 1.5
+    for name in ("motor_current_A", "steering_current_A"):
+        current = run.columns.get(name, np.zeros(resting.size))[resting]
+        assert np.ptp(current) <= 1e-3 * max(np.max(np.abs(current)), 0.1)
+    assert np.max(np.abs(run.columns["speed_m_s"][resting])) <= 1e-4
+    held = duty_cycle(drive, DutyCycle(shape="hold", time=1.0, force=force, load_mass=0.8)).holding
+    drawn = np.mean(run.columns["supply_power_W"][resting])
+    assert drawn == pytest.approx(held.power, rel=0.05, abs=1e-3)
