@@ -156,7 +156,10 @@ def test_a_drive_of_its_own(infinivar, write):
 def test_every_law_by_name(write, tmp_path, law):
     (sheet,) = contact_sheets(iv.load_study(tmp_path / write(put('"fastsim"', f'"{law}"'))))
     assert sheet.drive.transmission.creep_law == law
-    assert all(math.isfinite(line.value) for line in sheet.lines)
+    missing = [(line.name, line.how) for line in sheet.lines if not math.isfinite(line.value)]
+    # At 1:1 half the slip force is 0.71 of it sideways: there the loss of Eq 17 already means a creepage beyond full slip.
+    slips = ("at 1:1", "surface speed : link speed; the wheel slips, or rolling takes more than it transmits")
+    assert missing == ([slips] if law == "faulring" else [])
 
 
 @pytest.mark.parametrize(

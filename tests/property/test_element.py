@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from infinivar import Limit, power
-from infinivar.transmission.rotary_linear import contact_balance, relative_velocities
+from infinivar.transmission.kinematics import contact_balance, relative_velocities
 
 ROUNDING = 1e-12
 """Of the power or speed at hand: a few hundred float64 roundings, with the creep a thousandth of the rolling speed."""
@@ -29,8 +29,9 @@ def test_passive_and_closed_at_prescribed_force(element, seed):
     speed, angle, force = states(element, seed)
     point = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
     assert_passive(point)
-    assert_array_equal(np.isnan(point.power_in), point.limit == Limit.SLIP)
-    assert np.mean(point.limit == Limit.OK) > 0.9  # the points are drawn up to slip: nearly all must work
+    # Beyond slip by force there is no motion; beyond it by creepage alone (Eq 17) there is one, and it is audited, too.
+    assert np.all((point.limit == Limit.SLIP)[np.isnan(point.power_in)])
+    assert np.mean(~np.isnan(point.power_in)) > 0.9  # the points are drawn up to slip: nearly all must roll
 
 
 @given(elements(), seeds)
@@ -171,7 +172,8 @@ def test_deliver_is_steer_then_operate(element, seed):
     steered = element.steer(cylinder_speed=speed, link_speed=link, link_force=force)
     ok = point.limit == Limit.OK
     assert_allclose(point.steering_angle[ok], steered[ok], rtol=0, atol=1e-12)
-    assert_array_equal(np.isnan(point.power_in), ~ok)
+    assert not np.any(np.isnan(point.power_in[ok]))
+    assert np.all(np.isnan(steered[~ok]))
 
 
 @given(elements(), laws, seeds)

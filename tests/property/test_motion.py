@@ -97,7 +97,7 @@ def test_cobotic_drive_balances(drive, mass, common_bus, flywheel, seed):
         )
     point = drive.follow(course, load_mass=mass, cylinder_speed=turning, common_bus=common_bus)
     moves = ~np.isnan(np.broadcast_to(point.power_in, (POINTS,)))
-    assert np.array_equal(moves, ~(point.utilisation[Limit.SLIP, "wheel"] > 1))
+    assert np.all(moves | (point.utilisation[Limit.SLIP, "wheel"] > 1))
     assert_balanced(point, moves)
 
 

@@ -169,7 +169,9 @@ def test_measured_groups_of_a_geometry_are_that_geometry(element, seed):
     )
     assert_allclose(other.link_speed, one.link_speed, rtol=1e-12)
     assert_allclose(other.torque, one.torque, rtol=1e-9, atol=1e-12 * element.slip_force)
-    assert np.all(one.limit == other.limit)
+    # Full slip of the measured wheel is that of a circular patch: a few percent of slip from where it is.
+    near = np.abs(one.lateral_force) > 0.9 * groups.slip_force
+    assert np.all((one.limit == other.limit) | near)
 
 
 @given(wheels(law=st.just("linear")))

@@ -7,7 +7,7 @@ from infinivar.bondgraph.equations import derive
 from infinivar.bondgraph.graph import Bond
 from infinivar.bondgraph.trace import trace
 from infinivar.drivetrain import plants
-from infinivar.transmission.rotary_linear import contact_balance, relative_velocities
+from infinivar.transmission.kinematics import contact_balance, relative_velocities
 
 R, PHI, OMEGA = (sympy.Symbol(name, real=True) for name in ("R", r"\phi", r"\omega"))
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.solve import RTOL, solve
-from infinivar.contact import creep
 from infinivar.drivetrain.closed_loop import Machine, closed_loop
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -21,6 +20,7 @@ from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.motor import Motor
+from infinivar.transmission import motion
 
 if TYPE_CHECKING:
     import xarray
@@ -316,15 +316,16 @@ def _utilisation(
     cobotic = isinstance(drive, CoboticDrive)
     prefix = "cylinder." if cobotic else ""
     if cobotic:
-        law = creep.law(drive.transmission.creep_law)
-        groups = drive.transmission.groups(drive.cylinder_speed)
-        flow, rolling = run.at("transmission.creep")[1], run.signals["v"]
-        stick = run.graph.parameters[r"v_{\varepsilon}"].value
-        scaled = groups.creep_group * np.abs(flow) / np.hypot(rolling, stick)
-        # Below slip the share of the force; in slip how far the creep has gone beyond, which alone grows there.
-        found[Limit.SLIP, "wheel"] = np.where(
-            scaled > law.slip_creepage, scaled / min(law.slip_creepage, 1e300), np.abs(columns["slip_ratio"])
+        parameters = {symbol: parameter.value for symbol, parameter in run.graph.parameters.items()}
+        scaled = motion.scaled_creepage(
+            run.at("transmission.creep")[1],
+            run.signals["v"],
+            parameters[r"\mu P"],
+            parameters["C"],
+            parameters[r"v_{\varepsilon}"],
         )
+        # By force or by creepage, whichever is nearer; in slip only the creepage grows.
+        found[Limit.SLIP, "wheel"] = np.maximum(np.abs(scaled) / parameters[r"\xi_s"], np.abs(columns["slip_ratio"]))
         if drive.transmission.steering_range < 0.5 * math.pi:
             found[Limit.STEERING, "wheel"] = np.abs(run.signals["phi"]) / drive.transmission.steering_range
         assert drive.steering is not None

@@ -144,6 +144,16 @@ class DutyCycle:
         """Mass of the load, 0 where there is none. [kg]"""
         return self.load_mass or 0.0
 
+    @property
+    def resting(self) -> float:
+        """Time of a cycle for which the load is at rest. [s]"""
+        return float(np.mean(np.broadcast_to(self.instants().course.at_rest, self.samples()))) * self.period
+
+    @property
+    def resolved(self) -> float:
+        """How far a load at rest may move to either side: what a recording resolves; 0 for a motion by shape. [m]"""
+        return self._motion.resolution if isinstance(self._motion, Recording) else 0.0
+
     def samples(self, least: int = SAMPLES, per_wave: int = _PER_WAVE) -> int:
         """Instants of a cycle: a multiple of 4, so that none lies on a reversal of a symmetric motion."""
         wanted = max(least, int(per_wave * self._fastest * self.period))

@@ -72,14 +72,15 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
         "slip_force": Parameter(r"\mu P", float(groups.slip_force), "N"),
         "creep_stiffness": Parameter("C", float(groups.creep_stiffness), "N"),
         "stick_speed": stick,
+        "slip_creepage": Parameter(r"\xi_s", float(groups.slip_creepage(law))),
     }
 
-    def lateral(u: Array, v: Array, **given: Array) -> Array:
+    def lateral(u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
         return motion.lateral_force(law, u, v, **given)
 
     def shares(u: Array, v: Array, effort: Array, **given: Array) -> dict[str, Array]:
         power = effort * u
-        slides = motion.slips(law, u, v, **given)
+        slides = motion.slips(u, v, **given)
         xp = namespace(u, v)
         return {"creep": xp.where(slides, 0.0, power), "slip": xp.where(slides, power, 0.0)}
 

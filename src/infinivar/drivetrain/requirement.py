@@ -8,6 +8,9 @@ from typing import Any, Literal
 from infinivar.errors import require
 from infinivar.quantities import check, component, quantity
 
+_SLOWEST = 1e-9
+"""Share of the largest speed that stands for the slowest motion."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Requirement:
@@ -56,7 +59,7 @@ class Requirement:
         return points
 
     def sample(self, count: int = 201) -> tuple[Any, Any, Any]:
-        """Points that fill the region, on its boundary too, with the share of the area each stands for.
+        """Points of motion that fill the region, on its boundary too, with the share of the area each stands for.
 
         Parameters
         ----------
@@ -75,6 +78,7 @@ class Requirement:
             force = np.union1d(force, np.geomspace(corners[0], self.force, count)[1:-1])
         reach = self.speed_at(force)
         share = np.linspace(0.0, 1.0, count)
+        share[0] = _SLOWEST  # for slow motion: at rest friction would help
         weight = (_cell_widths(force) * reach)[:, None] * _cell_widths(share)[None, :]
         speed, force = np.broadcast_arrays(share[None, :] * reach[:, None], force[:, None])
         signs = {1: [(1, 1)], 2: [(1, 1), (1, -1)], 4: [(1, 1), (1, -1), (-1, 1), (-1, -1)]}[self.quadrants]

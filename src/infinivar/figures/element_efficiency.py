@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.claims.claim import Machine, at_ratio
+from infinivar.analysis.claims.claim import Machine, efficiency_by
 from infinivar.figures import style
 
 if TYPE_CHECKING:
@@ -24,15 +24,16 @@ PRINTED = ((100.0, 0.50), (8.0, 0.94), (1.0, 0.50))
 CAPTION = (
     "Efficiency of the element by reduction ratio. Solid: linear creep (Eq 16). Dashed: with the paper's correction above "
     "70 % of the slip force (Eq 17), which holds the 0.95 curve below a third. Crosses: the three points that the text "
-    "prints for half load; 50 % at 1:1 does not follow from the equations. Curves end where the wheel slips."
+    "prints for half load; 50 % at 1:1 does not follow from the equations. Curves end at the slip force; the link speed that "
+    "Eq 17 leaves means a creepage beyond full slip soon after 70 % of it, where the program's limits name slip."
 )
 
 
 def data(machine: Machine, count: int = 1201) -> dict[str, Any]:
-    """Ratios, and efficiency (nan beyond slip) by load for Eq 16 ("linear") and Eq 17 ("faulring")."""
+    """Ratios, and efficiency (nan beyond the slip force) by load for Eq 16 ("linear") and Eq 17 ("faulring")."""
     ratio = np.geomspace(0.3, 1000.0, count)
     curves = {
-        law: {load: at_ratio(replace(machine.element, creep_law=law), load, ratio).efficiency for load in LOADS}
+        law: {load: efficiency_by(replace(machine.element, creep_law=law), load, ratio) for load in LOADS}
         for law in ("linear", "faulring")
     }
     return {"ratio": ratio, **curves}

@@ -11,6 +11,7 @@ from infinivar._xp import Array, namespace
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, kalker, rolling
 from infinivar.contact.bodies import Cylinder, Material, Wheel
+from infinivar.contact.creep import CreepLaw
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
@@ -30,6 +31,15 @@ class LossGroups(NamedTuple):
     """Friction of the axle bearings. [N m]"""
     wheel_radius: Array
     """r. [m]"""
+    full_slip: Array
+    """Scaled creepage C u/(mu P |v|) from which exact theory has the whole patch slip. [-]"""
+
+    def slip_creepage(self, law: CreepLaw) -> Array:
+        """Scaled creepage from which a wheel slides: where the creep law saturates, or exact theory, if that is sooner. [-]"""
+        full = self.full_slip
+        if isinstance(full, (int, float)):
+            return min(full, law.slip_creepage)
+        return namespace(full).where(full < law.slip_creepage, full, law.slip_creepage)
 
     @property
     def rolling_force(self) -> Array:
@@ -72,12 +82,24 @@ class PressedContact(NamedTuple):
         return self.patch.a / self.patch.b
 
     @property
+    def full_slip(self) -> Array:
+        """Scaled creepage from which the whole patch slips; see `infinivar.contact.kalker.full_slip_creepage`. [-]"""
+        return _plain(kalker.full_slip_creepage(self.axis_ratio, self.poisson, self.coefficients.c22))
+
+    @property
     def creep_stiffness(self) -> Array:
         """C = C22 G a b; exact where the patch is circular or its axes lie along and across the rolling direction. [N]
 
         Source: kalker1990, linear theory; faulring2006, Eq 7.
         """
         return self.coefficients.c22 * self.shear_modulus * self.patch.a * self.patch.b
+
+
+MEASURED_FULL_SLIP = 2.586
+"""That of `LossGroups.full_slip` for a circular patch of steel, which stands for contacts whose geometry is not known.
+
+Source: `infinivar.contact.kalker.full_slip_creepage` at a/b = 1 and Poisson's ratio 0.3.
+"""
 
 
 class ContactStress(NamedTuple):
@@ -209,6 +231,7 @@ class ContactGeometry:
                 wheel_radius=wheel_radius, preload=preload, slip_force=slip_force, surface_speed=surface_speed
             ),
             wheel_radius=wheel_radius,
+            full_slip=contact.full_slip,
         )
 
     def axle_friction(self, *, wheel_radius: Array, preload: Array, slip_force: Array, surface_speed: Array) -> Array:

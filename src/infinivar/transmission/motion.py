@@ -40,26 +40,26 @@ def lateral_force(
 
     Source: faulring2006, Eq 7 with the sign of Eq 8; other laws as in `infinivar.contact.creep`.
     """
-    return slip_force * law.force(_scaled(creep_speed, rolling_speed, slip_force, creep_stiffness, stick_speed))
+    return slip_force * law.force(scaled_creepage(creep_speed, rolling_speed, slip_force, creep_stiffness, stick_speed))
 
 
 def slips(
-    law: CreepLaw,
     creep_speed: Array,
     rolling_speed: Array,
     slip_force: Array,
     creep_stiffness: Array,
     stick_speed: Array,
+    slip_creepage: Array,
 ) -> Array:
-    """Whether the whole patch slides; arguments as in `lateral_force`. A law that only tends to slip never does."""
+    """Whether the whole patch slides: from the scaled creepage `slip_creepage` on. Other arguments as in `lateral_force`."""
     xp = namespace(creep_speed, rolling_speed)
-    scaled = _scaled(creep_speed, rolling_speed, slip_force, creep_stiffness, stick_speed)
-    return xp.abs(scaled) > min(law.slip_creepage, 1e300)
+    return xp.abs(scaled_creepage(creep_speed, rolling_speed, slip_force, creep_stiffness, stick_speed)) > slip_creepage
 
 
-def _scaled(
+def scaled_creepage(
     creep_speed: Array, rolling_speed: Array, slip_force: Array, creep_stiffness: Array, stick_speed: Array
 ) -> Array:
+    """Creepage over that at which the linear law slips; arguments as in `lateral_force`. [-]"""
     xp = namespace(creep_speed, rolling_speed)
     rolling = xp.sqrt(rolling_speed * rolling_speed + stick_speed * stick_speed)
     return creep_stiffness / slip_force * (creep_speed / rolling)

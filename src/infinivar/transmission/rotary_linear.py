@@ -27,15 +27,26 @@ from infinivar.contact import creep
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
-from infinivar.transmission.geometry import PRELOAD_POWERS, ContactGeometry, LossGroups, PressedContact
+from infinivar.transmission.geometry import (
+    MEASURED_FULL_SLIP,
+    PRELOAD_POWERS,
+    ContactGeometry,
+    LossGroups,
+    PressedContact,
+)
 from infinivar.transmission.inverse import steering_tangent
+from infinivar.transmission.kinematics import (
+    BEYOND_ANY,
+    RIGHT_ANGLE,
+    Steering,
+    contact_balance,
+    driven,
+    relative_velocities,
+)
 from infinivar.transmission.operating_point import OperatingPoint
 
 MEASURED = ("creep_stiffness", "rolling_torque", "bearing_torque")
 """Fields that stand for a contact whose geometry is not described."""
-
-_RIGHT_ANGLE = 1e-15
-"""Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
 
 _SPEED_TOLERANCE = 1e-6
 """Of surface and link speed together. Rounding leaves 1e-15, and more only within a millionth of slip with Eq 17."""
@@ -43,72 +54,8 @@ _SPEED_TOLERANCE = 1e-6
 _ROUNDING = 2e-15
 """Of a force ratio that follows from an angle: some units in the last place."""
 
-_BEYOND_ANY = 1e200
-"""Stands for the secant of a right angle: finite, so that no force times it is still no force."""
-
-
-def relative_velocities(link_speed: Array, surface_speed: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
-    """Creep velocity u and rolling velocity v of the wheel at the contact.
-
-    Parameters
-    ----------
-    link_speed, surface_speed : (...,) float   ldot and R omega. [m s^-1]
-    cosine, sine : (...,) float                Of the steering angle. [-]
-
-    Returns
-    -------
-    u, v : (...,) float   [m s^-1]; inputs broadcast.
-
-    Source: faulring2006, Eqs 3 and 4.
-    """
-    return link_speed * cosine + surface_speed * sine, link_speed * sine - surface_speed * cosine
-
-
-def contact_balance(
-    lateral_force: Array, rolling_force: Array, cosine: Array, sine: Array, cylinder_radius: Array
-) -> tuple[Array, Array]:
-    """Cylinder torque and link force that balance the contact forces.
-
-    Parameters
-    ----------
-    lateral_force, rolling_force : (...,) float   fu and fr. [N]
-    cosine, sine : (...,) float                   Of the steering angle. [-]
-    cylinder_radius : (...,) float                R. [m]
-
-    Returns
-    -------
-    tau, fl : (...,) float   [N m], [N]; inputs broadcast.
-
-    Source: faulring2006, Eqs 5 and 6.
-    """
-    tau = cylinder_radius * (lateral_force * sine - rolling_force * cosine)
-    return tau, -lateral_force * cosine - rolling_force * sine
-
-
-@dataclass(frozen=True, slots=True)
-class _Steering:
-    """Steering angle by its functions, so that formulas call no trigonometry."""
-
-    cosine: Array
-    sine: Array
-    tangent: Array
-    secant: Array
-
-    @classmethod
-    def at_angle(cls, xp, angle: Array) -> _Steering:
-        """From an angle, right angles included."""
-        cosine, sine = xp.cos(angle), xp.sin(angle)
-        right = xp.abs(cosine) < _RIGHT_ANGLE
-        safe = xp.where(right, 1.0, cosine)
-        tangent = xp.where(right, signed_infinity(xp, sine), sine / safe)
-        return cls(xp.where(right, 0.0, cosine), sine, tangent, xp.where(right, _BEYOND_ANY, 1.0 / safe))
-
-    @classmethod
-    def at_tangent(cls, xp, tangent: Array) -> _Steering:
-        """From a finite tangent, or nan."""
-        secant = xp.sqrt(1.0 + tangent * tangent)
-        cosine = 1.0 / secant
-        return cls(cosine, tangent * cosine, tangent, secant)
+_ROUNDED = 1e-9
+"""By which a creepage, a difference of speeds, may seem to be beyond slip."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -223,6 +170,7 @@ class RotaryLinearIVT:
             rolling_torque=self.rolling_torque,
             bearing_torque=self.bearing_torque,
             wheel_radius=self.wheel_radius,
+            full_slip=MEASURED_FULL_SLIP,
         )
 
     def operate(
@@ -246,7 +194,8 @@ class RotaryLinearIVT:
         -------
         OperatingPoint
             Inputs broadcast. Prescribed force beyond slip: motion is nan, `limit` is SLIP. Prescribed speed beyond
-            slip: forces of gross sliding, `limit` is SLIP. At rest (no cylinder nor link speed) the contact holds any
+            slip: forces of gross sliding, `limit` is SLIP. A creepage beyond full slip is SLIP, too, however small the
+            force that the law gives it. At rest (no cylinder nor link speed) the contact holds any
             force below slip: with a prescribed force, static friction takes what it can and `torque` is the smallest
             that holds; with a prescribed speed of zero the forces are not determined and nan.
 
@@ -262,13 +211,13 @@ class RotaryLinearIVT:
         given = link_speed if link_force is None else link_force
         xp = namespace(self, cylinder_speed, steering_angle, given)
         omega, phi, given = as_floats(xp, cylinder_speed, steering_angle, given)
-        if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + _RIGHT_ANGLE):
+        if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + RIGHT_ANGLE):
             raise ParameterError(
                 "steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own"
             )
         groups = self.groups(cylinder_speed)
         omega, phi, given = xp.broadcast_arrays(omega, phi, given)
-        steering = _Steering.at_angle(xp, phi)
+        steering = Steering.at_angle(xp, phi)
         if link_force is None:
             return self._at_speed(xp, groups, omega, steering, given)
         return self._at_force(xp, groups, omega, steering, given)
@@ -295,8 +244,12 @@ class RotaryLinearIVT:
         tangent, possible = self._tangent(xp, groups, omega, speed, force)
         decoupled = (omega == 0) & (speed != 0)
         load, rolled = force / groups.slip_force, groups.rolling_group * xp.sign(omega) * tangent
-        ratio = rolled - load * xp.sqrt(1.0 + tangent * tangent)
-        angle = xp.where(possible & (xp.abs(ratio) <= 1.0), xp.atan(tangent), xp.nan)  # a nan ratio is not
+        root = xp.sqrt(1.0 + tangent * tangent)
+        creep_speed, rolling_speed = relative_velocities(
+            speed, self.cylinder_radius * omega, 1.0 / root, tangent / root
+        )
+        demand = self._slip_demand(xp, groups, rolled - load * root, creep_speed, rolling_speed)
+        angle = xp.where(possible & (demand <= 1.0), xp.atan(tangent), xp.nan)  # a nan demand is not
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
 
     def deliver(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> OperatingPoint:
@@ -323,7 +276,7 @@ class RotaryLinearIVT:
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         groups = self.groups(cylinder_speed)
         tangent, possible = self._tangent(xp, groups, omega, speed, force)
-        return self._at_force(xp, groups, omega, _Steering.at_tangent(xp, tangent), force, possible, speed)
+        return self._at_force(xp, groups, omega, Steering.at_tangent(xp, tangent), force, possible, speed)
 
     def _tangent(
         self, xp, groups: LossGroups, omega: Array, link_speed: Array, link_force: Array
@@ -339,7 +292,7 @@ class RotaryLinearIVT:
         xp,
         groups: LossGroups,
         omega: Array,
-        steering: _Steering,
+        steering: Steering,
         link_force: Array,
         possible: Array = True,
         exact_speed: Array | None = None,
@@ -362,7 +315,7 @@ class RotaryLinearIVT:
         along = cosine + spin * creepage * sine
         rolls = rolls & (standing | (along > 0))
         surface_speed = self.cylinder_radius * xp.abs(omega)
-        rolling, link_speed = _driven(xp, surface_speed, spin, creepage, steering, along)
+        rolling, link_speed = driven(xp, surface_speed, spin, creepage, steering, along)
         creep_speed, rolling_speed = creepage * rolling, -spin * rolling
         if law.flow_factor is not None:
             factor = creep.directed_flow_factor(law, safe, link_speed)
@@ -401,10 +354,14 @@ class RotaryLinearIVT:
             rolling_speed=rolling_speed * still,
             creep_speed=creep_speed * still,
             lateral_force=lateral,
-            slip_demand=xp.where(rolls | (xp.abs(ratio) > 1.0), xp.abs(ratio), xp.inf),
+            slip_demand=xp.where(
+                rolls,
+                self._slip_demand(xp, groups, ratio, creep_speed * still, rolling_speed * still),
+                xp.where(xp.abs(ratio) > 1.0, xp.abs(ratio), xp.inf),
+            ),
         )
 
-    def _at_speed(self, xp, groups: LossGroups, omega: Array, steering: _Steering, link_speed: Array) -> OperatingPoint:
+    def _at_speed(self, xp, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array) -> OperatingPoint:
         """Operating point for a prescribed link speed."""
         cosine, sine = steering.cosine, steering.sine
         surface_speed = self.cylinder_radius * omega
@@ -414,11 +371,11 @@ class RotaryLinearIVT:
         slides = (rolling_speed == 0) & (creep_speed != 0)
         creepage = xp.where(slides, signed_infinity(xp, creep_speed), creepage)
         law = creep.law(self.creep_law)
-        scaled = creepage * groups.creep_group
-        ratio = law.force(scaled)
-        beyond = xp.abs(scaled) > law.slip_creepage
+        ratio = law.force(creepage * groups.creep_group)
+        slip_demand = self._slip_demand(xp, groups, ratio, creep_speed, rolling_speed)
         if law.flow_factor is not None:
             ratio, beyond = self._ratio_with_flow_loss(xp, groups, omega, steering, link_speed, ratio)
+            slip_demand = xp.where(beyond, xp.inf, slip_demand)
         lateral = ratio * groups.slip_force
         against_rolling = xp.sign(rolling_speed) * groups.rolling_force
         torque, link_force = contact_balance(lateral, against_rolling, cosine, sine, self.cylinder_radius)
@@ -435,11 +392,20 @@ class RotaryLinearIVT:
             rolling_speed=rolling_speed,
             creep_speed=creep_speed,
             lateral_force=lateral + unknown,
-            slip_demand=xp.where(beyond, xp.inf, xp.abs(ratio)),
+            slip_demand=slip_demand,
         )
 
+    def _slip_demand(self, xp, groups: LossGroups, ratio: Array, creep_speed: Array, rolling_speed: Array) -> Array:
+        """How near the wheel is to sliding: by its lateral force or by its creepage, whichever is nearer; 1 is slip."""
+        most = groups.slip_creepage(creep.law(self.creep_law)) * (1.0 + _ROUNDED)
+        rolling = xp.abs(rolling_speed)
+        rolling = xp.where(rolling > 0, rolling, 1.0 / BEYOND_ANY)  # a wheel may slide without rolling at all
+        creepage = groups.creep_group * xp.abs(creep_speed) / (rolling * most)
+        by_force = xp.abs(ratio)
+        return xp.where(creepage > by_force, creepage, by_force)
+
     def _ratio_with_flow_loss(
-        self, xp, groups: LossGroups, omega: Array, steering: _Steering, link_speed: Array, sliding: Array
+        self, xp, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array, sliding: Array
     ) -> tuple[Array, Array]:
         """Force ratio at which the link has a prescribed speed under a law with a flow loss; `sliding` beyond slip."""
         cosine, sine = steering.cosine, steering.sine
@@ -450,7 +416,7 @@ class RotaryLinearIVT:
         def excess(ratio: Array) -> Array:
             creepage = law.creepage(ratio) / groups.creep_group
             along = cosine + spin * creepage * sine
-            _, speed = _driven(xp, surface_speed, spin, creepage, steering, along)
+            _, speed = driven(xp, surface_speed, spin, creepage, steering, along)
             factor = creep.directed_flow_factor(law, ratio, speed)
             return xp.where(along > 0, speed * factor - link_speed, signed_infinity(xp, ratio))
 
@@ -460,7 +426,7 @@ class RotaryLinearIVT:
         return xp.where(rolls, found, sliding), ~rolls & ((xp.abs(sliding) >= 1.0) | (spin != 0))
 
     def _point(
-        self, xp, groups: LossGroups, omega: Array, steering: _Steering, *, slip_demand: Array, **state: Array
+        self, xp, groups: LossGroups, omega: Array, steering: Steering, *, slip_demand: Array, **state: Array
     ) -> OperatingPoint:
         turned = xp.abs(state["rolling_speed"]) / self.wheel_radius
         utilisation = {Limit.SLIP: slip_demand}
@@ -477,17 +443,6 @@ class RotaryLinearIVT:
             utilisation=utilisation,
             **state,
         )
-
-
-def _driven(
-    xp, surface_speed: Array, spin: Array, creepage: Array, steering: _Steering, along: Array
-) -> tuple[Array, Array]:
-    """Rolling speed |v| and link speed of a wheel that rolls the way the cylinder drives it.
-
-    `along` is ``cos(phi) + s e sin(phi)``, positive for such a wheel; elsewhere the result means nothing.
-    """
-    rolling = surface_speed / xp.where(along > 0, along, 1.0)
-    return rolling, rolling * (creepage * steering.cosine - spin * steering.sine)
 
 
 def _check_angle(xp, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from importlib import resources
 from typing import Any, Literal, NamedTuple
 
+from infinivar import power
 from infinivar.analysis.compare import Comparison, compare
 from infinivar.analysis.dynamic import DynamicMap, dynamic_map
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -159,6 +160,12 @@ def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: fl
 
     angle = -np.arctan(1.0 / np.asarray(ratio, dtype=float))
     return element.operate(cylinder_speed=cylinder_speed, steering_angle=angle, link_force=load * element.slip_force)
+
+
+def efficiency_by(element: RotaryLinearIVT, load: Any, ratio: Any) -> Any:
+    """Efficiency of `at_ratio`, also where the creepage of Eq 17 is beyond full slip; nan beyond the slip force. [-]"""
+    point = at_ratio(element, load, ratio)
+    return power.efficiency(point.power_in, point.power_out)
 
 
 def about(value: float, paper: float, tolerance: float) -> Verdict:

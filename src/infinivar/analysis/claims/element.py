@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from infinivar.analysis.claims.claim import Finding, Machine, about, at_ratio, yes
+from infinivar.analysis.claims.claim import Finding, Machine, about, at_ratio, efficiency_by, yes
 from infinivar.contact.exact import lateral_creep
 from infinivar.parts import catalogue
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -61,9 +61,9 @@ def e2(machine: Machine) -> Finding:
 def e3(machine: Machine) -> Finding:
     """Efficiency at 1:1 and half load, with Eqs 16 and 17."""
     element = replace(machine.element, creep_law="faulring")
-    value = float(at_ratio(element, _HALF, 1.0).efficiency)
+    value = float(efficiency_by(element, _HALF, 1.0))
     ratios = np.geomspace(0.5, 1.0, 2001)
-    falls = ratios[np.nanargmin(np.abs(at_ratio(element, _HALF, ratios).efficiency - 0.5))]
+    falls = ratios[np.nanargmin(np.abs(efficiency_by(element, _HALF, ratios) - 0.5))]
     why = f"Eqs 16 and 17 with H and K that meet E1 and E2 give {value:.3f} at 1:1 and fall to 0.50 only near {falls:.2f}:1."
     return Finding(value, about(value, 0.50, _READING), why)
 
@@ -175,7 +175,7 @@ def e11(machine: Machine) -> Finding:
     """Peaks of the 95 % curve by Eq 16 and by Eq 17."""
     ratio = np.geomspace(1.0, 100.0, 2001)
     peaks = [
-        float(np.nanmax(at_ratio(replace(machine.element, creep_law=law), 0.95, ratio).efficiency))
+        float(np.nanmax(efficiency_by(replace(machine.element, creep_law=law), 0.95, ratio)))
         for law in ("linear", "faulring")
     ]
     why = (

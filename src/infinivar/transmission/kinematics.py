@@ -1,0 +1,89 @@
+"""Velocities and forces of a steered wheel between a turning surface and the link that carries it: Eqs 3 to 6."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from infinivar._xp import Array, signed_infinity
+
+BEYOND_ANY = 1e200
+"""Stands for the secant of a right angle: finite, so that no force times it is still no force."""
+
+RIGHT_ANGLE = 1e-15
+"""Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
+
+
+def relative_velocities(link_speed: Array, surface_speed: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
+    """Creep velocity u and rolling velocity v of the wheel at the contact.
+
+    Parameters
+    ----------
+    link_speed, surface_speed : (...,) float   ldot and R omega. [m s^-1]
+    cosine, sine : (...,) float                Of the steering angle. [-]
+
+    Returns
+    -------
+    u, v : (...,) float   [m s^-1]; inputs broadcast.
+
+    Source: faulring2006, Eqs 3 and 4.
+    """
+    return link_speed * cosine + surface_speed * sine, link_speed * sine - surface_speed * cosine
+
+
+def contact_balance(
+    lateral_force: Array, rolling_force: Array, cosine: Array, sine: Array, cylinder_radius: Array
+) -> tuple[Array, Array]:
+    """Cylinder torque and link force that balance the contact forces.
+
+    Parameters
+    ----------
+    lateral_force, rolling_force : (...,) float   fu and fr. [N]
+    cosine, sine : (...,) float                   Of the steering angle. [-]
+    cylinder_radius : (...,) float                R. [m]
+
+    Returns
+    -------
+    tau, fl : (...,) float   [N m], [N]; inputs broadcast.
+
+    Source: faulring2006, Eqs 5 and 6.
+    """
+    tau = cylinder_radius * (lateral_force * sine - rolling_force * cosine)
+    return tau, -lateral_force * cosine - rolling_force * sine
+
+
+@dataclass(frozen=True, slots=True)
+class Steering:
+    """Steering angle by its functions, so that formulas call no trigonometry."""
+
+    cosine: Array
+    sine: Array
+    tangent: Array
+    secant: Array
+
+    @classmethod
+    def at_angle(cls, xp, angle: Array) -> Steering:
+        """From an angle, right angles included."""
+        cosine, sine = xp.cos(angle), xp.sin(angle)
+        right = xp.abs(cosine) < RIGHT_ANGLE
+        safe = xp.where(right, 1.0, cosine)
+        tangent = xp.where(right, signed_infinity(xp, sine), sine / safe)
+        return cls(xp.where(right, 0.0, cosine), sine, tangent, xp.where(right, BEYOND_ANY, 1.0 / safe))
+
+    @classmethod
+    def at_tangent(cls, xp, tangent: Array) -> Steering:
+        """From a finite tangent, or nan."""
+        secant = xp.sqrt(1.0 + tangent * tangent)
+        cosine = 1.0 / secant
+        return cls(cosine, tangent * cosine, tangent, secant)
+
+
+def driven(
+    xp: Any, surface_speed: Array, spin: Array, creepage: Array, steering: Steering, along: Array
+) -> tuple[Array, Array]:
+    """Rolling speed |v| and link speed of a wheel that rolls the way the cylinder drives it.
+
+    `along` is ``cos(phi) + s e sin(phi)``, positive for such a wheel; elsewhere the result means nothing.
+    """
+    rolling = surface_speed / xp.where(along > 0, along, 1.0)
+    return rolling, rolling * (creepage * steering.cosine - spin * steering.sine)
