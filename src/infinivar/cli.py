@@ -8,7 +8,7 @@ import re
 import shlex
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -16,6 +16,10 @@ from infinivar import __version__
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say, write
 from infinivar.console import run as run_command
 from infinivar.errors import InputError, ParameterError
+from infinivar.options import Json, Out, StudyFile, named_path, numbers, quantity
+
+if TYPE_CHECKING:
+    from infinivar.study.study import Study
 
 app = typer.Typer(
     help="Models, sizes and compares drive-trains with an infinitely variable (cobotic) transmission and a fixed ratio.",
@@ -24,10 +28,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
-Out = Annotated[Path, typer.Option("--out", help="Folder for the results; made if it is not there.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output.")]
 
 
 def main() -> None:
@@ -42,22 +42,39 @@ def _print_json(value: Any) -> None:
 
 
 @app.command()
+def check(study: StudyFile) -> None:
+    """Check a study without computing anything: values, files, and what its motions need of its drives."""
+    from infinivar.study.check import check as run
+
+    loaded = _loaded(study)
+    with _of(study):
+        run(loaded)
+    counts = {
+        "drive": len(loaded.drives),
+        "duty cycle": len(loaded.duty),
+        "scenario": len(loaded.scenarios),
+        "stated spread": sum(len(spreads) for spreads in loaded.uncertainty.spreads.values()),
+    }
+    said = ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count)
+    say(f"{study}: {said}; nothing wrong")
+
+
+@app.command()
 def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> None:
     """Hold every drive of a study against its requirement and duty cycles; write report, results and maps.
 
     Exit code 1 if no drive covers the requirement and does every duty cycle.
     """
     from infinivar.analysis.compare import compare as run
-    from infinivar.study.load import load_study
+    from infinivar.report.output import claimed
+    from infinivar.study.check import check_duty
 
-    loaded = load_study(study)
-    for warning in loaded.warnings:
-        complain(f"{study}: check {warning}")
-    with progress_bar() as progress:
-        try:
+    loaded = _loaded(study)
+    with _of(study):
+        check_duty(loaded)
+    with claimed(out), progress_bar() as progress:
+        with _of(study):
             comparison = run(loaded, progress=progress)
-        except InputError as problem:
-            raise InputError(f"{study}: {problem}") from None
         progress("writing the report", 1.0)
         files = comparison.save(out)
     if as_json:
@@ -94,10 +111,8 @@ def contact(
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
-    try:
+    with _of(study):
         sheets = contact_sheets(loaded, drive)
-    except InputError as problem:
-        raise InputError(f"{study}: {problem}") from None
     files = report.save(sheets, out)
     if as_json:
         _print_json({"sheets": [sheet.to_dict() for sheet in sheets], "files": [str(file) for file in files]})
@@ -117,9 +132,10 @@ def reproduce(
     """Draw the paper's figures and check its claims."""
     from infinivar.analysis.reproduce import reproduce as run
     from infinivar.report import reproduction
+    from infinivar.report.output import claimed
 
     reproduction.check_figure(figure)
-    with progress_bar() as progress:
+    with claimed(out), progress_bar() as progress:
         result = run(figure, progress=progress)
         progress("drawing", 1.0)
         files = reproduction.save(result, out, figure)
@@ -144,18 +160,20 @@ def simulate(
     Exit code 1 if the drive could not do it: the run is incomplete, a limit was exceeded, or a motor overheats.
     """
     from infinivar.analysis.simulate import simulate as run
+    from infinivar.report.output import claimed
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
     driven = _chosen(study, "drive", drive, loaded.drives)
     asked = _chosen(study, "scenario", scenario, loaded.scenarios)
-    with progress_bar() as progress, _named(study, f"drives.{driven}, scenarios.{asked}"):
-        result = run(
-            loaded.drives[driven],
-            loaded.scenarios[asked],
-            title=loaded.titles[driven],
-            progress=lambda share: progress(loaded.scenarios[asked].title, share),
-        )
+    with claimed(out), progress_bar() as progress:
+        with _named(study, f"drives.{driven}, scenarios.{asked}"):
+            result = run(
+                loaded.drives[driven],
+                loaded.scenarios[asked],
+                title=loaded.titles[driven],
+                progress=lambda share: progress(loaded.scenarios[asked].title, share),
+            )
         progress("writing the report", 1.0)
         files = result.save(out, f"{driven}-{asked}", reconstruction=loaded.reconstruction)
     if as_json:
@@ -174,7 +192,9 @@ def rig(
     drive: Annotated[
         str | None, typer.Option("--drive", help="Name of a cobotic drive; the only one if left out.")
     ] = None,
-    out: Annotated[Path, typer.Option("--out", help="CSV file to write.")] = Path("rig.csv"),
+    out: Annotated[Path, typer.Option("--out", parser=named_path, metavar="PATH", help="CSV file to write.")] = Path(
+        "rig.csv"
+    ),
     ratios: Annotated[str, typer.Option(help="Reduction ratios.")] = "100,50,20,8,4,2,1",
     loads: Annotated[str, typer.Option(help="Loads over the slip force.")] = "0.15,0.5",
     preloads: Annotated[str, typer.Option(help="Preloads over the study's.")] = "1",
@@ -184,17 +204,19 @@ def rig(
     from infinivar.analysis.calibration import virtual
     from infinivar.analysis.calibration.calibrate import cobotic
     from infinivar.report.calibration import save_data
+    from infinivar.report.output import check_file
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
     name = _measurable(study, drive, loaded.drives)
     wanted = {
-        "ratios": _numbers("ratios", ratios),
-        "loads": _numbers("loads", loads),
-        "preloads": _numbers("preloads", preloads),
+        "ratios": numbers("ratios", ratios),
+        "loads": numbers("loads", loads),
+        "preloads": numbers("preloads", preloads),
     }
     with _named(study, f"drives.{name}"):
         measured = cobotic(loaded, name)
+    check_file(out)
     with progress_bar() as progress, _named(study, f"drives.{name}"):
         settings = virtual.protocol(measured, loaded.rig, **wanted)
         done = virtual.experiment(
@@ -231,13 +253,15 @@ def calibrate(
     Exit code 1 if the data do not tell all that was to be fitted.
     """
     from infinivar.analysis.calibration.calibrate import calibrate as run
+    from infinivar.report.output import claimed
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
     name = _measurable(study, drive, loaded.drives)
     names = [word.strip() for word in fit.split(",") if word.strip()]
-    found = run(loaded, name, data, parameters=names, leave_out=leave_out or ())
-    files = found.save(out)
+    with claimed(out):
+        found = run(loaded, name, data, parameters=names, leave_out=leave_out or ())
+        files = found.save(out)
     if as_json:
         _print_json({**found.to_dict(), "files": [str(file) for file in files]})
     else:
@@ -271,6 +295,7 @@ def sensitivity(
     """Rank the parameters of a drive by what they do to a result; write report and figures."""
     from infinivar.analysis.derivatives import METHODS
     from infinivar.analysis.sensitivity import sensitivity as run
+    from infinivar.report.output import claimed
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
@@ -278,12 +303,10 @@ def sensitivity(
     derived: Any = next((known for known in METHODS if known == method), None)
     if derived is None:
         raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
-    push, pace = _quantity("--force", force, "N"), _quantity("--speed", speed, "m/s")
-    with progress_bar() as progress:
-        try:
+    push, pace = quantity("--force", force, "N"), quantity("--speed", speed, "m/s")
+    with claimed(out), progress_bar() as progress:
+        with _of(study):
             found = run(loaded, name, of, speed=pace, force=push, duty=duty, method=derived, progress=progress)
-        except InputError as problem:
-            raise InputError(f"{study}: {problem}") from None
         progress("writing the report", 1.0)
         files = found.save(out)
     if as_json:
@@ -303,22 +326,6 @@ def sensitivity(
     say(f"Report: {files[0]}")
 
 
-def _quantity(option: str, text: str | None, unit: str) -> float | None:
-    from infinivar import units
-
-    try:
-        return None if text is None else units.parse(text, unit)
-    except InputError as problem:
-        raise InputError(f"{option} {text!r} {problem}") from None
-
-
-def _numbers(option: str, text: str) -> tuple[float, ...]:
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError:
-        raise InputError(f"--{option} {text!r} must be numbers with commas between them, such as 100,8,1") from None
-
-
 def _call(*words: object) -> str:
     return shlex.join(["infinivar", *map(str, words)])
 
@@ -327,7 +334,10 @@ def _call(*words: object) -> str:
 def graph(
     study: StudyFile,
     drive: Annotated[str, typer.Argument(help="Name of the drive in the study.", show_default=False)],
-    out: Annotated[Path, typer.Option("--out", help="Picture to write: .svg, .pdf or .png.")] = Path("graph.svg"),
+    out: Annotated[
+        Path,
+        typer.Option("--out", parser=named_path, metavar="PATH", help="Picture to write: .svg, .pdf or .png."),
+    ] = Path("graph.svg"),
     plant: Annotated[
         str,
         typer.Option(
@@ -373,6 +383,25 @@ def _measurable(study: Path, name: str | None, drives: Mapping[str, Any]) -> str
 
     wheeled = {known: drive for known, drive in drives.items() if isinstance(drive, CoboticDrive)}
     return _chosen(study, "drive", name, wheeled if name is None and wheeled else drives)
+
+
+def _loaded(path: Path) -> Study:
+    """The study, with its warnings on stderr."""
+    from infinivar.study.load import load_study
+
+    loaded = load_study(path)
+    for warning in loaded.warnings:
+        complain(f"{path}: check {warning}")
+    return loaded
+
+
+@contextlib.contextmanager
+def _of(study: Path) -> Iterator[None]:
+    """Bad input found in a study is named with its file."""
+    try:
+        yield
+    except InputError as problem:
+        raise InputError("\n".join(f"{study}: {line}" for line in str(problem).split("\n"))) from None
 
 
 @contextlib.contextmanager

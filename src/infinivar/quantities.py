@@ -7,11 +7,14 @@ made from them too.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
+import types
+import typing
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
-from infinivar.errors import ParameterError, require
+from infinivar.errors import ParameterError, nearest, require
 
 _BOUNDS = {
     "> 0": lambda value: value > 0,
@@ -84,8 +87,29 @@ def check_value(field: str, value: Any, unit: str, bound: str) -> None:
         require(not wrong.any(), field, value[wrong][:1], bound, shown)
 
 
+@functools.cache
+def _choices(part: type) -> Mapping[str, tuple[Any, ...]]:
+    """What each field that is a choice may be: the literals of its type hint, and None where it may be left out."""
+    found: dict[str, tuple[Any, ...]] = {}
+    hints = typing.get_type_hints(part)
+    for field in dataclasses.fields(part):
+        hint = hints[field.name]
+        kinds = typing.get_args(hint) if typing.get_origin(hint) in (types.UnionType, typing.Union) else (hint,)
+        words = [word for kind in kinds if typing.get_origin(kind) is Literal for word in typing.get_args(kind)]
+        if words:
+            found[field.name] = (*words, *([None] if type(None) in kinds else []))
+    return found
+
+
 def check(instance: Any) -> None:
-    """Validate every physical field of a dataclass instance; for use in `__post_init__`."""
+    """Validate every physical field and every choice of a dataclass instance; for use in `__post_init__`."""
+    for name, options in _choices(type(instance)).items():
+        said = getattr(instance, name)
+        if said not in options:
+            named = [word for word in options if isinstance(word, str)]
+            hint = nearest(said, named) if isinstance(said, str) else ""
+            words = ", ".join(str(option) for option in options if option is not None)
+            raise ParameterError(f"{name} must be one of {words}, got {said!r}{hint}")
     for field in dataclasses.fields(instance):
         value = getattr(instance, field.name)
         if "unit" in field.metadata and (value is not None or field.default is not None):

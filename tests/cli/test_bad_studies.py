@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from folders import results
+
 REQUIREMENT = """
 [requirement]
 force = "50 N"
@@ -470,8 +472,8 @@ def test_results_of_a_good_run_survive_a_bad_one(infinivar, write, tmp_path):
     for name in ("report.html", "results.json", "mine.nc"):
         (tmp_path / "out" / name).write_text("before", "utf-8")
     assert infinivar("compare", write(REQUIREMENT)).code == 2
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["mine.nc", "report.html", "results.json"]
-    assert {path.read_text("utf-8") for path in (tmp_path / "out").iterdir()} == {"before"}
+    assert results(tmp_path / "out") == ["mine.nc", "report.html", "results.json"]
+    assert {(tmp_path / "out" / name).read_text("utf-8") for name in results(tmp_path / "out")} == {"before"}
 
 
 @pytest.mark.parametrize("json_too", [[], ["--json"]])

@@ -219,7 +219,7 @@ def test_the_only_drive_with_a_wheel_need_not_be_named(infinivar, write):
         '[drives.gear]\nbase = "faulring2006.motor2-gear4"\n'
     )
     assert "drives.ivt: loads must be" in infinivar("rig", study, "--loads", "1.5").err
-    assert "gone.csv: cannot be read" in infinivar("calibrate", "gone.csv", "--study", study).err
+    assert "gone.csv: no such file" in infinivar("calibrate", "gone.csv", "--study", study).err
 
 
 def test_the_figure_shows_fitted_curves_through_the_data(measured):

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray
 
+from folders import results
 from infinivar.limits import Limit
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
@@ -165,9 +166,7 @@ def test_other_files_stay_and_old_results_go(compared):
     assert outcome.code == 0
     assert (folder / "notes.txt").read_text("utf-8") == "keep me"
     assert (folder / "report.html").stat().st_size > 100_000
-    assert sorted(path.name for path in folder.iterdir()) == sorted(
-        ["notes.txt", "report.html", "results.json", *(f"{drive}.nc" for drive in DRIVES)]
-    )
+    assert results(folder) == sorted(["notes.txt", "report.html", "results.json", *(f"{drive}.nc" for drive in DRIVES)])
 
 
 def test_plain_output_is_one_line_a_drive(infinivar, write):
@@ -186,7 +185,7 @@ def test_exit_code_1_where_no_drive_covers(infinivar, write, tmp_path):
     assert drive["coverage"] < 0.1
     assert drive["tightest_margin"]["value"] < 0.2
     # "Not feasible" is an answer: everything is written.
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["mine.nc", "report.html", "results.json"]
+    assert results(tmp_path / "out") == ["mine.nc", "report.html", "results.json"]
 
 
 def test_coverage_is_a_share_of_the_area(infinivar, write):
@@ -296,7 +295,7 @@ def test_nothing_is_replaced_unless_everything_can_be(infinivar, write, tmp_path
     outcome = infinivar("compare", name, "--out", "out")
     assert outcome.code == 2
     assert occupied in outcome.err
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(names)
+    assert results(tmp_path / "out") == sorted(names)
     assert all((tmp_path / "out" / name).read_text("utf-8") == "before" for name in names if name != occupied)
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
+from folders import results
 from infinivar.analysis.contact_sheet import contact_sheets
 from infinivar.limits import Limit
 
@@ -45,7 +46,7 @@ def test_sheet_of_the_shipped_study(infinivar, tmp_path):
     names = [f"contact-{drive}{part}" for drive in ("cobotic", "cobotic-b") for part in ("", "-trends")]
     expected = [f"{name}.{kind}" for name in names for kind in ("png", "svg", "pdf")]
     expected += ["contact-cobotic.txt", "contact-cobotic-b.txt"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(expected)
+    assert results(tmp_path) == sorted(expected)
     assert (tmp_path / "contact-cobotic.txt").read_text("utf-8") in done.out
 
 
@@ -107,7 +108,7 @@ def test_measured_groups_have_a_shorter_sheet(infinivar, write, tmp_path):
     assert "Stress limits are not known" in done.out
     assert "creep group                K                217.9" in done.out
     assert "Patch" not in done.out
-    assert [file.name for file in (tmp_path / "sheet").iterdir()] == ["contact-mine.txt"]
+    assert results(tmp_path / "sheet") == ["contact-mine.txt"]
 
 
 @pytest.mark.parametrize(

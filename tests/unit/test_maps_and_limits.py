@@ -54,7 +54,7 @@ def test_quadrants(quadrants, signs):
 def test_requirement_refuses():
     with pytest.raises(ValueError, match="force must be > 0 N, got 0"):
         replace(CAPPED, force=0.0)
-    with pytest.raises(ValueError, match="quadrants must be 1, 2 or 4, got 3"):
+    with pytest.raises(ValueError, match="quadrants must be one of 1, 2, 4, got 3"):
         replace(CAPPED, quadrants=3)
 
 

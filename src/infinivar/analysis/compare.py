@@ -19,9 +19,10 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
-from infinivar.errors import InputError, ParameterError
+from infinivar.errors import ParameterError
 from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
+from infinivar.study.check import check_duty
 from infinivar.study.study import Study
 
 if TYPE_CHECKING:
@@ -303,6 +304,7 @@ def compare(study: Study, *, progress: Callable[[str, float], None] | None = Non
     AuditError
         If a power balance does not close.
     """
+    check_duty(study)
     results: dict[str, DriveResult] = {}
     uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name)]
     count = len(study.drives) * (1 + len(study.duty)) + len(uncertain)
@@ -355,16 +357,11 @@ def work_through(
     ways: dict[str, TwoWays | str] = {}
     for index, (name, drive) in enumerate(study.drives.items()):
         progress(f"{study.titles[name]}: {duty.title}", index)
-        if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-            raise InputError(f"drives.{name}: a drive of type {type(drive).__name__} cannot follow duty.{task}")
-        try:
-            result = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
-            if isinstance(drive, CoboticDrive):
-                found_policies[name] = policies(drive, duty)
-        except ParameterError as problem:
-            raise InputError(f"drives.{name}: {problem}, for duty.{task}") from problem
-        results[name] = result
-        ways[name] = _both_ways(drive, duty, result)
+        assert isinstance(drive, (CoboticDrive, ConventionalDrive))  # or `check_duty` had refused it
+        results[name] = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
+        if isinstance(drive, CoboticDrive):
+            found_policies[name] = policies(drive, duty)
+        ways[name] = _both_ways(drive, duty, results[name])
     return DutyComparison(
         duty=duty, results=FrozenDict(results), policies=FrozenDict(found_policies), two_ways=FrozenDict(ways)
     )

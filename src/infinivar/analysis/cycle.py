@@ -12,7 +12,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.course import Course
 from infinivar.drivetrain.drive import MovingPoint
-from infinivar.errors import AuditError, require
+from infinivar.errors import AuditError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.amplifier import Amplifier, Regeneration
 from infinivar.power import AUDIT_TOLERANCE
@@ -60,8 +60,6 @@ class Definition:
     def __post_init__(self) -> None:
         """Refuse what is not a definition."""
         check(self)
-        require(self.measure in ("exchange", "round trip", "printed"), "measure", self.measure, "a known measure")
-        require(self.torque in ("rms", "peak"), "torque", self.torque, "rms or peak")
         self.amplifier(Amplifier())
 
     def amplifier(self, given: Amplifier) -> Amplifier:

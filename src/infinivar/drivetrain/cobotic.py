@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from infinivar._xp import Array, finite_floats, namespace
-from infinivar.contact import spin
+from infinivar.contact import creep, spin
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.course import Course
@@ -198,6 +198,15 @@ class CoboticDrive:
             utilisation={**element.utilisation, **side.utilisation, **returned},
             states={**side.states, "steering_tangent": element.steering_tangent, "cylinder_torque_Nm": element.torque},
         )
+
+    def check_motion(self) -> None:
+        """Raise ParameterError that names a value which motion needs and this drive lacks, if there is one."""
+        needed(self.link_mass, "link_mass")
+        needed(needed(self.steering, "steering").motor.rotor_inertia, "steering.motor.rotor_inertia")
+        try:
+            creep.law_in_motion(self.transmission.creep_law)
+        except ParameterError as problem:
+            raise ParameterError(f"transmission.{problem}") from None
 
     def unheld(self) -> CoboticDrive:
         """The drive without the friction that helps to hold a load at rest: the guideway's, as all else keeps turning."""

@@ -70,6 +70,11 @@ class ConventionalDrive:
             states=side.states,
         )
 
+    def check_motion(self) -> None:
+        """Raise ParameterError that names a value which motion needs and this drive lacks, if there is one."""
+        needed(self.output_inertia, "output_inertia")
+        needed(self.motor.rotor_inertia, "motor.rotor_inertia")
+
     def unheld(self) -> ConventionalDrive:
         """The drive without the friction that helps to hold a load at rest: of motor, gearhead, pulley and guideway."""
         return replace(

@@ -99,6 +99,10 @@ class Drive(Protocol):
         """Instants of a course with a load [kg], by inverse dynamics."""
         ...
 
+    def check_motion(self) -> None:
+        """Raise ParameterError that names a value which `follow` needs and this drive lacks, if there is one."""
+        ...
+
 
 class MotorSide(NamedTuple):
     """Motor and gearhead behind an output torque and speed."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from infinivar.errors import require
 from infinivar.quantities import check, component, quantity
 
 _SLOWEST = 1e-9
@@ -35,7 +34,6 @@ class Requirement:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
-        require(self.quadrants in (1, 2, 4), "quadrants", self.quadrants, "1, 2 or 4")
 
     def speed_at(self, force: Any) -> Any:
         """Largest required speed at a force. [m s^-1]"""

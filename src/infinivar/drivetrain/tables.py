@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import csv
 import functools
+import io
 import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from infinivar import units
+from infinivar import files, units
 from infinivar.errors import InputError
 
 _MOST_ROWS = 1_000_000
+_MOST_BYTES = 200_000_000
+_SHOWN = 24
+"""Letters of a cell in a message: enough to find it, and little of a file that is none of the user's data."""
 _HEADING = re.compile(r"(.*?)\s*(?:[\[(](.*?)[\])])?\s*")
 
 
@@ -45,44 +49,38 @@ def read_columns(
         Naming file, line and what would be right.
     """
     path = Path(file)
-    try:
-        found = path.stat()
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
-    return _read(path, (found.st_mtime_ns, found.st_size), wanted, required, units_needed, rising)
+    content = files.read(path, _MOST_BYTES)
+    return _read(path, content, wanted, required, units_needed, rising)
 
 
 @functools.lru_cache(maxsize=16)
 def _read(
     path: Path,
-    version: tuple[int, int],
+    content: bytes,
     wanted: tuple[tuple[str, str], ...],
     required: tuple[str, ...],
     units_needed: bool,
     rising: str | None,
 ) -> tuple[Mapping[str, list[float]], list[int]]:
-    """The columns of a file as it was at its time and size: a study asks for them several times."""
+    """The columns of a file with this content: a study asks for them several times."""
     values: dict[str, list[float]] = {}
     numbers: list[int] = []
     try:
-        with path.open(newline="", encoding="utf-8-sig") as text:
-            rows = csv.reader(text)
-            places = _places(path, next(rows, []), dict(wanted), required, units_needed)
-            values = {name: [] for name in places}
-            for row in rows:
-                if not any(cell.strip() for cell in row):
-                    continue
-                line = rows.line_num
-                for name, (place, factor) in places.items():
-                    values[name].append(_number(path, line, row, place, name) * factor)
-                order = values[rising] if rising else []
-                if len(order) > 1 and not order[-1] > order[-2]:
-                    raise InputError(f"{path}: line {line} must have a later {rising} than the line before")
-                numbers.append(line)
-                if len(numbers) > _MOST_ROWS:
-                    raise InputError(f"{path}: has more than {_MOST_ROWS} lines")
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
+        rows = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""))
+        places = _places(path, next(rows, []), dict(wanted), required, units_needed)
+        values = {name: [] for name in places}
+        for row in rows:
+            if not any(cell.strip() for cell in row):
+                continue
+            line = rows.line_num
+            for name, (place, factor) in places.items():
+                values[name].append(_number(path, line, row, place, name) * factor)
+            order = values[rising] if rising else []
+            if len(order) > 1 and not order[-1] > order[-2]:
+                raise InputError(f"{path}: line {line} must have a later {rising} than the line before")
+            numbers.append(line)
+            if len(numbers) > _MOST_ROWS:
+                raise InputError(f"{path}: has more than {_MOST_ROWS} lines")
     except (UnicodeDecodeError, csv.Error) as problem:
         raise InputError(f"{path}: is not a CSV file in UTF-8") from problem
     if len(numbers) < 2:
@@ -114,8 +112,10 @@ def _places(
             raise InputError(f"{path}: line 1, column {name}: {problem}") from problem
         found[name] = place, factor
     if not found.keys() >= set(required):
-        got = ", ".join(heading.strip().lower() for heading in header)
-        raise InputError(f"{path}: line 1 must name the columns {' and '.join(required)}, got {got}")
+        missing = " and ".join(name for name in required if name not in found)
+        count = f"{len(header)} column{'' if len(header) == 1 else 's'}"
+        have = f"; of its {count} it names {', '.join(found)}" if found else f"; it has {count}, none of these"
+        raise InputError(f"{path}: line 1 must name the columns {' and '.join(required)}: {missing} missing{have}")
     return found
 
 
@@ -127,5 +127,5 @@ def _number(path: Path, line: int, row: list[str], place: int, name: str) -> flo
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise InputError(f"{path}: line {line} must have a number as {name}, got {cell[:60]!r}")
+        raise InputError(f"{path}: line {line} must have a number as {name}, got {cell[:_SHOWN]!r}")
     return value

@@ -38,9 +38,6 @@ class Amplifier:
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
         check(self)
-        require(
-            self.regeneration in ("burn", "store", "none"), "regeneration", self.regeneration, "burn, store or none"
-        )
         if self.regeneration == "store":
             require(self.storage_efficiency is not None, "storage_efficiency", None, "given with regeneration = store")
 

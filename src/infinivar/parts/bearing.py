@@ -151,12 +151,6 @@ class Bearing:
     def __post_init__(self) -> None:
         """Refuse what is not physical, and models without constants."""
         check(self)
-        require(self.type in COEFFICIENTS, "type", self.type, ", ".join(COEFFICIENTS))
-        require(self.series in ("other", *_BY_SERIES), "series", self.series, ", ".join(("other", *_BY_SERIES)))
-        require(
-            self.friction_model in ("skf", "coefficient"), "friction_model", self.friction_model, "skf or coefficient"
-        )
-        require(self.lubrication in _K_RS, "lubrication", self.lubrication, ", ".join(_K_RS))
         if isinstance(self.bore, (int, float)) and isinstance(self.outside_diameter, (int, float)):
             wanted = f"> bore ({self.bore:g} m)"
             require(self.outside_diameter > self.bore, "outside_diameter", self.outside_diameter, wanted)

@@ -14,17 +14,17 @@ from infinivar.analysis.calibration import model
 from infinivar.analysis.calibration.calibrate import Calibration, Fitted, combined, with_interval
 from infinivar.analysis.calibration.data import RigData
 from infinivar.analysis.calibration.virtual import Setting
-from infinivar.errors import InputError
 from infinivar.figures import calibration as figure
 from infinivar.figures import style
 from infinivar.report.comparison import to_json
-from infinivar.report.page import all_or_nothing, render, write_csv
+from infinivar.report.output import all_or_nothing, check_file
+from infinivar.report.page import render, write_csv
 from infinivar.study.uncertainty import NORMAL_95
 
 
 def save(calibration: Calibration, directory: Path) -> list[Path]:
     """Write report, figures, results and calibrated study; see `Calibration.save`."""
-    with all_or_nothing(directory) as scratch:
+    with all_or_nothing(directory, "calibrate") as scratch:
         made = figure.draw_all(calibration)
         (scratch / "calibration.html").write_text(html(calibration, style.inline_svg(made)), "utf-8")
         (scratch / "calibration.json").write_text(to_json(calibration.to_dict()), "utf-8")
@@ -42,11 +42,8 @@ def save_data(data: RigData, file: Path) -> None:
     InputError
         If the file cannot be written.
     """
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_csv(data.columns, file)
-    except OSError as problem:
-        raise InputError(f"{file}: cannot be written: {problem.strerror}") from problem
+    check_file(file)
+    write_csv(data.columns, file)
 
 
 def html(calibration: Calibration, image: str) -> str:

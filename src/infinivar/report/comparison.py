@@ -15,13 +15,14 @@ from infinivar.drivetrain.duty import CUTOFF
 from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
-from infinivar.report.page import all_or_nothing, render, write_csv
+from infinivar.report.output import all_or_nothing
+from infinivar.report.page import render, write_csv
 from infinivar.study.study import Provenance
 
 
 def save(comparison: Comparison, directory: Path) -> list[Path]:
     """Write report, results and maps; see `Comparison.save`."""
-    with all_or_nothing(directory) as scratch:
+    with all_or_nothing(directory, "compare") as scratch:
         (scratch / "report.html").write_text(html(comparison), "utf-8")
         (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
         for name, result in comparison.results.items():

@@ -10,7 +10,7 @@ from pathlib import Path
 from infinivar import units
 from infinivar.analysis.contact_sheet import ContactSheet, Line
 from infinivar.figures import contact_design, design_trends, style
-from infinivar.report.page import all_or_nothing
+from infinivar.report.output import all_or_nothing
 from infinivar.study.study import DEFAULT, Provenance
 
 WIDTH = 118
@@ -76,7 +76,7 @@ def save(sheets: Sequence[ContactSheet], directory: Path) -> list[Path]:
     InputError
         If the directory cannot be written to; nothing is changed then.
     """
-    with all_or_nothing(directory) as scratch:
+    with all_or_nothing(directory, "contact") as scratch:
         names = []
         for sheet in sheets:
             name = f"contact-{sheet.name}"

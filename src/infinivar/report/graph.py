@@ -7,6 +7,7 @@ from pathlib import Path
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.errors import InputError
 from infinivar.figures import style
+from infinivar.report.output import check_file
 
 
 def save(graph: BondGraph, picture: Path, equations: Path | None = None) -> None:
@@ -30,19 +31,13 @@ def save(graph: BondGraph, picture: Path, equations: Path | None = None) -> None
         raise InputError(f"--out {picture}: must end in {', '.join(f'.{known}' for known in style.FORMATS)}")
     if equations is not None and equations.suffix.lower() not in (".tex", ".txt"):
         raise InputError(f"--equations {equations}: must end in .tex or .txt")
+    for path in filter(None, (picture, equations)):
+        check_file(path)
     written = _described(graph, equations) if equations is not None else ""
     made = draw_all(graph)
-    for path in filter(None, (picture, equations)):
-        if path.is_dir():
-            raise InputError(f"{path}: is a folder, not a file to write")
-    try:
-        for path in filter(None, (picture, equations)):
-            path.parent.mkdir(parents=True, exist_ok=True)
-        style.write(made, picture.with_suffix(""), (kind,))
-        if equations is not None:
-            equations.write_text(written, "utf-8")
-    except OSError as problem:
-        raise InputError(f"{problem.filename or picture}: cannot be written: {problem.strerror}") from problem
+    style.write(made, picture.with_suffix(""), (kind,))
+    if equations is not None:
+        equations.write_text(written, "utf-8")
 
 
 def _described(graph: BondGraph, path: Path) -> str:

@@ -1,17 +1,14 @@
-"""Rendering a template, and putting finished files in place all at once."""
+"""Rendering a template, and writing columns of numbers."""
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import functools
-import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from infinivar import __version__, references
-from infinivar.errors import InputError
 
 
 @functools.cache
@@ -41,25 +38,3 @@ def write_csv(columns: Mapping[str, Any], path: Path) -> None:
         writer = csv.writer(file)
         writer.writerow(columns)
         writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
-
-
-@contextlib.contextmanager
-def all_or_nothing(directory: Path) -> Iterator[Path]:
-    """Scratch folder whose files replace those of `directory` once the block has ended without an error.
-
-    Raises
-    ------
-    InputError
-        If the directory cannot be made or written to.
-    """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=directory, prefix=".infinivar-") as scratch:
-            yield Path(scratch)
-            taken = [made.name for made in Path(scratch).iterdir() if (directory / made.name).is_dir()]
-            if taken:
-                raise InputError(f"{directory / taken[0]}: cannot be replaced: is a folder")
-            for made in sorted(Path(scratch).iterdir()):
-                made.replace(directory / made.name)
-    except OSError as problem:
-        raise InputError(f"{directory}: cannot be written to: {problem.strerror}") from problem

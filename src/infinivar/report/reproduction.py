@@ -10,7 +10,8 @@ from infinivar.errors import InputError
 from infinivar.figures import style
 from infinivar.figures.paper import FIGURES
 from infinivar.report.comparison import to_json
-from infinivar.report.page import all_or_nothing, render
+from infinivar.report.output import all_or_nothing
+from infinivar.report.page import render
 
 
 def check_figure(figure: int | None) -> None:
@@ -30,7 +31,7 @@ def save(reproduction: Reproduction, directory: Path, figure: int | None = None)
     check_figure(figure)
     wanted = [figure] if figure is not None else list(FIGURES)
     names = ["reproduction.html", "claims.json"]
-    with all_or_nothing(directory) as scratch:
+    with all_or_nothing(directory, names[0]) as scratch:
         figures = []
         for number in wanted:
             made = FIGURES[number].draw_all(reproduction.machine)

@@ -9,13 +9,14 @@ from infinivar.analysis.sensitivity import ASSUMED, Sensitivity
 from infinivar.figures import sensitivity as figure
 from infinivar.figures import style
 from infinivar.report.comparison import to_json
-from infinivar.report.page import all_or_nothing, render
+from infinivar.report.output import all_or_nothing
+from infinivar.report.page import render
 
 
 def save(sensitivity: Sensitivity, directory: Path) -> list[Path]:
     """Write report, figures and JSON; see `Sensitivity.save`."""
     name = f"sensitivity-{sensitivity.outcome.name}"
-    with all_or_nothing(directory) as scratch:
+    with all_or_nothing(directory, f"sensitivity {name}") as scratch:
         figures: list[Path] = []
         image = None
         if sensitivity.influences:

@@ -7,13 +7,14 @@ from pathlib import Path
 from infinivar.analysis.simulate import Simulation
 from infinivar.figures import energy_flow, style, time_history
 from infinivar.report.comparison import to_json
-from infinivar.report.page import all_or_nothing, render, write_csv
+from infinivar.report.output import all_or_nothing
+from infinivar.report.page import render, write_csv
 
 
 def save(simulation: Simulation, directory: Path, name: str, reconstruction: tuple[str, ...] = ()) -> list[Path]:
     """Write report, figures, NetCDF, CSV and JSON; see `Simulation.save`."""
     history, energy = time_history.draw_all(simulation), energy_flow.draw_all(simulation)
-    with all_or_nothing(directory) as scratch:
+    with all_or_nothing(directory, f"simulate {name}") as scratch:
         page = html(simulation, reconstruction, style.inline_svg(history), style.inline_svg(energy))
         (scratch / f"{name}.html").write_text(page, "utf-8")
         (scratch / f"{name}.json").write_text(to_json(simulation.to_dict()), "utf-8")

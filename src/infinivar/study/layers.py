@@ -39,6 +39,8 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directive
         if key in directives:
             if not isinstance(value, str) or len(value) > LONGEST_TITLE:
                 raise StudyError(f"{path}.{key} = {quoted(value)} must be text of up to {LONGEST_TITLE} letters")
+            if not value.isprintable():
+                raise StudyError(f"{path}.{key} = {quoted(value)} must be text without control characters")
             result[key] = value
         elif not isinstance(value, dict):
             result[key] = {"value": value, "kind": kind, "where": where}

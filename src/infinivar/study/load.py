@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from infinivar import files
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.drivetrain.duty import DutyCycle
@@ -31,6 +32,9 @@ _TOP = (
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
 """Faults listed at once."""
+
+_MOST_BYTES = 4_000_000
+"""Of a study: a hundred times the largest there is."""
 
 
 def load_study(path: str | Path) -> Study:
@@ -64,14 +68,9 @@ def load_study(path: str | Path) -> Study:
 
 def _read(path: Path) -> Raw:
     """Tables of a study file as written."""
+    content = files.read(path, _MOST_BYTES)
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
-    except FileNotFoundError as problem:
-        raise InputError(f"{path}: no such file") from problem
-    except IsADirectoryError as problem:
-        raise InputError(f"{path}: is a folder, not a study file") from problem
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read: {problem.strerror}") from problem
+        return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
         raise InputError(f"{path}: is not a text file in UTF-8 (byte {problem.start})") from problem
     except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
@@ -86,8 +85,11 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         if key not in _TOP:
             raise StudyError(f"{printable(key)} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
     for key, longest in (("title", LONGEST_TITLE), ("description", 10_000)):
-        if not isinstance(raw.get(key, ""), str) or len(raw.get(key, "")) > longest:
-            raise StudyError(f"{key} = {quoted(raw[key])} must be text of up to {longest} letters")
+        said = raw.get(key, "")
+        if not isinstance(said, str) or len(said) > longest:
+            raise StudyError(f"{key} = {quoted(said)} must be text of up to {longest} letters")
+        if not said.replace("\n", "" if key == "description" else "\n").isprintable() and said:
+            raise StudyError(f"{key} = {quoted(said)} must be text without control characters")
     for key in ("scenarios", "duty"):
         if not isinstance(raw.get(key, {}), dict):
             raise StudyError(f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]")

@@ -146,6 +146,8 @@ def _text() -> Any:
     def read(raw: Any, unit: str | None) -> str:
         if unit is not None or not isinstance(raw, str) or not raw.strip():
             raise InputError("must be text")
+        if not raw.isprintable():
+            raise InputError("must be text without control characters")
         return raw
 
     return _leaf(read, {"type": "string"})

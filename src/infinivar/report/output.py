@@ -1,0 +1,127 @@
+"""Putting results in place: one run at a time in a folder, and results replaced whole."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from infinivar.errors import InputError
+
+_LOCK, _MANIFEST = ".infinivar.lock", ".infinivar.json"
+
+
+@contextlib.contextmanager
+def claimed(directory: Path) -> Iterator[None]:
+    """The directory, made if it is not there, for results of this run alone while the block lasts.
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be made or written to, or another run has claimed it.
+    """
+    from filelock import FileLock, Timeout
+
+    there = directory.is_dir()
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(directory / _LOCK, is_singleton=True)
+        with lock.acquire(timeout=0):
+            yield
+    except Timeout as problem:
+        raise InputError(
+            f"{directory}: another run is writing its results there; wait for it to end, or name another folder"
+        ) from problem
+    except OSError as problem:
+        raise InputError(f"{directory}: cannot be written to: {problem.strerror}") from problem
+    finally:
+        if not there:
+            _remove_empty(directory)
+
+
+def _remove_empty(directory: Path) -> None:
+    """Remove a folder that was made in vain."""
+    with contextlib.suppress(OSError):
+        if [made.name for made in directory.iterdir()] == [_LOCK]:
+            (directory / _LOCK).unlink()
+            directory.rmdir()
+
+
+@contextlib.contextmanager
+def all_or_nothing(directory: Path, kind: str) -> Iterator[Path]:
+    """Scratch folder whose files replace the results of the same kind once the block has ended without an error.
+
+    Old results are taken away before new ones come, so that the two are never mixed; files of others stay.
+
+    Parameters
+    ----------
+    directory : Path   Of the results.
+    kind : str         What they are results of, such as "compare".
+
+    Raises
+    ------
+    InputError
+        If the directory cannot be written to, or a result would replace a folder.
+    """
+    with claimed(directory):
+        try:
+            with tempfile.TemporaryDirectory(dir=directory, prefix=".infinivar-") as scratch:
+                made, old = Path(scratch) / "made", Path(scratch) / "old"
+                made.mkdir()
+                old.mkdir()
+                yield made
+                _replace(directory, kind, made, old)
+        except OSError as problem:
+            raise InputError(f"{directory}: cannot be written to: {problem.strerror}") from problem
+
+
+def _replace(directory: Path, kind: str, made: Path, old: Path) -> None:
+    names = sorted(file.name for file in made.iterdir())
+    for name in names:
+        if (directory / name).is_dir():
+            raise InputError(f"{directory / name}: cannot be replaced: is a folder")
+    manifest = _manifest(directory)
+    # Both, until all is done: what is left of a run that was killed is taken away by the next.
+    _note(directory, {**manifest, kind: sorted({*manifest.get(kind, ()), *names})})
+    for name in {*manifest.get(kind, ()), *names}:
+        with contextlib.suppress(FileNotFoundError):
+            (directory / name).replace(old / name)
+    for name in names:
+        (made / name).replace(directory / name)
+    _note(directory, {**manifest, kind: names})
+
+
+def _manifest(directory: Path) -> dict[str, list[str]]:
+    """Files in the folder by the kind of results they are; nothing where that is not known."""
+    try:
+        known = json.loads((directory / _MANIFEST).read_text("utf-8"))
+        return {
+            kind: [name for name in names if isinstance(name, str) and Path(name).name == name]
+            for kind, names in known.items()
+        }
+    except (OSError, ValueError, AttributeError, TypeError):
+        return {}
+
+
+def _note(directory: Path, manifest: dict[str, list[str]]) -> None:
+    (directory / _MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", "utf-8")
+
+
+def check_file(path: Path) -> None:
+    """Refuse a file that could not be written in the end.
+
+    Raises
+    ------
+    InputError
+        If it is a folder, or its folder cannot be made or written to.
+    """
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, not a file to write")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=path.parent):
+            pass
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be written: {problem.strerror}") from problem

@@ -1,0 +1,69 @@
+"""Whether a study can be computed: what its motions need of its drives, found out before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from infinivar.drivetrain.closed_loop import closed_loop
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.errors import InputError, ParameterError
+from infinivar.study.study import Study
+
+
+def check_duty(study: Study) -> None:
+    """Refuse a study whose drives cannot follow its duty cycles.
+
+    Raises
+    ------
+    InputError
+        A line for each drive that lacks a value; the message names it.
+    """
+    _refuse(_duty_faults(study))
+
+
+def check(study: Study) -> None:
+    """Refuse a study whose drives cannot follow its duty cycles, or with scenarios that none of its drives can run.
+
+    Raises
+    ------
+    InputError
+        A line for each fault.
+    """
+    _refuse([*_duty_faults(study), *_scenario_faults(study)])
+
+
+def _refuse(faults: Iterator[str] | list[str]) -> None:
+    lines = list(faults)
+    if lines:
+        raise InputError("\n".join(lines))
+
+
+def _duty_faults(study: Study) -> Iterator[str]:
+    if not study.duty:
+        return
+    tasks = ", ".join(f"duty.{task}" for task in study.duty)
+    for name, drive in study.drives.items():
+        if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+            yield f"drives.{name}: a drive of type {type(drive).__name__} cannot follow {tasks}"
+            continue
+        try:
+            drive.check_motion()
+        except ParameterError as problem:
+            yield f"drives.{name}: {problem}, for {tasks}"
+
+
+def _scenario_faults(study: Study) -> Iterator[str]:
+    for task, scenario in study.scenarios.items():
+        found = {}
+        for name, drive in study.drives.items():
+            if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+                found[name] = f"a drive of type {type(drive).__name__} has no bond graph"
+                continue
+            try:
+                closed_loop(drive, scenario)
+            except ParameterError as problem:
+                found[name] = str(problem)
+        if len(found) == len(study.drives):
+            reasons = "; ".join(f"drives.{name}: {reason}" for name, reason in found.items())
+            yield f"scenarios.{task} can be run by no drive: {reasons}"
