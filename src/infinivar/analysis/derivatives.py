@@ -10,6 +10,7 @@ import numpy as np
 
 from infinivar import _complex_step
 from infinivar._xp import Array
+from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.errors import InputError
 from infinivar.quantities import permitted, quantities_of, value_at, with_values
 
@@ -70,7 +71,12 @@ def gradient(
 
 
 def varied(drive: Any, values: Mapping[str, Any]) -> Any:
-    """The drive, or part, with other values at dotted paths; losses measured at a drive's preload follow another."""
+    """The drive, or part, with other values at dotted paths; losses measured at a drive's preload follow another.
+
+    What a gear loses stays, however good the motor's cooling: its friction is that at the rating which the drive has.
+    """
+    if "motor.continuous_torque" in values and "gearhead.rated_torque" not in values:
+        drive = with_rated_gear(drive)
     preload = values.get("transmission.preload")
     if preload is None or drive.transmission.geometry is not None:
         return with_values(drive, values)

@@ -17,6 +17,7 @@ from infinivar.drivetrain.profiles import MotionPath
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
+from infinivar.quantities import given
 
 _MOST_SAMPLES = 1e7
 """Of a run: hours of computing."""
@@ -138,7 +139,9 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
         largest_angle=drive.transmission.steering_range,
         held_angle=held,
         path=scenario.path,
-        standstill=control.Standstill(error=settings.rest_error, speed=scenario.stick_speed),
+        standstill=_standstill(
+            settings.rest_error, scenario.stick_speed, 0.1
+        ),  # what is left of it goes on all the time
         started={"cylinder": float(idle)},
         outputs=("I_c", "I_s") if voltage else ("cylinder.source", "steering.source"),
     )
@@ -168,6 +171,9 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
     motor, ratio, radius = drive.motor, drive.gearhead.ratio, drive.pulley.radius
     inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
     inertia += (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
+    gear, passes = drive.gearhead, (1.0, 1.0)
+    if gear.loss_model == "proportional":
+        passes = 1.0 / gear.efficiency, given(gear.backdriving_efficiency, gear.efficiency)
     follow = scenario.link != "free"
     begin = scenario.path.at(0.0)
     controller = control.ConventionalController(
@@ -181,9 +187,11 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         link_gain=2.0 * math.pi * drive.control.link_bandwidth,
         inertia=inertia * radius / (motor.torque_constant * ratio),
         friction=float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"]),
+        driving=passes[0],
+        driven=passes[1],
         full_speed=scenario.stick_speed,
         path=scenario.path if follow else None,
-        standstill=control.Standstill(error=drive.control.rest_error, speed=scenario.stick_speed),
+        standstill=_standstill(drive.control.rest_error, scenario.stick_speed, 0.5),
         holding=functools.partial(_holding, drive),
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
@@ -193,6 +201,10 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
         initial[first.name] = begin.speed * scale if follow else 0.0
     return Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _standstill(error: float, stick_speed: float, slow: float) -> control.Standstill:
+    return control.Standstill(error=error, slow=slow * stick_speed, sliding=stick_speed)
 
 
 def _holding(drive: ConventionalDrive, current: float) -> float:

@@ -78,10 +78,12 @@ class Loop:
     integral: float
     limit: float
 
-    def act(self, error: float, ahead: float, memory: float, period: float) -> tuple[float, float]:
-        """Output and new integral. `ahead` is fed forward; `memory` is the integral so far."""
+    def act(
+        self, error: float, memory: float, period: float, ahead: Callable[[float], float] = lambda grown: grown
+    ) -> tuple[float, float]:
+        """Output and new integral; `memory` is the integral so far, `ahead` what is given for it, with what is fed forward."""
         grown = memory + self.integral * error * period
-        wanted = self.proportional * error + grown + ahead
+        wanted = self.proportional * error + ahead(grown)
         output = min(max(wanted, -self.limit), self.limit)
         return output, grown if output == wanted or (wanted > output) != (error > 0) else memory
 
@@ -131,10 +133,6 @@ class Servo:
         return min(max(current, -self.limit), self.limit)
 
 
-_STILL = 0.1
-"""Share of the speed at which friction sticks, below which a load is left at rest."""
-
-
 def _share(value: float, full: float) -> float:
     return min(max(value / full, -1.0), 1.0)
 
@@ -143,20 +141,22 @@ def _share(value: float, full: float) -> float:
 class Standstill:
     """When a load is stopped, and left at rest: its goal stands still, it is near it, and it hardly moves. [m], [m s^-1]
 
-    A load at rest stays so until its goal moves, or until it has drifted twice as far or moves ten times as fast.
+    A load at rest stays so until its goal moves, or until it has drifted twice as far or slides: friction that holds lets it
+    creep a little.
     """
 
     error: float
-    speed: float
+    slow: float
+    sliding: float
 
     def near(self, rests: bool, goal: Motion, position: float) -> bool:
         """Whether the load is to be stopped where it is; `rests` says whether it was left at rest so far."""
         room = 2.0 if rests else 1.0
-        return abs(goal.speed) <= self.speed and abs(goal.position - position) <= room * self.error
+        return abs(goal.speed) <= self.sliding and abs(goal.position - position) <= room * self.error
 
     def still(self, rests: bool, speed: float) -> bool:
         """Whether it hardly moves."""
-        return abs(speed) <= (1.0 if rests else _STILL) * self.speed
+        return abs(speed) <= (self.sliding if rests else self.slow)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,7 +192,7 @@ class CoboticController:
         """Motor currents from cylinder speed, steering angle and rate, link position and speed."""
         share = 1.0 if self.run_up_time <= 0.0 else min(time / self.run_up_time, 1.0)
         error = share * self.cylinder_speed - measured["omega"]
-        cylinder, drive = self.cylinder.act(error, 0.0, memory[0], self.sample_time)
+        cylinder, drive = self.cylinder.act(error, memory[0], self.sample_time)
         wanted, turning, rests = self.steer(self.path.at(time), measured, memory[1])
         steering = 0.0 if rests else self.steering.act(wanted - measured["phi"], measured["phi_rate"], turning)
         return dict(zip(self.outputs, (cylinder, steering), strict=True)), (drive, rests)
@@ -223,8 +223,9 @@ class CoboticController:
 class ConventionalController:
     """Speed loop of the load at the motor, under a position loop.
 
-    Inertia (`inertia` [A s^2 m^-1]) and friction (`friction` [A]) are fed forward, so that the integral comes to the force
-    from outside. While the load is left at rest the motor gives what friction does not hold of it.
+    Inertia (`inertia` [A s^2 m^-1]), friction (`friction` [A]) and what the gear passes on while it drives and while it is
+    driven (`driving`, `driven` [-]) are fed forward, so that the integral comes to the force from outside. While the load is
+    left at rest the motor gives what friction does not hold of it.
     """
 
     sample_time: float
@@ -232,6 +233,8 @@ class ConventionalController:
     link_gain: float
     inertia: float
     friction: float
+    driving: float
+    driven: float
     full_speed: float
     path: MotionPath | None
     standstill: Standstill
@@ -252,10 +255,21 @@ class ConventionalController:
         goal = self.path.at(time)
         integral, held = memory
         rests = held is not None
-        if self.standstill.near(rests, goal, measured["l"]) and self.standstill.still(rests, measured["ldot"]):
+        near = self.standstill.near(rests, goal, measured["l"])
+        if near and self.standstill.still(rests, measured["ldot"]):
             held = self.holding(integral) if held is None else held
             return {self.output: min(max(held, -self.speed.limit), self.speed.limit)}, (integral, held)
-        wanted = goal.speed + self.link_gain * (goal.position - measured["l"])
-        ahead = self.inertia * goal.acceleration + self.friction * _share(wanted, self.full_speed)
-        current, integral = self.speed.act(wanted - measured["ldot"], ahead, integral, self.sample_time)
+        wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - measured["l"])
+        share = _share(wanted, self.full_speed)
+
+        effort = integral + self.inertia * goal.acceleration
+        way = math.copysign(share, share * effort)
+        passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
+        # A load that the gear keeps from the motor teaches the integral nothing.
+        current, integral = self.speed.act(
+            wanted - measured["ldot"],
+            integral,
+            min(passed, 1.0) * self.sample_time,
+            lambda grown: passed * (grown + self.inertia * goal.acceleration) + self.friction * share,
+        )
         return {self.output: current}, (integral, None)

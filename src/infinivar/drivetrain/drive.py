@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from infinivar._xp import Array, namespace
@@ -172,3 +172,11 @@ def needed(value: T | None, field: str) -> T:
     if value is None:
         raise ParameterError(f"{field} is missing: motion needs it")
     return value
+
+
+def with_rated_gear(drive: T) -> T:
+    """The drive with the torque at which its gear's efficiency holds spelled out: the motor's continuous one unless given."""
+    gearhead, motor = getattr(drive, "gearhead", None), getattr(drive, "motor", None)
+    if gearhead is None or motor is None or gearhead.loss_model != "coulomb" or gearhead.rated_torque is not None:
+        return drive
+    return replace(drive, gearhead=replace(gearhead, rated_torque=motor.continuous_torque))  # type: ignore[type-var]
