@@ -292,7 +292,10 @@ def sensitivity(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Rank the parameters of a drive by what they do to a result; write report and figures."""
+    """Rank the parameters of a drive by what they do to a result; write report and figures.
+
+    Exit code 1 if the drive cannot do what is asked about within its limits.
+    """
     from infinivar.analysis.derivatives import METHODS
     from infinivar.analysis.sensitivity import sensitivity as run
     from infinivar.report.output import claimed
@@ -311,10 +314,11 @@ def sensitivity(
         files = found.save(out)
     if as_json:
         _print_json({**found.to_dict(), "files": [str(file) for file in files]})
-        return
+        raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
     from infinivar import units
 
-    say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}")
+    beyond = ", beyond limits" if found.beyond else ""
+    say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}{beyond}")
     for sentence in found.ranking:
         say(f"  {sentence}")
     if found.conclusions:
@@ -324,6 +328,7 @@ def sensitivity(
     for remark in found.remarks:
         say(remark)
     say(f"Report: {files[0]}")
+    raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
 
 
 def _call(*words: object) -> str:

@@ -39,6 +39,25 @@ def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
         assert (tmp_path / "out" / f"sensitivity-loss.{kind}").exists()
 
 
+GEARED = """
+[requirement]
+base = "faulring2006"
+[drives.geared]
+base = "faulring2006.motor1-gear2"
+"""
+
+
+def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
+    """A ranking at an efficiency of 4e-8 was printed without a word."""
+    asked = ("sensitivity", write(GEARED), "--of", "efficiency", "--force", "1e9 N", "--out", "out")
+    done = infinivar(*asked)
+    assert done.code == 1, done.err
+    assert "beyond limits" in done.out
+    assert "cannot do this within its limits" in done.out and "supply voltage" in done.out
+    assert "cannot do this within its limits" in (tmp_path / "out" / "sensitivity-efficiency.html").read_text("utf-8")
+    assert "supply voltage" in json.loads(infinivar(*asked, "--json").out)["beyond_limits"]
+
+
 def test_numbers_alone(infinivar, write):
     done = infinivar("sensitivity", write(STUDY), "--of", "efficiency", "--method", "difference", "--json")
     assert json.loads(done.out)["of"] == "efficiency"

@@ -21,7 +21,7 @@ from infinivar.analysis.duty_cycle import heating, motors_of, warmed
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, ParameterError, nearest
-from infinivar.limits import Limit, binding
+from infinivar.limits import Limit, binding, words_of
 from infinivar.parts import heat
 from infinivar.study.study import Study
 
@@ -38,6 +38,7 @@ class Outcome:
     name, unit, words   For files, numbers and reports.
     better              Whether more of it is better, or less: 1 or -1.
     of                  Of a drive; nan where the drive cannot do it.
+    beyond              Which limits a drive exceeds there, in words; "" where it keeps them all, or where that is the question.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Outcome:
     words: str
     better: int
     of: Callable[[AnyDrive], Array]
+    beyond: Callable[[AnyDrive], str] = lambda drive: ""
 
 
 KINDS = ("efficiency", "loss", "margin", "coverage", "energy", "temperature")
@@ -72,10 +74,14 @@ def outcome(
     if kind in ("efficiency", "loss"):
         corner_speed, corner_force = required.corners()["maximum force"]
         at = (corner_speed if speed is None else speed, corner_force if force is None else force)
-        place = f"at {at[1]:.3g} N and {at[0]:.3g} m/s"
+        place, outside = (
+            f"at {at[1]:.3g} N and {at[0]:.3g} m/s",
+            functools.partial(_beyond_at, speed=at[0], force=at[1]),
+        )
         if kind == "efficiency":
-            return Outcome(name=kind, unit="1", words=f"efficiency {place}", better=1, of=lambda d: efficiency(d, *at))
-        return Outcome(name=kind, unit="W", words=f"loss {place}", better=-1, of=lambda d: loss(d, *at))
+            words, of = f"efficiency {place}", lambda d: efficiency(d, *at)
+            return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside)
+        return Outcome(name=kind, unit="W", words=f"loss {place}", better=-1, of=lambda d: loss(d, *at), beyond=outside)
     if kind == "margin":
         words = "weakest margin in the required region"
         return Outcome(name=kind, unit="1", words=words, better=1, of=lambda d: margin(d, required))
@@ -92,10 +98,33 @@ def outcome(
         raise InputError(f"{kind}: {said}; the study has {known}")
     motion = study.duty[duty]
     if kind == "energy":
-        words = f"energy from the supply a cycle of {motion.title or duty}"
-        return Outcome(name=kind, unit="J", words=words, better=-1, of=lambda d: energy(d, motion))
-    words = f"highest winding temperature above the surroundings in {motion.title or duty}"
-    return Outcome(name=kind, unit="K", words=words, better=-1, of=lambda d: temperature(d, motion))
+        words, outside = (
+            f"energy from the supply a cycle of {motion.title or duty}",
+            functools.partial(_beyond_in, duty=motion),
+        )
+        return Outcome(name=kind, unit="J", words=words, better=-1, of=lambda d: energy(d, motion), beyond=outside)
+    words, outside = (
+        f"highest winding temperature above the surroundings in {motion.title or duty}",
+        functools.partial(_beyond_in, duty=motion),
+    )
+    return Outcome(name=kind, unit="K", words=words, better=-1, of=lambda d: temperature(d, motion), beyond=outside)
+
+
+def _beyond_at(drive: AnyDrive, speed: float, force: float) -> str:
+    """Limits that a drive exceeds at an operating point."""
+    point = drive.operate(speed=speed, force=force)
+    return _exceeded({words_of((limit, "motor")): float(demand) for limit, demand in point.utilisation.items()})
+
+
+def _beyond_in(drive: AnyDrive, duty: DutyCycle) -> str:
+    """Limits that a drive exceeds in a duty cycle; heat is an outcome of its own."""
+    found = cycle.demands(_cold(drive, duty))
+    return _exceeded({words_of(key): float(demand) for key, demand in found.items()})
+
+
+def _exceeded(demands: dict[str, float]) -> str:
+    beyond = sorted(((demand, words) for words, demand in demands.items() if demand > 1.0), reverse=True)
+    return ", ".join(f"{words} {demand:.3g} times" for demand, words in beyond)
 
 
 def efficiency(drive: AnyDrive, speed: float, force: float) -> Array:

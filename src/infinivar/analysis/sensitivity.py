@@ -140,6 +140,7 @@ class Sensitivity:
     influences             From the largest swing to the smallest.
     conclusions            The paper's recommendations, of a cobotic drive.
     impossible             Share of the samples of Sobol's indices which the drive cannot do. [-]
+    beyond                 Limits that the drive exceeds there, in words; "" where it keeps them all.
     """
 
     study: Study
@@ -149,6 +150,7 @@ class Sensitivity:
     influences: tuple[Influence, ...]
     conclusions: tuple[Conclusion, ...]
     impossible: float
+    beyond: str
 
     @property
     def ranking(self) -> tuple[str, ...]:
@@ -159,6 +161,11 @@ class Sensitivity:
     def remarks(self) -> tuple[str, ...]:
         """What a reader has to know."""
         said = []
+        if self.beyond:
+            said.append(
+                f"The drive cannot do this within its limits, so that these numbers are of no machine: {self.beyond} what is "
+                "allowed."
+            )
         if not self.influences:
             said.append("No parameter changes it over its range.")
         assumed = [row for row in self.influences if not row.stated]
@@ -203,6 +210,7 @@ class Sensitivity:
             ],
             "conclusions": [row._asdict() for row in self.conclusions],
             "impossible": self.impossible,
+            "beyond_limits": self.beyond,
             "ranking": list(self.ranking),
             "remarks": list(self.remarks),
         }
@@ -291,6 +299,7 @@ def sensitivity(
         influences=influences,
         conclusions=conclusions(asked, dict(zip(paths, elasticities, strict=True)), drive),
         impossible=impossible,
+        beyond=asked.beyond(drive),
     )
 
 
