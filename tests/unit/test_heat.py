@@ -90,8 +90,54 @@ def test_runaway_is_named():
     """Beyond the current at which copper's rise feeds itself nothing settles."""
     found = heat.heat(MOTOR, 4.0, 1.0, 1.0)
     assert found.winding == math.inf
-    assert found.verdict.endswith("and never settles")
+    assert found.verdict == "winding heats without bound; 100 C reached after 15 s"
     assert 10 < found.time_to_limit < 20
+
+
+@pytest.mark.parametrize("current", [4.0, 40.0, 4e3, 4e6])
+@pytest.mark.parametrize("period", [1e-3, 1.0, 1e3, 1e6])
+def test_runaway_reaches_the_limit_when_integration_says(current, period):
+    """From the current at which nothing settles to absurd ones: when it passes, and the way there, without overflow."""
+    found = heat.heat(MOTOR, np.full(100, current), 1.0, period)
+    assert found.winding == found.housing == math.inf
+    matrix, vector = heat.rates(MOTOR, current**2, 1.0, AMBIENT)
+    run = solve_ivp(
+        lambda time, state: matrix[0] @ state + vector[0],
+        (0.0, 2.0 * found.time_to_limit),
+        [AMBIENT, AMBIENT],
+        method="Radau",
+        rtol=1e-9,
+        events=lambda time, state: state[0] - MOTOR.max_winding_temperature,
+    )
+    assert found.time_to_limit == pytest.approx(run.t_events[0][0], rel=1e-6)
+    assert found.winding_history[-1] == pytest.approx(MOTOR.max_winding_temperature, rel=1e-8)
+    assert np.all(np.diff(found.time) > 0)
+    assert np.all(np.diff(found.winding_history) > 0)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_cycle_is_judged(seed):
+    """Bursts of any current in cycles of any length: finite curves, and a verdict that they bear out."""
+    rng = np.random.default_rng(seed)
+    motor = [motor for motor in motors().values() if not heat.missing(motor)][seed % 3]
+    count = int(rng.choice([1, 2, 11, 100, 2000]))
+    current = np.where(rng.random(count) < rng.random(), 10 ** rng.uniform(-3, 6), 0.0) * rng.random(count)
+    ambient, period = rng.uniform(250, 350), 10 ** rng.uniform(-4, 6)
+    found = heat.heat(motor, current, 10 ** rng.uniform(-3, 4), period, ambient)
+    assert np.all(np.isfinite(found.winding_history))
+    assert found.bears == (found.winding <= found.permissible * (1 + 1e-8))
+    assert not np.isnan([found.winding, found.housing, found.mean_winding, found.time_to_limit]).any()
+
+
+@pytest.mark.parametrize("period", [0.1, 5.0, 300.0, 3e4])
+def test_closed_form_of_long_cycles(period):
+    """Of many of the winding's time constants, too, where exponentials overflowed: the two-node model of a heavy housing."""
+    heavy = replace(MOTOR, housing_time_constant=1e9)
+    current = np.where(np.arange(2000) < 700, 0.9, 0.2)
+    found = heat.heat(heavy, current, 0.3, period)
+    highest, mean = heat.settled(heavy, current, np.full(2000, 0.3), period)
+    assert mean[0] - AMBIENT == pytest.approx(found.mean_winding - AMBIENT, rel=0.02)
+    assert highest[0] - mean[0] == pytest.approx(found.winding - found.mean_winding, rel=0.12)
 
 
 def test_nominal_current_heats_to_about_what_is_permissible():

@@ -11,7 +11,7 @@ import infinivar as iv
 from infinivar import _complex_step
 from infinivar.analysis import outcomes
 from infinivar.analysis.builds import draw, low_discrepancy
-from infinivar.analysis.derivatives import METHODS, designs, gradient, values_of
+from infinivar.analysis.derivatives import METHODS, designs, gradient, values_of, varied
 from infinivar.analysis.duty_cycle import duty_cycle
 from infinivar.analysis.sensitivity import sensitivity, sobol
 from infinivar.analysis.uncertainty import BAND, Mapper, band, percent
@@ -345,7 +345,7 @@ class TestSensitivity:
                 lambda d: outcomes.energy(d, SHORT),
             ):
                 found = np.broadcast_to(function(designs(drive, [path], both[:, None])), (2,))
-                single = [float(function(with_values(drive, {path: float(one)}))) for one in both]
+                single = [float(function(varied(drive, {path: float(one)}))) for one in both]
                 assert_allclose(found, single, rtol=1e-9)
 
 

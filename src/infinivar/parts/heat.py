@@ -43,6 +43,8 @@ _NEVER = 60
 _MARGIN = 1e-9
 _LONGEST_STEP = 60.0
 """Of the slower time constant."""
+_BOUND = 1e12
+"""What a kelvin must not grow to within a cycle: no winding's temperature is bounded beyond."""
 _HALVINGS = 40
 
 
@@ -57,7 +59,8 @@ class Heat:
     permissible : float           Of the winding. [K]
     time_to_limit : float         From a start at ambient until the winding passes it; inf if it never does. [s]
     ambient : float               [K]
-    time, winding_history, housing_history : (n,) float   Temperatures at the ends of cycles from a cold start. [s], [K]
+    time, winding_history, housing_history : (n,) float   Temperatures at the ends of cycles from a cold start; where the
+                                  winding never settles, until it passes the limit. [s], [K]
     """
 
     winding: float
@@ -83,7 +86,7 @@ class Heat:
             return f"winding settles at {_celsius(self.winding)} C of {limit}"
         after = f"after {_duration(self.time_to_limit)}"
         if self.winding == math.inf:
-            return f"winding passes {limit} {after} and never settles"
+            return f"winding heats without bound; {limit} reached {after}"
         return f"winding reaches {_celsius(self.winding)} C of {limit}, which it passes {after}"
 
 
@@ -159,22 +162,26 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     if lacking:
         raise ParameterError(f"{lacking[0]} is missing: the thermal model needs it")
     steps = _steps(motor, current, friction_power, period, ambient)
-    cycle = np.eye(3)
-    for step in steps.maps:
-        cycle = step @ cycle
+    cycle = _cycle(steps.maps)
     limit = float(motor.max_winding_temperature or math.nan)
     start = np.array([ambient, ambient, 1.0])
-    settled = _settled(cycle)
-    along = _along(steps.maps, settled) if settled is not None else np.full((1, 3), math.inf)
-    time, history = _history(cycle, start, period, motor)
+    settled = None if cycle is None else _settled(cycle)
+    along = np.full((1, 3), math.inf) if settled is None else _along(steps.maps, settled)[1:]
     # From a cold start every cycle begins warmer than the one before: what the settled motor bears never passes.
     bears = ambient <= limit and along[:, 0].max() <= limit * (1.0 + _MARGIN)
+    passing, reached = (math.inf, start) if bears else _passes(steps, cycle, start, limit)
+    if settled is None and passing < math.inf:
+        time, history = _history(cycle, start, period, passing, 0)
+        time, history = np.append(time, passing), np.append(history, reached[None], axis=0)
+    else:
+        span = 6.0 * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
+        time, history = _history(cycle, start, period, span, 10)
     return Heat(
         winding=float(along[:, 0].max()),
         housing=float(along[:, 1].max()),
         mean_winding=float(along[:, 0].mean()),
         permissible=limit,
-        time_to_limit=math.inf if bears else _passes(steps, cycle, start, limit),
+        time_to_limit=passing,
         ambient=ambient,
         time=time,
         winding_history=history[:, 0],
@@ -194,7 +201,7 @@ def settled(
     ----------
     motor : Motor                              With all of `NEEDED`.
     current, friction_power : (..., n) float   At the midpoints of equal steps of the cycle. [A], [W]
-    period : float                             Of the cycle, up to some 500 time constants of the winding. [s]
+    period : float                             Of the cycle. [s]
     ambient : float                            Around the motor. [K]
 
     Returns
@@ -216,15 +223,18 @@ def settled(
     cold = ambient + outer * rubbed + (inner + outer) * joule * (1.0 - COPPER * REFERENCE)
     mean = xp.where(settles, cold / xp.where(settles, rest, 1.0), xp.inf)
     warmth = xp.where(settles, 1.0 + COPPER * (mean - REFERENCE), 1.0)
-    # About the mean the winding follows its own losses: d/dt (e^(t/lag) dT) = e^(t/lag) dP inner/lag.
+    # About the mean the winding follows its own losses: each step adds its share, of which a fraction stays over the next.
     count = square.shape[-1]
     step = period / count
+    gained = (inner * -xp.expm1(-step / lag)) * (motor.resistance * warmth * square - joule * warmth)
+    shift = 1
+    while shift < count:  # sums over 2, 4, 8 ... steps
+        kept = xp.exp(-shift * step / lag) * gained[..., :-shift]
+        gained = gained + xp.concat([0.0 * gained[..., :shift], kept], axis=-1)
+        shift *= 2
     time = step * (xp.arange(count, dtype=xp.float64) + 1.0)
-    surplus = motor.resistance * warmth * square - joule * warmth
-    gained = xp.cumulative_sum(xp.exp((time - 0.5 * step) / lag) * surplus, axis=-1) * (inner * step / lag)
-    fades = xp.exp(-period / lag + 0.0 * joule)
-    begin = gained[..., -1:] * fades / (1.0 - fades)
-    highest = mean + xp.max(xp.exp(-time / lag) * (begin + gained), axis=-1, keepdims=True)
+    begin = gained[..., -1:] / -xp.expm1(-period / lag)
+    highest = mean + xp.max(begin * xp.exp(-time / lag) + gained, axis=-1, keepdims=True)
     return xp.where(settles, highest, xp.inf), mean
 
 
@@ -255,7 +265,8 @@ def _steps(motor: Motor, current: Any, friction_power: Any, period: float, ambie
     ends = edges * (period / edges[-1])
     # What lasts longer than this has settled, or run away, before it ends; beyond, exponentials lose their digits.
     longest = _LONGEST_STEP * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
-    active = np.minimum(np.diff(ends), longest)
+    grows = np.linalg.eigvals(matrix).real.max(axis=-1)
+    active = np.minimum(np.diff(ends), np.minimum(longest, 2.0 * math.log(_BOUND) / np.maximum(grows, 1.0 / longest)))
     return _Steps(generators, ends, active, _over(generators, active))
 
 
@@ -268,6 +279,16 @@ def _over(generators: np.ndarray, time: Any) -> np.ndarray:
     return maps
 
 
+def _cycle(steps: np.ndarray) -> np.ndarray | None:
+    """Map over a whole cycle; None where warmth grows without bound within one."""
+    cycle = np.eye(3)
+    for step in steps:
+        cycle = step @ cycle
+        if cycle[:2, :2].max() > _BOUND:
+            return None
+    return cycle
+
+
 def _settled(cycle: np.ndarray) -> np.ndarray | None:
     """State that a cycle leads back to; None where each cycle makes the motor warmer."""
     if np.max(np.abs(np.linalg.eigvals(cycle[:2, :2]))) >= 1.0:
@@ -276,64 +297,62 @@ def _settled(cycle: np.ndarray) -> np.ndarray | None:
     return np.append(rest, 1.0)
 
 
-def _along(steps: np.ndarray, state: np.ndarray) -> np.ndarray:
-    """States at the end of each step of a cycle."""
-    found = []
+def _along(steps: np.ndarray, state: np.ndarray, limit: float = math.inf) -> np.ndarray:
+    """States from the beginning of a cycle to its end or to the first winding above a limit. (k, 3)"""
+    found = [state]
     for step in steps:
-        state = step @ state
-        found.append(state)
+        if found[-1][0] > limit:
+            break
+        found.append(step @ found[-1])
     return np.array(found)
 
 
-def _passes(steps: _Steps, cycle: np.ndarray, state: np.ndarray, limit: float) -> float:
-    """Time after which the winding passes the limit, inf if it never does.
+def _passes(steps: _Steps, cycle: np.ndarray | None, state: np.ndarray, limit: float) -> tuple[float, np.ndarray]:
+    """Time after which the winding passes the limit, inf if it never does, and the state then.
 
     The first cycle to pass it is found by halving over doubled cycles.
     """
     limit = limit * (1.0 + _MARGIN)
 
     def passes(state: np.ndarray) -> bool:
-        return bool(state[0] > limit or _along(steps.maps, state)[:, 0].max() > limit)
+        return bool(_along(steps.maps, state, limit)[-1, 0] > limit)
 
-    if passes(state):
-        first = 0
-    else:
+    first = 0
+    if cycle is not None and not passes(state):
         doubled = [cycle]
         while not passes(doubled[-1] @ state):
             if len(doubled) == _NEVER or np.allclose(doubled[-1], doubled[-1] @ doubled[-1], rtol=1e-12, atol=0.0):
-                return math.inf
+                return math.inf, state
             doubled.append(doubled[-1] @ doubled[-1])
-        first = 0
         for power in range(len(doubled) - 2, -1, -1):
             further = doubled[power] @ state
             if not passes(further):
                 state, first = further, first + 2**power
         state, first = cycle @ state, first + 1
     begin = first * float(steps.ends[-1])
-    if state[0] > limit:
-        return begin
-    place = 0
-    while (after := steps.maps[place] @ state)[0] <= limit:
-        state, place = after, place + 1
+    along = _along(steps.maps, state, limit)
+    if len(along) == 1:
+        return begin, state
+    place, state = len(along) - 2, along[-2]
     low, high = 0.0, float(steps.active[place])
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         beyond = (_over(steps.generators[place], middle) @ state)[0] > limit
         low, high = (low, middle) if beyond else (middle, high)
-    return begin + float(steps.ends[place]) + high
+    return begin + float(steps.ends[place]) + high, _over(steps.generators[place], high) @ state
 
 
-def _history(cycle: np.ndarray, state: np.ndarray, period: float, motor: Motor) -> tuple[np.ndarray, np.ndarray]:
-    """Temperatures from a cold start over six of the slower time constants, or over ten cycles if these are longer."""
-    span = 6.0 * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
+def _history(
+    cycle: np.ndarray | None, state: np.ndarray, period: float, span: float, least: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times and states at the ends of cycles from a cold start, over a span of time and so many points at least."""
     cycles = max(1, round(span / period / 200))
-    count = 200 if cycles > 1 else max(10, round(span / period))
-    stride = np.linalg.matrix_power(cycle, cycles)
+    count = max(least, int(span / (cycles * period)))
+    stride = np.eye(3) if cycle is None else np.linalg.matrix_power(cycle, cycles)
     found = [state]
     for _ in range(count):
-        state = stride @ state
-        found.append(state)
-    return np.arange(count + 1) * (cycles * period), np.array(found)[:, :2]
+        found.append(stride @ found[-1])
+    return np.arange(count + 1) * (cycles * period), np.array(found)
 
 
 def _celsius(temperature: float) -> str:
