@@ -63,6 +63,18 @@ def test_mass_spring_damper(method):
     assert_allclose(run.lost["d"] + run.stored["k"] + run.stored["m"], run.stored["k"][0], rtol=1e-6)
 
 
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("start", [1e-17, 1e-12, 1e-9])
+def test_what_tolerances_do_not_resolve_is_nothing(method, start):
+    """Motion of rounding: a balance of energies far below the tolerance was a fault of the program once."""
+    oscillator = BondGraph(
+        "oscillator",
+        [bg.one("v", "v"), bg.inertia("m", "m", 0.5), bg.compliance("k", "c_k", 0.005), bg.resistance("d", "d", 1.5)],
+        ["v > m", "v > k", "v > d"],
+    )
+    assert solve(oscillator, TIMES, initial={"k": start}, method=method, rtol=1e-7).closure < 1e-6
+
+
 def test_inertias_coupled_by_a_gear():
     """Constant torque through a gear: the sum of the inertias at the motor's side accelerates evenly."""
     motor, load, ratio, torque = 2e-6, 3e-4, 12.0, 0.01

@@ -61,7 +61,8 @@ class Trajectory:
     by_element           Energy given by a source (element, "") and lost (element, name of the loss) so far. [J]
     storages             Energy in every storage, by element. [J]
     passed               Energy through every bond so far along its half arrow, by (tail, head). [J]
-    residual             Energy not accounted for so far, over the energy moved in the whole motion. [-]
+    residual             Energy not accounted for so far, over the energy moved in the whole motion, of which what the tolerance
+                         does not resolve is nothing. [-]
     outcome              "" if the motion is complete, else why it is not and what to try.
     """
 
@@ -116,9 +117,17 @@ class Trajectory:
 
 
 def audited(
-    graph: BondGraph, made: Model, parameters: Mapping[str, float], run: March, outcome: str, closure: float = CLOSURE
+    graph: BondGraph,
+    made: Model,
+    parameters: Mapping[str, float],
+    run: March,
+    outcome: str,
+    closure: float = CLOSURE,
+    resolved: float = 0.0,
 ) -> Trajectory:
     """Trajectory with everything that follows from states and energies, once it has passed the audit.
+
+    A balance closes within `closure` of the energy moved and, as rounding balances nothing, within the energy `resolved`. [J]
 
     Raises
     ------
@@ -154,7 +163,8 @@ def audited(
     moved = 0.5 * sum(
         float(np.max(np.abs(energy - energy[0]))) for group in (supplied, lost, kept) for energy in group.values()
     )
-    residual = missing / moved if moved > 0 else np.zeros_like(time)
+    scale = moved + resolved / closure
+    residual = missing / scale if scale > 0 else np.zeros_like(time)
     result = Trajectory(
         graph=graph,
         time=time,
