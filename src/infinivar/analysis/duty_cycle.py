@@ -171,7 +171,8 @@ class DutyResult:
         clauses.append(f"{self.energy:.3g} J a cycle, {self.power_in:.3g} W on average")
         if self.feasible:
             key, margin = self.tightest
-            clauses.insert(0, f"does it; weakest margin: {words_of(key)}, {margin:.2f}")
+            weakest = "nothing loads it" if margin == math.inf else f"weakest margin: {words_of(key)}, {margin:.2f}"
+            clauses.insert(0, f"does it; {weakest}")
             clauses += [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None]
         clauses += self._on_help()
         return "; ".join(clauses)
