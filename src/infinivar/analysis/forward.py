@@ -16,6 +16,7 @@ from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.profiles import Motion
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.frozen import FrozenDict
+from infinivar.transmission.rates import Varying
 
 LONGEST = 5.0
 """Period up to which a report simulates a cycle. [s]"""
@@ -70,6 +71,8 @@ class TwoWays:
     Attributes
     ----------
     prescribed, followed : float             From the supply. [J]
+    as_turning : float                       Prescribed, but for the cylinder's speed, which is that of the simulation; nan where it
+        stops. [J]
     lost_prescribed, lost_followed           By name. [J]
     rms_error : float                        How far the load is from where it is wanted. [m]
     stays : bool                             Whether the load stands still for a while.
@@ -78,6 +81,7 @@ class TwoWays:
     """
 
     prescribed: float
+    as_turning: float
     followed: float
     lost_prescribed: Mapping[str, float]
     lost_followed: Mapping[str, float]
@@ -97,8 +101,8 @@ class TwoWays:
         why = [f"the load is {1e3 * self.rms_error:.2g} mm (RMS) from where it is wanted"]
         if self.speed_ripple:
             why.append(
-                f"the cylinder's speed, prescribed as constant, swings by {self.speed_ripple:.1%}: its inertia takes and gives "
-                "energy that the inverse model asks of the motor"
+                f"the cylinder's speed, prescribed as constant, swings by {self.speed_ripple:.1%}, as its inertia takes and gives "
+                f"energy: with that speed prescribed the difference is {self.followed - self.as_turning:+.2g} J"
             )
         if self.stays:
             why.append(
@@ -152,11 +156,15 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
 
     trajectory = run.trajectory
     position_error = run.position_error[first:]
+    prescribed = as_turning = float(np.mean(point.power_in)) * period
     ripple = 0.0
     if isinstance(drive, CoboticDrive):
-        ripple = float(np.max(np.abs(run.columns["cylinder_speed_rad_s"][first:] / drive.cylinder_speed - 1.0)))
+        turning = run.columns["cylinder_speed_rad_s"][first:]
+        ripple = float(np.max(np.abs(turning / drive.cylinder_speed - 1.0)))
+        as_turning = _as_turning(drive, duty, turning)
     return TwoWays(
-        prescribed=float(np.mean(point.power_in)) * period,
+        prescribed=prescribed,
+        as_turning=as_turning,
         followed=sum(over(values) for title, values in trajectory.supplied.items() if "supply" in title),
         lost_prescribed=FrozenDict({name: float(np.mean(loss)) * period for name, loss in point.losses.items()}),
         lost_followed=FrozenDict({name: over(values) for name, values in trajectory.lost.items()}),
@@ -166,3 +174,17 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
         stored=sum(over(values) for values in trajectory.stored.values()),
         simulation=run,
     )
+
+
+def _as_turning(drive: CoboticDrive, duty: DutyCycle, turning: np.ndarray) -> float:
+    """Energy of a cycle by inverse dynamics with a cylinder's speed that was found over it, in equal steps. [J]"""
+    from scipy.interpolate import CubicSpline
+
+    if len(turning) <= _STEPS or np.min(turning / drive.cylinder_speed) <= 0.0:
+        return math.nan
+    instants = duty.instants()
+    nodes = np.linspace(0.0, duty.period, len(turning))
+    speed = CubicSpline(nodes, np.append(turning[:-1], turning[0]), bc_type="periodic")
+    varying = Varying(speed(instants.time), speed(instants.time, 1))
+    point = drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=varying)
+    return float(np.mean(point.power_in)) * duty.period
