@@ -245,6 +245,10 @@ def calibrate(
     leave_out: Annotated[
         list[int] | None, typer.Option("--leave-out", help="Line of the data that is not used.")
     ] = None,
+    creep_laws: Annotated[
+        str | None,
+        typer.Option("--creep-laws", help="Creep laws to hold against the data, all if left out: linear,polach"),
+    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
@@ -259,15 +263,20 @@ def calibrate(
     loaded = load_study(study)
     name = _measurable(study, drive, loaded.drives)
     names = [word.strip() for word in fit.split(",") if word.strip()]
+    candidates = None if creep_laws is None else [word.strip() for word in creep_laws.split(",") if word.strip()]
     with claimed(out):
-        found = run(loaded, name, data, parameters=names, leave_out=leave_out or ())
+        found = run(loaded, name, data, parameters=names, leave_out=leave_out or (), creep_laws=candidates)
         files = found.save(out)
+    for one in found.left_out:
+        complain(f"left out: line {one.line}: {one.reason}")
     if as_json:
         _print_json({**found.to_dict(), "files": [str(file) for file in files]})
     else:
+        for warning in found.warnings:
+            say(warning)
         for clause in found.verdict.split("; "):
             say(clause)
-        for remark in found.remarks:
+        for remark in found.remarks[len(found.warnings) :]:
             say(f"  {remark}")
         say(f"Report: {files[0]}")
         say(f"Calibrated study: {files[1]}")

@@ -25,12 +25,13 @@ def data(calibration: Calibration, count: int = 401) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``curves``: one a load and direction, with its measured points; ``residuals`` (n, m) in standard deviations, of the
-        runs used, in ``lines``; ``correlations`` (p, p) of ``names``.
+        ``curves``: one a load and direction, with the measured points that were fitted; ``residuals`` (n, m) in standard
+        deviations, of the runs used, in ``lines``; ``correlations`` (p, p) of ``names``.
     """
     found, rig = calibration.efficiencies, calibration.study.rig
     runs, drive = calibration.data, calibration.calibrated
     used = np.isfinite(found.ratio) & np.isfinite(found.load)
+    used[[one.row for one in calibration.left_out]] = False
     ratio = np.geomspace(0.8 * found.ratio[used].min(initial=1.0), 1.25 * found.ratio[used].max(initial=100.0), count)
     curves = []
     groups = {

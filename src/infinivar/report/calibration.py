@@ -11,9 +11,12 @@ from typing import Any
 
 from infinivar import units
 from infinivar.analysis.calibration import model
-from infinivar.analysis.calibration.calibrate import Calibration, Fitted, combined, with_interval
+from infinivar.analysis.calibration.calibrate import Calibration
 from infinivar.analysis.calibration.data import RigData
+from infinivar.analysis.calibration.fitted import Fitted
+from infinivar.analysis.calibration.laws import DECIDED
 from infinivar.analysis.calibration.virtual import Setting
+from infinivar.analysis.calibration.words import combined, described, with_interval
 from infinivar.figures import calibration as figure
 from infinivar.figures import style
 from infinivar.report.comparison import to_json
@@ -54,6 +57,8 @@ def html(calibration: Calibration, image: str) -> str:
         calibration=calibration,
         parameters=model.PARAMETERS,
         estimate=lambda name: with_interval(fit.values[name], fit.deviations[name], model.PARAMETERS[name]),
+        alone=lambda one, name: with_interval(one.values[name], one.deviations[name], model.PARAMETERS[name]),
+        decided=DECIDED,
         expected=lambda name: _expected(calibration, name),
         known=lambda name: units.show_in(calibration.known[name], *model.PARAMETERS[name][:2], digits=5),
         combined=combined,
@@ -73,6 +78,7 @@ def _expected(calibration: Calibration, name: str) -> str:
 
 def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
     data, found = calibration.data, calibration.efficiencies
+    reasons = {one.row: one.reason for one in calibration.left_out}
     for row, line in enumerate(data.lines):
         setting = Setting(*(float(getattr(data, name)[row]) for name in Setting._fields))
         stiffness, spread = (float(part[row]) for part in calibration.eq9)
@@ -84,7 +90,7 @@ def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
             "stiffness": ""
             if math.isnan(stiffness)
             else with_interval(stiffness, spread, model.PARAMETERS["creep_stiffness"]),
-            "out": row in calibration.fit.outliers,
+            "reason": reasons.get(row, ""),
         }
 
 
@@ -93,23 +99,12 @@ def _counted(runs: list[str]) -> list[str]:
     return [run if runs.count(run) == 1 else f"{run} ({runs.count(run)} times)" for run in dict.fromkeys(runs)]
 
 
-def described(setting: Setting) -> str:
-    """A run in words."""
-    if setting.preload == 0:
-        return "wheel lifted off, cylinder at speed"
-    weight = f"{setting.mass:.3f} kg, preload {setting.preload:.4g} N"
-    if setting.steering_angle == 0:
-        return f"locked, {weight}"
-    degrees = math.degrees(setting.steering_angle)
-    return f"{1.0 / abs(math.tan(setting.steering_angle)):.3g}:1 ({degrees:+.3f} deg), {weight}"
-
-
 def toml(calibration: Calibration, directory: Path) -> str:
     """A study that takes everything from the one calibrated but what was fitted."""
     study, rows, name = calibration.study, calibration.rows, calibration.name
     source = Path(calibration.data.name).name
     lines = [
-        f"# {calibration.drive.transmission.creep_law} creep law, {len(calibration.data)} runs of {_plain(source)}.",
+        f"# {calibration.fit.law} creep law, {len(calibration.data) - len(calibration.left_out)} runs of {_plain(source)}.",
         "# Any command of infinivar takes this file for a study.",
     ]
     if study.path is not None:
@@ -161,7 +156,9 @@ def _origin(row: Fitted) -> str:
     return f"kind = {json.dumps(row.kind)}, where = {json.dumps(row.where, ensure_ascii=False)}"
 
 
-def _value(value: float, unit: str) -> str:
+def _value(value: float | str, unit: str) -> str:
+    if isinstance(value, str):
+        return f"value = {json.dumps(value)}"
     return f"value = {value:.9g}" + ("" if unit == "1" else f', unit = "{unit}"')
 
 

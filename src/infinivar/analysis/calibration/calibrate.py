@@ -11,37 +11,29 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar.analysis.calibration import data as rig_data
-from infinivar.analysis.calibration import model, plan, reduce
+from infinivar.analysis.calibration import fitted, laws, misread, model, plan, reduce, words
 from infinivar.analysis.calibration.data import RigData
-from infinivar.analysis.calibration.fit import Fit, fit
+from infinivar.analysis.calibration.fit import FEW, OUTLIER, Fit, refuse_many
+from infinivar.analysis.calibration.fitted import Fitted
+from infinivar.analysis.calibration.laws import LawChoice
 from infinivar.analysis.calibration.plan import Plan
 from infinivar.analysis.calibration.problem import Problem
 from infinivar.analysis.calibration.reduce import Efficiencies
+from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, nearest
-from infinivar.parts.gearhead import coulomb_torque
-from infinivar.quantities import given, with_values
+from infinivar.quantities import with_values
 from infinivar.study.study import Study
-from infinivar.study.uncertainty import NORMAL_95
-from infinivar.transmission.rotary_linear import MEASURED
 
 
-class Fitted(NamedTuple):
-    """One value of the calibrated drive."""
+class LeftOut(NamedTuple):
+    """A run that was not fitted."""
 
-    path: str
-    """Of the field in the drive, dotted."""
-    value: float
-    unit: str
-    kind: str
-    """fitted, assumed where the data tell only a sum, or derived where it follows from the study."""
-    where: str
-    deviation: float | None
-    """Standard deviation; None where the value is none of the data's."""
-    parameter: str
-    """Of the fit from which it comes, "" for none."""
-    slope: float = 1.0
-    """Change of the value by that of the parameter. [SI]"""
+    row: int
+    """Of the data."""
+    line: int
+    """Of the file."""
+    reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,7 +44,8 @@ class Calibration:
     ----------
     study, name          The study and the drive in it.
     data                 Runs as given, without those left out on request.
-    fit                  Estimates and intervals.
+    laws                 What the data say of the creep law, and the fit with the one that is used.
+    left_out             Runs that were not fitted, as no rig can give them or they are outliers, each with why.
     efficiencies         Of all runs, by Eq 18.
     eq9                  Creep stiffness of all runs by Eq 9 and its standard deviation; nan where the wheel is not locked. [N]
     plan                 What to measure next.
@@ -61,10 +54,16 @@ class Calibration:
     study: Study
     name: str
     data: RigData
-    fit: Fit
+    laws: LawChoice
+    left_out: tuple[LeftOut, ...]
     efficiencies: Efficiencies
     eq9: tuple[np.ndarray, np.ndarray]
     plan: Plan
+
+    @property
+    def fit(self) -> Fit:
+        """Estimates and intervals, with what the creep law leaves open."""
+        return self.laws.fit
 
     @property
     def drive(self) -> CoboticDrive:
@@ -98,18 +97,27 @@ class Calibration:
     @property
     def rows(self) -> tuple[Fitted, ...]:
         """What the calibrated drive has otherwise than the study's."""
-        return tuple(_rows(self))
+        return tuple(fitted.rows(self))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader has to know first: that the data contradict the study's creep law, or that no law fits."""
+        return tuple(words.warnings(self.laws))
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a reader of the result has to know, in sentences."""
-        return tuple(_remarks(self))
+        """What a reader of the result has to know, in sentences; the warnings come first."""
+        return tuple(words.remarks(self))
 
     @property
     def verdict(self) -> str:
         """One line: what is told and what is not."""
-        told = [_shown(self, name) for name in self.fit.told]
-        told += [combined(combination) for combination in self.fit.combinations]
+        fit = self.fit
+        told = [
+            f"{name} = {words.with_interval(fit.values[name], fit.deviations[name], model.PARAMETERS[name])}"
+            for name in fit.told
+        ]
+        told += [words.combined(combination) for combination in fit.combinations]
         return "; ".join(told)
 
     def to_dict(self) -> dict[str, Any]:
@@ -119,7 +127,24 @@ class Calibration:
             "drive": self.name,
             "data": self.data.name,
             "runs": len(self.data),
-            "left_out_lines": [self.data.lines[row] for row in fit.outliers],
+            "left_out_lines": [{"line": one.line, "reason": one.reason} for one in self.left_out],
+            "creep_law": {
+                "study": self.laws.asked,
+                "fitted": fit.law,
+                "undecided": list(self.laws.undecided),
+                "contradicted": self.laws.contradicted,
+                "fits": not self.laws.misfit,
+                "gain_of_free_bend": self.laws.gain,
+                "laws": [
+                    {
+                        "law": one.law,
+                        "chi_square": one.fit.chi_square,
+                        "worse_by": one.behind,
+                        "values": dict(one.fit.values),
+                    }
+                    for one in self.laws.candidates
+                ],
+            },
             "parameters": {
                 name: {
                     "unit": model.PARAMETERS[name].unit,
@@ -165,6 +190,10 @@ class Calibration:
                 }
                 for row in np.flatnonzero(np.isfinite(self.eq9[0]))
             ],
+            "runs_to_tell_laws_apart": [
+                {"between": list(one.between), **one.setting._asdict(), "standard_deviations": one.apart}
+                for one in self.plan.telling
+            ],
             "next_runs": [setting._asdict() for setting in self.plan.settings],
             "expected_standard_deviations": dict(self.plan.deviations),
             "remarks": list(self.remarks),
@@ -204,6 +233,7 @@ def calibrate(
     *,
     parameters: Sequence[str] = model.USUAL,
     leave_out: Sequence[int] = (),
+    creep_laws: Sequence[str] | None = None,
 ) -> Calibration:
     """Fit a cobotic drive of a study to a rig's data.
 
@@ -214,6 +244,8 @@ def calibrate(
     data : RigData or path  Runs, or a CSV file of them.
     parameters : sequence   What to fit, of `model.PARAMETERS`; the others stay as the study has them.
     leave_out : sequence    Lines of the file that are not used.
+    creep_laws : sequence   Creep laws to hold against the data. None for all there are, or for the study's alone where the
+        creep stiffness is not fitted: its error would pass for another law.
 
     Returns
     -------
@@ -223,6 +255,11 @@ def calibrate(
     ------
     InputError
         If the data cannot be read, are none that this rig can give, or do not serve for what is to be fitted.
+
+    Notes
+    -----
+    Runs that no rig can give, and outliers, are left out and named, unless they are more than a third of all or most of
+    the runs with a setting in common.
 
     Source: faulring2006, Eqs 9 and 18, sections III and IV-B; weighted nonlinear least squares.
     """
@@ -234,27 +271,45 @@ def calibrate(
             first, last = data.lines[0], data.lines[-1]
             raise InputError(f"{data.name}: line {line} is not one of its runs, which stand in lines {first} to {last}")
     data = data.chosen(~np.isin(data.lines, list(leave_out)))
-    _check_wish(drive, data, tuple(parameters))
-    rig_data.check(data, drive, study.rig)
-    known = model.known_values(drive)
-    before = _efficiencies(drive, study, data, known["guideway_friction"], known["guideway_friction"], known)
-    reduce.check(data, before)
-    found = fit(Problem.of(drive, study.rig, data, tuple(parameters)))
-    friction = found.values.get("guideway_friction", known["guideway_friction"])
-    spread = found.deviations.get("guideway_friction", 0.0)
-    spread = spread if math.isfinite(spread) else friction
+    names = tuple(parameters)
+    _check_wish(data, names)
+    for law in creep_laws or ():
+        creep.law(law)
+    rig_data.check(data)
+    faults = misread.find(data, drive, study.rig)
+    misread.refuse_unless_few(data, faults)
+    sound = np.asarray([row for row in range(len(data)) if row not in faults], dtype=int)
+    used = data.chosen(sound)
+    _check_enough(used, names)
+    problem = Problem.of(drive, study.rig, used, names)
+    robust, starts = laws.screen(problem, creep_laws)
+    few = np.count_nonzero(robust.beyond) + len(faults) <= FEW * len(data)
+    values = {name: float(np.squeeze(value)) for name, value in robust.problem.values(robust.unknowns).items()}
+    # Runs of a fit that failed say nothing about which is misread.
+    reduced = _efficiencies(drive, study, used, values, values["guideway_friction"], robust.beyond & few)
+    faults |= {int(sound[row]): said for row, said in reduce.impossible(reduced).items()}
+    misread.refuse_unless_few(data, faults)
+    out = robust.beyond | np.isin(sound, list(faults))
+    refuse_many(problem, out)
+    choice = laws.choose(problem, starts, out)
+    faults |= _outliers(problem, choice, sound, robust.beyond & ~np.isin(sound, list(faults)))
+    left_out = tuple(LeftOut(row, data.lines[row], faults[row]) for row in sorted(faults))
+    values = {**model.known_values(drive), **choice.fit.values}
+    spread = choice.fit.deviations.get("guideway_friction", 0.0)
+    spread = spread if math.isfinite(spread) else values["guideway_friction"]
     return Calibration(
         study=study,
         name=name,
         data=data,
-        fit=found,
-        efficiencies=_efficiencies(drive, study, data, friction, spread, {**known, **found.values}),
-        eq9=reduce.creep_stiffness(drive, study.rig, data, friction),
-        plan=plan.propose(found),
+        laws=choice,
+        left_out=left_out,
+        efficiencies=_efficiencies(drive, study, data, values, spread, np.isin(np.arange(len(data)), list(faults))),
+        eq9=reduce.creep_stiffness(drive, study.rig, data, values["guideway_friction"]),
+        plan=replace(plan.propose(choice.design), telling=tuple(plan.telling(choice))),
     )
 
 
-def _check_wish(drive: CoboticDrive, data: RigData, parameters: tuple[str, ...]) -> None:
+def _check_wish(data: RigData, parameters: tuple[str, ...]) -> None:
     for name in parameters:
         if name not in model.PARAMETERS:
             known = ", ".join(model.PARAMETERS)
@@ -263,6 +318,9 @@ def _check_wish(drive: CoboticDrive, data: RigData, parameters: tuple[str, ...])
         raise InputError(f"nothing to fit: name some of {', '.join(model.PARAMETERS)}")
     if "resistance" in parameters and data.motor_voltage is None:
         raise InputError(f"{data.name}: has no column motor_voltage, without which the resistance cannot be fitted")
+
+
+def _check_enough(data: RigData, parameters: tuple[str, ...]) -> None:
     used = int(np.count_nonzero(data.pressed))
     if 2 * used < len(parameters) or used < 2:
         raise InputError(
@@ -270,151 +328,32 @@ def _check_wish(drive: CoboticDrive, data: RigData, parameters: tuple[str, ...])
         )
 
 
+def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.ndarray) -> dict[int, str]:
+    """Why runs that the sensors can give do not fit, by row of the data."""
+    expecting = problem.under(choice.fit.law)
+    return {
+        int(rows[place]): (
+            f"{name} is {read:.4g} {unit} where the fit expects {told:.4g} {unit}, {far:.3g} standard deviations off"
+        )
+        for place in np.flatnonzero(beyond).tolist()
+        for name, unit, read, told, far in [expecting.first_off(choice.fit.unknowns, place, OUTLIER)]
+    }
+
+
 def _efficiencies(
-    drive: CoboticDrive, study: Study, data: RigData, friction: float, spread: float, values: Mapping[str, float]
+    drive: CoboticDrive,
+    study: Study,
+    data: RigData,
+    values: Mapping[str, float],
+    spread: float,
+    misread_runs: np.ndarray,
 ) -> Efficiencies:
     return reduce.efficiencies(
-        drive, study.rig, data, guideway_friction=friction, guideway_deviation=spread, nominal=values["nominal_torque"]
+        with_values(drive, {"motor.torque_constant": values["torque_constant"]}),
+        study.rig,
+        data,
+        guideway_friction=values["guideway_friction"],
+        guideway_deviation=spread,
+        nominal=values["nominal_torque"],
+        misread=misread_runs,
     )
-
-
-def _rows(found: Calibration) -> list[Fitted]:
-    drive, fit, known = found.drive, found.fit, found.known
-    source = f"{Path(found.data.name).name}, {len(found.data) - len(fit.outliers)} runs"
-    rows = []
-
-    def add(path: str, value: float, unit: str, parameter: str, scale: float = 1.0) -> None:
-        deviation = fit.deviations.get(parameter)
-        if deviation is not None and math.isfinite(deviation):
-            rows.append(Fitted(path, value, unit, "fitted", source, deviation * scale, parameter, scale))
-        elif deviation is not None:
-            rows.append(Fitted(path, value, unit, "assumed", *_in_a_sum(fit, parameter, source), parameter))
-        else:
-            rows.append(Fitted(path, value, unit, "derived", "from the geometry of the study", None, ""))
-
-    grouped = any(parameter in fit.names for parameter in MEASURED)
-    for parameter in MEASURED:
-        if parameter in fit.names or (grouped and drive.transmission.geometry is not None):
-            value = fit.values.get(parameter, known[parameter])
-            add(f"transmission.{parameter}", value, model.PARAMETERS[parameter].unit, parameter)
-    contact = drive.transmission.contact
-    if grouped and drive.steering is not None and contact is not None:
-        add("steering.patch_half_length", float(contact.patch.b), "m", "")
-    if "guideway_friction" in fit.names:
-        value, guide, preload = fit.values["guideway_friction"], drive.guideway, drive.transmission.preload
-        whole = guide.friction_force(preload)
-        share = guide.coefficient * preload / whole if whole > 0 else 0.0
-        if share > 0:
-            add("guideway.coefficient", value * share / preload, "1", "guideway_friction", share / preload)
-        if share < 1:
-            add("guideway.friction", value * (1.0 - share), "N", "guideway_friction", 1.0 - share)
-    if "torque_constant" in fit.names:
-        add("motor.torque_constant", fit.values["torque_constant"], "N m/A", "torque_constant")
-    if "resistance" in fit.names:
-        add("motor.resistance", fit.values["resistance"], "ohm", "resistance")
-    if "nominal_torque" in fit.names:
-        rows += _nominal(found, source)
-    return rows
-
-
-def _in_a_sum(fit: Fit, parameter: str, source: str) -> tuple[str, float | None]:
-    """Source and deviation of a parameter that is not told by itself: the largest part stands for the whole sum's."""
-    told = next((combination for combination in fit.combinations if parameter in combination.weights), None)
-    if told is None:
-        return f"{source} say nothing about it", None
-    where = f"{source}: only {combined(told)} is told"
-    parts = {name: abs(weight * fit.values[name]) for name, weight in told.weights.items()}
-    if parameter != max(parts, key=lambda name: parts[name]):
-        return where, None
-    return f"{where}; its largest part carries the interval of the sum", told.deviation / abs(told.weights[parameter])
-
-
-def _nominal(found: Calibration, source: str) -> list[Fitted]:
-    """The nominal torque as the fields of motor and gearhead that make it up: the gearhead's, as far as it goes."""
-    drive, fit = found.drive, found.fit
-    motor, gear = drive.motor, drive.gearhead
-    value, deviation = fit.values["nominal_torque"], fit.deviations["nominal_torque"]
-    constant = fit.values.get("torque_constant", motor.torque_constant)
-    rest = value - constant * motor.no_load_current
-    whole = coulomb_torque(0.0, given(gear.rated_torque, motor.continuous_torque))
-    path, unit, slope = "gearhead.efficiency", "1", -1.0 / whole
-    share, made = 1.0 - rest / whole, "what the nominal torque leaves beside the motor's no-load current"
-    if gear.loss_model != "coulomb" or not 0.0 <= rest < whole:
-        path, unit, slope = "motor.no_load_current", "A", 1.0 / constant
-        beside = found.known["nominal_torque"] - motor.friction_torque
-        share, made = max(value - beside, 0.0) / constant, "the nominal torque, all of it put down to the motor"
-    if not math.isfinite(deviation):
-        return [
-            Fitted(path, share, unit, "assumed", _in_a_sum(fit, "nominal_torque", source)[0], None, "nominal_torque")
-        ]
-    where = f"{source}: {made}"
-    return [Fitted(path, share, unit, "fitted", where, deviation * abs(slope), "nominal_torque", slope)]
-
-
-def _remarks(found: Calibration) -> list[str]:
-    fit, remarks = found.fit, []
-    for combination in fit.combinations:
-        names = " and ".join(combination.weights)
-        if len(combination.weights) > 1:
-            remarks.append(
-                f"The data cannot tell {names} apart, only {combined(combination)}. In the calibrated drive they keep the "
-                "proportions of the study."
-            )
-    alone = [
-        name for name in fit.names if name not in fit.told and not any(name in c.weights for c in fit.combinations)
-    ]
-    remarks += [f"The data say nothing about {name}: it stays as the study has it." for name in alone]
-    apart = [name for name in fit.names if not math.isfinite(found.plan.deviations[name])]
-    if apart:
-        remarks.append(
-            f"The runs proposed do not tell {' and '.join(apart)} apart either: with this rig's sensors no preload between "
-            f"{min(plan.PRELOADS):g} and {max(plan.PRELOADS):g} of the study's does."
-        )
-    if fit.outliers:
-        lines = ", ".join(str(found.data.lines[row]) for row in fit.outliers)
-        remarks.append(f"Left out as outliers, more than five standard deviations from a robust fit: lines {lines}.")
-    if fit.widened > 1.0:
-        remarks.append(
-            f"The residuals are {fit.widened:.2g} times what the rig's sensors explain, and all intervals are widened by that: "
-            "look for a pattern in them, or for a sensor that is worse than [rig] says."
-        )
-    low = fit.problem.bounds[0]
-    for place, name in enumerate(fit.names):
-        if fit.unknowns[place] < low[place] + 1e-3:
-            remarks.append(f"The fit of {name} ended at its lower bound, zero: its interval means little.")
-    if found.drive.gearhead.loss_model == "proportional":
-        remarks.append(
-            "The gearhead loses in proportion to its load, which Eq 18 counts as the element's: those efficiencies are too low. "
-            "The fit takes the gearhead's loss into account."
-        )
-    if not np.any(~found.data.pressed):
-        remarks.append(
-            "No run has the wheel lifted off: the nominal torque follows from the others by the model alone."
-        )
-    return remarks
-
-
-def combined(combination: Any) -> str:
-    """A sum of parameters in words: "rolling_torque + 1.2 bearing_torque = 2.84 ± 0.21 mN m" (95 %)."""
-    terms = []
-    for name, weight in combination.weights.items():
-        size = "" if abs(abs(weight) - 1.0) < 5e-4 else f"{abs(weight):.3g} "
-        sign = "-" if weight < 0 else "+"
-        terms.append(f"{sign} {size}{name}" if terms else f"{'-' if weight < 0 else ''}{size}{name}")
-    first = model.PARAMETERS[next(iter(combination.weights))]
-    return f"{' '.join(terms)} = {with_interval(combination.value, combination.deviation, first)}"
-
-
-def with_interval(value: float | None, deviation: float, parameter: model.Parameter) -> str:
-    """A value, if there is one, with half its 95 % interval in the unit in which people read it."""
-    from infinivar import units
-
-    scale = units.parse(f"1 {parameter.shown_in}", parameter.unit) if parameter.shown_in != "1" else 1.0
-    half = NORMAL_95 * deviation / scale
-    digits = max(0, 1 - math.floor(math.log10(half))) if 0 < half < math.inf else 3
-    shown = "inf" if math.isinf(half) else f"{half:.{digits}f}"
-    return f"{'' if value is None else f'{value / scale:.{digits}f} '}± {shown} {parameter.shown_in}"
-
-
-def _shown(found: Calibration, name: str) -> str:
-    return f"{name} = {with_interval(found.fit.values[name], found.fit.deviations[name], model.PARAMETERS[name])}"

@@ -1,18 +1,16 @@
-"""What a rig records: one row a run, with every row held against what a rig can give."""
+"""What a rig records: one row a run."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
-from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.rig import Rig
 from infinivar.drivetrain.tables import read_columns
 from infinivar.errors import InputError
 
@@ -31,19 +29,6 @@ COLUMNS = {
 _REQUIRED = tuple(name for name in COLUMNS if name != "motor_voltage")
 _MOST = 12
 """Faults listed at once."""
-
-_SLOWEST = 100.0
-"""How much slower than in the study a cylinder on a rig may turn; seconds for milliseconds make a thousand."""
-
-_SLIPS = {
-    1e3: "is it in millimetres?",
-    1e-3: "is it in metres?",
-    180 / math.pi: "is an angle in radians taken for degrees?",
-    math.pi / 180: "is an angle in degrees taken for radians?",
-    2 * math.pi: "are turns taken for radians?",
-    0.5 / math.pi: "are radians taken for turns?",
-}
-"""What a factor between travel and angles suggests."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,37 +108,24 @@ def read(file: str | Path) -> RigData:
     return RigData(**{"motor_voltage": None, **arrays}, lines=tuple(lines), name=str(file))
 
 
-def check(data: RigData, drive: CoboticDrive, rig: Rig) -> None:
-    """Refuse runs that no rig with this drive can have given: slips of columns, units and sensors.
+def check(data: RigData) -> None:
+    """Refuse settings that cannot be, such as a mass below zero.
 
     Raises
     ------
     InputError
-        A line for each fault, with the row, what is found and what it suggests.
+        A line for each fault, with the row, what is found and what would be right.
     """
-    refuse(data, sorted(_faults(data, drive, rig)))
+    faults = {row: said for row in range(len(data)) if (said := _setting_fault(data, row)) is not None}
+    if faults:
+        refuse(data, faults)
 
 
-def refuse(data: RigData, faults: Sequence[tuple[int, str]]) -> None:
-    """Raise InputError if there are faults, each the index of a run and words, with a line for each."""
-    said = [f"{data.name}: line {data.lines[row]}: {words}" for row, words in faults[:_MOST]]
-    if said:
-        more = len(faults) - _MOST
-        raise InputError("\n".join([*said, *([f"and {more} more"] if more > 0 else [])]))
-
-
-def _faults(data: RigData, drive: CoboticDrive, rig: Rig) -> Iterator[tuple[int, str]]:
-    """Row and words for every fault, the first of each row."""
-    for row in range(len(data)):
-        said = (
-            _setting_fault(data, row)
-            or _speed_fault(data, drive, rig, row)
-            or _load_fault(data, drive, rig, row)
-            or _travel_fault(data, drive, rig, row)
-            or _voltage_fault(data, drive, row)
-        )
-        if said is not None:
-            yield row, said
+def refuse(data: RigData, faults: Mapping[int, str], closing: str = "") -> NoReturn:
+    """Raise InputError with a line for each fault, index of a run and words, and one that says what they mean."""
+    said = [f"{data.name}: line {data.lines[row]}: {faults[row]}" for row in sorted(faults)[:_MOST]]
+    more = len(faults) - _MOST
+    raise InputError("\n".join([*said, *([f"and {more} more"] if more > 0 else []), *([closing] if closing else [])]))
 
 
 def _setting_fault(data: RigData, row: int) -> str | None:
@@ -167,75 +139,3 @@ def _setting_fault(data: RigData, row: int) -> str | None:
     if abs(angle) >= 0.5 * math.pi:
         return f"steering_angle must be within -90 and 90 deg, got {math.degrees(angle):.4g} deg"
     return None
-
-
-def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
-    motor, ratio = drive.motor, drive.gearhead.ratio
-    turned, duration = float(data.cylinder_angle[row]), float(data.duration[row])
-    speed, fastest = abs(turned) / duration, 1.5 * motor.no_load_speed / ratio
-    current, stall = float(data.motor_current[row]), motor.voltage / motor.resistance
-    if abs(turned) < 10 * rig.cylinder_resolution:
-        return f"cylinder_angle is {turned:.4g} rad in {duration:.3g} s: does it turn, or is its encoder stuck?"
-    if speed > fastest:
-        hint = "; is it the angle of the motor, not of the cylinder?" if speed < 2 * fastest * ratio else ""
-        return f"cylinder_angle means {speed:.4g} rad/s, and the motor reaches {fastest:.4g} rad/s at most{hint}"
-    if speed < abs(drive.cylinder_speed) / _SLOWEST:
-        wanted = f"the study's cylinder turns at {abs(drive.cylinder_speed):.4g} rad/s"
-        return f"cylinder_angle and duration mean {speed:.4g} rad/s, and {wanted}: check the units of both headings"
-    if abs(current) > stall:
-        return f"motor_current is {current:.4g} A, more than the motor's stall current of {stall:.3g} A"
-    if data.preload[row] == 0 and current * turned < -5.0 * rig.current_noise * abs(turned):
-        return f"motor_current is {current:.4g} A and brakes a cylinder that nothing drives: is a sign turned round?"
-    return None
-
-
-def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
-    mass, preload, friction = float(data.mass[row]), float(data.preload[row]), drive.transmission.friction
-    if preload == 0 or mass * rig.gravity <= 1.5 * friction * preload:
-        return None
-    hint = "; are mass and preload swapped?" if preload * rig.gravity < 1.5 * friction * mass else ""
-    return f"mass pulls with {mass * rig.gravity:.4g} N where the wheel slips at {friction * preload:.4g} N{hint}"
-
-
-def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
-    if data.motor_voltage is None:
-        return None
-    voltage, current = float(data.motor_voltage[row]), float(data.motor_current[row])
-    speed = float(data.cylinder_angle[row] / data.duration[row]) * drive.gearhead.ratio
-    wanted = drive.motor.resistance * current + drive.motor.torque_constant * speed
-    if abs(voltage - wanted) <= 0.4 * abs(wanted) + 0.1 * drive.motor.voltage:
-        return None
-    swapped = drive.motor.resistance * voltage + drive.motor.torque_constant * speed
-    hint = "; are motor_current and motor_voltage swapped?" if abs(current - swapped) < 0.4 * abs(swapped) else ""
-    return f"motor_voltage is {voltage:.4g} V where current and speed take {wanted:.4g} V{hint}"
-
-
-def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
-    """What is wrong if the link did not go where the wheel points, as far as creep and the encoder's zero let it."""
-    if data.preload[row] == 0:
-        return None
-    element = drive.transmission
-    groups = element.groups(drive.cylinder_speed)
-    surface = element.cylinder_radius * float(data.cylinder_angle[row])
-    angle, travel = float(data.steering_angle[row]), float(data.link_travel[row])
-    ideal = -surface * math.tan(angle)
-    # Five times the creep of the study's contact at slip: what is fitted may be another.
-    creeps = abs(surface) * (5.0 / float(groups.creep_group) + 5.0 * rig.steering_zero_deviation)
-    still = travel == 0.0 and abs(ideal) > 100.0 * rig.link_resolution
-    if not still and abs(travel - ideal) <= creeps + 0.2 * abs(ideal) + 5.0 * rig.link_resolution:
-        return None
-    previous = data.link_travel[row - 1] if row else math.nan
-    if travel == 0.0 or travel == previous:
-        same = "does not move" if travel == 0.0 else "has the value of the line before"
-        return f"link_travel {same} where the wheel points to {ideal:.4g} m: is its encoder stuck?"
-    factor = travel / ideal if ideal else math.inf
-    hint = next((f"; {said}" for known, said in _SLIPS.items() if abs(abs(factor) / known - 1.0) < 0.25), "")
-    if abs(factor + 1.0) < 0.25:
-        hint = "; is a sign turned round?"
-    if _near(float(data.cylinder_angle[row]), -element.cylinder_radius * math.tan(angle) * travel):
-        hint = "; are link_travel and cylinder_angle swapped?"
-    return f"link_travel is {travel:.4g} m where steering and cylinder angle give {ideal:.4g} m{hint}"
-
-
-def _near(value: float, wanted: float) -> bool:
-    return abs(value - wanted) < 0.25 * abs(wanted)

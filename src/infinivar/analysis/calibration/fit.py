@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from infinivar.study.uncertainty import NORMAL_95
 OUTLIER = 5.0
 """Standard deviations from the robust fit beyond which a run is left out; of a million good readings one is."""
 
-_FEW = 1.0 / 3.0
+FEW = 1.0 / 3.0
 """Share of runs up to which such runs are outliers: half of them, and no fit could tell which half is right."""
 
 _UNKNOWN = 1.0
@@ -25,7 +25,13 @@ _UNKNOWN = 1.0
 _INVOLVED = 0.1
 """Share in a direction from which on a parameter counts as part of it."""
 
-_DOUBT = 1e-3
+_MOST_ROUNDS = 5
+"""Of fits without the outliers of the one before; two are usual."""
+
+_MOST_STEPS = 200
+"""Of a fit: one that can succeed needs some ten, and with outliers and a wrong creep law some hundred."""
+
+DOUBT = 1e-3
 """Probability below which residuals are larger than the sensors explain."""
 
 
@@ -46,9 +52,8 @@ class Fit:
     ----------
     names : of the parameters asked for.
     values : by name, in SI; those not told apart stay in the study's proportions.
-    deviations : standard deviations, in SI; inf for parameters that the data do not tell.
     covariance : (p, p) of the told directions. [SI]
-    combinations : sums that are told in place of their parts.
+    untold : (p, k) orthonormal directions of the scaled parameters which the data leave open.
     problem : of the runs used, and `unknowns`, where it is solved.
     outliers : index of runs left out.
     chi_square, freedom : sum of squared residuals and degrees of freedom.
@@ -57,15 +62,30 @@ class Fit:
 
     names: tuple[str, ...]
     values: Mapping[str, float]
-    deviations: Mapping[str, float]
     covariance: np.ndarray
-    combinations: tuple[Combination, ...]
+    untold: np.ndarray
     problem: Problem
     unknowns: np.ndarray
     outliers: tuple[int, ...]
     chi_square: float
     freedom: int
     widened: float
+
+    @property
+    def law(self) -> str:
+        """Creep law that was fitted."""
+        return self.problem.law
+
+    @property
+    def deviations(self) -> Mapping[str, float]:
+        """Standard deviations by name, in SI; inf for parameters that the data do not tell."""
+        spread = np.where(_involved(self.untold), np.inf, np.sqrt(np.diag(self.covariance)))
+        return FrozenDict(zip(self.names, spread.tolist(), strict=True))
+
+    @property
+    def combinations(self) -> tuple[Combination, ...]:
+        """Sums that are told in place of their parts."""
+        return _combinations(self.problem, self.untold, self.values, self.covariance)
 
     @property
     def told(self) -> tuple[str, ...]:
@@ -85,8 +105,55 @@ class Fit:
             return np.where(np.isfinite(scale[:, None] * scale), self.covariance / (scale[:, None] * scale), np.nan)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Robust:
+    """A fit in which no single run has much weight.
+
+    Attributes
+    ----------
+    problem : that was solved.
+    unknowns : where it ends.
+    cost : sum of the residuals' soft absolute values.
+    beyond : (n,) bool, runs more than `OUTLIER` standard deviations off it.
+    """
+
+    problem: Problem
+    unknowns: np.ndarray
+    cost: float
+    beyond: np.ndarray
+
+
+def robust(problem: Problem, start: np.ndarray | None = None) -> Robust:
+    """Fit with a loss that grows as the residual, not as its square, and so shows which runs are outliers.
+
+    Source: least_squares of SciPy, loss soft_l1.
+    """
+    start = problem.start if start is None else start
+    unknowns, cost = _solved(problem, start, untold=_untold(problem, start), loss="soft_l1", tolerance=1e-6)
+    return Robust(problem=problem, unknowns=unknowns, cost=cost, beyond=problem.farthest(unknowns) > OUTLIER)
+
+
+def settled(found: Robust) -> Robust:
+    """The outliers of a fit without its outliers: those that it was pulled towards show then, others turn out good.
+
+    Never more than a third of the runs are put aside for the next fit, the farthest.
+
+    Source: rousseeuw2006, concentration steps.
+    """
+    problem, unknowns, beyond = found.problem, found.unknowns, found.beyond
+    for _ in range(_MOST_ROUNDS):
+        far = problem.farthest(unknowns)
+        aside = beyond & (far >= np.sort(far)[len(far) - max(int(FEW * len(far)), 1)])
+        unknowns = estimate(problem, unknowns, aside).unknowns
+        again = problem.farthest(unknowns) > OUTLIER
+        if np.array_equal(again, beyond):
+            break
+        beyond = again
+    return replace(found, unknowns=unknowns, beyond=beyond)
+
+
 def fit(problem: Problem) -> Fit:
-    """Solve a calibration: a robust fit finds the outliers, a weighted one without them the estimates.
+    """Solve a calibration with one creep law: a robust fit finds the outliers, a weighted one without them the estimates.
 
     Returns
     -------
@@ -99,18 +166,27 @@ def fit(problem: Problem) -> Fit:
 
     Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
     """
-    untold = _untold(problem, problem.start)
-    robust = _solved(problem, problem.start, untold=untold, loss="soft_l1", tolerance=1e-6)
-    beyond = np.any(np.abs(problem.of_runs(problem.residuals(robust))) > OUTLIER, axis=1)
-    if np.count_nonzero(beyond) > _FEW * len(problem.data):
+    found = settled(robust(problem))
+    refuse_many(problem, found.beyond)
+    return estimate(problem, found.unknowns, found.beyond)
+
+
+def refuse_many(problem: Problem, beyond: np.ndarray) -> None:
+    """Raise InputError if too many runs are off to be outliers."""
+    count, runs = np.count_nonzero(beyond), len(problem.data)
+    if count > FEW * runs:
         raise InputError(
-            f"{problem.data.name}: {np.count_nonzero(beyond)} of {len(problem.data)} runs are more than {OUTLIER:g} standard "
+            f"{problem.data.name}: {count} of {runs} runs are more than {OUTLIER:g} standard "
             "deviations off a robust fit, too many for outliers: check the units of the headings, what the study says "
             "of the drive, and how good the sensors in [rig] are"
         )
-    kept = problem.without(beyond)
-    untold = _untold(kept, robust)
-    unknowns = _solved(kept, robust, untold=untold)
+
+
+def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
+    """Weighted least squares without the outliers, (n,) bool, from where a robust fit ended."""
+    kept = problem.without(outliers)
+    untold = _untold(kept, start)
+    unknowns, _ = _solved(kept, start, untold=untold)
     residuals = kept.residuals(unknowns)
     told = len(kept.names) - untold.shape[1]
     readings = int(np.count_nonzero(np.any(kept.whitening != 0, axis=-1)))
@@ -119,17 +195,14 @@ def fit(problem: Problem) -> Fit:
     widened = _widened(chi_square, freedom)
     covariance = widened**2 * _covariance(kept, unknowns, untold) * kept.scales[:, None] * kept.scales
     values = {name: float(unknowns[i] * kept.scales[i]) for i, name in enumerate(kept.names)}
-    involved = np.any(np.abs(untold) > _INVOLVED, axis=1)
-    deviations = np.where(involved, np.inf, np.sqrt(np.diag(covariance)))
     return Fit(
         names=kept.names,
         values=FrozenDict(values),
-        deviations=FrozenDict(zip(kept.names, deviations.tolist(), strict=True)),
         covariance=covariance,
-        combinations=_combinations(kept, untold, involved, values, covariance),
+        untold=untold,
         problem=kept,
         unknowns=unknowns,
-        outliers=tuple(np.flatnonzero(beyond).tolist()),
+        outliers=tuple(np.flatnonzero(outliers).tolist()),
         chi_square=chi_square,
         freedom=freedom,
         widened=widened,
@@ -138,8 +211,9 @@ def fit(problem: Problem) -> Fit:
 
 def _solved(
     problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
-) -> np.ndarray:
-    """Unknowns of least squares; `untold` directions of the parameters are known by the study alone, to 100 %."""
+) -> tuple[np.ndarray, float]:
+    """Unknowns of least squares and half the sum of the losses there; `untold` directions of the parameters are known by
+    the study alone, to 100 %."""
     from scipy.optimize import least_squares
 
     low, high = problem.bounds
@@ -147,7 +221,7 @@ def _solved(
     held[:, : len(problem.names)] = untold.T / _UNKNOWN
     found = least_squares(
         lambda x: np.concatenate([problem.residuals(x), held @ (x - problem.start)]),
-        np.maximum(start, low + 1e-9),
+        np.clip(start, low + 1e-9, high - 1e-9),
         lambda x: np.concatenate([problem.jacobian(x), held]),  # type: ignore[arg-type]
         (low, high),
         loss=loss,
@@ -155,8 +229,9 @@ def _solved(
         xtol=tolerance,
         ftol=tolerance,
         gtol=tolerance,
+        max_nfev=_MOST_STEPS,
     )
-    return found.x
+    return found.x, float(found.cost)
 
 
 def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
@@ -185,15 +260,21 @@ def _covariance(problem: Problem, unknowns: np.ndarray, untold: np.ndarray) -> n
 def _widened(chi_square: float, freedom: int) -> float:
     from scipy.special import chdtrc
 
-    if freedom == 0 or chdtrc(freedom, chi_square) > _DOUBT:
+    if freedom == 0 or chdtrc(freedom, chi_square) > DOUBT:
         return 1.0
     return math.sqrt(chi_square / freedom)
 
 
+def _involved(untold: np.ndarray) -> np.ndarray:
+    """Which parameters the data do not tell by themselves."""
+    return np.any(np.abs(untold) > _INVOLVED, axis=1)
+
+
 def _combinations(
-    problem: Problem, untold: np.ndarray, involved: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
+    problem: Problem, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
 ) -> tuple[Combination, ...]:
     """Independent sums of the parameters which are not told by themselves, in the simplest form: row echelon."""
+    involved = _involved(untold)
     if not involved.any():
         return ()
     names = [name for name, part in zip(problem.names, involved, strict=True) if part]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from infinivar.analysis.calibration.data import RigData
 from infinivar.analysis.calibration.fit import Fit, information
+from infinivar.analysis.calibration.laws import LawChoice
 from infinivar.analysis.calibration.model import predict
 from infinivar.analysis.calibration.problem import Problem
 from infinivar.analysis.calibration.virtual import LOADS, RATIOS, Setting, protocol, window
@@ -24,6 +26,15 @@ _GUESS = 1.0
 """Relative standard deviation that stands for what is not known before any run."""
 
 
+class Telling(NamedTuple):
+    """A run that tells two creep laws apart."""
+
+    between: tuple[str, str]
+    setting: Setting
+    apart: float
+    """Standard deviations between its readings under the two, with what the parameters are known to be off by."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plan:
     """Runs to make next.
@@ -32,10 +43,12 @@ class Plan:
     ----------
     settings : in the order in which they help most.
     deviations : standard deviations expected after them, by parameter; inf where they still do not tell. [SI]
+    telling : of each law that is left open beside the one used, the run that tells the two apart best.
     """
 
     settings: tuple[Setting, ...]
     deviations: Mapping[str, float]
+    telling: tuple[Telling, ...] = ()
 
 
 def propose(found: Fit, *, preloads: Sequence[float] = PRELOADS, count: int = RUNS) -> Plan:
@@ -66,6 +79,36 @@ def propose(found: Fit, *, preloads: Sequence[float] = PRELOADS, count: int = RU
         settings=tuple(_setting(candidates, place) for place in chosen),
         deviations=FrozenDict(zip(problem.names, spread.tolist(), strict=True)),
     )
+
+
+def telling(choice: LawChoice, *, preloads: Sequence[float] = PRELOADS) -> Iterator[Telling]:
+    """For each law left open: the run at which it and the law used expect readings that differ most.
+
+    Source: atkinson1975 (a design to tell two models apart), one run, linear in the unknowns at the fits.
+    """
+    used, others = choice.alone, [one.fit for one in choice.candidates if one.law in choice.undecided]
+    candidates = _candidates(used, preloads)
+    if not len(candidates):
+        return
+    rows = _rows(used, candidates)
+    jacobian = used.problem.jacobian(used.unknowns)
+    known = np.linalg.inv(jacobian.T @ jacobian + 1e-12 * np.eye(used.unknowns.size))
+    for other in others:
+        if other.law == used.law:
+            continue
+        expected = [_expected(fit, candidates) for fit in (used, other)]
+        apart = []
+        for row, off in zip(rows, expected[1] - expected[0], strict=True):
+            spread = used.widened**2 * (np.eye(len(off)) + row @ known @ row.T)
+            apart.append(float(np.sqrt(off @ np.linalg.solve(spread, off))))
+        best = int(np.argmax(apart))
+        yield Telling((used.law, other.law), _setting(candidates, best), apart[best])
+
+
+def _expected(found: Fit, candidates: RigData) -> np.ndarray:
+    """Readings less what a fit expects of each candidate, in standard deviations. (n, m)"""
+    other = found.problem.about(candidates)
+    return other.of_runs(other.residuals(_unknowns_of(found, other)))
 
 
 def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
@@ -108,10 +151,9 @@ def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
 def _rows(found: Fit, candidates: RigData) -> list[np.ndarray]:
     """Derivatives of the readings of each candidate by the unknowns of the problem; its mass counts as known."""
     problem = found.problem
-    other = Problem.of(problem.drive, problem.rig, candidates, problem.names)
+    other = problem.about(candidates)
     own = [place for place, name in enumerate(other.errors) if not name.startswith("mass")]
-    unknowns = np.zeros(len(other.names) + len(other.errors))
-    unknowns[: len(problem.names)] = found.unknowns[: len(problem.names)] * problem.scales / other.scales
+    unknowns = _unknowns_of(found, other)
     jacobian = other.jacobian(unknowns)
     width = other.whitening.shape[-1]
     kept = np.zeros((len(candidates) * width, found.unknowns.size))
@@ -122,6 +164,15 @@ def _rows(found: Fit, candidates: RigData) -> list[np.ndarray]:
     ]
     kept[:, into] = jacobian[: len(kept)][:, columns]
     return [kept[place * width : (place + 1) * width] for place in range(len(candidates))]
+
+
+def _unknowns_of(found: Fit, other: Problem) -> np.ndarray:
+    """Unknowns of a problem about other runs as a fit has them; masses that it has not weighed count as right."""
+    problem = found.problem
+    size = len(problem.names)
+    fitted = dict(zip(problem.errors, found.unknowns[size:].tolist(), strict=True))
+    errors = [0.0 if name.startswith("mass") else fitted[name] for name in other.errors]
+    return np.concatenate([found.unknowns[:size] * problem.scales / other.scales, errors])
 
 
 def _setting(candidates: RigData, place: int) -> Setting:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.calibration.data import RigData
-from infinivar.analysis.calibration.model import Errors, known_values, predict
+from infinivar.analysis.calibration.data import COLUMNS, RigData
+from infinivar.analysis.calibration.model import Errors, Readings, known_values, predict
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.rig import Rig
 
@@ -18,6 +18,12 @@ _STEP = 1e-5
 
 _UNPREDICTED = 1e3
 """Standard deviations that stand for a reading which the model cannot give, as the wheel would slip."""
+
+BEND = "creep bend"
+"""Name of the error of a creep law among a problem's unknowns."""
+
+_FARTHEST = 100.0
+"""Standard deviations beyond which an error is not sought."""
 
 _COUNTED = 1.0 / math.sqrt(6.0)
 """Standard deviation of a difference of two counts."""
@@ -49,6 +55,8 @@ class Problem:
     errors: tuple[str, ...]
     masses: np.ndarray
     whitening: np.ndarray
+    beside: str | None = None
+    bend: float = 0.0
 
     @classmethod
     def of(cls, drive: CoboticDrive, rig: Rig, data: RigData, names: tuple[str, ...]) -> Problem:
@@ -73,10 +81,16 @@ class Problem:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """No parameter is negative, and what divides is not nearly zero; differences need a step's room."""
+        """No parameter is negative, and what divides is not nearly zero; differences need a step's room.
+
+        Errors stay where the model has a meaning: a fit with the wrong law would try a preload below zero.
+        """
         least = [1e-3 if name in ("creep_stiffness", "torque_constant") else 2.0 * _STEP for name in self.names]
-        low = np.concatenate([least, np.full(len(self.errors), -np.inf)])
-        return low, np.full(low.size, np.inf)
+        room = 0.5 * math.pi - float(np.abs(self.data.steering_angle).max(initial=0.0))
+        most = {"preload": (1.0, self.rig.preload_deviation), "steering_zero": (room, self.rig.steering_zero_deviation)}
+        ends = [most.get(name, (math.inf, 1.0)) for name in self.errors]
+        errors = np.asarray([min(_FARTHEST, 0.9 * end / deviation) for end, deviation in ends])
+        return np.concatenate([least, -errors]), np.concatenate([np.full(len(least), np.inf), errors])
 
     def values(self, unknowns: np.ndarray) -> dict[str, Any]:
         """Every parameter, in SI."""
@@ -110,11 +124,21 @@ class Problem:
         -------
         (..., n m + errors) float
         """
-        told = predict(self.drive, self.rig, self.data, self.values(unknowns), self.session(unknowns))
+        told = self._told(unknowns)
         off = np.stack([read - said for read, said in zip(_readings(self.data), told, strict=False)], axis=-1)
         off = np.where(np.isnan(off), _UNPREDICTED, np.einsum("nij,...nj->...ni", self.whitening, off))
         flat = off.reshape(*off.shape[:-2], -1)
         return np.concatenate([flat, unknowns[..., len(self.names) :]], axis=-1)
+
+    def _told(self, unknowns: np.ndarray) -> Readings:
+        values, session = self.values(unknowns), self.session(unknowns)
+        told = predict(self.drive, self.rig, self.data, values, session)
+        if self.beside is None:
+            return told
+        other = predict(_under(self.drive, self.beside), self.rig, self.data, values, session)
+        share = self.bend * unknowns[..., len(self.names) + self.errors.index(BEND)][..., None]
+        more = told.link_travel + share * np.nan_to_num(told.link_travel - other.link_travel)
+        return told._replace(link_travel=more)
 
     def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
         """Derivatives of the residuals, by central differences in one pass."""
@@ -125,10 +149,48 @@ class Problem:
         """Residuals of the readings by run. (n, m)"""
         return residuals[: len(self.data) * self.whitening.shape[-1]].reshape(len(self.data), -1)
 
+    @property
+    def law(self) -> str:
+        """Creep law of the model."""
+        return self.drive.transmission.creep_law
+
+    def farthest(self, unknowns: np.ndarray) -> np.ndarray:
+        """How far off the farthest reading of each run is, in standard deviations. (n,)"""
+        return np.abs(self.of_runs(self.residuals(unknowns))).max(axis=1)
+
+    def first_off(self, unknowns: np.ndarray, row: int, far: float) -> tuple[str, str, float, float, float]:
+        """The reading of a run that is off: name, unit, what was read, what is expected, and how far off.
+
+        Whitened readings stand in the order travel, current, voltage, each with what those before explain taken out:
+        the first beyond `far` is the one, the farthest where none is.
+        """
+        off = np.abs(self.of_runs(self.residuals(unknowns))[row])
+        place = int(np.argmax(off > far)) if np.any(off > far) else int(np.argmax(off))
+        name = Readings._fields[place]
+        read, told = float(_readings(self.data)[place][row]), float(self._told(unknowns)[place][row])
+        return name, COLUMNS[name], read, told, float(off[place])
+
+    def under(self, law: str) -> Problem:
+        """The problem with another creep law, and the same weights."""
+        return replace(self, drive=_under(self.drive, law))
+
+    def bending(self, beside: str, deviation: float) -> Problem:
+        """The problem with a creep that differs from the law's, by a share of what it differs from another law's."""
+        return replace(self, beside=beside, bend=deviation, errors=(*self.errors, BEND))
+
+    def about(self, data: RigData) -> Problem:
+        """The same for other runs."""
+        other = Problem.of(self.drive, self.rig, data, self.names)
+        return other if self.beside is None else other.bending(self.beside, self.bend)
+
     def without(self, rows: np.ndarray) -> Problem:
         """The problem without some of the runs."""
         keep = ~rows
         return replace(self, data=self.data.chosen(keep), masses=self.masses[keep], whitening=self.whitening[keep])
+
+
+def _under(drive: CoboticDrive, law: str) -> CoboticDrive:
+    return replace(drive, transmission=replace(drive.transmission, creep_law=law))
 
 
 def _natural(drive: CoboticDrive, known: dict[str, float], name: str) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from infinivar import power
-from infinivar.analysis.calibration.data import RigData, refuse
+from infinivar.analysis.calibration.data import RigData
 from infinivar.analysis.calibration.model import load_on_wheel
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.rig import Rig
@@ -40,12 +40,16 @@ class Efficiencies:
     deviation: np.ndarray
 
 
-def nominal_torque(drive: CoboticDrive, data: RigData, otherwise: float) -> tuple[float, float]:
+def nominal_torque(
+    drive: CoboticDrive, data: RigData, otherwise: float, misread: np.ndarray | None = None
+) -> tuple[float, float]:
     """Mean torque at the motor with the wheel lifted off, and in how many runs; `otherwise` where there are none. [N m], [-]
+
+    Runs that are `misread`, (n,) bool, do not count.
 
     Source: faulring2006, section IV-B (tau_n,c).
     """
-    lifted = ~data.pressed
+    lifted = ~data.pressed if misread is None else ~data.pressed & ~misread
     count = float(np.count_nonzero(lifted))
     if not count:
         return otherwise, 0.0
@@ -86,6 +90,7 @@ def efficiencies(
     guideway_friction: float,
     guideway_deviation: float = 0.0,
     nominal: float,
+    misread: np.ndarray | None = None,
 ) -> Efficiencies:
     """Efficiency of the element in each run, from work on the link over work of the cylinder.
 
@@ -93,6 +98,7 @@ def efficiencies(
     ----------
     guideway_friction, guideway_deviation : float   At the study's preload, and its standard deviation. [N]
     nominal : float                                 Torque at the motor with the wheel lifted off, where no run says. [N m]
+    misread : (n,) bool                             Runs that do not count for that torque, None for none.
 
     Returns
     -------
@@ -106,7 +112,7 @@ def efficiencies(
     Source: faulring2006, Eq 18.
     """
     motor, gear = drive.motor, drive.gearhead
-    nominal, counted = nominal_torque(drive, data, nominal)
+    nominal, counted = nominal_torque(drive, data, nominal, misread)
     force = load_on_wheel(drive, rig, data, guideway_friction)
     turning = np.sign(data.cylinder_angle)
     torque = motor.torque_constant * data.motor_current - nominal * turning
@@ -141,17 +147,11 @@ def _slip(drive: CoboticDrive, data: RigData) -> np.ndarray:
     return drive.transmission.friction * np.where(data.pressed, data.preload, drive.transmission.preload)
 
 
-def check(data: RigData, found: Efficiencies) -> None:
-    """Refuse runs whose efficiency is above 1 beyond what the sensors leave open.
-
-    Raises
-    ------
-    InputError
-        Naming the rows.
-    """
-    faults, hint = [], "check mass, motor_current and its sign, and the torque without load"
-    for row in np.flatnonzero(found.value - _IMPOSSIBLE * found.deviation > 1.0):
+def impossible(found: Efficiencies) -> dict[int, str]:
+    """Runs whose efficiency is above 1 beyond what the sensors leave open: by index, with what is found."""
+    faults, hint = {}, "check mass, motor_current and its sign, and the torque without load"
+    for row in np.flatnonzero(found.value - _IMPOSSIBLE * found.deviation > 1.0).tolist():
         value = f"{found.value[row]:.3f} ± {found.deviation[row]:.3f}, above 1"
         said = value if np.isfinite(found.value[row]) else "above 1, as the link gets work and the cylinder gives none"
-        faults.append((int(row), f"efficiency by Eq 18 is {said}: {hint}"))
-    refuse(data, faults)
+        faults[row] = f"efficiency by Eq 18 is {said}: {hint}"
+    return faults

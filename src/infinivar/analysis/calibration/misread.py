@@ -1,0 +1,168 @@
+"""Readings that no rig can give: found run by run, left out where they are few, refused where they are not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from infinivar.analysis.calibration.data import RigData, refuse
+from infinivar.analysis.calibration.fit import FEW
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.rig import Rig
+
+_SLOWEST = 100.0
+"""How much slower than in the study a cylinder on a rig may turn; seconds for milliseconds make a thousand."""
+
+_SLIPS = {
+    1e3: "is it in millimetres?",
+    1e-3: "is it in metres?",
+    180 / math.pi: "is an angle in radians taken for degrees?",
+    math.pi / 180: "is an angle in degrees taken for radians?",
+    2 * math.pi: "are turns taken for radians?",
+    0.5 / math.pi: "are radians taken for turns?",
+}
+"""What a factor between travel and angles suggests."""
+
+_PATTERN = 4
+"""Runs of a kind that must be wrong before they count as a pattern: with one reading in twenty misread at random, four
+of the runs at one ratio are in one session of 30,000."""
+
+_ALIKE = 1e-3
+"""Steering angles that count as one setting. [rad]"""
+
+
+def find(data: RigData, drive: CoboticDrive, rig: Rig) -> dict[int, str]:
+    """Runs that no rig with this drive can have given: slips of columns, units and sensors.
+
+    Returns
+    -------
+    dict   By the index of the run: what is found and what it suggests.
+    """
+    return {row: said for row in range(len(data)) if (said := _fault(data, drive, rig, row)) is not None}
+
+
+def refuse_unless_few(data: RigData, faults: Mapping[int, str]) -> None:
+    """Refuse the data if so many runs are wrong, or in such a pattern, that they are no single misread values.
+
+    Raises
+    ------
+    InputError
+        A line for each of them, and what makes them too many.
+    """
+    if len(faults) > FEW * len(data):
+        refuse(data, faults, f"{len(faults)} of {len(data)} runs are too many to be left out as misread")
+    kind = pattern(data, faults)
+    if kind:
+        refuse(data, faults, f"{kind}: that is no single misread value, so none is left out")
+
+
+def pattern(data: RigData, rows: Any) -> str:
+    """The kind of run of which most are among some, such as "12 of the 14 runs with 3.98 kg"; "" if there is none."""
+    chosen = np.zeros(len(data), dtype=bool)
+    chosen[list(rows)] = True
+    for words, members in _kinds(data):
+        found, count = np.count_nonzero(chosen & members), np.count_nonzero(members)
+        if found >= _PATTERN and 2 * found > count:
+            return f"{found} of the {count} runs {words}"
+    return ""
+
+
+def _kinds(data: RigData) -> Iterator[tuple[str, np.ndarray]]:
+    """Runs with a setting in common. Settings alone: what was measured may be what is wrong."""
+    pressed, angle, size = data.pressed, data.steering_angle, np.round(np.abs(data.steering_angle) / _ALIKE)
+    yield "with the wheel lifted off", ~pressed
+    for steered in np.unique(size[pressed]):
+        degrees = math.degrees(float(np.abs(angle[pressed & (size == steered)]).mean()))
+        words = f"steered to {degrees:.3g} deg either way" if steered else "with the wheel locked"
+        yield words, pressed & (size == steered)
+    for mass in np.unique(data.mass[pressed]):
+        yield f"with {mass:.4g} kg", pressed & (data.mass == mass)
+    for preload in np.unique(data.preload[pressed]):
+        yield f"with a preload of {preload:.4g} N", data.preload == preload
+    for words, way in (("forwards", angle < 0), ("backwards", angle > 0)):
+        yield f"steered to move the link {words}", pressed & way & (size > 0)
+
+
+def _fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    """The first fault of a run."""
+    return (
+        _speed_fault(data, drive, rig, row)
+        or _load_fault(data, drive, rig, row)
+        or _travel_fault(data, drive, rig, row)
+        or _voltage_fault(data, drive, row)
+    )
+
+
+def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    motor, ratio = drive.motor, drive.gearhead.ratio
+    turned, duration = float(data.cylinder_angle[row]), float(data.duration[row])
+    speed, fastest = abs(turned) / duration, 1.5 * motor.no_load_speed / ratio
+    current, stall = float(data.motor_current[row]), motor.voltage / motor.resistance
+    if abs(turned) < 10 * rig.cylinder_resolution:
+        return f"cylinder_angle is {turned:.4g} rad in {duration:.3g} s: does it turn, or is its encoder stuck?"
+    if speed > fastest:
+        hint = "; is it the angle of the motor, not of the cylinder?" if speed < 2 * fastest * ratio else ""
+        return f"cylinder_angle means {speed:.4g} rad/s, and the motor reaches {fastest:.4g} rad/s at most{hint}"
+    if speed < abs(drive.cylinder_speed) / _SLOWEST:
+        wanted = f"the study's cylinder turns at {abs(drive.cylinder_speed):.4g} rad/s"
+        return f"cylinder_angle and duration mean {speed:.4g} rad/s, and {wanted}: check the units of both headings"
+    if abs(current) > stall:
+        return f"motor_current is {current:.4g} A, more than the motor's stall current of {stall:.3g} A"
+    if data.preload[row] == 0 and current * turned < -5.0 * rig.current_noise * abs(turned):
+        return f"motor_current is {current:.4g} A and brakes a cylinder that nothing drives: is a sign turned round?"
+    return None
+
+
+def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    mass, preload, friction = float(data.mass[row]), float(data.preload[row]), drive.transmission.friction
+    if preload == 0 or mass * rig.gravity <= 1.5 * friction * preload:
+        return None
+    hint = "; are mass and preload swapped?" if preload * rig.gravity < 1.5 * friction * mass else ""
+    return f"mass pulls with {mass * rig.gravity:.4g} N where the wheel slips at {friction * preload:.4g} N{hint}"
+
+
+def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
+    if data.motor_voltage is None:
+        return None
+    voltage, current = float(data.motor_voltage[row]), float(data.motor_current[row])
+    speed = float(data.cylinder_angle[row] / data.duration[row]) * drive.gearhead.ratio
+    wanted = drive.motor.resistance * current + drive.motor.torque_constant * speed
+    if abs(voltage - wanted) <= 0.4 * abs(wanted) + 0.1 * drive.motor.voltage:
+        return None
+    swapped = drive.motor.resistance * voltage + drive.motor.torque_constant * speed
+    hint = "; are motor_current and motor_voltage swapped?" if abs(current - swapped) < 0.4 * abs(swapped) else ""
+    return f"motor_voltage is {voltage:.4g} V where current and speed take {wanted:.4g} V{hint}"
+
+
+def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    """What is wrong if the link did not go where the wheel points, as far as creep and the encoder's zero let it."""
+    if data.preload[row] == 0:
+        return None
+    element = drive.transmission
+    groups = element.groups(drive.cylinder_speed)
+    surface = element.cylinder_radius * float(data.cylinder_angle[row])
+    angle, travel = float(data.steering_angle[row]), float(data.link_travel[row])
+    ideal = -surface * math.tan(angle)
+    # Five times the creep of the study's contact at slip: what is fitted may be another.
+    creeps = abs(surface) * (5.0 / float(groups.creep_group) + 5.0 * rig.steering_zero_deviation)
+    still = travel == 0.0 and abs(ideal) > 100.0 * rig.link_resolution
+    if not still and abs(travel - ideal) <= creeps + 0.2 * abs(ideal) + 5.0 * rig.link_resolution:
+        return None
+    previous = data.link_travel[row - 1] if row else math.nan
+    if travel == 0.0 or travel == previous:
+        same = "does not move" if travel == 0.0 else "has the value of the line before"
+        return f"link_travel {same} where the wheel points to {ideal:.4g} m: is its encoder stuck?"
+    factor = travel / ideal if ideal else math.inf
+    hint = next((f"; {said}" for known, said in _SLIPS.items() if abs(abs(factor) / known - 1.0) < 0.25), "")
+    if abs(factor + 1.0) < 0.25:
+        hint = "; is a sign turned round?"
+    if _near(float(data.cylinder_angle[row]), -element.cylinder_radius * math.tan(angle) * travel):
+        hint = "; are link_travel and cylinder_angle swapped?"
+    return f"link_travel is {travel:.4g} m where steering and cylinder angle give {ideal:.4g} m{hint}"
+
+
+def _near(value: float, wanted: float) -> bool:
+    return abs(value - wanted) < 0.25 * abs(wanted)
