@@ -11,6 +11,7 @@ import infinivar as iv
 from conftest import STUDY
 from infinivar.analysis.calibration import virtual
 from infinivar.report.calibration import save_data
+from rigs import session, under
 
 DRIVE = ("--study", STUDY, "--drive", "cobotic")
 
@@ -141,10 +142,6 @@ def heading(name, text):
         (swap("mass", "preload"), "are mass and preload swapped?"),
         (swap("motor_current", "motor_voltage"), "motor_current is 20.8"),
         (scaled("motor_current", 1e3), "more than the motor's stall current"),
-        (set_to("link_travel", "0", [9, 10]), "line 9: link_travel does not move"),
-        (set_to("link_travel", "0.1985", [11, 12]), "line 12: link_travel has the value of the line before"),
-        (set_to("cylinder_angle", "0", [7]), "line 7: cylinder_angle is 0 rad in"),
-        (set_to("motor_current", "0.17", [11]), "line 11: efficiency by Eq 18 is"),
         (set_to("mass", "nan", [6]), "line 6 must have a number as mass, got 'nan'"),
         (set_to("duration", "0", [6]), "line 6: duration must be > 0 s"),
         (set_to("mass", "-1", [6]), "line 6: mass must be >= 0"),
@@ -152,7 +149,6 @@ def heading(name, text):
         (heading("duration", "duration [ms]"), "rad/s at most"),
         (scaled("duration", 1e3), "check the units of both headings"),
         (scaled("motor_current", 1.2, slice(4, None, 2)), "too many for outliers"),
-        (scaled("motor_current", -1.0, slice(1, 2)), "line 2: motor_current is -0.1785 A and brakes a cylinder"),
         (scaled("motor_current", -1.0, slice(4, None)), "the link gets work and the cylinder gives none"),
         (lambda rows: rows.__delitem__(slice(1, None)), "at least two lines of numbers"),
         (lambda rows: rows.__setitem__(slice(None), [[";".join(row)] for row in rows]), "line 1 has semicolons"),
@@ -167,8 +163,66 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
 
 
 @pytest.mark.parametrize(
+    ("change", "lines", "said"),
+    [
+        (set_to("link_travel", "0", [9, 10]), [9, 10], "line 9: link_travel does not move"),
+        (set_to("link_travel", "0.1985", [11, 12]), [11, 12], "line 12: link_travel has the value of the line before"),
+        (set_to("cylinder_angle", "0", [7]), [7], "line 7: cylinder_angle is 0 rad in"),
+        (set_to("motor_current", "0.17", [11]), [11], "line 11: efficiency by Eq 18 is"),
+        (scaled("motor_current", -1.0, slice(1, 2)), [2], "line 2: motor_current is -0.1785 A and brakes a cylinder"),
+        (scaled("motor_current", 1.1, slice(8, 9)), [9], "standard deviations off"),
+    ],
+)
+def test_single_readings_that_no_rig_can_give_are_left_out(infinivar, measured, tmp_path, change, lines, said):
+    """The same faults in all runs, or in most of a kind, are refused: see above."""
+    file = edited(measured, tmp_path, change)
+    outcome = infinivar("calibrate", file, *DRIVE, "--out", "out", "--json")
+    assert outcome.code == 1
+    told = json.loads(outcome.out)
+    assert [one["line"] for one in told["left_out_lines"]] == lines
+    assert f"left out: line {lines[0]}: " in outcome.err
+    assert said in outcome.err
+    page = (tmp_path / "out" / "calibration.html").read_text("utf-8")
+    assert all(one["reason"] in page for one in told["left_out_lines"])
+    options = [word for line in lines for word in ("--leave-out", str(line))]
+    without = json.loads(infinivar("calibrate", file, *DRIVE, *options, "--json").out)
+    for name, one in without["parameters"].items():
+        assert told["parameters"][name]["value"] == pytest.approx(one["value"], rel=1e-4)
+
+
+def test_a_pattern_of_readings_that_no_rig_can_give_is_refused(infinivar, measured, tmp_path):
+    file = edited(measured, tmp_path, set_to("link_travel", "0", [7, 8, 17, 18]))
+    outcome = infinivar("calibrate", file, *DRIVE, "--out", "out")
+    assert outcome.code == 2
+    assert "line 7: link_travel does not move" in outcome.err
+    assert "4 of the 4 runs steered to 2.86 deg either way: that is no single misread value" in outcome.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_data_of_another_creep_law_are_told_first(infinivar, write, tmp_path):
+    study = iv.load_study(STUDY)
+    drive = under(study.drives["cobotic"], "polach")
+    save_data(session(drive, 3, loads=(0.2, 0.5, 0.65)), tmp_path / "bent.csv")
+    outcome = infinivar("calibrate", "bent.csv", *DRIVE, "--out", "out")
+    assert outcome.out.startswith("The data contradict the study's creep law: polach fits better than linear by ")
+    assert 'creep_law = { value = "polach", kind = "fitted"' in (tmp_path / "out" / "calibrated.toml").read_text(
+        "utf-8"
+    )
+    small = tmp_path / "small.toml"
+    small.write_text('extends = "out/calibrated.toml"\n[uncertainty]\ndraws = 16\n', "utf-8")
+    compared = infinivar("compare", small)
+    assert compared.code in (0, 1), compared.err
+    page = next(tmp_path.glob("**/report.html")).read_text("utf-8")
+    assert "<td>polach</td>" in page
+    kept = infinivar("calibrate", "bent.csv", *DRIVE, "--creep-laws", "polach, fastsim", "--out", "kept", "--json")
+    assert [one["law"] for one in json.loads(kept.out)["creep_law"]["laws"]] == ["polach", "fastsim"]
+
+
+@pytest.mark.parametrize(
     ("options", "said"),
     [
+        (("--creep-laws", "lienar"), "creep_law must be one of linear"),
+        (("--creep-laws", ","), "no creep law to hold against the data"),
         (("--fit", "creep"), "'creep' cannot be fitted; there are creep_stiffness"),
         (("--fit", ","), "nothing to fit"),
         (("--leave-out", "99"), "line 99 is not one of its runs, which stand in lines 2 to 24"),

@@ -8,26 +8,18 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from infinivar.analysis.calibration import fit as fitting
 from infinivar.analysis.calibration import model, plan, reduce, virtual
 from infinivar.analysis.calibration.calibrate import calibrate
 from infinivar.analysis.calibration.data import COLUMNS
 from infinivar.analysis.calibration.fit import fit
 from infinivar.analysis.calibration.problem import Problem
-from infinivar.drivetrain.rig import Rig
-
-RIG = Rig()
-RATIOS = (100.0, 20.0, 8.0, 3.0, 1.0)
+from rigs import RATIOS, RIG, session
 
 
 @pytest.fixture(scope="module")
 def drive(study):
     return study.drives["cobotic"]
-
-
-def session(drive, seed=0, rig=RIG, **options):
-    """A session on the virtual rig by the steady solution, which the bond graph settles to (tested below)."""
-    protocol = virtual.protocol(drive, rig, **{"ratios": RATIOS, **options})
-    return virtual.experiment(drive, rig, protocol, seed=seed, simulated=False).data
 
 
 @pytest.fixture(scope="module")
@@ -64,22 +56,31 @@ def test_eq_18_gives_the_true_efficiency(exact, drive):
     assert np.isfinite(truth[used]).sum() == 7  # lowering little at 100:1, cylinder and load both feed the losses
     assert_allclose(found.value[used], truth[used], rtol=1e-9)
     assert np.isnan(found.value[~used]).all()
+    # The ratio of each run is that of its steering angle, in the file and in the figure; locked, there is none.
+    assert_allclose(found.ratio[used], 1.0 / np.abs(np.tan(data.steering_angle[used])), rtol=1e-12)
+    assert np.isinf(found.ratio[~used]).all()
+    assert_allclose(np.unique(found.ratio[used]), [2.0, 100.0], rtol=1e-12)
 
 
-def test_intervals_contain_the_truth_as_often_as_they_say(drive):
+@pytest.mark.parametrize(
+    ("sessions", "low", "high", "near"),
+    [(60, 0.88, 1.0, 0.08), pytest.param(400, 0.93, 0.97, 0.03, marks=pytest.mark.slow)],
+)
+def test_intervals_contain_the_truth_as_often_as_they_say(drive, sessions, low, high, near):
     """400 sessions, each with its own noise, counts, zero, gain, preload and masses.
 
-    Of 1600 intervals (dependent within a session) 95 % +- 2 % is four standard errors.
+    Of 1600 intervals (dependent within a session) 95 % +- 2 % is four standard errors; of 60 sessions, seven that miss
+    an interval are twice as many as chance leaves in one of twenty.
     """
-    known, sessions = model.known_values(drive), 400
+    known = model.known_values(drive)
     told = ("creep_stiffness", "guideway_friction", "nominal_torque")
     hits, chi_square = dict.fromkeys((*told, "sum"), 0), []
     for seed in range(sessions):
         found = fit(Problem.of(drive, RIG, session(drive, seed), model.USUAL))
         assert found.told == told
         for name in told:
-            low, high = found.interval(name)
-            hits[name] += low <= known[name] <= high
+            ends = found.interval(name)
+            hits[name] += ends[0] <= known[name] <= ends[1]
         (combination,) = found.combinations
         assert_allclose([combination.weights[name] for name in ("rolling_torque", "bearing_torque")], 1.0, rtol=1e-6)
         off = combination.value - known["rolling_torque"] - known["bearing_torque"]
@@ -87,8 +88,8 @@ def test_intervals_contain_the_truth_as_often_as_they_say(drive):
         chi_square.append(found.chi_square / found.freedom)
     share = {name: count / sessions for name, count in hits.items()}
     print(f"95 % intervals that contain the truth: {share}")
-    assert all(0.93 <= found <= 0.97 for found in share.values()), share
-    assert_allclose(np.mean(chi_square), 1.0, atol=0.03)
+    assert all(low <= found <= high for found in share.values()), share
+    assert_allclose(np.mean(chi_square), 1.0, atol=near)
 
 
 def test_residuals_are_those_of_the_sensors_and_derivatives_those_of_the_residuals(drive):
@@ -243,6 +244,20 @@ def test_the_calibrated_drive_is_the_study_with_what_was_fitted(drive, study):
     assert made.motor == drive.motor
     maps = [iv.steady_map(one, [0.1, 0.5], [10.0, 30.0]) for one in (made, drive)]
     assert_allclose(maps[0].power_in, maps[1].power_in, rtol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "form"),
+    [
+        ([[0.0, 1.0, 2.0], [3.0, 0.0, 1.0]], [[1.0, 0.0, 1.0 / 3.0], [0.0, 1.0, 2.0]]),
+        ([[1e-9, 1.0], [1.0, 1.0]], [[1.0, 0.0], [0.0, 1.0]]),
+        ([[1e-9, 1.0], [-1.0, 1.0]], [[1.0, 0.0], [0.0, 1.0]]),
+        ([[0.0, 2.0, 4.0], [0.0, 1.0, 2.0]], [[0.0, 1.0, 2.0]]),
+    ],
+)
+def test_sums_are_written_from_the_largest_pivot(matrix, form):
+    """A row that begins with zero, or nearly, must not be taken for one that leaves the parameter out."""
+    assert_allclose(fitting._echelon(np.asarray(matrix)), form, atol=1e-8)
 
 
 def test_only_what_is_asked_for_is_fitted(drive, study):

@@ -85,7 +85,7 @@ def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
         yield {
             "line": line,
             "setting": described(setting),
-            "efficiency": float(found.value[row]),
+            "efficiency": math.nan if row in reasons else float(found.value[row]),
             "half": NORMAL_95 * float(found.deviation[row]),
             "stiffness": ""
             if math.isnan(stiffness)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -272,9 +272,7 @@ def calibrate(
             raise InputError(f"{data.name}: line {line} is not one of its runs, which stand in lines {first} to {last}")
     data = data.chosen(~np.isin(data.lines, list(leave_out)))
     names = tuple(parameters)
-    _check_wish(data, names)
-    for law in creep_laws or ():
-        creep.law(law)
+    _check_wish(data, names, creep_laws)
     rig_data.check(data)
     faults = misread.find(data, drive, study.rig)
     misread.refuse_unless_few(data, faults)
@@ -282,34 +280,40 @@ def calibrate(
     used = data.chosen(sound)
     _check_enough(used, names)
     problem = Problem.of(drive, study.rig, used, names)
-    robust, starts = laws.screen(problem, creep_laws)
-    few = np.count_nonzero(robust.beyond) + len(faults) <= FEW * len(data)
-    values = {name: float(np.squeeze(value)) for name, value in robust.problem.values(robust.unknowns).items()}
-    # Runs of a fit that failed say nothing about which is misread.
-    reduced = _efficiencies(drive, study, used, values, values["guideway_friction"], robust.beyond & few)
-    faults |= {int(sound[row]): said for row, said in reduce.impossible(reduced).items()}
+    robust, fits = laws.screen(problem, creep_laws)
+    # Runs of a fit that failed say nothing about which torque without load is misread.
+    few = np.count_nonzero(robust.beyond) <= FEW * len(data)
+    found = fits[robust.problem.law]
+    faults |= {
+        int(sound[row]): said
+        for row, said in reduce.impossible(
+            _efficiencies(drive, study, used, found, robust.beyond & few, doubt=1.0)
+        ).items()
+    }
     misread.refuse_unless_few(data, faults)
-    out = robust.beyond | np.isin(sound, list(faults))
-    refuse_many(problem, out)
-    choice = laws.choose(problem, starts, out)
-    faults |= _outliers(problem, choice, sound, robust.beyond & ~np.isin(sound, list(faults)))
+    beyond = robust.beyond & ~np.isin(sound, list(faults))
+    refuse_many(data, len(faults) + int(np.count_nonzero(beyond)))
+    choice = laws.choose(problem, fits, robust.beyond | np.isin(sound, list(faults)))
+    faults |= _outliers(problem, choice, sound, beyond)
     left_out = tuple(LeftOut(row, data.lines[row], faults[row]) for row in sorted(faults))
-    values = {**model.known_values(drive), **choice.fit.values}
-    spread = choice.fit.deviations.get("guideway_friction", 0.0)
-    spread = spread if math.isfinite(spread) else values["guideway_friction"]
+    friction = choice.fit.values.get("guideway_friction", model.known_values(drive)["guideway_friction"])
     return Calibration(
         study=study,
         name=name,
         data=data,
         laws=choice,
         left_out=left_out,
-        efficiencies=_efficiencies(drive, study, data, values, spread, np.isin(np.arange(len(data)), list(faults))),
-        eq9=reduce.creep_stiffness(drive, study.rig, data, values["guideway_friction"]),
+        efficiencies=_efficiencies(drive, study, data, choice.fit, np.isin(np.arange(len(data)), list(faults))),
+        eq9=reduce.creep_stiffness(drive, study.rig, data, friction),
         plan=replace(plan.propose(choice.design), telling=tuple(plan.telling(choice))),
     )
 
 
-def _check_wish(data: RigData, parameters: tuple[str, ...]) -> None:
+def _check_wish(data: RigData, parameters: tuple[str, ...], creep_laws: Sequence[str] | None) -> None:
+    for law in creep_laws or ():
+        creep.law(law)
+    if creep_laws is not None and not creep_laws:
+        raise InputError(f"no creep law to hold against the data: name some of {', '.join(creep.LAWS)}")
     for name in parameters:
         if name not in model.PARAMETERS:
             known = ", ".join(model.PARAMETERS)
@@ -341,19 +345,23 @@ def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.
 
 
 def _efficiencies(
-    drive: CoboticDrive,
-    study: Study,
-    data: RigData,
-    values: Mapping[str, float],
-    spread: float,
-    misread_runs: np.ndarray,
+    drive: CoboticDrive, study: Study, data: RigData, fit: Fit, misread_runs: np.ndarray, doubt: float = 0.0
 ) -> Efficiencies:
+    """Efficiencies by Eq 18, with what was fitted in place of what the study says.
+
+    `doubt` is the relative deviation of a guideway's friction that was not fitted.
+    """
+    values = {**model.known_values(drive), **fit.values}
+    friction = values["guideway_friction"]
+    deviation = fit.deviations.get("guideway_friction", doubt * friction)
+    nominal = fit.deviations.get("nominal_torque", 0.0)
     return reduce.efficiencies(
         with_values(drive, {"motor.torque_constant": values["torque_constant"]}),
         study.rig,
         data,
-        guideway_friction=values["guideway_friction"],
-        guideway_deviation=spread,
+        guideway_friction=friction,
+        guideway_deviation=deviation if math.isfinite(deviation) else friction,
         nominal=values["nominal_torque"],
+        nominal_deviation=nominal if math.isfinite(nominal) else values["nominal_torque"],
         misread=misread_runs,
     )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from infinivar.analysis.calibration.data import RigData
 from infinivar.analysis.calibration.problem import Problem
 from infinivar.errors import InputError
 from infinivar.frozen import FrozenDict
@@ -167,16 +168,15 @@ def fit(problem: Problem) -> Fit:
     Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
     """
     found = settled(robust(problem))
-    refuse_many(problem, found.beyond)
+    refuse_many(problem.data, int(np.count_nonzero(found.beyond)))
     return estimate(problem, found.unknowns, found.beyond)
 
 
-def refuse_many(problem: Problem, beyond: np.ndarray) -> None:
-    """Raise InputError if too many runs are off to be outliers."""
-    count, runs = np.count_nonzero(beyond), len(problem.data)
-    if count > FEW * runs:
+def refuse_many(data: RigData, count: int) -> None:
+    """Raise InputError if so many runs are off that they are no outliers."""
+    if count > FEW * len(data):
         raise InputError(
-            f"{problem.data.name}: {count} of {runs} runs are more than {OUTLIER:g} standard "
+            f"{data.name}: {count} of {len(data)} runs are more than {OUTLIER:g} standard "
             "deviations off a robust fit, too many for outliers: check the units of the headings, what the study says "
             "of the drive, and how good the sensors in [rig] are"
         )

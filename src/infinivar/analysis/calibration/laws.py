@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,8 +94,8 @@ class LawChoice:
         return self.gain >= DECIDED or self.best.fit.widened > 1.0
 
 
-def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust, dict[str, np.ndarray]]:
-    """A robust fit for each creep law, and the outliers of the best.
+def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust, dict[str, Fit]]:
+    """Find the outliers by a robust fit for each creep law, and fit every law without them.
 
     Parameters
     ----------
@@ -107,29 +107,31 @@ def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust,
     -------
     best : Robust       Of the law that fits best without outliers, its bend left free, so that runs which contradict the
         law alone are none.
-    starts : dict       By law, where to begin its fit.
+    fits : dict         By law, the best first.
     """
     if laws is None:
         laws = tuple(creep.LAWS) if "creep_stiffness" in problem.names else (problem.law,)
     found = {law: robust(problem.under(law)) for law in laws}
-    starts = {law: one.unknowns for law, one in found.items()}
-    ranked = sorted(found, key=lambda law: found[law].cost)
-    best, tried = found[ranked[0]], set()
+    starts = {law: found[law].unknowns for law in sorted(found, key=lambda law: found[law].cost)}
+    best, fits, tried = next(iter(found.values())), {}, set()
     # Outliers may have made another law look best: that which fits best without them finds them anew.
-    while ranked[0] not in tried and len(tried) < _MOST_TRIED:
-        tried.add(ranked[0])
-        best, beside = found[ranked[0]], _beside(ranked[0], ranked)
+    while (law := next(iter(starts))) not in tried and len(tried) < _MOST_TRIED:
+        tried.add(law)
+        best, beside = found[law], _beside(law, tuple(starts))
         if beside is not None:
-            best = robust(best.problem.bending(beside, _FREE), np.append(starts[ranked[0]], 0.0))
+            best = robust(best.problem.bending(beside, _FREE), np.append(starts[law], 0.0))
         best = settled(best)
-        fits = {law: estimate(problem.under(law), start, best.beyond) for law, start in starts.items()}
-        ranked = sorted(fits, key=lambda law: fits[law].chi_square)
-        starts = {law: fit.unknowns for law, fit in fits.items()}
-    return best, starts
+        fits = _ranked(estimate(problem.under(name), start, best.beyond) for name, start in starts.items())
+        starts = {name: fit.unknowns for name, fit in fits.items()}
+    return best, fits
 
 
-def choose(problem: Problem, starts: dict[str, np.ndarray], outliers: np.ndarray) -> LawChoice:
-    r"""Fit every creep law to the same runs, and say what they decide.
+def _ranked(fits: Iterable[Fit]) -> dict[str, Fit]:
+    return {fit.law: fit for fit in sorted(fits, key=lambda fit: fit.chi_square)}
+
+
+def choose(problem: Problem, fits: Mapping[str, Fit], outliers: np.ndarray) -> LawChoice:
+    r"""Hold the creep laws, fitted to the same runs, against one another, and say what they decide.
 
     Laws have the same number of parameters, so differences of chi-square are those of Akaike's criterion, and
     :math:`\exp(-\Delta/2)` is the likelihood of a law over that of the best. Where the residuals are larger than the
@@ -146,7 +148,7 @@ def choose(problem: Problem, starts: dict[str, np.ndarray], outliers: np.ndarray
     Parameters
     ----------
     problem : Problem       With the study's law.
-    starts : dict           Names of the candidates, and where to begin with each: see `screen`.
+    fits : mapping          By law, as `screen` found them; fitted again where the outliers are others.
     outliers : (n,) bool    Runs that are left out.
 
     Returns
@@ -155,13 +157,16 @@ def choose(problem: Problem, starts: dict[str, np.ndarray], outliers: np.ndarray
 
     Source: burnham2002, sections 2.9 (weights), 2.5 (overdispersion) and 4.3 (averaging), about the values of the law used.
     """
-    fits = sorted(
-        (estimate(problem.under(law), start, outliers) for law, start in starts.items()), key=lambda fit: fit.chi_square
+    rows = tuple(np.flatnonzero(outliers).tolist())
+    fits = _ranked(
+        fit if fit.outliers == rows else estimate(problem.under(law), fit.unknowns, outliers)
+        for law, fit in fits.items()
     )
-    best, ranked = fits[0], [fit.law for fit in fits]
+    ranked = tuple(fits)
+    best = fits[ranked[0]]
     unit = best.widened**2
     candidates = tuple(
-        Candidate(law=fit.law, fit=fit, behind=(fit.chi_square - best.chi_square) / unit) for fit in fits
+        Candidate(law=law, fit=fit, behind=(fit.chi_square - best.chi_square) / unit) for law, fit in fits.items()
     )
     gain = 0.0
     beside = _beside(best.law, ranked)

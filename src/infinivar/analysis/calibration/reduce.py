@@ -90,6 +90,7 @@ def efficiencies(
     guideway_friction: float,
     guideway_deviation: float = 0.0,
     nominal: float,
+    nominal_deviation: float = 0.0,
     misread: np.ndarray | None = None,
 ) -> Efficiencies:
     """Efficiency of the element in each run, from work on the link over work of the cylinder.
@@ -97,7 +98,8 @@ def efficiencies(
     Parameters
     ----------
     guideway_friction, guideway_deviation : float   At the study's preload, and its standard deviation. [N]
-    nominal : float                                 Torque at the motor with the wheel lifted off, where no run says. [N m]
+    nominal, nominal_deviation : float              Torque at the motor with the wheel lifted off, and its standard
+        deviation, where no run says. [N m]
     misread : (n,) bool                             Runs that do not count for that torque, None for none.
 
     Returns
@@ -121,7 +123,10 @@ def efficiencies(
     used = data.pressed & (np.abs(data.steering_angle) >= LOCKED)
     value = np.where(used, power.efficiency(work_in, work_out), np.nan)
     samples = np.maximum(rig.sample_rate * data.duration, 1.0)
-    noise = motor.torque_constant * rig.current_noise / np.sqrt(samples) * math.sqrt(1.0 + 1.0 / max(counted, 1.0))
+    noise = motor.torque_constant * rig.current_noise / np.sqrt(samples)
+    noise = noise * math.sqrt(1.0 + 1.0 / counted) if counted else np.hypot(noise, nominal_deviation)
+    # Work that comes out while none goes in, or more than noise can hide comes back: no efficiency, but a fault.
+    created = used & (work_out > 0) & (torque * turning < -_IMPOSSIBLE * noise)
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.sqrt(
             (noise / torque) ** 2
@@ -130,16 +135,14 @@ def efficiencies(
             + (rig.link_resolution / math.sqrt(6.0) / data.link_travel) ** 2
             + (rig.cylinder_resolution / math.sqrt(6.0) / data.cylinder_angle) ** 2
         )
+        deviation = np.where(created, 0.0, value) * relative  # nan where the link's encoder stood still
         ratio = np.abs(1.0 / np.tan(data.steering_angle))
-    # Work that comes out while none goes in, or more than noise can hide comes back: no efficiency, but a fault.
-    created = used & (work_out > 0) & (torque * turning < -_IMPOSSIBLE * noise)
-    value = np.where(created, np.inf, value)
     return Efficiencies(
         ratio=np.where(used, ratio, np.inf),
         load=np.where(data.pressed, data.mass * rig.gravity / _slip(drive, data), np.nan),
         lifts=data.link_travel > 0,
-        value=value,
-        deviation=np.where(created, 0.0, value) * relative,
+        value=np.where(created, np.inf, value),
+        deviation=deviation,
     )
 
 
