@@ -333,7 +333,7 @@ def sensitivity(
     if found.conclusions:
         say("What the paper recommends, per 1 %:")
         for row in found.conclusions:
-            say(f"  {row.words:<48} {row.elasticity:+9.3g} %  {row.verdict}")
+            say(f"  {row.words:<48} {units.signed(row.elasticity):>9} %  {row.verdict}")
     for remark in found.remarks:
         say(remark)
     say(f"Report: {files[0]}")

@@ -20,6 +20,11 @@ _PURE = {"": 1.0, "1": 1.0, "%": 1e-2, "percent": 1e-2, "‰": 1e-3, "permille":
 _LARGEST = 1e20
 """Sizes beyond this and below its inverse are slips, and products of them would overflow."""
 
+_PLAIN = (1e-4, 1e7)
+"""Sizes of numbers that are written out."""
+
+ZERO_CELSIUS = 273.15
+"""[K]"""
 
 EXAMPLES = {
     "N": "50 N",
@@ -154,12 +159,49 @@ def parse(text: object, si_unit: str) -> float:
     return result
 
 
+def plain(value: float | None, digits: int = 4) -> str:
+    """A number for people: 1543.2 to three digits is "1540", never "1.54e+03".
+
+    Digits are written out from 0.0001 to 10 000 000; beyond, a power of ten is left: "1.5e-6", "2.1e11".
+
+    Parameters
+    ----------
+    value : float
+    digits : int    Significant digits; zeros at the end behind the point are left out.
+
+    Returns
+    -------
+    str   "–" for nan and None, "no end" for infinity.
+    """
+    if value is None or math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "no end" if value > 0 else "-no end"
+    rounded = float(f"{value:.{digits - 1}e}") + 0.0  # no -0
+    if rounded == 0.0 or _PLAIN[0] <= abs(rounded) < _PLAIN[1]:
+        places = max(0, digits - 1 - math.floor(math.log10(abs(rounded)))) if rounded else 0
+        text = f"{rounded:.{places}f}"
+        return text.rstrip("0").rstrip(".") if "." in text else text
+    mantissa, exponent = f"{rounded:.{digits - 1}e}".split("e")
+    return f"{mantissa.rstrip('0').rstrip('.') if '.' in mantissa else mantissa}e{int(exponent)}"
+
+
+def signed(value: float, digits: int = 3) -> str:
+    """A change for people: "+1.5", "-0.02"."""
+    return ("+" if value > 0 else "") + plain(value, digits)
+
+
 def show(value: float, si_unit: str, digits: int = 4) -> str:
-    """Value in SI for people: "0.0263 N m"."""
-    return f"{value:.{digits}g}" + ("" if si_unit == "1" else f" {si_unit}")
+    """Value in SI for people: "0.0263 N m", "1500 N"."""
+    return plain(value, digits) + ("" if si_unit == "1" else f" {si_unit}")
 
 
 def show_in(value: float, si_unit: str, unit: str, digits: int = 4) -> str:
     """Value in SI in the unit in which people read it: 0.0263 N m as "26.3 mN m"."""
     scale = _PURE[unit] if si_unit == "1" else _factor(unit, si_unit)[0]
-    return f"{value / scale:.{digits}g}" + ("" if unit == "1" else f" {unit}")
+    return plain(value / scale, digits) + ("" if unit == "1" else f" {unit}")
+
+
+def celsius(temperature: float) -> str:
+    """Temperature in kelvin for people: "92 °C". [K]"""
+    return f"{temperature - ZERO_CELSIUS:.0f} °C" if math.isfinite(temperature) else "no end"

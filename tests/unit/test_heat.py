@@ -83,7 +83,7 @@ def test_time_to_limit_is_on_the_curve():
     assert at == pytest.approx(MOTOR.max_winding_temperature, abs=0.02)
     assert not found.bears
     settled = exponentials(MOTOR, current, friction, np.array([1e6]))[0, 0] - 273.15
-    assert found.verdict == f"winding reaches {settled:.0f} C of 100 C, which it passes after 9 min"
+    assert found.verdict == f"winding reaches {settled:.0f} °C of 100 °C, which it passes after 9 min"
 
 
 def test_runaway_is_named():

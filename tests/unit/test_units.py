@@ -62,3 +62,67 @@ def test_refuses(text, unit, message):
 def test_every_example_is_read(unit):
     """The advice that messages give must itself be right."""
     assert math.isfinite(units.parse(units.EXAMPLES[unit], unit))
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (1500.0, 2, "1500"),
+        (1543.2, 3, "1540"),
+        (26.3, 3, "26.3"),
+        (0.0263, 3, "0.0263"),
+        (-0.000123456, 4, "-0.0001235"),
+        (0.0001, 3, "0.0001"),
+        (0.000099999, 5, "9.9999e-5"),
+        (9.9996, 4, "10"),
+        (99.96, 3, "100"),
+        (1234567.0, 4, "1235000"),
+        (9.9999e6, 3, "1e7"),
+        (2.1e11, 4, "2.1e11"),
+        (1e-12, 4, "1e-12"),
+        (1e9, 4, "1e9"),
+        (0.0, 4, "0"),
+        (-0.0, 4, "0"),
+        (10.0, 4, "10"),
+        (100.0, 1, "100"),
+        (1e300, 3, "1e300"),
+        (math.nan, 3, "–"),
+        (math.inf, 3, "no end"),
+    ],
+)
+def test_numbers_for_people(value, digits, text):
+    assert units.plain(value, digits) == text
+
+
+@pytest.mark.parametrize("digits", [1, 2, 3, 4, 9])
+@pytest.mark.parametrize("exponent", range(-15, 16))
+def test_numbers_for_people_are_the_numbers(exponent, digits):
+    """Read back, what is shown is the value to its digits."""
+    for mantissa in (1.0, -1.2345678912, 5.55, 9.9999999999):
+        value = mantissa * 10.0**exponent
+        assert float(units.plain(value, digits)) == pytest.approx(value, rel=0.51 * 10.0 ** (1 - digits))
+
+
+def test_values_with_units_for_people():
+    assert units.show(1543.2, "N", 3) == "1540 N"
+    assert units.show(0.12, "1") == "0.12"
+    assert units.show_in(0.0263, "N m", "mN m") == "26.3 mN m"
+    assert units.show_in(0.88, "1", "%") == "88 %"
+    assert units.signed(0.25) == "+0.25"
+    assert units.signed(-1500.0) == "-1500"
+    assert units.celsius(365.4) == "92 °C"
+    assert units.celsius(math.inf) == "no end"
+
+
+def test_numbers_on_pages():
+    from infinivar.report import numbers
+
+    assert str(numbers.si(1543.2)) == "1540"
+    assert str(numbers.si(1.5e-9)) == "1.5 × 10<sup>−9</sup>"
+    assert str(numbers.si(None)) == "–"
+    assert numbers.si(math.inf) == "no end"
+    assert str(numbers.watts(4.567)) == "4.57 W"
+    assert str(numbers.watts(0.00012)) == "0.00012 W"
+    assert str(numbers.watts(5e8)) == "5 × 10<sup>8</sup> W"
+    assert numbers.watts(math.nan) == "–"
+    assert numbers.percent(0.1234) == "12.3 %"

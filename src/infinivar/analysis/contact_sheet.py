@@ -15,6 +15,7 @@ from infinivar.limits import Limit
 from infinivar.study.study import Provenance, Study
 from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
+from infinivar.units import plain
 
 HALF = 0.5
 """Share of the slip force at which creep, wear, life and efficiency are given."""
@@ -210,7 +211,7 @@ def _patch(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeometr
 
 
 def _giga(contact: PressedContact) -> str:
-    return f"{contact.patch.peak_pressure / 1e9:.3g}"
+    return plain(contact.patch.peak_pressure / 1e9, 3)
 
 
 def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedContact) -> None:
@@ -219,8 +220,8 @@ def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedCont
     for body, material in geometry.bodies.items():
         allowed = "yield strength unknown"
         if material.yield_strength is not None:
-            allowed = f"yields at {0.5 * material.yield_strength / 1e6:.4g} MPa (half of yield strength, Tresca)"
-        depth = f"{stress.depth[body] * 1e3:.3g} mm below the surface"
+            allowed = f"yields at {plain(0.5 * material.yield_strength / 1e6)} MPa (half of yield strength, Tresca)"
+        depth = f"{plain(stress.depth[body] * 1e3, 3)} mm below the surface"
         add(f"largest shear, {body}", "tau", stress.shear[body], "Pa", "MPa", f"{depth}; {allowed}")
     what = {
         Limit.YIELD: "largest shear over half of yield strength",
@@ -253,7 +254,7 @@ def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> N
 
 
 def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None:
-    add = _writer(lines, f"Rolling, cylinder at {drive.cylinder_speed:.4g} rad/s")
+    add = _writer(lines, f"Rolling, cylinder at {plain(drive.cylinder_speed)} rad/s")
     element = drive.transmission
     geometry, contact = element.geometry, element.contact
 
@@ -261,7 +262,7 @@ def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None
     turning = speed / element.wheel_radius
     add("surface speed", "R omega", speed, "m/s", "m/s", "")
     add("wheel speed", "", turning, "rad/s", "rpm", "R omega/r; steered, 1/cos(phi) faster")
-    how = "given" if geometry is None else f"alpha_fr 3 P a/16 with alpha_fr = {geometry.hysteresis_factor:.3g}"
+    how = "given" if geometry is None else f"alpha_fr 3 P a/16 with alpha_fr = {plain(geometry.hysteresis_factor, 3)}"
     add("hysteresis torque", "tau_in", groups.rolling_torque, "N m", "mN m", how)
     if geometry is not None and contact is not None:
         paper = rolling.line_torque(element.preload, contact.patch.a, geometry.hysteresis_factor)
@@ -270,7 +271,7 @@ def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None
         moment = geometry.axle.moment(element.preload, lateral, element.wheel_radius, turning)
         bearing = geometry.axle_bearing
         model = "M = mu F d/2" if bearing.friction_model == "coefficient" else "SKF model"
-        how = f"two {bearing.name}, {model}, lateral force {lateral:.3g} N"
+        how = f"two {bearing.name}, {model}, lateral force {plain(lateral, 3)} N"
         add("bearing torque", "tau_wa", moment.total, "N m", "mN m", how)
         if bearing.friction_model == "skf":
             for name in ("rolling", "sliding", "seal", "drag"):

@@ -20,6 +20,7 @@ from infinivar.limits import Demand, Limit, binding_demand, words_of
 from infinivar.parts import heat
 from infinivar.parts.heat import Heat
 from infinivar.transmission.rates import Varying
+from infinivar.units import plain
 
 COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
 """What every drive has over a cycle; force is that of the drive on the load with its inertia."""
@@ -77,7 +78,7 @@ class DutyResult:
     drive, duty          As given.
     instants             The cycle at its samples.
     point                The drive at each of them, with its windings at their settled mean temperature.
-    cold_power           Mean power from the supply with windings at 25 C. [W]
+    cold_power           Mean power from the supply with windings at 25 °C. [W]
     demands              Demand over allowance over the cycle, by limit and part. [-]
     heat                 By motor ("motor", "steering motor"); None where the data sheet lacks a value.
     lacking              Which values, by motor.
@@ -168,7 +169,7 @@ class DutyResult:
         clauses += hot if self.exceeded else [f"cannot go on: {clause}" for clause in hot[:1]] + hot[1:]
         if math.isnan(self.power_in):
             return "; ".join(clauses)
-        clauses.append(f"{self.energy:.3g} J a cycle, {self.power_in:.3g} W on average")
+        clauses.append(f"{plain(self.energy, 3)} J a cycle, {plain(self.power_in, 3)} W on average")
         if self.feasible:
             key, margin = self.tightest
             weakest = "nothing loads it" if margin == math.inf else f"weakest margin: {words_of(key)}, {margin:.2f}"
@@ -183,7 +184,7 @@ class DutyResult:
         if bare is None or not abs(bare.energy - self.energy) > _SAME * abs(self.energy):
             return []
         only = "only because friction helps to hold; without it" if self.feasible and not bare.feasible else ""
-        return [f"{only or 'if friction did not help to hold'}, {bare.energy:.3g} J a cycle"]
+        return [f"{only or 'if friction did not help to hold'}, {plain(bare.energy, 3)} J a cycle"]
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
@@ -242,7 +243,7 @@ class DutyResult:
 
 
 def _times(demand: float) -> str:
-    return f"{demand:.3g} times" if math.isfinite(demand) else "beyond"
+    return f"{plain(demand, 3)} times" if math.isfinite(demand) else "beyond"
 
 
 def duty_cycle(

@@ -17,6 +17,7 @@ from infinivar.drivetrain.profiles import Motion
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.frozen import FrozenDict
 from infinivar.transmission.rates import Varying
+from infinivar.units import plain, signed
 
 LONGEST = 5.0
 """Period up to which a report simulates a cycle. [s]"""
@@ -66,7 +67,7 @@ class Repeated:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwoWays:
-    """Energy of one cycle by inverse dynamics and by simulation, windings at 25 C.
+    """Energy of one cycle by inverse dynamics and by simulation, windings at 25 °C.
 
     Attributes
     ----------
@@ -98,11 +99,11 @@ class TwoWays:
         names = {*self.lost_prescribed, *self.lost_followed}
         moved = {name: self.lost_followed.get(name, 0.0) - self.lost_prescribed.get(name, 0.0) for name in names}
         largest = sorted(moved, key=lambda name: -abs(moved[name]))[:3]
-        why = [f"the load is {1e3 * self.rms_error:.2g} mm (RMS) from where it is wanted"]
+        why = [f"the load is {plain(1e3 * self.rms_error, 2)} mm (RMS) from where it is wanted"]
         if self.speed_ripple:
             why.append(
                 f"the cylinder's speed, prescribed as constant, swings by {self.speed_ripple:.1%}, as its inertia takes and gives "
-                f"energy: with that speed prescribed the difference is {self.followed - self.as_turning:+.2g} J"
+                f"energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
             )
         if self.stays:
             why.append(

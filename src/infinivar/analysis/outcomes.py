@@ -24,6 +24,7 @@ from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.limits import Limit, binding, words_of
 from infinivar.parts import heat
 from infinivar.study.study import Study
+from infinivar.units import plain
 
 COVERAGE_LINES = 41
 """Lines of constant force on which coverage is measured, and points along each."""
@@ -74,10 +75,8 @@ def outcome(
     if kind in ("efficiency", "loss"):
         corner_speed, corner_force = required.corners()["maximum force"]
         at = (corner_speed if speed is None else speed, corner_force if force is None else force)
-        place, outside = (
-            f"at {at[1]:.3g} N and {at[0]:.3g} m/s",
-            functools.partial(_beyond_at, speed=at[0], force=at[1]),
-        )
+        place = f"at {plain(at[1], 3)} N and {plain(at[0], 3)} m/s"
+        outside = functools.partial(_beyond_at, speed=at[0], force=at[1])
         if kind == "efficiency":
             words, of = f"efficiency {place}", lambda d: efficiency(d, *at)
             return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside)

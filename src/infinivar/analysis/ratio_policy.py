@@ -40,7 +40,7 @@ class Policy:
     Attributes
     ----------
     name                    In words.
-    power_in : float        Mean power from the supply, windings at 25 C; nan where it cannot be. [W]
+    power_in : float        Mean power from the supply, windings at 25 °C; nan where it cannot be. [W]
     slowest, fastest        Speeds of the cylinder. [rad s^-1]
     cylinder_speed          At the instants of the cycle; None where constant. [rad s^-1] ...
     feasible : bool         Whether every limit is kept.

@@ -22,6 +22,7 @@ from infinivar.parts.bearing import SIZE_POWERS
 from infinivar.quantities import permitted, quantities_of, value_at
 from infinivar.study.study import Study
 from infinivar.study.uncertainty import Spread
+from infinivar.units import plain
 
 TOLERANCE = 0.1
 """Of parameters about whose spread a study says nothing, relative."""
@@ -177,8 +178,8 @@ class Sensitivity:
             )
         if self.impossible > 0:
             said.append(
-                f"{100 * self.impossible:.2g} % of the samples cannot do it. They count as the worst of the others in Sobol's "
-                "indices."
+                f"{plain(100 * self.impossible, 2)} % of the samples cannot do it. They count as the worst of the others in "
+                "Sobol's indices."
             )
         if any(owner == self.name for owner, _, _ in self.study.uncertainty.correlations):
             said.append("Sobol's indices take the parameters as independent: the study's correlations do not enter.")
@@ -428,7 +429,7 @@ def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
     if math.isnan(row.at_low) or math.isnan(row.at_high):
         span = f"over {moved} there are values with which the drive cannot do it"
     else:
-        ends = f"{row.at_low:.4g} to {units.show(row.at_high, found.outcome.unit, 4)}"
+        ends = f"{plain(row.at_low)} to {units.show(row.at_high, found.outcome.unit)}"
         span = f"from {moved} it goes from {ends}"
     share = "" if row.total is None or math.isnan(row.total) else f"; {100 * max(row.total, 0.0):.0f} % of the variance"
-    return f"{place + 1}. {row.words}: 1 % more of it makes {abs(row.elasticity):.3g} % {more}; {span}{share}"
+    return f"{place + 1}. {row.words}: 1 % more of it makes {plain(abs(row.elasticity), 3)} % {more}; {span}{share}"

@@ -21,6 +21,7 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.motor import Motor
 from infinivar.transmission import motion
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     import xarray
@@ -44,8 +45,8 @@ class Event:
 
     def __str__(self) -> str:
         """One line for people."""
-        how = "" if self.worst == math.inf else f", up to {self.worst:.3g} times what is allowed"
-        return f"{self.limit.words} ({self.what}) exceeded from {self.start:.4g} s to {self.end:.4g} s{how}"
+        how = "" if self.worst == math.inf else f", up to {plain(self.worst, 3)} times what is allowed"
+        return f"{self.limit.words} ({self.what}) exceeded from {plain(self.start)} s to {plain(self.end)} s{how}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,11 +107,10 @@ class Simulation:
         limits = f"beyond {', '.join(self.exceeded)}" if self.exceeded else "within limits"
         if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
             error = self.position_error
-            limits += (
-                f"; off by {1e3 * float(np.max(error)):.2g} mm at most, {1e3 * float(error[-1]):.2g} mm at the end"
-            )
+            most, last = (plain(1e3 * float(part), 2) for part in (np.max(error), error[-1]))
+            limits += f"; off by {most} mm at most, {last} mm at the end"
         spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
-        return f"{limits}; {spent:.4g} J from the supply, energy balance closed to {CLOSURE:.0e}"
+        return f"{limits}; {plain(spent)} J from the supply, energy balance closed to {plain(CLOSURE, 1)}"
 
     def dataset(self) -> xarray.Dataset:
         """Labelled arrays: the columns, and energies by source, loss and storage."""

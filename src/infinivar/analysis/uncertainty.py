@@ -20,6 +20,7 @@ from infinivar.drivetrain.requirement import Requirement
 from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
 from infinivar.study.uncertainty import Spread, Uncertainty
+from infinivar.units import plain
 
 BAND = (0.05, 0.95)
 """Shares of builds between which nine in ten lie."""
@@ -162,7 +163,9 @@ class DutyBuilds:
         """One clause for people."""
         found = band(self.energy)
         taken = (
-            "" if found["low"] is None else f"; nine in ten take {found['low']:.3g} to {found['high']:.3g} J a cycle"
+            ""
+            if found["low"] is None
+            else f"; nine in ten take {plain(found['low'], 3)} to {plain(found['high'], 3)} J a cycle"
         )
         return f"{percent(self.share, len(self.able))} of builds do it{taken}"
 
@@ -204,7 +207,7 @@ class Builds:
     def verdict(self) -> str:
         """One clause for people."""
         found = band(self.margin)
-        nine = f"nine in ten have a weakest margin from {found['low']:.3g} to {found['high']:.3g}"
+        nine = f"nine in ten have a weakest margin from {plain(found['low'], 3)} to {plain(found['high'], 3)}"
         return f"covers the requirement in {percent(self.covering, self.count)} of builds; {nine}"
 
     def to_dict(self) -> dict[str, Any]:

@@ -22,6 +22,7 @@ import numpy as np
 from infinivar.drivetrain.series import Series
 from infinivar.drivetrain.tables import read_columns
 from infinivar.errors import InputError, ParameterError
+from infinivar.units import plain
 
 _DEVIATIONS = 3.0
 """Standard errors by which the mean course over a wave may be off."""
@@ -153,16 +154,18 @@ def read(file: str, cutoff: float, resolution: float | None = None) -> Recorded:
         raise InputError(f"{file}: must have at least {_LEAST_ROWS} lines of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
     if cutoff * period < 1.0:
-        raise ParameterError(f"cutoff must be >= {1.0 / period:.3g} Hz, one wave in the recording, got {cutoff:g}")
+        raise ParameterError(
+            f"cutoff must be >= {plain(1.0 / period, 3)} Hz, one wave in the recording, got {cutoff:g}"
+        )
     warnings = [
-        f"{file}: line {lines[place + 1]}: {time[place + 1] - time[place]:.3g} s without data, {width:.3g} times the usual step; "
-        "bridged by a straight line"
+        f"{file}: line {lines[place + 1]}: {plain(time[place + 1] - time[place], 3)} s without data, "
+        f"{plain(width, 3)} times the usual step; bridged by a straight line"
         for place, width in enumerate(np.diff(time) / step)
         if width > _GAP
     ]
     if 2.0 * step * cutoff > 1.0:
         warnings.append(
-            f"{file}: a step of {step:.3g} s shows nothing above {0.5 / step:.3g} Hz; cutoff is {cutoff:.3g} Hz"
+            f"{file}: a step of {plain(step, 3)} s shows nothing above {plain(0.5 / step, 3)} Hz; cutoff is {plain(cutoff, 3)} Hz"
         )
     count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
     even = np.arange(count) * (period / count)
@@ -369,10 +372,10 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
     span = float(np.ptp(values)) or 1.0
     if name == "speed":
         drift = float(np.trapezoid(values, share))
-        said = f"a mean speed of {drift:.3g} m/s"
+        said = f"a mean speed of {plain(drift, 3)} m/s"
     else:
         drift = float(values[-1] - values[0])
-        said = f"{name} ends {drift:.3g} {'N' if name == 'force' else 'm'} from where it begins"
+        said = f"{name} ends {plain(drift, 3)} {'N' if name == 'force' else 'm'} from where it begins"
     if name != "force" and abs(drift) > _DRIFT * span:
         raise InputError(
             f"{file}: must be one cycle that ends where it begins, but has {said}: {abs(drift) / span:.0%} of its range"

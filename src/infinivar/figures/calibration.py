@@ -11,6 +11,7 @@ from infinivar.analysis.calibration.calibrate import Calibration
 from infinivar.analysis.calibration.virtual import with_preload
 from infinivar.figures import style
 from infinivar.study.uncertainty import NORMAL_95
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -77,7 +78,7 @@ def draw_efficiency(ax: Axes, numbers: Mapping[str, Any]) -> None:
     several = len({preload for preload, _ in kinds}) > 1
     for curve in numbers["curves"]:
         colour = style.COLOURS[kinds.index((curve["preload"], curve["load"])) % len(style.COLOURS)]
-        pressed = f", {curve['preload']:.3g} N" if several else ""
+        pressed = f", {plain(curve['preload'], 3)} N" if several else ""
         lifts = curve["lifts"]
         ax.semilogx(curve["ratio"], curve["fitted"], color=colour, ls="-" if lifts else "--", lw=1.3)
         ax.errorbar(

@@ -12,6 +12,7 @@ from infinivar.analysis.contact_sheet import HALF, ContactSheet
 from infinivar.analysis.design_trends import Duty, sweep
 from infinivar.contact import creep
 from infinivar.figures import style
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -100,7 +101,7 @@ def draw_losses(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.set_ylim(0.0, top)
     ax.set_xlabel("preload [N]")
     ax.set_ylabel("loss of the element [W]")
-    ax.set_title(f"losses at {duty.link_force:.3g} N and {duty.ratio:g}:1")
+    ax.set_title(f"losses at {plain(duty.link_force, 3)} N and {duty.ratio:g}:1")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
 
 

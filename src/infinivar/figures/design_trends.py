@@ -12,6 +12,7 @@ from infinivar.analysis.design_trends import SWEPT, Duty, Trend, sweep
 from infinivar.figures import style
 from infinivar.limits import Limit
 from infinivar.study.parts import materials
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -99,6 +100,6 @@ def draw_all(drive: CoboticDrive) -> Figure:
         draw_materials(axes[1, 1], numbers["material"])
         axes[1, 2].axis("off")
         handles, labels = axes[0, 0].get_legend_handles_labels()
-        title = f"reduction ratio,\nlink force {numbers['force']:.3g} N"
+        title = f"reduction ratio,\nlink force {plain(numbers['force'], 3)} N"
         axes[1, 2].legend(handles, labels, loc="center left", title=title)
     return made

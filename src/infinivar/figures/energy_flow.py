@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar.analysis.simulate import Simulation
 from infinivar.figures import style
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,7 +108,7 @@ def draw_balance(ax: Axes, numbers: Mapping[str, Any]) -> None:
         ):
             ax.bar(place, value, bottom=bottom, width=0.5, **_look(name))
             ax.annotate(
-                f"{name}  {value:.3g} J",
+                f"{name}  {plain(value, 3)} J",
                 (place + 0.26 * direction, middle),
                 (place + 0.4 * direction, height),
                 fontsize=8,
@@ -127,7 +128,7 @@ def draw_balance(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.tick_params(bottom=False)
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set_yticks([])
-    ax.set_title(f"Energy of the run; balance closed to {numbers['closure']:.1g}", pad=14)
+    ax.set_title(f"Energy of the run; balance closed to {plain(numbers['closure'], 1)}", pad=14)
 
 
 def _apart(places: Any, least: float, total: float) -> list[float]:

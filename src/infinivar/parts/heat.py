@@ -22,9 +22,10 @@ import numpy as np
 from infinivar._xp import Array, namespace
 from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
+from infinivar.units import celsius, plain
 
 COPPER = 0.0039
-"""Relative rise of the resistance of copper, from its value at 25 C. [1/K]"""
+"""Relative rise of the resistance of copper, from its value at 25 °C. [1/K]"""
 REFERENCE = 298.15
 """Temperature for which data sheets give the resistance. [K]"""
 NEEDED = (
@@ -81,13 +82,13 @@ class Heat:
     @property
     def verdict(self) -> str:
         """One clause for people."""
-        limit = f"{_celsius(self.permissible)} C"
+        limit = celsius(self.permissible)
         if self.bears:
-            return f"winding settles at {_celsius(self.winding)} C of {limit}"
+            return f"winding settles at {celsius(self.winding)} of {limit}"
         after = f"after {_duration(self.time_to_limit)}"
         if self.winding == math.inf:
             return f"winding heats without bound; {limit} reached {after}"
-        return f"winding reaches {_celsius(self.winding)} C of {limit}, which it passes {after}"
+        return f"winding reaches {celsius(self.winding)} of {limit}, which it passes {after}"
 
 
 def missing(motor: Motor) -> list[str]:
@@ -355,11 +356,7 @@ def _history(
     return np.arange(count + 1) * (cycles * period), np.array(found)
 
 
-def _celsius(temperature: float) -> str:
-    return f"{temperature - 273.15:.0f}"
-
-
 def _duration(seconds: float) -> str:
     if seconds < 120.0:
-        return f"{seconds:.2g} s"
+        return f"{plain(seconds, 2)} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

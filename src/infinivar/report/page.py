@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from infinivar import __version__, references
+from infinivar.report.numbers import FILTERS
 
 
 @functools.cache
@@ -18,11 +19,7 @@ def _environment() -> Any:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("infinivar.report"), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    environment.filters["si"] = lambda value, digits=3: (
-        "–" if value is None or value != value else f"{value:.{digits}g}"
-    )
-    environment.filters["watts"] = lambda value: "–" if value != value else f"{value:.2f} W"
-    environment.filters["percent"] = lambda value: "–" if value != value else f"{100 * value:.1f} %"
+    environment.filters.update(FILTERS)
     environment.globals.update(version=__version__, cite=references.cite)
     return environment
 

@@ -15,6 +15,7 @@ from infinivar.frozen import FrozenDict
 from infinivar.quantities import check_value, permitted, quantities_of, value_at
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import KINDS, ORIGIN, SPREAD
+from infinivar.units import plain
 
 DRAWS = 1024
 """Builds of each drive that `compare` draws, unless the study asks for another number."""
@@ -58,8 +59,8 @@ class Spread:
     def words(self) -> str:
         """For people: "617.5 to 682.5 N", or "3.2e+04 ± 560 N (95 %)"."""
         if self.deviation is None:
-            return f"{self.low:.4g} to {units.show(self.high, self.unit)}"
-        return f"{self.value:.4g} ± {units.show(NORMAL_95 * self.deviation, self.unit, 2)} (95 %)"
+            return f"{plain(self.low)} to {units.show(self.high, self.unit)}"
+        return f"{plain(self.value)} ± {units.show(NORMAL_95 * self.deviation, self.unit, 2)} (95 %)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

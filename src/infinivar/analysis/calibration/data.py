@@ -13,6 +13,7 @@ import numpy as np
 
 from infinivar.drivetrain.tables import read_columns
 from infinivar.errors import InputError
+from infinivar.units import plain
 
 COLUMNS = {
     "steering_angle": "rad",
@@ -132,10 +133,10 @@ def _setting_fault(data: RigData, row: int) -> str | None:
     duration, mass, preload = (float(getattr(data, name)[row]) for name in ("duration", "mass", "preload"))
     angle = float(data.steering_angle[row])
     if duration <= 0:
-        return f"duration must be > 0 s, got {duration:.4g}"
+        return f"duration must be > 0 s, got {plain(duration)}"
     if mass < 0 or preload < 0:
         name, value = ("mass", mass) if mass < 0 else ("preload", preload)
-        return f"{name} must be >= 0, got {value:.4g}"
+        return f"{name} must be >= 0, got {plain(value)}"
     if abs(angle) >= 0.5 * math.pi:
-        return f"steering_angle must be within -90 and 90 deg, got {math.degrees(angle):.4g} deg"
+        return f"steering_angle must be within -90 and 90 deg, got {plain(math.degrees(angle))} deg"
     return None

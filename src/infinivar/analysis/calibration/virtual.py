@@ -20,6 +20,7 @@ from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
+from infinivar.units import plain
 
 RATIOS = (100.0, 50.0, 20.0, 8.0, 4.0, 2.0, 1.0)
 LOADS = (0.15, 0.5)
@@ -202,8 +203,12 @@ def _described(setting: Setting) -> str:
     if setting.preload == 0:
         return "wheel lifted off"
     ratio = abs(1.0 / math.tan(setting.steering_angle)) if setting.steering_angle else math.inf
-    way = "locked" if ratio == math.inf else f"{ratio:.3g}:1 at {math.degrees(setting.steering_angle):.3g} deg"
-    return f"{way}, {setting.mass:.3g} kg, {setting.preload:.3g} N"
+    way = (
+        "locked"
+        if ratio == math.inf
+        else f"{plain(ratio, 3)}:1 at {plain(math.degrees(setting.steering_angle), 3)} deg"
+    )
+    return f"{way}, {plain(setting.mass, 3)} kg, {plain(setting.preload, 3)} N"
 
 
 def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
@@ -238,10 +243,10 @@ def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
     side = motor_side(drive.motor, drive.gearhead, output_torque=torque, output_speed=np.float64(speed))
     voltage, current = float(side.states["motor_voltage_V"]), float(side.states["motor_current_A"])
     if abs(voltage) > drive.motor.voltage:
-        return f"the motor needs {abs(voltage):.3g} V of {drive.motor.voltage:.3g} V"
+        return f"the motor needs {plain(abs(voltage), 3)} V of {plain(drive.motor.voltage, 3)} V"
     duration = window(rig, travelling)
     if duration * rig.sample_rate < _LEAST_SAMPLES:
-        return f"passes {rig.travel:.3g} m in {duration:.2g} s, too short to measure"
+        return f"passes {plain(rig.travel, 3)} m in {plain(duration, 2)} s, too short to measure"
     return Truth(duration, speed * duration, travelling * duration, current, voltage)
 
 

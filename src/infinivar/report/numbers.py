@@ -1,0 +1,78 @@
+"""Numbers as pages show them: those of `infinivar.units.plain`, with powers of ten set as such."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Any
+
+from infinivar import units
+
+_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|°C|deg|rad/s|[kmM]?(?:N|m|s|W|J|V|A|K|Hz|kg|g)(?:[ /]m|/s)?)(?![\w]))")
+
+
+def si(value: float | None, digits: int = 3) -> Any:
+    """A number, "–" where there is none: "1500", "1.5 × 10" with its exponent raised."""
+    return raised(units.plain(value, digits))
+
+
+def quantity(value: float | None, unit: str, digits: int = 3) -> Any:
+    """A number with its unit, "–" alone where there is none."""
+    from markupsafe import Markup
+
+    if value is None or math.isnan(value):
+        return "–"
+    return Markup("{} {}").format(si(value, digits), unit)
+
+
+def raised(text: str) -> Any:
+    """A plain number with its power of ten, if it has one, written as a power."""
+    from markupsafe import Markup
+
+    mantissa, power, exponent = text.partition("e")
+    if not power or not exponent.lstrip("-").isdigit():
+        return text
+    return Markup("{} × 10<sup>{}</sup>").format(mantissa, exponent.replace("-", "−"))
+
+
+def bound(text: str) -> str:
+    """Text in which no line ends between a number and its unit."""
+    return _BEFORE_UNIT.sub("\u00a0", text)
+
+
+def watts(value: float) -> Any:
+    """A power to a hundredth of a watt, and to three digits where that would say nothing or too much."""
+    if math.isnan(value):
+        return "–"
+    size = abs(value)
+    if size == 0.0 or 0.01 <= size < 1e4:
+        return f"{value:.2f} W"
+    return quantity(value, "W")
+
+
+def percent(share: float) -> str:
+    """A share to a tenth of a percent."""
+    return "–" if math.isnan(share) else f"{100 * share:.1f} %"
+
+
+def celsius(temperature: float | None) -> str:
+    """A temperature in kelvin as "92 °C", "–" where there is none."""
+    return "–" if temperature is None else units.celsius(temperature)
+
+
+def signed(value: float, digits: int = 3) -> Any:
+    """A change with its sign."""
+    return raised(units.signed(value, digits))
+
+
+FILTERS: dict[str, Callable[..., Any]] = {
+    "si": si,
+    "signed": signed,
+    "quantity": quantity,
+    "bound": bound,
+    "watts": watts,
+    "percent": percent,
+    "celsius": celsius,
+}
+"""Of templates."""
