@@ -8,7 +8,8 @@ import pytest
 
 from folders import results
 
-KEYS = ["id", "section", "claim", "paper", "computed", "verdict", "why", "ranges", "variants"]
+KEYS = ["id", "section", "claim", "paper", "computed", "threshold", "verdict", "shown", "by_construction", "why"]
+KEYS += ["ranges", "variants"]
 VERDICTS = {"holds", "does not hold", "undecidable"}
 FIGURES = [5, 7, 8, 15, 16, 17]
 
@@ -36,32 +37,53 @@ def test_claims_are_complete(reproduced):
         ("E1", "holds"),
         ("E2", "holds"),
         ("E3", "does not hold"),  # Eqs 16 and 17 give about 0.985 at 1:1
-        ("E4", "holds"),
+        ("E4", "undecidable"),  # 0.988 is within a point of 98 %, but rounds to 99 %
+        ("E7", "undecidable"),  # no threshold for "independent" is printed
         ("C1", "holds"),
         ("C3", "holds"),
         ("B1", "holds"),
         ("D1", "holds"),
-        ("D2", "does not hold"),
-        ("D5", "does not hold"),
+        ("D2", "undecidable"),  # 1.78 on a linear axis of power, 0.83 on a logarithmic one
+        ("D5", "undecidable"),  # 9 % in reconstruction A, 45 to 58 % in B
+        ("S5", "undecidable"),  # a lighter cylinder: no effect, less or more loss, as the cylinder is used
     ],
 )
 def test_known_verdicts(reproduced, claim, verdict):
     assert next(row for row in reproduced[2] if row["id"] == claim)["verdict"] == verdict
 
 
-def test_what_the_paper_leaves_open_has_ranges_and_variants(reproduced):
-    """D1 to D7: how far parameters may move, and what other definitions and the other reconstruction give."""
+def test_thresholds_and_variants_stand_beside_every_verdict(reproduced):
+    """What would be found otherwise, with its threshold and verdict; a verdict that another turns round is undecidable."""
+    opposite = {"holds": "does not hold", "does not hold": "holds"}
     for claim in reproduced[2]:
-        opened = claim["id"] in {f"D{number}" for number in range(1, 8)}
-        assert bool(claim["ranges"]) == opened
-        assert (len(claim["variants"]) >= 8) == opened
+        assert claim["threshold"]
+        assert claim["shown"] in VERDICTS
+        assert claim["verdict"] in (claim["shown"], "undecidable")
+        kinds = {"choice", "definition", "value", "contrary"}
+        for variant in claim["variants"]:
+            assert list(variant) == ["kind", "assuming", "computed", "threshold", "verdict"]
+            assert variant["kind"] in kinds
+        turned = any(
+            variant["kind"] != "contrary" and variant["verdict"] == opposite.get(claim["shown"])
+            for variant in claim["variants"]
+        )
+        if not claim["by_construction"]:
+            assert (claim["verdict"] == "undecidable") == (turned or claim["shown"] == "undecidable")
+
+
+def test_what_the_paper_leaves_open_has_ranges(reproduced):
+    """D1 to D7: how far four parameters may move; C3, C6 and C7 drag; E6 the loss factor."""
+    for claim in reproduced[2]:
+        shaken = claim["id"] in {f"D{number}" for number in range(1, 8)}
+        assert len(claim["ranges"]) == (4 if shaken else 1 if claim["id"] in ("C3", "C6", "C7", "E6") else 0)
         for held in claim["ranges"]:
             low, high = held["low"], held["high"]
             assert low is None or low <= held["shipped"]
             assert high is None or held["shipped"] <= high
     steering = next(row for row in reproduced[2] if row["id"] == "D1")["ranges"][0]
     assert steering["parameter"] == "inertia about the steering axis"
-    assert 1e-4 < steering["high"] < 2e-4  # kg m^2: beyond, the conventional drive does better near 10 Hz
+    # kg m^2: beyond, the conventional drive does better in more than a twentieth of the region, near 10 Hz
+    assert 3e-4 < steering["high"] < 5e-4
 
 
 def test_known_numbers(reproduced):

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from infinivar.analysis.claims import design, element, shaking, system
-from infinivar.analysis.claims.claim import Claim, Finding, Machine, statements
+from infinivar.analysis.claims.claim import Claim, Machine, statements
+from infinivar.analysis.claims.verdict import Finding
 from infinivar.errors import InputError
 
 CHECKS: dict[str, Callable[[Machine], Finding]] = {
@@ -27,8 +28,19 @@ class Reproduction:
     machine: Machine
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Claims as plain values: id, section, claim, paper, computed, verdict, why, and ranges and variants if any."""
-        keys = ("id", "section", "claim", "paper", "computed", "verdict", "why")
+        """Claims as plain values: the fields of `Claim` but its figure; ranges and variants as lists of their fields."""
+        keys = (
+            "id",
+            "section",
+            "claim",
+            "paper",
+            "computed",
+            "threshold",
+            "verdict",
+            "shown",
+            "by_construction",
+            "why",
+        )
         return [
             {
                 **{key: getattr(claim, key) for key in keys},

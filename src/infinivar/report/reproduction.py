@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from infinivar.analysis.claims.shaking import FARTHEST
+from infinivar.analysis.claims.verdict import FACTOR, KINDS, Range, turned
 from infinivar.analysis.reproduce import Reproduction
 from infinivar.errors import InputError
 from infinivar.figures import style
@@ -34,9 +35,9 @@ def save(reproduction: Reproduction, directory: Path, figure: int | None = None)
     with all_or_nothing(directory, names[0]) as scratch:
         figures = []
         for number in wanted:
-            made = FIGURES[number].draw_all(reproduction.machine)
-            names += [path.name for path in style.write(made, scratch / f"fig{number}")]
-            figures.append({"number": number, "image": style.inline_svg(made), "caption": FIGURES[number].CAPTION})
+            files = style.write(FIGURES[number].draw_all(reproduction.machine), scratch / f"fig{number}")
+            names += [path.name for path in files]
+            figures.append({"number": number, "image": style.inline_svg(files), "caption": FIGURES[number].CAPTION})
         (scratch / names[0]).write_text(html(reproduction, figures), "utf-8")
         (scratch / names[1]).write_text(to_json(reproduction.to_list()), "utf-8")
     return [directory / name for name in names]
@@ -44,12 +45,23 @@ def save(reproduction: Reproduction, directory: Path, figure: int | None = None)
 
 def html(reproduction: Reproduction, figures: list[dict]) -> str:
     """The report as one page that needs no other file."""
-    verdicts = [claim.verdict for claim in reproduction.claims]
+    claims = reproduction.claims
+    verdicts = [claim.verdict for claim in claims]
+    parameters: dict[tuple[str, str, float], dict[str, Range]] = {}
+    for claim in claims:
+        for reach in claim.ranges:
+            parameters.setdefault((reach.parameter, reach.unit, reach.shipped), {})[claim.id] = reach
     return render(
         "reproduction.html",
-        claims=reproduction.claims,
+        claims=claims,
         counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},
+        fitted=sum(claim.by_construction for claim in claims),
+        kinds=KINDS,
+        turned=lambda claim: turned(claim.shown, claim.variants),
+        reached={claim.id: claim for claim in claims if claim.ranges},
+        parameters=parameters,
+        factor=FACTOR,
         figures=figures,
         farthest=FARTHEST,
-        reconstruction=reproduction.machine.comparison.study.reconstruction,
+        reconstruction=reproduction.machine.study.reconstruction,
     )

@@ -7,11 +7,14 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 from infinivar import power
+from infinivar.analysis.claims.planes import plane_map
+from infinivar.analysis.claims.verdict import Range, Variant, Verdict
 from infinivar.analysis.compare import Comparison, compare
-from infinivar.analysis.dynamic import DynamicMap, dynamic_map
+from infinivar.analysis.cycle import PAPER
+from infinivar.analysis.dynamic import DynamicMap
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
@@ -20,46 +23,13 @@ from infinivar.study.study import Study
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
-Verdict = Literal["holds", "does not hold", "undecidable"]
-
-
-class Range(NamedTuple):
-    """Values of one parameter, all others as shipped, over which a claim keeps its verdict; None: as far as looked."""
-
-    parameter: str
-    unit: str
-    shipped: float
-    low: float | None
-    high: float | None
-
-
-class Variant(NamedTuple):
-    """What is found under another assumption or definition."""
-
-    assuming: str
-    computed: float | str | None
-    verdict: Verdict
-
-
-class Finding(NamedTuple):
-    """What a check found: the value (a number, or a few words), the verdict, and why in one sentence.
-
-    `ranges` says how far parameters that the paper leaves open may move before the verdict changes, `variants` what is
-    found, and with which verdict, under other assumptions and definitions.
-    """
-
-    computed: float | str | None
-    verdict: Verdict
-    why: str
-    ranges: tuple[Range, ...] = ()
-    variants: tuple[Variant, ...] = ()
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Claim:
     """One claim of the paper, checked.
 
-    `paper` and `computed` are numbers where the claim is one, else words; `figure` is the figure it belongs to.
+    `paper` and `computed` are numbers where the claim is one, else words; `figure` is the figure it belongs to. For the rest
+    see `infinivar.analysis.claims.verdict.Finding`.
     """
 
     id: str
@@ -68,8 +38,11 @@ class Claim:
     claim: str
     paper: float | str
     computed: float | str | None
+    threshold: str
     verdict: Verdict
+    shown: Verdict
     why: str
+    by_construction: bool = False
     ranges: tuple[Range, ...] = ()
     variants: tuple[Variant, ...] = ()
 
@@ -79,13 +52,6 @@ def statements() -> tuple[dict[str, Any], ...]:
     """Every claim as the paper makes it: id, section, figure (if any), claim, paper."""
     text = (resources.files("infinivar.analysis") / "claims" / "claims.toml").read_text("utf-8")
     return tuple(tomllib.loads(text)["claim"])
-
-
-PLANE = (
-    tuple(0.1 * 300.0 ** (place / 59) for place in range(60)),
-    tuple((place + 0.5) / 60 for place in range(60)),
-)
-"""Of Fig 17: frequencies from 0.1 to 30 Hz, and fractions of the maximum power. [Hz], [-]"""
 
 
 class Machine:
@@ -110,7 +76,19 @@ class Machine:
 
     def shake(self, name: str) -> DynamicMap:
         """Dynamic map of one drive over the plane of Fig 17."""
-        return dynamic_map(self.moving(name), *PLANE, power=self.power, load_mass=self.load_mass)
+        return plane_map(self.moving(name), self.power, self.load_mass, PAPER, "fine", "linear")
+
+    def cobotic(self, name: str) -> CoboticDrive:
+        """A cobotic drive of the set by name."""
+        drive = self.study.drives[name]
+        assert isinstance(drive, CoboticDrive)
+        return drive
+
+    def conventional(self, name: str) -> ConventionalDrive:
+        """A conventional drive of the set by name."""
+        drive = self.study.drives[name]
+        assert isinstance(drive, ConventionalDrive)
+        return drive
 
     def moving(self, name: str) -> CoboticDrive | ConventionalDrive:
         """A drive of the set by name."""
@@ -131,9 +109,7 @@ class Machine:
     @property
     def drive(self) -> CoboticDrive:
         """The cobotic drive of reconstruction A."""
-        drive = self.study.drives["cobotic"]
-        assert isinstance(drive, CoboticDrive)
-        return drive
+        return self.cobotic("cobotic")
 
     @property
     def element(self) -> RotaryLinearIVT:
@@ -166,13 +142,3 @@ def efficiency_by(element: RotaryLinearIVT, load: Any, ratio: Any) -> Any:
     """Efficiency of `at_ratio`, also where the creepage of Eq 17 is beyond full slip; nan beyond the slip force. [-]"""
     point = at_ratio(element, load, ratio)
     return power.efficiency(point.power_in, point.power_out)
-
-
-def about(value: float, paper: float, tolerance: float) -> Verdict:
-    """Whether a computed value agrees with the printed one to what its printed digits mean."""
-    return yes(abs(value - paper) <= tolerance)
-
-
-def yes(condition: bool) -> Verdict:
-    """The verdict on a claim that is true or false."""
-    return "holds" if condition else "does not hold"
