@@ -77,3 +77,54 @@ def walked(tmp_path_factory):
     folder = tmp_path_factory.mktemp("walked")
     outcome = run("compare", STUDY.with_name("knee_walking.toml"), "--out", folder, "--json", folder=folder)
     return outcome, folder, json.loads(outcome.out)
+
+
+LARGE = """
+title = "A press: large forces"
+[requirement]
+force = "1540 N"
+speed = "0.02 m/s"
+quadrants = 4
+load_mass = "1500 kg"
+[drives.press]
+type = "conventional"
+title = "Press"
+output_inertia = "20 g m^2"
+[drives.press.motor]
+voltage = "48 V"
+resistance = "0.05 ohm"
+torque_constant = "60 mN m/A"
+no_load_current = "0.5 A"
+continuous_torque = "1.2 N m"
+rotor_inertia = "1e-4 kg m^2"
+winding_to_housing = "0.3 K/W"
+housing_to_ambient = "1.2 K/W"
+winding_time_constant = "60 s"
+housing_time_constant = "1500 s"
+max_winding_temperature = "155 degC"
+[drives.press.gearhead]
+ratio = 1500
+efficiency = 0.7
+loss_model = "coulomb"
+[drives.press.pulley]
+radius = "100 mm"
+[duty.press]
+title = "Press and hold"
+shape = "hold"
+time = "3600 s"
+force = "-1540 N"
+[uncertainty.press]
+"gearhead.ratio" = { deviation = 15, kind = "assumed", where = "batch" }
+"""
+
+
+@pytest.fixture(scope="session")
+def pressed(tmp_path_factory):
+    """`infinivar compare` and `sensitivity` of a press with large forces: the outcomes, and the folder of reports."""
+    folder = tmp_path_factory.mktemp("pressed")
+    (folder / "press.toml").write_text(LARGE, "utf-8")
+    outcomes = [
+        run("compare", "press.toml", "--out", "out", folder=folder),
+        run("sensitivity", "press.toml", "--of", "energy", "--out", "out", folder=folder),
+    ]
+    return outcomes, folder / "out"

@@ -16,6 +16,7 @@ from folders import results
 from infinivar.limits import Limit
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
+FIGURES = [f"report-{name}.{kind}" for name in ("maps", "losses") for kind in ("png", "svg", "pdf")]
 DRIVES = ["cobotic", "cobotic-b", "motor1-gear1", "motor1-gear2", "motor1-gear3", "motor2-gear4"]
 
 ONE_DRIVE = """
@@ -50,9 +51,8 @@ def test_json_has_the_promised_keys(compared):
     _, folder, said = compared
     assert list(said) == ["study", "drives", "files"]
     assert said["study"] == "hand_controller"
-    assert said["files"] == [
-        str(folder / name) for name in ("report.html", "results.json", *(f"{d}.nc" for d in DRIVES))
-    ]
+    names = ("report.html", "results.json", *(f"{d}.nc" for d in DRIVES), *FIGURES)
+    assert said["files"] == [str(folder / name) for name in names]
     for drive in said["drives"].values():
         assert {"title", "verdict", "coverage", "peak_efficiency", "peak_efficiency_in_region"} < drive.keys()
         assert 0.0 < drive["peak_efficiency_in_region"] <= drive["peak_efficiency"] < 1.0
@@ -166,7 +166,12 @@ def test_other_files_stay_and_old_results_go(compared):
     assert outcome.code == 0
     assert (folder / "notes.txt").read_text("utf-8") == "keep me"
     assert (folder / "report.html").stat().st_size > 100_000
-    assert results(folder) == sorted(["notes.txt", "report.html", "results.json", *(f"{drive}.nc" for drive in DRIVES)])
+    assert results(folder) == sorted(
+        ["notes.txt", "report.html", "results.json", *(f"{drive}.nc" for drive in DRIVES), *FIGURES]
+    )
+    for name in FIGURES:
+        head = (folder / name).read_bytes()[:300]
+        assert {"png": b"\x89PNG", "svg": b"<svg", "pdf": b"%PDF"}[name.rpartition(".")[2]] in head
 
 
 def test_plain_output_is_one_line_a_drive(infinivar, write):
@@ -185,7 +190,7 @@ def test_exit_code_1_where_no_drive_covers(infinivar, write, tmp_path):
     assert drive["coverage"] < 0.1
     assert drive["tightest_margin"]["value"] < 0.2
     # "Not feasible" is an answer: everything is written.
-    assert results(tmp_path / "out") == ["mine.nc", "report.html", "results.json"]
+    assert results(tmp_path / "out") == sorted(["mine.nc", "report.html", "results.json", *FIGURES])
 
 
 def test_coverage_is_a_share_of_the_area(infinivar, write):

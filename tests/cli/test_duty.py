@@ -88,10 +88,10 @@ def test_report_reads_as_a_designer_would(walked):
         assert heading in page
     assert "Wh an hour" in page
     assert "Grimmer" in page
-    assert results(folder) == sorted(
-        ["report.html", "results.json", "cobotic.nc", "geared.nc", "cobotic-walking.csv", "geared-walking.csv"]
-    )
-    assert [Path(file).name for file in said["files"]][-1] == "geared-walking.csv"
+    figures = [f"report-{name}.{kind}" for name in ("maps", "losses", "duty-walking") for kind in ("png", "svg", "pdf")]
+    tables = ["report.html", "results.json", "cobotic.nc", "geared.nc", "cobotic-walking.csv", "geared-walking.csv"]
+    assert [Path(file).name for file in said["files"]] == [*tables, *figures]
+    assert results(folder) == sorted([*tables, *figures])
 
 
 def test_cycles_come_as_tables(walked):

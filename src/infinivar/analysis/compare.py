@@ -24,6 +24,7 @@ from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
 from infinivar.study.check import check_duty
 from infinivar.study.study import Study
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from infinivar.analysis.forward import TwoWays
@@ -97,9 +98,9 @@ class DriveResult:
     @property
     def verdict(self) -> str:
         """One sentence a designer can act on."""
-        share = "100" if self.covers else f"{min(100 * self.coverage, 99.9):.3g}"
+        share = "100" if self.covers else plain(min(100 * self.coverage, 99.9), 3)
         tight = self.tightest
-        place = f"{tight.force:.3g} N and {tight.speed:.3g} m/s"
+        place = f"{plain(tight.force, 3)} N and {plain(tight.speed, 3)} m/s"
         if self.covers:
             return f"covers {share} % of the required region; weakest margin: {tight.limit.words}, {tight.value:.2f} at {place}"
         if tight.value < 0.005:
@@ -207,7 +208,9 @@ class Comparison:
         }
 
     def save(self, directory: str | Path) -> list[Path]:
-        """Write ``report.html``, ``results.json``, one NetCDF map a drive, one CSV a drive and duty cycle; returns their paths.
+        """Write ``report.html``, ``results.json``, one NetCDF map a drive, one CSV a drive and duty cycle, and the figures.
+
+        Figures are PNG, SVG and PDF: ``report-maps``, ``report-losses`` and a ``report-duty-NAME``. Returns all paths.
 
         Files of the same names are replaced, others left alone; nothing is replaced unless everything could be made.
         """
@@ -372,7 +375,9 @@ def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result:
     from infinivar.analysis.forward import LONGEST, two_ways  # simulation is slow to load
 
     if duty.period > LONGEST:
-        return f"a cycle of {duty.period:.3g} s is longer than the {LONGEST:g} s up to which a report simulates one"
+        return (
+            f"a cycle of {plain(duty.period, 3)} s is longer than the {LONGEST:g} s up to which a report simulates one"
+        )
     if result.exceeded:
         return "the drive cannot do it within its limits"
     try:

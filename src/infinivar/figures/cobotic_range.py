@@ -29,8 +29,8 @@ def data(machine: Machine) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, Any], title: str) -> Any:
-    """Draw one of the maps; returns the filled contours, for a colour bar."""
+def draw(ax: Axes, numbers: Mapping[str, Any], title: str) -> operating_map.Drawn:
+    """Draw one of the maps; returns what a colour bar needs."""
     return operating_map.draw(ax, numbers[title], title)
 
 

@@ -33,8 +33,8 @@ def data(machine: Machine) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, Any]) -> Any:
-    """Draw the map and the outlines; returns the filled contours, for a colour bar."""
+def draw(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Drawn:
+    """Draw the map and the outlines; returns what a colour bar needs."""
     largest = numbers["largest"]
     filled = operating_map.draw(ax, largest)
     colours = ("#CC79A7", "#E69F00", "#56B4E9")

@@ -24,6 +24,8 @@ _DRIVES = {
     "steering\ncurrent [A]": ("steering_current_A", 1.0),
 }
 _MOST_POINTS = 1000
+_HOTTEST = 1.3
+"""Temperatures are drawn up to so many times the highest permissible one."""
 
 
 def data(found: DutyComparison) -> dict[str, Any]:
@@ -32,8 +34,8 @@ def data(found: DutyComparison) -> dict[str, Any]:
     Returns
     -------
     dict
-        time [s]; panels: title of axis to curves by drive; heat: motor of a drive to (time [min], winding [C], permissible
-        [C]); losses: as `infinivar.figures.losses.data` gives, in J of a cycle.
+        time [s]; panels: title of axis to curves by drive; heat: motor of a drive to (time [min], winding [°C],
+        permissible [°C]); losses: as `infinivar.figures.losses.data` gives, in J of a cycle.
     """
     results = list(found.results.values())
     first = results[0].columns
@@ -66,41 +68,69 @@ def data(found: DutyComparison) -> dict[str, Any]:
     }
 
 
+def _colour(numbers: Mapping[str, Any], title: str) -> str:
+    """The colour of a drive in all panels."""
+    return style.COLOURS[numbers["titles"].index(title) % len(style.COLOURS)]
+
+
 def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:
     """Draw one panel over the cycle."""
     for title, values in numbers["panels"][panel].items():
-        colour = style.COLOURS[numbers["titles"].index(title) % len(style.COLOURS)] if title else "black"
+        colour = _colour(numbers, title) if title else "black"
         ax.plot(numbers["time"], values, color=colour, linewidth=1.2, label=title)
     ax.set_ylabel(panel)
     ax.margins(x=0.0, y=0.1)
 
 
 def draw_heat(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw the windings' temperatures from a cold start, and what they may have."""
-    limits: dict[float, list[str]] = {}
+    """Draw the windings' temperatures from a cold start, and what they may have; a winding that runs away leaves the plot."""
+    limits = []
+    top = _HOTTEST * max(permissible for _, _, permissible in numbers["heat"].values())
     for key, (time, winding, permissible) in numbers["heat"].items():
-        title = next(title for title in numbers["titles"] if key.startswith(f"{title}, "))
-        colour = style.COLOURS[numbers["titles"].index(title) % len(style.COLOURS)]
+        title = max((title for title in numbers["titles"] if key.startswith(f"{title}, ")), key=len)
+        colour = _colour(numbers, title)
         dashes = "dashed" if key.endswith("steering motor") else "solid"
-        known = winding < 1.6 * permissible
-        ax.plot(time[known], winding[known], color=colour, ls=dashes, lw=1.4, label=key)
-        limits.setdefault(permissible, []).append(key)
-    for permissible in limits:
+        shown = _up_to(time, winding, top)
+        if shown is not None:
+            ax.plot(*shown, color=colour, ls=dashes, lw=1.4, label=key)
+            limits.append(permissible)
+    for permissible in dict.fromkeys(limits):
         ax.axhline(permissible, color="#777777", lw=0.9, ls="dotted")
         ax.text(
             1.0,
             permissible,
-            f"{permissible:.0f} C allowed",
+            f"{permissible:.0f} °C allowed",
             transform=ax.get_yaxis_transform(),
             ha="right",
             va="bottom",
             fontsize=7,
         )
     ax.set_xlabel("time from a cold start [min]")
-    ax.set_ylabel("winding [C]")
+    ax.set_ylabel("winding [°C]")
     ax.set_title("heat, the cycle repeated")
-    ax.margins(x=0.0, y=0.12)
-    ax.legend(loc="upper left", bbox_to_anchor=(0.0, -0.22), fontsize=7)
+    ax.margins(x=0.02, y=0.12)  # a winding that runs away at once is beside the axis, not under it
+    if limits:
+        _literally(ax.legend(loc="upper left", bbox_to_anchor=(0.0, -0.11), fontsize=7))
+
+
+def _literally(legend: Any) -> None:
+    """Show titles as they are written: a dollar in one is no formula."""
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+
+
+def _up_to(time: np.ndarray, winding: np.ndarray, top: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """A temperature until it passes `top`, and where it does; None if there is nothing to draw. [min], [°C]"""
+    beyond = ~(winding <= top)
+    end = int(np.argmax(beyond)) if beyond.any() else len(winding)
+    if end == 0 or len(winding) < 2:
+        return None
+    if end == len(winding):
+        return time, winding
+    steep = winding[end]
+    share = (top - winding[end - 1]) / (steep - winding[end - 1]) if np.isfinite(steep) else 0.0
+    passed = time[end - 1] + share * (time[end] - time[end - 1])
+    return np.append(time[:end], passed), np.append(winding[:end], top)
 
 
 def draw_all(found: DutyComparison) -> Figure:
@@ -127,25 +157,11 @@ def draw_all(found: DutyComparison) -> Figure:
             draw_heat(made.add_subplot(upper[1]), numbers)
         below = made.add_subplot(grid[1])
         losses.draw(below, numbers["losses"])
-        lines, labels = next(
-            (
-                ax.get_legend_handles_labels()
-                for ax in axes
-                if len(ax.get_legend_handles_labels()[1]) >= len(numbers["titles"])
-            ),
-            ([], []),
-        )
-        named = [(line, label) for line, label in zip(lines, labels, strict=True) if label]
-        if named:
-            # In the panel that shows every drive, above its curves.
-            axes[2].legend(
-                *zip(*named, strict=True),
-                loc="lower left",
-                bbox_to_anchor=(0.0, 0.98),
-                ncols=4,
-                fontsize=7,
-                borderaxespad=0.0,
-            )
+        from matplotlib.lines import Line2D
+
+        shown = [title for title in numbers["titles"] if any(title in curves for curves in numbers["panels"].values())]
+        drives = [Line2D([], [], color=_colour(numbers, title), lw=1.2, label=title) for title in shown]
+        _literally(made.legend(handles=drives, loc="outside upper left", ncols=min(4, len(drives)), fontsize=8))
         handles, names = losses.legend([below])
         made.legend(handles, names, loc="outside lower center", ncols=6)
     return made

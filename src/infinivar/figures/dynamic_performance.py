@@ -27,7 +27,17 @@ CAPTION = (
 _COBOTIC, _CONVENTIONAL = style.COLOURS[0], style.COLOURS[1]
 _LEVELS = {"cobotic": (0.1, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85), "conventional": (0.05, 0.1, 0.15, 0.2, 0.25)}
 _STROKES = (0.01, 0.1, 1.0, 10.0)
+_STROKE_ROW = 0.88
+"""Where along the axis of power strokes are labelled."""
 _REGIONS = {0: "neither works", 1: "only the\nconventional drive", 2: "only the\ncobotic drive", 3: "both work"}
+_SIZE, _LETTER = 7, 0.56
+"""Of the letters that name limits: size [pt], and mean width over size."""
+_WIDTH, _WIDE = 11.0, 0.9
+"""Of the figure [inch], and of a plot over its part of the figure."""
+_ABOVE_BAR, _BETWEEN = 0.008, 0.015
+"""Shares of the plot's height and width that names keep from their bars and from each other."""
+_SHORTEST = 3
+"""Cells of a stretch that is named."""
 _SHADES = ("#C9CDD3", "#F7E3D7", "#E6EEF6", "#FFFFFF")
 
 
@@ -40,8 +50,8 @@ def data(machine: Machine) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, DynamicMap], title: str) -> None:
-    """Draw the contours of both drives over one another, with the regions in which they work."""
+def draw(ax: Axes, numbers: Mapping[str, DynamicMap], title: str, width: float = _WIDTH / 2) -> None:
+    """Draw the contours of both drives over one another, with the regions in which they work; width in the figure [inch]."""
     ours, theirs = numbers["cobotic"], numbers["conventional"]
     frequency, percent = ours.frequency, 100.0 * ours.fraction
     ax.set_xscale("log")
@@ -71,15 +81,18 @@ def draw(ax: Axes, numbers: Mapping[str, DynamicMap], title: str) -> None:
         ax.clabel(lines, fmt="%.2g", fontsize=7)
         ax.contour(frequency, percent, np.clip(steady.margin, 0, 2).T, levels=[1.0], colors=colour, linewidths=2.0)
     for number, words in _REGIONS.items():
-        _write(ax, region == number, frequency, percent, words, "#333333", weight="bold")
-    # What binds is written apart from the regions' names: in a band of its own at the upper edge.
-    for steady, colour, height in ((ours, _COBOTIC, 1.045), (theirs, _CONVENTIONAL, 1.01)):
-        _name_limits(ax, steady, colour, height)
+        free = (region == number) & (np.abs(percent - 100.0 * _STROKE_ROW) > 9.0)[
+            :, None
+        ]  # clear of the strokes' labels
+        _write(ax, free, frequency, percent, words, "#333333", weight="bold")
+    # What binds is written apart from the regions' names: in a band of its own above the upper edge, a row a drive.
+    for steady, colour, height in ((ours, _COBOTIC, 1.085), (theirs, _CONVENTIONAL, 1.02)):
+        _name_limits(ax, steady, colour, height, width)
     ax.set_xlim(frequency[0], frequency[-1])
     ax.set_ylim(0.0, 100.0)
     ax.set_xlabel("frequency [Hz]")
     ax.set_ylabel("RMS power of the load, percent of maximum")
-    ax.set_title(title, pad=30)
+    ax.set_title(title, pad=38)
     from matplotlib.ticker import StrMethodFormatter
 
     ax.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -97,7 +110,7 @@ def _strokes(ax: Axes, steady: DynamicMap) -> None:
         linestyles="dotted",
         linewidths=0.8,
     )
-    row = int(0.88 * steady.fraction.size)
+    row = int(_STROKE_ROW * steady.fraction.size)
     places = []
     for level in _STROKES:
         ratio = (stroke[row] / level) ** (2.0 / 3.0)  # the stroke falls with frequency to the power of 3/2
@@ -133,40 +146,55 @@ def _write(
         )
 
 
-def _name_limits(ax: Axes, steady: DynamicMap, colour: str, height: float) -> None:
-    """Above the plot, what binds at full power over each stretch of frequencies."""
+def _stretches(steady: DynamicMap) -> list[tuple[float, float, str]]:
+    """Stretches of frequency in which one limit binds at full power, each with its name. [Hz]"""
     top = [steady.limit_at(row, -1) for row in range(steady.frequency.size)]
-    start = 0
+    found, start = [], 0
     for index in range(1, len(top) + 1):
         if index < len(top) and top[index] == top[start]:
             continue
-        found = top[start]
-        left, right = steady.frequency[start], steady.frequency[index - 1]
-        if found is not None and index - start >= 6:
-            wide = index - start > len(top) // 4
-            ax.text(
-                (left * right) ** 0.5 if wide else right,
-                height,
-                words_of(found),
-                transform=ax.get_xaxis_transform(),
-                ha="center" if wide else "right",
-                va="bottom",
-                fontsize=7,
-                color=colour,
-            )
-            ax.plot(
-                [left, right], [height, height], transform=ax.get_xaxis_transform(), color=colour, lw=1.5, clip_on=False
-            )
+        met = top[start]
+        if met is not None and index - start >= _SHORTEST:
+            found.append((float(steady.frequency[start]), float(steady.frequency[index - 1]), words_of(met)))
         start = index
+    return found
+
+
+def _name_limits(ax: Axes, steady: DynamicMap, colour: str, height: float, width: float) -> None:
+    """Above the plot, what binds at full power over each stretch of frequencies: a bar, and a name above it."""
+    low, high = np.log(steady.frequency[[0, -1]])
+    points = _WIDE * 72.0 * width
+    free = 1.0
+    for left, right, words in reversed(_stretches(steady)):
+        begin, end = ((np.log(edge) - low) / (high - low) for edge in (left, right))
+        half = 0.5 * _LETTER * _SIZE * len(words) / points
+        # In the middle of its bar, if there is room up to the name on its right and to the edges of the plot.
+        middle = max(min(0.5 * (begin + end), free - half), half)
+        if middle + half <= free + 1e-9:
+            ax.text(
+                middle,
+                height + _ABOVE_BAR,
+                words,
+                transform=ax.transAxes,
+                ha="center",
+                va="bottom",
+                fontsize=_SIZE,
+                color=colour,
+                gid="limit",
+            )
+            free = middle - half - _BETWEEN
+        ax.plot(
+            [begin, end], [height, height], transform=ax.transAxes, color=colour, lw=1.8, clip_on=False, gid="limit"
+        )
 
 
 def draw_all(machine: Machine) -> Figure:
     """The figure."""
     numbers = data(machine)
     with style.styled():
-        made, axes = style.figure(11.0, 5.2, 1, len(numbers), sharey=True)
+        made, axes = style.figure(_WIDTH, 5.2, 1, len(numbers), sharey=True)
         for ax, (title, maps) in zip(axes, numbers.items(), strict=True):
-            draw(ax, maps, title)
+            draw(ax, maps, title, _WIDTH / len(numbers))
             ax.label_outer()
         from matplotlib.lines import Line2D
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from infinivar.analysis.compare import Comparison
 from infinivar.figures import style
 from infinivar.limits import Limit
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +20,7 @@ def data(comparison: Comparison, corner: str) -> dict[str, Any]:
     corners = {result.title: result.corners[corner] for result in comparison.results.values()}
     first = next(iter(corners.values()))
     return {
-        "title": f"{corner}: {first.force:.3g} N at {first.speed:.3g} m/s",
+        "title": f"{corner}: {plain(first.force, 3)} N at {plain(first.speed, 3)} m/s",
         "unit": "W",
         "losses": {title: dict(point.losses) for title, point in corners.items()},
         "power_in": {title: point.power_in for title, point in corners.items()},
@@ -28,14 +29,17 @@ def data(comparison: Comparison, corner: str) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw horizontal stacked bars; drives outside a limit are pale and say which."""
+    """Draw horizontal stacked bars; drives outside a limit are pale and say which, those with an unknown loss have none."""
     titles, unit = list(numbers["losses"]), numbers["unit"]
-    every = numbers["losses"].values()
-    names = [name for name in style.LOSS_COLOURS if any(losses.get(name, 0.0) > 0.0 for losses in every)]
+    # A sum of which a part is not known, as where the wheel slips, would be too small.
+    known = {
+        title: losses if all(loss == loss for loss in losses.values()) else {}
+        for title, losses in numbers["losses"].items()
+    }
+    names = [name for name in style.LOSS_COLOURS if any(losses.get(name, 0.0) > 0.0 for losses in known.values())]
     left = [0.0] * len(titles)
     for name in names:
-        values = [numbers["losses"][title].get(name, 0.0) for title in titles]
-        values = [value if value == value else 0.0 for value in values]
+        values = [known[title].get(name, 0.0) for title in titles]
         alphas = [1.0 if numbers["limit"][title] == Limit.OK else 0.35 for title in titles]
         bars = ax.barh(range(len(titles)), values, left=left, color=style.LOSS_COLOURS[name], label=name, height=0.65)
         for bar, alpha in zip(bars, alphas, strict=True):
@@ -43,9 +47,9 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         left = [start + value for start, value in zip(left, values, strict=True)]
     for row, title in enumerate(titles):
         limit = numbers["limit"][title]
-        note = f"{left[row]:.3g} {unit}" if left[row] > 0 else ""
+        note = f"{plain(left[row], 3)} {unit}" if left[row] > 0 else ""
         if numbers["power_in"][title] < 0:
-            note = f"{note}, {-numbers['power_in'][title]:.3g} {unit} go back"
+            note = f"{note}, {plain(-numbers['power_in'][title], 3)} {unit} go back"
         if limit != Limit.OK:
             note = f"{note}  beyond {limit.words}".strip()
         ax.text(left[row], row, f" {note}", va="center", fontsize=7.5)

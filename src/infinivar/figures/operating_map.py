@@ -1,9 +1,12 @@
-"""Efficiency on the force-speed plane with the requirement and the limits that bind (the form of Figs 15 and 16)."""
+"""Efficiency on the force-speed plane with the requirement and the limits that bind (the form of Figs 15 and 16).
+
+Where the load drives and the supply gets nothing back, efficiency is zero or means nothing: the loss is drawn there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +16,7 @@ from infinivar.analysis.uncertainty import BAND, BuildsMap
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.figures import style
 from infinivar.limits import Limit
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,8 +27,12 @@ REQUIRED = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
 
 LEVELS = np.arange(0.0, 1.01, 0.1)
 _LINES = (0.2, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
+_LOSS_STEPS, _LOSS_REACH = 7, 1.5
+"""About so many colours of the loss, up to so many times the largest in the required region."""
+_LOSS_COLOURS = ("YlOrBr", 0.02, 0.62)
+"""The pale part of a colour map: nothing in it looks like an efficiency, and the outline of the requirement stands out."""
 _OUTSIDE = "#EDEDED"
-_TEXT_HALF_SIZE = (0.10, 0.12)  # of the map's height and width: regions that hold less get no text
+_TEXT_HALF_SIZE = (0.08, 0.125)  # of the map's height and width: regions that hold less get no text
 _WORDS = {
     Limit.SLIP: "beyond\nwheel slip",
     Limit.THERMAL: "beyond motor\ncontinuous\ntorque",
@@ -37,14 +45,38 @@ _WORDS = {
 }
 
 
+class Drawn(NamedTuple):
+    """Filled contours of a map, for colour bars: of the efficiency, and of the loss if any is drawn."""
+
+    efficiency: Any
+    loss: Any = None
+
+
 def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
-    """Numbers of one map: axes, efficiency, limit codes, margin, and the outline of the requirement."""
+    """Numbers of one map.
+
+    Returns
+    -------
+    dict
+        force [N], speed [m s^-1]: axes; limit, margin: as of the map; efficiency (n, m) [-]: nan beyond limits, and where
+        the load drives and the supply gets nothing back; loss (n, m) [W]: there, else nan; outline: of the requirement, in
+        one quadrant; signs: of force and speed in the quadrants required; largest_loss [W]: in the required region, 0 where
+        none is drawn there.
+    """
+    within = steady.limit == Limit.OK
+    scale = 1e-9 * np.abs(steady.power_out)
+    spent = within & (steady.power_out < 0) & (steady.power_in >= -scale)
+    loss = np.where(spent, steady.power_in - steady.power_out, np.nan)
+    required = spent & (np.abs(steady.force) <= requirement.force)
+    required = required & (np.abs(steady.speed)[:, None] <= requirement.speed_at(steady.force)[None, :])
     force = np.linspace(0.0, requirement.force, 200)
     outline = np.column_stack([np.append(force, [requirement.force]), np.append(requirement.speed_at(force), [0.0])])
     return {
         "force": steady.force,
         "speed": steady.speed,
-        "efficiency": steady.efficiency,
+        "efficiency": np.where(within & ~spent, steady.efficiency, np.nan),
+        "loss": loss,
+        "largest_loss": float(np.max(loss, where=required, initial=0.0)),
         "limit": steady.limit,
         "margin": steady.margin,
         "outline": outline,
@@ -52,17 +84,31 @@ def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
     }
 
 
-def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", builds: BuildsMap | None = None) -> Any:
-    """Draw one map, with the band in which builds within tolerances have their limits; returns the filled contours."""
+def loss_levels(maps: Iterable[Mapping[str, Any]]) -> np.ndarray:
+    """Levels of the loss that maps have in common, from 0 on; none where no loss is drawn in the required region. [W]"""
+    from matplotlib.ticker import MaxNLocator
+
+    most = _LOSS_REACH * max((one["largest_loss"] for one in maps), default=0.0)
+    return np.asarray(MaxNLocator(_LOSS_STEPS).tick_values(0.0, most)) if most > 0 else np.empty(0)
+
+
+def draw(
+    ax: Axes,
+    numbers: Mapping[str, Any],
+    title: str = "",
+    builds: BuildsMap | None = None,
+    levels: np.ndarray | None = None,
+) -> Drawn:
+    """Draw one map, with the band in which builds within tolerances have their limits, and given levels of the loss."""
     force, speed, limit = numbers["force"], numbers["speed"], numbers["limit"]
     ax.set_facecolor(_OUTSIDE)
-    within = np.where(limit == Limit.OK, numbers["efficiency"], np.nan)
-    # White shows where the drive works but both ends feed the losses, so that efficiency means nothing.
+    within = numbers["efficiency"]
     ax.contourf(force, speed, limit == Limit.OK, levels=[0.5, 1.5], colors=["white"])
     filled = ax.contourf(force, speed, within, levels=LEVELS, cmap="viridis", vmin=0.0, vmax=1.0)
     if np.isfinite(within).any():
         lines = ax.contour(force, speed, within, levels=_LINES, colors="white", linewidths=0.6)
         ax.clabel(lines, fmt="%.2g", fontsize=7)
+    lost = _draw_loss(ax, numbers, loss_levels([numbers]) if levels is None else levels)
     for code in np.unique(limit[limit != Limit.OK])[1:]:
         ax.contour(force, speed, limit == code, levels=[0.5], colors="#888888", linewidths=0.8, linestyles="dotted")
     # Infinite margins (nothing demanded) would spoil the interpolation of the boundary.
@@ -92,12 +138,31 @@ def draw(ax: Axes, numbers: Mapping[str, Any], title: str = "", builds: BuildsMa
     ax.set_xlabel("force on the load [N]")
     ax.set_ylabel("speed of the load [m/s]")
     ax.set_title(title, parse_math=False)
+    return Drawn(filled, lost)
+
+
+def _draw_loss(ax: Axes, numbers: Mapping[str, Any], levels: np.ndarray) -> Any:
+    """Draw the loss where there is no efficiency to speak of; returns its filled contours, None where there is none."""
+    if not np.isfinite(numbers["loss"]).any() or len(levels) < 2:
+        return None
+    from matplotlib import colormaps
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    name, first, last = _LOSS_COLOURS
+    *shades, beyond = colormaps[name](np.linspace(first, last, len(levels)))
+    colours = ListedColormap(shades).with_extremes(over=beyond)
+    grid = numbers["force"], numbers["speed"], numbers["loss"]
+    filled = ax.contourf(*grid, levels=levels, cmap=colours, norm=BoundaryNorm(levels, colours.N), extend="max")
+    lines = ax.contour(*grid, levels=levels[1:], colors="#7A4A12", linewidths=0.5)
+    ax.clabel(lines, fmt=lambda watts: f"{plain(watts, 3)} W", fontsize=7, colors="#5A3408")
     return filled
 
 
-def colour_bar(made: Figure, filled: Any, beside: Any) -> None:
-    """Add the scale of the efficiency beside one or several axes."""
-    made.colorbar(filled, ax=beside, label="efficiency, useful over spent power [-]", ticks=LEVELS[::2])
+def colour_bar(made: Figure, drawn: Drawn, beside: Any) -> None:
+    """Add the scale of the efficiency beside one or several axes, and that of the loss if any is drawn."""
+    if drawn.loss is not None:
+        made.colorbar(drawn.loss, ax=beside, label="loss [W] where the load drives\nand nothing comes back")
+    made.colorbar(drawn.efficiency, ax=beside, label="efficiency,\nuseful over spent power [-]", ticks=LEVELS[::2])
 
 
 def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarray) -> None:
@@ -115,7 +180,14 @@ def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarr
         if depth[row, column] < 1.0:
             continue
         ax.text(
-            force[column], speed[row], _WORDS[Limit(int(code))], ha="center", va="center", fontsize=7.5, color="#333333"
+            force[column],
+            speed[row],
+            _WORDS[Limit(int(code))],
+            ha="center",
+            va="center",
+            fontsize=7.5,
+            color="#333333",
+            bbox={"boxstyle": "round,pad=0.1", "facecolor": _OUTSIDE, "edgecolor": "none", "alpha": 0.8},
         )
 
 
@@ -125,19 +197,23 @@ def draw_all(comparison: Comparison) -> Figure:
     columns = 2 if len(results) == 4 else min(3, len(results))
     rows = -(-len(results) // columns)
     with style.styled():
+        maps = [data(result.map, comparison.study.requirement) for result in results]
+        levels = loss_levels(maps)
+        bars = 1.0 + 0.9 * (levels.size > 0)
+        width = {1: 4.6, 2: 4.0, 3: 3.2}[columns]
         made, axes = style.figure(
-            3.5 * columns + 0.6, 3.0 * rows, rows, columns, squeeze=False, sharex=True, sharey=True
+            width * columns + bars, 0.86 * width * rows, rows, columns, squeeze=False, sharex=True, sharey=True
         )
-        filled: Any = None
+        found = []
         for index, (ax, result) in enumerate(zip(axes.flat, results, strict=False)):
             drawn = comparison.builds.get(result.name)
-            numbers = data(result.map, comparison.study.requirement)
-            filled = draw(ax, numbers, result.title, None if drawn is None else drawn.map)
+            found.append(draw(ax, maps[index], result.title, None if drawn is None else drawn.map, levels))
             ax.label_outer()
             if index + columns >= len(results):  # nothing below it
                 ax.tick_params(labelbottom=True)
                 ax.set_xlabel("force on the load [N]")
         for ax in axes.flat[len(results) :]:
             ax.set_visible(False)  # a removed one would still be asked to make room for the colour bar
-        colour_bar(made, filled, axes[:, -1])
+        loss = next((one.loss for one in found if one.loss is not None), None)
+        colour_bar(made, Drawn(found[0].efficiency, loss), axes[:, -1])
     return made

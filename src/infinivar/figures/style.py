@@ -88,15 +88,12 @@ def _write_one(made: Figure, path: Path, kind: str) -> Path:
     return path
 
 
-def inline_svg(made: Figure) -> str:
-    """The figure as a data address that a page can hold without other files."""
+def inline_svg(files: Sequence[Path]) -> str:
+    """The SVG among files as a data address that a page can hold without other files."""
     import base64
-    import io
 
-    buffer = io.BytesIO()
-    with styled():
-        made.savefig(buffer, format="svg", metadata={"Date": None})
-    return "data:image/svg+xml;base64," + base64.b64encode(buffer.getvalue()).decode()
+    drawing = next(file for file in files if file.suffix == ".svg")
+    return "data:image/svg+xml;base64," + base64.b64encode(drawing.read_bytes()).decode()
 
 
 def name_limits(ax: Any, values: Any, limits: Sequence[Limit], where: str) -> None:

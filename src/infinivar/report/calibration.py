@@ -23,16 +23,16 @@ from infinivar.report.comparison import to_json
 from infinivar.report.output import all_or_nothing, check_file
 from infinivar.report.page import render, write_csv
 from infinivar.study.uncertainty import NORMAL_95
+from infinivar.units import plain
 
 
 def save(calibration: Calibration, directory: Path) -> list[Path]:
     """Write report, figures, results and calibrated study; see `Calibration.save`."""
     with all_or_nothing(directory, "calibrate") as scratch:
-        made = figure.draw_all(calibration)
-        (scratch / "calibration.html").write_text(html(calibration, style.inline_svg(made)), "utf-8")
+        figures = style.write(figure.draw_all(calibration), scratch / "calibration-figure")
+        (scratch / "calibration.html").write_text(html(calibration, style.inline_svg(figures)), "utf-8")
         (scratch / "calibration.json").write_text(to_json(calibration.to_dict()), "utf-8")
         (scratch / "calibrated.toml").write_text(toml(calibration, directory), "utf-8")
-        figures = style.write(made, scratch / "calibration-figure")
     names = ["calibration.html", "calibrated.toml", "calibration.json", *(file.name for file in figures)]
     return [directory / name for name in names]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -21,9 +22,18 @@ from infinivar.study.study import Provenance
 
 
 def save(comparison: Comparison, directory: Path) -> list[Path]:
-    """Write report, results and maps; see `Comparison.save`."""
+    """Write report, figures, results and maps; see `Comparison.save`."""
     with all_or_nothing(directory, "compare") as scratch:
-        (scratch / "report.html").write_text(html(comparison), "utf-8")
+        figures = {
+            name: style.write(made, scratch / f"report-{name}")
+            for name, made in (
+                ("maps", operating_map.draw_all(comparison)),
+                ("losses", losses.draw_all(comparison)),
+                *((f"duty-{task}", duty_cycle.draw_all(found)) for task, found in comparison.duty.items()),
+            )
+        }
+        images = {name: style.inline_svg(files) for name, files in figures.items()}
+        (scratch / "report.html").write_text(html(comparison, images), "utf-8")
         (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
         for name, result in comparison.results.items():
             result.map.save(scratch / f"{name}.nc")
@@ -32,7 +42,8 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
                 write_csv(result.columns, scratch / f"{name}-{task}.csv")
     cycles = [f"{name}-{task}.csv" for task, found in comparison.duty.items() for name in found.results]
     maps = [f"{name}.nc" for name in comparison.results]
-    return [directory / name for name in ("report.html", "results.json", *maps, *cycles)]
+    drawn = [file.name for files in figures.values() for file in files]
+    return [directory / name for name in ("report.html", "results.json", *maps, *cycles, *drawn)]
 
 
 def to_json(value: Any) -> str:
@@ -61,17 +72,17 @@ def results(comparison: Comparison) -> dict[str, Any]:
     return content
 
 
-def html(comparison: Comparison) -> str:
-    """The report as one page that needs no other file."""
+def html(comparison: Comparison, images: Mapping[str, str]) -> str:
+    """The report as one page that needs no other file, with its figures by name: maps, losses and duty-NAME."""
     study = comparison.study
     return render(
         "comparison.html",
         study=study,
         comparison=comparison,
-        corners=list(study.requirement.corners()),
-        map_figure=style.inline_svg(operating_map.draw_all(comparison)),
-        loss_figure=style.inline_svg(losses.draw_all(comparison)),
-        duty=[(found, style.inline_svg(duty_cycle.draw_all(found))) for found in comparison.duty.values()],
+        corners=study.requirement.corners(),
+        map_figure=images["maps"],
+        loss_figure=images["losses"],
+        duty=[(found, images[f"duty-{task}"]) for task, found in comparison.duty.items()],
         provenance=provenance_tables(study.provenance),
         cutoff=CUTOFF,
         words_of=words_of,

@@ -20,8 +20,8 @@ def save(sensitivity: Sensitivity, directory: Path) -> list[Path]:
         figures: list[Path] = []
         image = None
         if sensitivity.influences:
-            made = figure.draw_all(sensitivity)
-            figures, image = style.write(made, scratch / name), style.inline_svg(made)
+            figures = style.write(figure.draw_all(sensitivity), scratch / name)
+            image = style.inline_svg(figures)
         page = render("sensitivity.html", sensitivity=sensitivity, image=image, show=units.show, assumed=ASSUMED)
         (scratch / f"{name}.html").write_text(page, "utf-8")
         (scratch / f"{name}.json").write_text(to_json(sensitivity.to_dict()), "utf-8")

@@ -15,16 +15,17 @@ def save(simulation: Simulation, directory: Path, name: str, reconstruction: tup
     """Write report, figures, NetCDF, CSV and JSON; see `Simulation.save`."""
     history, energy = time_history.draw_all(simulation), energy_flow.draw_all(simulation)
     with all_or_nothing(directory, f"simulate {name}") as scratch:
-        page = html(simulation, reconstruction, style.inline_svg(history), style.inline_svg(energy))
-        (scratch / f"{name}.html").write_text(page, "utf-8")
         (scratch / f"{name}.json").write_text(to_json(simulation.to_dict()), "utf-8")
         simulation.dataset().to_netcdf(scratch / f"{name}.nc", engine="scipy")
         write_csv(simulation.columns, scratch / f"{name}.csv")
-        figures = [
-            *style.write(history, scratch / f"{name}-history"),
-            *style.write(energy, scratch / f"{name}-energy"),
+        drawn = [
+            style.write(made, scratch / f"{name}-{what}") for what, made in (("history", history), ("energy", energy))
         ]
-    names = [f"{name}.{kind}" for kind in ("html", "json", "nc", "csv")] + [figure.name for figure in figures]
+        page = html(simulation, reconstruction, *map(style.inline_svg, drawn))
+        (scratch / f"{name}.html").write_text(page, "utf-8")
+    names = [f"{name}.{kind}" for kind in ("html", "json", "nc", "csv")] + [
+        file.name for files in drawn for file in files
+    ]
     return [directory / file for file in names]
 
 
