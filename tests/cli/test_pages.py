@@ -51,6 +51,13 @@ def test_large_forces_are_written_out(pressed):
     assert "1500 kg" in found["report.html"].text.replace("\u00a0", " ")
 
 
+def test_no_page_has_padded_exponents(compared, walked, reproduced):
+    for folder in (compared[1], walked[1], reproduced[1]):
+        for name, page in pages(folder).items():
+            found = re.findall(r".{20}\de[+-]?0\d.{10}|.{20}\de\+\d.{10}", page.text)
+            assert not found, (name, found)
+
+
 def test_tables_and_figures_scroll_inside_the_page(pressed, compared, walked, reproduced):
     folders = [pressed[1], compared[1], walked[1], reproduced[1]]
     found = [page for folder in folders for page in pages(folder).values()]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
 from infinivar.bondgraph.equations import Equations, State
 from infinivar.bondgraph.graph import SOURCES, BondGraph
+from infinivar.units import plain
 
 _KIND = {"flow": "flow of", "displacement": "displacement of", "signal": "integral signal"}
 
@@ -31,7 +33,7 @@ def text(equations: Equations) -> str:
             lines += [f"  {law.symbol.name} = {_named(law.formula)}", f"      with {given}"]
     lines += ["", "Parameters"]
     for symbol, parameter in equations.graph.parameters.items():
-        lines.append(f"  {symbol:<20} {parameter.value:.6g} {parameter.unit}".rstrip())
+        lines.append(f"  {symbol:<20} {plain(parameter.value, 6)} {parameter.unit}".rstrip())
     return "\n".join(lines) + "\n"
 
 
@@ -71,7 +73,8 @@ def latex(equations: Equations) -> str:
             lines += [rf"\paragraph{{{_plain(graph[law.element].title)}}}", *_aligned(rows)]
     lines += [r"\subsection*{Parameters}", r"\begin{longtable}{lll}"]
     for symbol, parameter in graph.parameters.items():
-        lines.append(rf"${symbol}$ & {parameter.value:.6g} & {_plain(parameter.unit)} \\")
+        size = re.sub(r"e(-?\d+)$", r" \\times 10^{\1}", plain(parameter.value, 6))
+        lines.append(rf"${symbol}$ & ${size}$ & {_plain(parameter.unit)} \\")
     return "\n".join([*lines, r"\end{longtable}", r"\end{document}", ""])
 
 

@@ -16,9 +16,10 @@ from infinivar.drivetrain.duty import CUTOFF
 from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
+from infinivar.report import numbers
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, write_csv
-from infinivar.study.study import Provenance
+from infinivar.study.study import DEFAULT, Provenance
 
 
 def save(comparison: Comparison, directory: Path) -> list[Path]:
@@ -92,16 +93,18 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
     )
 
 
-def provenance_tables(rows: tuple[Provenance, ...]) -> dict[str, list[dict[str, str]]]:
-    """Provenance by owner, each value in words."""
-    tables: dict[str, list[dict[str, str]]] = {}
+def provenance_tables(rows: tuple[Provenance, ...]) -> dict[str, list[dict[str, Any]]]:
+    """Provenance by owner, each value in words: as it is written, and in SI if that differs; defaults are not written."""
+    tables: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
         si = units.show(row.value, row.unit) if row.unit else ""
+        shown = numbers.quantity(row.value, row.unit, 4) if row.unit else ""
+        default = bool(row.unit) and row.where == DEFAULT
         tables.setdefault(row.owner, []).append(
             {
                 "field": row.field.replace(".", " · ").replace("_", " "),
-                "written": row.written,
-                "si": si if si != row.written else "",
+                "written": shown if default else row.written,
+                "si": "" if default or si == row.written else shown,
                 "kind": row.kind,
                 "where": row.where,
             }

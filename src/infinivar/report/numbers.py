@@ -18,12 +18,12 @@ def si(value: float | None, digits: int = 3) -> Any:
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> Any:
-    """A number with its unit, "–" alone where there is none."""
+    """A number with its unit if it has one, "–" alone where there is none."""
     from markupsafe import Markup
 
     if value is None or math.isnan(value):
         return "–"
-    return Markup("{} {}").format(si(value, digits), unit)
+    return Markup("{} {}").format(si(value, digits), unit) if unit not in ("", "1") else si(value, digits)
 
 
 def raised(text: str) -> Any:

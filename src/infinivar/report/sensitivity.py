@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from infinivar import units
 from infinivar.analysis.sensitivity import ASSUMED, Sensitivity
 from infinivar.figures import sensitivity as figure
 from infinivar.figures import style
@@ -22,7 +21,7 @@ def save(sensitivity: Sensitivity, directory: Path) -> list[Path]:
         if sensitivity.influences:
             figures = style.write(figure.draw_all(sensitivity), scratch / name)
             image = style.inline_svg(figures)
-        page = render("sensitivity.html", sensitivity=sensitivity, image=image, show=units.show, assumed=ASSUMED)
+        page = render("sensitivity.html", sensitivity=sensitivity, image=image, assumed=ASSUMED)
         (scratch / f"{name}.html").write_text(page, "utf-8")
         (scratch / f"{name}.json").write_text(to_json(sensitivity.to_dict()), "utf-8")
     return [directory / file for file in (f"{name}.html", f"{name}.json", *(made.name for made in figures))]
