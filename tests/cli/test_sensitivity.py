@@ -53,7 +53,8 @@ def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
     done = infinivar(*asked)
     assert done.code == 1, done.err
     assert "beyond limits" in done.out
-    assert "cannot do this within its limits" in done.out and "supply voltage" in done.out
+    assert "cannot do this within its limits" in done.out
+    assert "supply voltage" in done.out
     assert "cannot do this within its limits" in (tmp_path / "out" / "sensitivity-efficiency.html").read_text("utf-8")
     assert "supply voltage" in json.loads(infinivar(*asked, "--json").out)["beyond_limits"]
 

@@ -72,8 +72,8 @@ class TwoWays:
     Attributes
     ----------
     prescribed, followed : float             From the supply. [J]
-    as_turning : float                       Prescribed, but for the cylinder's speed, which is that of the simulation; nan where it
-        stops. [J]
+    as_turning : float                       Prescribed, but for the cylinder's speed, which is that of the simulation; nan where
+        it stops. [J]
     lost_prescribed, lost_followed           By name. [J]
     rms_error : float                        How far the load is from where it is wanted. [m]
     stays : bool                             Whether the load stands still for a while.
@@ -102,8 +102,8 @@ class TwoWays:
         why = [f"the load is {plain(1e3 * self.rms_error, 2)} mm (RMS) from where it is wanted"]
         if self.speed_ripple:
             why.append(
-                f"the cylinder's speed, prescribed as constant, swings by {self.speed_ripple:.1%}, as its inertia takes and gives "
-                f"energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
+                f"the cylinder's speed, prescribed as constant, swings by {self.speed_ripple:.1%}, as its inertia takes and "
+                f"gives energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
             )
         if self.stays:
             why.append(
