@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks import _steady_map_worker
-from infinivar.analysis.claims.claim import PLANE
+from infinivar.analysis.claims.planes import PLANES
 from infinivar.analysis.dynamic import SAMPLES, dynamic_map
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.study.load import shipped_study
+
+_PLANE = PLANES["fine", "linear"]
 
 
 def drives() -> tuple[CoboticDrive, ConventionalDrive]:
@@ -35,8 +37,8 @@ def parameters() -> dict[str, Any]:
     motor = conventional.motor
     return {
         **_steady_map_worker.parameters(),
-        "frequency": PLANE[0],
-        "fraction": PLANE[1],
+        "frequency": _PLANE.frequency,
+        "fraction": _PLANE.fraction,
         "samples": SAMPLES,
         "power": requirement.power,
         "load_mass": requirement.load_mass,
@@ -66,7 +68,7 @@ def ours(given: dict[str, Any], result: Path) -> dict[str, float]:
     both = drives()
     options = {"power": given["power"], "load_mass": given["load_mass"]}
     start = time.perf_counter()
-    maps = [dynamic_map(drive, *PLANE, **options) for drive in both]
+    maps = [dynamic_map(drive, _PLANE.frequency, _PLANE.fraction, **options) for drive in both]
     seconds = time.perf_counter() - start
     np.array([found.unlimited for found in maps]).tofile(result)
     return {"seconds": seconds}

@@ -16,7 +16,26 @@ TEXTS = ["", " ", "1", "1 m", "-3 N", "0 rad/s", "1e-12 kg", "5 rpm", "2 Nm", "n
          "coulomb", "none", "skf", "dcx-26-l-24v", "6004", "bearing-steel", "../study.toml", "/dev/zero", "recording.csv",
          "faulring2006.cobotic", "faulring2006.shake", "faulring2006.nothing", "True"]  # fmt: skip
 OTHERS = [True, False, [], {}, [1, 2], ["1 m"], {"value": 1}, {"value": "2 mm", "kind": "guessed"}, {"part": "none"}]
-UNITS = ["mm", "m", "N", "W", "s", "ms", "kg", "g m^2", "rad/s", "rpm", "V", "A", "ohm", "m/s", "Hz", "K/W", "deg", "GPa"]
+UNITS = [
+    "mm",
+    "m",
+    "N",
+    "W",
+    "s",
+    "ms",
+    "kg",
+    "g m^2",
+    "rad/s",
+    "rpm",
+    "V",
+    "A",
+    "ohm",
+    "m/s",
+    "Hz",
+    "K/W",
+    "deg",
+    "GPa",
+]
 
 
 def study(random):
@@ -41,7 +60,11 @@ def plain(value):
     """Tables with bare values, of which a fault meets the values and not their sources."""
     if not isinstance(value, dict):
         return value
-    return value["value"] if "value" in value else {key: plain(one) for key, one in value.items() if key not in ("kind", "where")}
+    return (
+        value["value"]
+        if "value" in value
+        else {key: plain(one) for key, one in value.items() if key not in ("kind", "where")}
+    )
 
 
 def duty(random):
@@ -158,7 +181,9 @@ def toml(value):
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, float) and not math.isfinite(value):
         return repr(value)
-    return json.dumps(value, ensure_ascii=False) if not isinstance(value, int) or isinstance(value, bool) else str(value)
+    return (
+        json.dumps(value, ensure_ascii=False) if not isinstance(value, int) or isinstance(value, bool) else str(value)
+    )
 
 
 def text(table):

@@ -17,6 +17,7 @@ from infinivar.limits import Demand, Limit
 from infinivar.parts.amplifier import Amplifier, Regeneration
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.quantities import check, component, quantity
+from infinivar.units import plain
 
 AnyDrive = CoboticDrive | ConventionalDrive
 
@@ -213,5 +214,5 @@ def audit(point: MovingPoint, where: str) -> float:
     """
     worst = float(np.fmax.reduce(closure(point), axis=None, initial=0.0))
     if not worst <= AUDIT_TOLERANCE:
-        raise AuditError(f"{where}: the energy of a cycle misses {worst:.3g} of what is moved")
+        raise AuditError(f"{where}: the energy of a cycle misses {plain(worst, 3)} of what is moved")
     return worst

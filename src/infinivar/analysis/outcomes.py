@@ -123,7 +123,7 @@ def _beyond_in(drive: AnyDrive, duty: DutyCycle) -> str:
 
 def _exceeded(demands: dict[str, float]) -> str:
     beyond = sorted(((demand, words) for words, demand in demands.items() if demand > 1.0), reverse=True)
-    return ", ".join(f"{words} {demand:.3g} times" for demand, words in beyond)
+    return ", ".join(f"{words} {plain(demand, 3)} times" for demand, words in beyond)
 
 
 def efficiency(drive: AnyDrive, speed: float, force: float) -> Array:

@@ -235,7 +235,7 @@ def percent(share: float, count: int) -> str:
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"
     shown = min(max(100.0 * share, 0.1), 99.9) if count >= 1000 else min(max(round(100.0 * share), 1), 99)
-    return f"{shown:.3g} %"
+    return f"{plain(shown, 3)} %"
 
 
 def band(values: np.ndarray) -> dict[str, float | None]:

@@ -10,6 +10,7 @@ from infinivar.contact.friction import coulomb
 from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.quantities import check, component, quantity
+from infinivar.units import plain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +66,11 @@ class Motor:
         if known:
             stall = self.voltage / self.resistance
             require(
-                self.no_load_current < stall, "no_load_current", self.no_load_current, f"< {stall:.3g} (stall)", "A"
+                self.no_load_current < stall,
+                "no_load_current",
+                self.no_load_current,
+                f"< {plain(stall, 3)} (stall)",
+                "A",
             )
 
     @property

@@ -23,7 +23,6 @@ from infinivar.report.comparison import to_json
 from infinivar.report.output import all_or_nothing, check_file
 from infinivar.report.page import render, write_csv
 from infinivar.study.uncertainty import NORMAL_95
-from infinivar.units import plain
 
 
 def save(calibration: Calibration, directory: Path) -> list[Path]:

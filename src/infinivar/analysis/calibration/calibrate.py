@@ -24,6 +24,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, nearest
 from infinivar.quantities import with_values
 from infinivar.study.study import Study
+from infinivar.units import plain
 
 
 class LeftOut(NamedTuple):
@@ -337,7 +338,7 @@ def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.
     expecting = problem.under(choice.fit.law)
     return {
         int(rows[place]): (
-            f"{name} is {read:.4g} {unit} where the fit expects {told:.4g} {unit}, {far:.3g} standard deviations off"
+            f"{name} is {plain(read)} {unit} where the fit expects {plain(told)} {unit}, {plain(far, 3)} standard deviations off"
         )
         for place in np.flatnonzero(beyond).tolist()
         for name, unit, read, told, far in [expecting.first_off(choice.fit.unknowns, place, OUTLIER)]

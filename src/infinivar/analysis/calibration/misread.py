@@ -12,6 +12,7 @@ from infinivar.analysis.calibration.data import RigData, refuse
 from infinivar.analysis.calibration.fit import FEW
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.rig import Rig
+from infinivar.units import plain
 
 _SLOWEST = 100.0
 """How much slower than in the study a cylinder on a rig may turn; seconds for milliseconds make a thousand."""
@@ -76,12 +77,12 @@ def _kinds(data: RigData) -> Iterator[tuple[str, np.ndarray]]:
     yield "with the wheel lifted off", ~pressed
     for steered in np.unique(size[pressed]):
         degrees = math.degrees(float(np.abs(angle[pressed & (size == steered)]).mean()))
-        words = f"steered to {degrees:.3g} deg either way" if steered else "with the wheel locked"
+        words = f"steered to {plain(degrees, 3)} deg either way" if steered else "with the wheel locked"
         yield words, pressed & (size == steered)
     for mass in np.unique(data.mass[pressed]):
-        yield f"with {mass:.4g} kg", pressed & (data.mass == mass)
+        yield f"with {plain(mass)} kg", pressed & (data.mass == mass)
     for preload in np.unique(data.preload[pressed]):
-        yield f"with a preload of {preload:.4g} N", data.preload == preload
+        yield f"with a preload of {plain(preload)} N", data.preload == preload
     for words, way in (("forwards", angle < 0), ("backwards", angle > 0)):
         yield f"steered to move the link {words}", pressed & way & (size > 0)
 
@@ -102,17 +103,19 @@ def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str 
     speed, fastest = abs(turned) / duration, 1.5 * motor.no_load_speed / ratio
     current, stall = float(data.motor_current[row]), motor.voltage / motor.resistance
     if abs(turned) < 10 * rig.cylinder_resolution:
-        return f"cylinder_angle is {turned:.4g} rad in {duration:.3g} s: does it turn, or is its encoder stuck?"
+        return (
+            f"cylinder_angle is {plain(turned)} rad in {plain(duration, 3)} s: does it turn, or is its encoder stuck?"
+        )
     if speed > fastest:
         hint = "; is it the angle of the motor, not of the cylinder?" if speed < 2 * fastest * ratio else ""
-        return f"cylinder_angle means {speed:.4g} rad/s, and the motor reaches {fastest:.4g} rad/s at most{hint}"
+        return f"cylinder_angle means {plain(speed)} rad/s, and the motor reaches {plain(fastest)} rad/s at most{hint}"
     if speed < abs(drive.cylinder_speed) / _SLOWEST:
-        wanted = f"the study's cylinder turns at {abs(drive.cylinder_speed):.4g} rad/s"
-        return f"cylinder_angle and duration mean {speed:.4g} rad/s, and {wanted}: check the units of both headings"
+        wanted = f"the study's cylinder turns at {plain(abs(drive.cylinder_speed))} rad/s"
+        return f"cylinder_angle and duration mean {plain(speed)} rad/s, and {wanted}: check the units of both headings"
     if abs(current) > stall:
-        return f"motor_current is {current:.4g} A, more than the motor's stall current of {stall:.3g} A"
+        return f"motor_current is {plain(current)} A, more than the motor's stall current of {plain(stall, 3)} A"
     if data.preload[row] == 0 and current * turned < -5.0 * rig.current_noise * abs(turned):
-        return f"motor_current is {current:.4g} A and brakes a cylinder that nothing drives: is a sign turned round?"
+        return f"motor_current is {plain(current)} A and brakes a cylinder that nothing drives: is a sign turned round?"
     return None
 
 
@@ -121,7 +124,7 @@ def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str |
     if preload == 0 or mass * rig.gravity <= 1.5 * friction * preload:
         return None
     hint = "; are mass and preload swapped?" if preload * rig.gravity < 1.5 * friction * mass else ""
-    return f"mass pulls with {mass * rig.gravity:.4g} N where the wheel slips at {friction * preload:.4g} N{hint}"
+    return f"mass pulls with {plain(mass * rig.gravity)} N where the wheel slips at {plain(friction * preload)} N{hint}"
 
 
 def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
@@ -134,7 +137,7 @@ def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
         return None
     swapped = drive.motor.resistance * voltage + drive.motor.torque_constant * speed
     hint = "; are motor_current and motor_voltage swapped?" if abs(current - swapped) < 0.4 * abs(swapped) else ""
-    return f"motor_voltage is {voltage:.4g} V where current and speed take {wanted:.4g} V{hint}"
+    return f"motor_voltage is {plain(voltage)} V where current and speed take {plain(wanted)} V{hint}"
 
 
 def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
@@ -154,14 +157,14 @@ def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str
     previous = data.link_travel[row - 1] if row else math.nan
     if travel == 0.0 or travel == previous:
         same = "does not move" if travel == 0.0 else "has the value of the line before"
-        return f"link_travel {same} where the wheel points to {ideal:.4g} m: is its encoder stuck?"
+        return f"link_travel {same} where the wheel points to {plain(ideal)} m: is its encoder stuck?"
     factor = travel / ideal if ideal else math.inf
     hint = next((f"; {said}" for known, said in _SLIPS.items() if abs(abs(factor) / known - 1.0) < 0.25), "")
     if abs(factor + 1.0) < 0.25:
         hint = "; is a sign turned round?"
     if _near(float(data.cylinder_angle[row]), -element.cylinder_radius * math.tan(angle) * travel):
         hint = "; are link_travel and cylinder_angle swapped?"
-    return f"link_travel is {travel:.4g} m where steering and cylinder angle give {ideal:.4g} m{hint}"
+    return f"link_travel is {plain(travel)} m where steering and cylinder angle give {plain(ideal)} m{hint}"
 
 
 def _near(value: float, wanted: float) -> bool:

@@ -13,6 +13,7 @@ from infinivar.analysis.calibration import misread, model, plan
 from infinivar.analysis.calibration.laws import DECIDED, LAW_ERROR, LawChoice
 from infinivar.analysis.calibration.virtual import Setting
 from infinivar.study.uncertainty import NORMAL_95
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from infinivar.analysis.calibration.calibrate import Calibration
@@ -31,7 +32,7 @@ def combined(combination: Any) -> str:
     """A sum of parameters in words: "rolling_torque + 1.2 bearing_torque = 2.84 ± 0.21 mN m" (95 %)."""
     terms = []
     for name, weight in combination.weights.items():
-        size = "" if abs(abs(weight) - 1.0) < 5e-4 else f"{abs(weight):.3g} "
+        size = "" if abs(abs(weight) - 1.0) < 5e-4 else f"{plain(abs(weight), 3)} "
         sign = "-" if weight < 0 else "+"
         terms.append(f"{sign} {size}{name}" if terms else f"{'-' if weight < 0 else ''}{size}{name}")
     first = model.PARAMETERS[next(iter(combination.weights))]
@@ -51,11 +52,11 @@ def described(setting: Setting) -> str:
     """A run in words."""
     if setting.preload == 0:
         return "wheel lifted off, cylinder at speed"
-    weight = f"{setting.mass:.3f} kg, preload {setting.preload:.4g} N"
+    weight = f"{setting.mass:.3f} kg, preload {plain(setting.preload)} N"
     if setting.steering_angle == 0:
         return f"locked, {weight}"
     degrees = math.degrees(setting.steering_angle)
-    return f"{1.0 / abs(math.tan(setting.steering_angle)):.3g}:1 ({degrees:+.3f} deg), {weight}"
+    return f"{plain(1.0 / abs(math.tan(setting.steering_angle)), 3)}:1 ({degrees:+.3f} deg), {weight}"
 
 
 def on_law(laws: LawChoice) -> str:
@@ -78,13 +79,13 @@ def on_law(laws: LawChoice) -> str:
 
 def _by(behind: float) -> str:
     odds = f"{math.exp(0.5 * behind):.1g} to 1" if behind < 60.0 else "more than 1e13 to 1"
-    return f"{behind:.3g} in chi-square (odds of {odds})"
+    return f"{plain(behind, 3)} in chi-square (odds of {odds})"
 
 
 def _apart(laws: LawChoice) -> str:
     """The laws left open, each with how far it is behind the best."""
     best, *others = (one for one in laws.candidates if one.law in laws.undecided)
-    said = [f"{one.law} (no run tells it from {best.law})" if one.behind < _ALIKE else f"{one.law} ({one.behind:.2g} worse)"
+    said = [f"{one.law} (no run tells it from {best.law})" if one.behind < _ALIKE else f"{one.law} ({plain(one.behind, 2)} worse)"
             for one in others]  # fmt: skip
     return _listed([best.law, *said])
 
@@ -122,7 +123,7 @@ def _on_fit_of_laws(found: Calibration) -> Iterator[str]:
     if len(laws.candidates) > 1 and not laws.contradicted:
         yield on_law(laws)
     wider = [
-        f"{name} {laws.fit.deviations[name] / laws.alone.deviations[name]:.2g} times"
+        f"{name} {plain(laws.fit.deviations[name] / laws.alone.deviations[name], 2)} times"
         for name in laws.fit.told
         if laws.fit.deviations[name] > _WIDER * laws.alone.deviations[name]
     ]
@@ -141,8 +142,11 @@ def _on_fit_of_laws(found: Calibration) -> Iterator[str]:
 def _on_telling(one: plan.Telling) -> str:
     names, run = " and ".join(one.between), described(one.setting)
     if one.apart**2 < DECIDED:
-        return f"No single run tells {names} apart: the readings differ most, by {one.apart:.2g} standard deviations, at {run}."
-    size = f"{one.apart:.2g}" if one.apart < _PLENTY else f"more than {_PLENTY:.0f}"
+        return (
+            f"No single run tells {names} apart: the readings differ most, by {plain(one.apart, 2)} standard deviations, "
+            f"at {run}."
+        )
+    size = plain(one.apart, 2) if one.apart < _PLENTY else f"more than {_PLENTY:.0f}"
     return f"To tell {names} apart, make this run: {run}. Its readings differ by {size} standard deviations."
 
 
@@ -181,8 +185,8 @@ def _on_runs(found: Calibration) -> Iterator[str]:
     if fit.widened > 1.0:
         laws = "with every creep law " if len(found.laws.candidates) > 1 else ""
         yield (
-            f"The residuals are {laws}{fit.widened:.2g} times what the rig's sensors explain, and all intervals are widened "
-            "by that: look for a pattern in them, or for a sensor that is worse than [rig] says."
+            f"The residuals are {laws}{plain(fit.widened, 2)} times what the rig's sensors explain, and all intervals are "
+            "widened by that: look for a pattern in them, or for a sensor that is worse than [rig] says."
         )
     if not np.any(~found.data.pressed):
         yield "No run has the wheel lifted off: the nominal torque follows from the others by the model alone."

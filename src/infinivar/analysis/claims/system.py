@@ -18,6 +18,7 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, DrivePoint
 from infinivar.limits import Limit
 from infinivar.parts.linear import Guideway
+from infinivar.units import plain
 
 _SMALL = ("motor1-gear1", "motor1-gear2", "motor1-gear3")
 _LARGE = "motor2-gear4"
@@ -152,14 +153,14 @@ def c2(machine: Machine) -> Finding:
     def found(name: str | None = None, least: float = required) -> Found:
         maps = [machine.comparison.results[other].map for other in ([name] if name else _SMALL)]
         value = max(float(steady.power_out[steady.limit == Limit.OK].max()) for steady in maps)
-        return Found(value, f"at least {least:.3g} W", yes(value >= least))
+        return Found(value, f"at least {plain(least, 3)} W", yes(value >= least))
 
     variants = [
         *(row("value", f"on {machine.study.titles[name].split(', ')[-1]} only", found(name)) for name in _SMALL),
         row("value", f"required power x {FACTOR:g}", found(least=FACTOR * required)),
     ]
     value = found()
-    why = f"{value.computed:.1f} W reach the load continuously on its best ratio; {required:.3g} W are required."
+    why = f"{value.computed:.1f} W reach the load continuously on its best ratio; {plain(required, 3)} W are required."
     return settle(value, why, variants)
 
 
