@@ -98,14 +98,13 @@ def scenario(random):
     if made["link"] == "free":
         made["force"] = {"shape": "step", "size": f"{random.uniform(-20, 20):.3g} N", "start": "0.1 s"}
         return {**made, "steering": "held", "steering_angle": "0.3 rad"}
+    motions = [
+        {"shape": "sinusoid", "distance": "10 mm", "frequency": "3 Hz"},
+        {"shape": "file", "file": "recording.csv"},
+        {"shape": "step", "distance": "5 mm", "start": "0.05 s"},
+    ]
     if random.random() < 0.7:
-        made["motion"] = dict(
-            [
-                {"shape": "sinusoid", "distance": "10 mm", "frequency": "3 Hz"},
-                {"shape": "file", "file": "recording.csv"},
-                {"shape": "step", "distance": "5 mm", "start": "0.05 s"},
-            ][random.integers(3)]
-        )
+        made["motion"] = motions[random.integers(3 if made["link"] == "controlled" else 2)]
     if made["link"] == "controlled" and random.random() < 0.5:
         made["force"] = {"shape": "step", "size": f"{random.uniform(-20, 20):.3g} N", "start": "0.1 s"}
     return made
@@ -193,7 +192,7 @@ def text(table):
 
 def recording(random):
     """A CSV file of a cycle, whole or with a fault of a logger, a spreadsheet or an editor."""
-    count = int(random.choice([2, 5, 11, 60, 200]))
+    count = int(random.choice([2, 5, 11, 60, 200], p=[0.05, 0.05, 0.3, 0.3, 0.3]))
     time = np.arange(count + 1) * float(random.choice([0.001, 0.01, 0.05]))
     wave = [np.sin, np.zeros_like, lambda x: np.clip(np.sin(x), -0.5, 0.5), lambda x: np.round(np.sin(x), 1)]
     position = float(random.choice([1e-17, 1e-6, 0.01, 0.05])) * wave[random.integers(4)](

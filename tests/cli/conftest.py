@@ -38,8 +38,8 @@ def run(*arguments, folder: Path) -> Outcome:
 
 @pytest.fixture
 def infinivar(tmp_path):
-    """`infinivar(...)` runs the command line in a fresh folder, which is `tmp_path`."""
-    return lambda *arguments: run(*arguments, folder=tmp_path)
+    """`infinivar(...)` runs the command line in a fresh folder, which is `tmp_path`, or in the `folder` given."""
+    return lambda *arguments, folder=tmp_path: run(*arguments, folder=folder)
 
 
 @pytest.fixture

@@ -90,7 +90,7 @@ def test_runaway_is_named():
     """Beyond the current at which copper's rise feeds itself nothing settles."""
     found = heat.heat(MOTOR, 4.0, 1.0, 1.0)
     assert found.winding == math.inf
-    assert found.verdict == "winding heats without bound; 100 C reached after 15 s"
+    assert found.verdict == "winding heats without bound; 100 °C reached after 15 s"
     assert 10 < found.time_to_limit < 20
 
 

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 CLOSURE = 1e-6
 """Largest accepted error of the energy balance, relative to the energy moved."""
 
+RESOLVED = 1e-9
+"""Energy below which a balance tells nothing: of a drive in which next to nothing moves, rounding is all there is. [J]"""
+
 _BALANCE = 1e-9
 """Largest accepted error of an element's power balance, relative to the largest power at it; rounding leaves 1e-13."""
 
@@ -123,11 +126,10 @@ def audited(
     run: March,
     outcome: str,
     closure: float = CLOSURE,
-    resolved: float = 0.0,
 ) -> Trajectory:
     """Trajectory with everything that follows from states and energies, once it has passed the audit.
 
-    A balance closes within `closure` of the energy moved and, as rounding balances nothing, within the energy `resolved`. [J]
+    A balance closes within `closure` of the energy moved, or within `RESOLVED`.
 
     Raises
     ------
@@ -163,8 +165,8 @@ def audited(
     moved = 0.5 * sum(
         float(np.max(np.abs(energy - energy[0]))) for group in (supplied, lost, kept) for energy in group.values()
     )
-    scale = moved + resolved / closure
-    residual = missing / scale if scale > 0 else np.zeros_like(time)
+    scale = moved + RESOLVED / closure
+    residual = missing / scale
     result = Trajectory(
         graph=graph,
         time=time,

@@ -19,7 +19,7 @@ from infinivar.bondgraph.graph import BondGraph, BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.march import March
 from infinivar.bondgraph.model import model
-from infinivar.bondgraph.steppers import ENERGY_SCALE, Method, stepper
+from infinivar.bondgraph.steppers import Method, stepper
 from infinivar.errors import nearest
 
 RTOL = 1e-10
@@ -103,7 +103,7 @@ def solve(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a solver that gives up says so in the outcome
             outcome = run.integrate(step, progress or (lambda share: None))
-        return audited(graph, made, parameters, run, outcome, closure, ENERGY_SCALE * rtol)
+        return audited(graph, made, parameters, run, outcome, closure)
 
     if not energies_as_states:
         with contextlib.suppress(ClosureError):

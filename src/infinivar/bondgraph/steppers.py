@@ -14,7 +14,7 @@ from infinivar.bondgraph.model import Model
 
 Method = Literal["LSODA", "Radau", "BDF", "CVODES"]
 
-ENERGY_SCALE = 1e-2
+_ENERGY_SCALE = 1e-2
 """Energies below this count as small, for the tolerance. [J]"""
 
 _MOST_STEPS = 20_000
@@ -53,7 +53,7 @@ def stepper(
     dynamics = made.function("dynamics" if energies_too else "motion", FloatNamespace, parameters)
     count = len(made.states)
     extra = len(made.sources) + len(made.losses) if energies_too else 0
-    tolerances = np.concatenate([absolute, np.full(extra, ENERGY_SCALE * rtol)])
+    tolerances = np.concatenate([absolute, np.full(extra, _ENERGY_SCALE * rtol)])
     moving = [made.inputs.index(name) for name in made.rates]
 
     def piece(now: list[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
