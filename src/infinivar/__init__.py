@@ -36,6 +36,7 @@ _HOME = {
     "Motor": "parts.motor",
     "MovingPoint": "drivetrain.drive",
     "OperatingPoint": "transmission.operating_point",
+    "ParameterError": "errors",
     "Pulley": "parts.linear",
     "Requirement": "drivetrain.requirement",
     "Rig": "drivetrain.rig",
@@ -81,7 +82,7 @@ if TYPE_CHECKING:
     from infinivar.drivetrain.requirement import Requirement
     from infinivar.drivetrain.rig import Rig
     from infinivar.drivetrain.scenario import Scenario
-    from infinivar.errors import AuditError, InfinivarError, InputError
+    from infinivar.errors import AuditError, InfinivarError, InputError, ParameterError
     from infinivar.limits import Limit
     from infinivar.parts.amplifier import Amplifier
     from infinivar.parts.bearing import Bearing

@@ -223,7 +223,9 @@ def cobotic(study: Study, name: str) -> CoboticDrive:
     """
     drive = study.drive(name)
     if not isinstance(drive, CoboticDrive):
-        raise InputError(f"{study.path or study.name}: drives.{name} must be a cobotic drive; this one has no wheel to measure")
+        raise InputError(
+            f"{study.path or study.name}: drives.{name} must be a cobotic drive; this one has no wheel to measure"
+        )
     return drive
 
 
