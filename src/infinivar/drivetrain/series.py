@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 
+_WAVES_AT_ONCE = 2**20
+"""Harmonics times instants that are evaluated at a time: 16 MB."""
+
 
 @dataclass(frozen=True, slots=True)
 class Series:
@@ -37,19 +40,24 @@ class Series:
         time = np.asarray(time, dtype=float)
         turns = 2.0 * np.pi * np.arange(len(self.cosine)) / self.period
         amplitudes = np.asarray(self.cosine) - 1j * np.asarray(self.sine)
-        count = time.size
-        first = 0.5 * self.period / max(count, 1)
+        count, first = time.size, float(time.flat[0]) if time.size else 0.0
         if (
             time.ndim == 1
             and count > 2 * len(turns)
-            and np.allclose(time, first * (2 * np.arange(count) + 1), rtol=1e-12)
+            and np.allclose(time, first + np.arange(count) * (self.period / count), rtol=1e-12, atol=1e-12 * self.period)
         ):
-            # Midpoints of a whole cycle: by fast Fourier transform, as harmonics times instants can be many.
+            # Equal steps over a whole cycle: by fast Fourier transform, as harmonics times instants can be many.
             shifted = 0.5 * count * amplitudes * np.exp(1j * turns * first)
             shifted[0] *= 2.0
             return [np.fft.irfft(shifted * (1j * turns) ** order, count) for order in range(orders + 1)]
-        waves = np.exp(1j * np.multiply.outer(time, turns))
-        return [np.real(waves @ (amplitudes * (1j * turns) ** order)) for order in range(orders + 1)]
+        found = np.empty((orders + 1, count))
+        at_once = max(1, _WAVES_AT_ONCE // len(turns))
+        for begin in range(0, count, at_once):
+            part = slice(begin, begin + at_once)
+            waves = np.exp(1j * np.multiply.outer(time.ravel()[part], turns))
+            for order in range(orders + 1):
+                found[order, part] = np.real(waves @ (amplitudes * (1j * turns) ** order))
+        return [row.reshape(time.shape) for row in found]
 
     def integral(self) -> Series:
         """The series whose derivative this is but for its mean, starting at 0."""
