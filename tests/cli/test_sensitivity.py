@@ -59,6 +59,73 @@ def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
     assert "supply voltage" in json.loads(infinivar(*asked, "--json").out)["beyond_limits"]
 
 
+WEAK = GEARED.replace("gear2", "gear1")
+
+
+@pytest.mark.parametrize("question", ["margin", "coverage"])
+def test_a_region_that_is_not_covered_is_labelled(infinivar, write, tmp_path, question):
+    """A margin of 0.4 was printed with exit code 0."""
+    done = infinivar("sensitivity", write(WEAK), "--of", question, "--json")
+    assert done.code == 1, done.err
+    found = json.loads(done.out)
+    assert found["value"] < 1.0
+    assert "times what is allowed" in found["beyond_limits"]
+    assert "cannot do all of it within its limits: " in found["remarks"][0]
+    done = infinivar(
+        "sensitivity",
+        write(WEAK.replace("[drives", 'power = "1 W"\nforce = "1 N"\nspeed = "0.05 m/s"\n[drives')),
+        "--of",
+        question,
+    )
+    assert done.code == 0, done.err
+    assert "beyond" not in done.out
+
+
+HOT = """
+[requirement]
+force = "150 N"
+speed = "0.4 m/s"
+power = "30 W"
+[drives.geared]
+type = "conventional"
+output_inertia = "0.02 g m^2"
+motor = { part = "re-40-24v" }
+gearhead = { part = "gp-42-c-12" }
+pulley = { radius = "10 mm" }
+[duty.push]
+force = "%s N"
+time = "1 s"
+[uncertainty.geared.motor]
+continuous_torque = "10 %%"
+resistance = "60 %%"
+"""
+
+
+def test_a_temperature_without_end(infinivar, write, tmp_path):
+    """The figure was to be drawn to infinity: a fault of the program."""
+    asked = ("sensitivity", write(HOT % 600), "--of", "temperature", "--out", "out")
+    done = infinivar(*asked)
+    assert done.code == 2
+    assert "has no end, so there is nothing to rank: " in done.err
+    assert "motor winding heats without bound; 155 °C reached after " in done.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_temperature_without_end_within_a_range(infinivar, write, tmp_path):
+    done = infinivar("sensitivity", write(HOT % 320), "--of", "temperature", "--out", "out")
+    assert done.code == 1, done.err
+    assert "there are values with which it grows without bound" in done.out
+    assert "motor winding reaches" in done.out
+    page = (tmp_path / "out" / "sensitivity-temperature.html").read_text("utf-8")
+    assert "no end" in page
+
+
+def test_a_range_that_does_nothing_is_not_said_to_be_missing(infinivar, write, tmp_path):
+    done = infinivar("sensitivity", write(HOT % 10), "--of", "efficiency", "--out", "out")
+    assert "no range of theirs" in done.out
+    assert "Ranges that the study states and that change nothing here: motor.continuous_torque." in done.out
+
+
 def test_numbers_alone(infinivar, write):
     done = infinivar("sensitivity", write(STUDY), "--of", "efficiency", "--method", "difference", "--json")
     assert json.loads(done.out)["of"] == "efficiency"

@@ -7,7 +7,7 @@ of length 1 gives an array of the leading axes.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,11 +17,11 @@ from infinivar import power
 from infinivar._xp import Array, namespace
 from infinivar.analysis import cycle
 from infinivar.analysis.cycle import AnyDrive
-from infinivar.analysis.duty_cycle import heating, motors_of, warmed
+from infinivar.analysis.duty_cycle import duty_cycle, heating, motors_of, warmed
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import InputError, ParameterError, nearest
-from infinivar.limits import Limit, binding, words_of
+from infinivar.limits import Demand, Limit, binding, words_of
 from infinivar.parts import heat
 from infinivar.study.study import Study
 from infinivar.units import plain
@@ -39,7 +39,8 @@ class Outcome:
     name, unit, words   For files, numbers and reports.
     better              Whether more of it is better, or less: 1 or -1.
     of                  Of a drive; nan where the drive cannot do it.
-    beyond              Which limits a drive exceeds there, in words; "" where it keeps them all, or where that is the question.
+    beyond              What a drive exceeds there, in words; "" where it keeps all limits.
+    of_limits           Whether the limits are the question, so that it has an answer beyond them, too.
     """
 
     name: str
@@ -47,7 +48,8 @@ class Outcome:
     words: str
     better: int
     of: Callable[[AnyDrive], Array]
-    beyond: Callable[[AnyDrive], str] = lambda drive: ""
+    beyond: Callable[[AnyDrive], str]
+    of_limits: bool = False
 
 
 KINDS = ("efficiency", "loss", "margin", "coverage", "energy", "temperature")
@@ -81,12 +83,13 @@ def outcome(
             words, of = f"efficiency {place}", lambda d: efficiency(d, *at)
             return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside)
         return Outcome(name=kind, unit="W", words=f"loss {place}", better=-1, of=lambda d: loss(d, *at), beyond=outside)
-    if kind == "margin":
-        words = "weakest margin in the required region"
-        return Outcome(name=kind, unit="1", words=words, better=1, of=lambda d: margin(d, required))
-    if kind == "coverage":
-        words = "share of the required region covered"
-        return Outcome(name=kind, unit="1", words=words, better=1, of=lambda d: coverage(d, required))
+    if kind in ("margin", "coverage"):
+        words, of = {
+            "margin": ("weakest margin in the required region", lambda d: margin(d, required)),
+            "coverage": ("share of the required region covered", lambda d: coverage(d, required)),
+        }[kind]
+        outside = functools.partial(_beyond_over, required=required)
+        return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside, of_limits=True)
     if kind not in KINDS:
         raise InputError(f"{kind!r} is not one of {', '.join(KINDS)}{nearest(kind, KINDS)}")
     if duty is None and len(study.duty) == 1:
@@ -96,34 +99,38 @@ def outcome(
         said = "say which duty cycle" if duty is None else f"there is no duty cycle {duty!r}{nearest(duty, study.duty)}"
         raise InputError(f"{kind}: {said}; the study has {known}")
     motion = study.duty[duty]
+    outside = functools.partial(_beyond_in, duty=motion, travel=required.travel)
     if kind == "energy":
-        words, outside = (
-            f"energy from the supply a cycle of {motion.title or duty}",
-            functools.partial(_beyond_in, duty=motion),
-        )
+        words = f"energy from the supply a cycle of {motion.title or duty}"
         return Outcome(name=kind, unit="J", words=words, better=-1, of=lambda d: energy(d, motion), beyond=outside)
-    words, outside = (
-        f"highest winding temperature above the surroundings in {motion.title or duty}",
-        functools.partial(_beyond_in, duty=motion),
-    )
+    words = f"highest winding temperature above the surroundings in {motion.title or duty}"
     return Outcome(name=kind, unit="K", words=words, better=-1, of=lambda d: temperature(d, motion), beyond=outside)
 
 
 def _beyond_at(drive: AnyDrive, speed: float, force: float) -> str:
     """Limits that a drive exceeds at an operating point."""
     point = drive.operate(speed=speed, force=force)
-    return _exceeded({words_of((limit, "motor")): float(demand) for limit, demand in point.utilisation.items()})
+    return _exceeded({(limit, "motor"): float(demand) for limit, demand in point.utilisation.items()})
 
 
-def _beyond_in(drive: AnyDrive, duty: DutyCycle) -> str:
-    """Limits that a drive exceeds in a duty cycle; heat is an outcome of its own."""
-    found = cycle.demands(_cold(drive, duty))
-    return _exceeded({words_of(key): float(demand) for key, demand in found.items()})
+def _beyond_over(drive: AnyDrive, required: Requirement) -> str:
+    """Limits that a drive exceeds anywhere in the required region."""
+    speed, force, _ = required.sample(COVERAGE_LINES)
+    found = drive.operate(speed=speed, force=force).utilisation
+    return _exceeded({(limit, "motor"): float(np.fmax.reduce(np.ravel(demand))) for limit, demand in found.items()})
 
 
-def _exceeded(demands: dict[str, float]) -> str:
-    beyond = sorted(((demand, words) for words, demand in demands.items() if demand > 1.0), reverse=True)
-    return ", ".join(f"{words} {plain(demand, 3)} times" for demand, words in beyond)
+def _beyond_in(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> str:
+    """Limits that a drive exceeds in a duty cycle, and windings that get too hot."""
+    done = duty_cycle(drive, duty, travel=travel)
+    hot = [f"{what} {found.verdict}" for what, found in done.heat.items() if found is not None and not found.bears]
+    return "; ".join([clause for clause in [_exceeded(done.demands), *hot] if clause])
+
+
+def _exceeded(demands: Mapping[Demand, float]) -> str:
+    beyond = sorted(((demand, words_of(key)) for key, demand in demands.items() if demand > 1.0), reverse=True)
+    named = ", ".join(f"{words} {plain(demand, 3)} times" for demand, words in beyond)
+    return f"{named} what is allowed" if named else ""
 
 
 def efficiency(drive: AnyDrive, speed: float, force: float) -> Array:

@@ -91,7 +91,7 @@ class Influence:
     path, unit, value     Of the field.
     elasticity            Relative change of the outcome by relative change of the parameter. [-]
     low, high             Range over which the parameter is moved, alone.
-    at_low, at_high       Outcome there; nan where the drive cannot do it.
+    at_low, at_high       Outcome there; nan where the drive cannot do it, inf where it grows without bound.
     stated                Whether the study states the range.
     first, total          Sobol's indices: share of the variance that the parameter explains alone, and with others; None
         where not computed. [-]
@@ -116,8 +116,18 @@ class Influence:
 
     @property
     def swing(self) -> float:
-        """Difference of the outcome over the range; inf where one end cannot be done."""
-        return math.inf if math.isnan(self.at_low + self.at_high) else abs(self.at_high - self.at_low)
+        """Difference of the outcome over the range; inf where one end has none."""
+        return abs(self.at_high - self.at_low) if self.finite else math.inf
+
+    @property
+    def finite(self) -> bool:
+        """Whether the outcome is a number at both ends."""
+        return math.isfinite(self.at_low) and math.isfinite(self.at_high)
+
+    @property
+    def lost(self) -> str:
+        """What becomes of the outcome at an end where it is no number, in words."""
+        return "the drive cannot do it" if math.isnan(self.at_low + self.at_high) else "it grows without bound"
 
 
 class Conclusion(NamedTuple):
@@ -141,7 +151,7 @@ class Sensitivity:
     influences             From the largest swing to the smallest.
     conclusions            The paper's recommendations, of a cobotic drive.
     impossible             Share of the samples of Sobol's indices which the drive cannot do. [-]
-    beyond                 Limits that the drive exceeds there, in words; "" where it keeps them all.
+    beyond                 What the drive exceeds there, in words; "" where it keeps all limits.
     """
 
     study: Study
@@ -163,19 +173,27 @@ class Sensitivity:
         """What a reader has to know."""
         said = []
         if self.beyond:
-            said.append(
-                f"The drive cannot do this within its limits, so that these numbers are of no machine: {self.beyond} what is "
-                "allowed."
+            what = (
+                "do all of it within its limits"
+                if self.outcome.of_limits
+                else ("do this within its limits, so that these numbers are of no machine")
             )
+            said.append(f"The drive cannot {what}: {self.beyond}.")
         if not self.influences:
             said.append("No parameter changes it over its range.")
         assumed = [row for row in self.influences if not row.stated]
         if assumed:
             share = "All parameters" if len(assumed) == len(self.influences) else f"{len(assumed)} parameters"
             said.append(
-                f"{share} are moved by {ASSUMED}, as far as permitted, since the study states no range: write "
-                f"[uncertainty.{self.name}] to say how far each may really be off."
+                f"{share} are moved by {ASSUMED}, as far as permitted, since the study states no range of theirs: "
+                f"write [uncertainty.{self.name}] to say how far each may really be off."
             )
+        ranked = {row.path for row in self.influences}
+        idle = [spread for spread in self.study.uncertainty.spreads.get(self.name, ()) if spread.path not in ranked]
+        for still, why in ((False, "change nothing here"), (True, "are not ranked: 1 % of zero is none")):
+            named = ", ".join(spread.path for spread in idle if (spread.value == 0) == still)
+            if named:
+                said.append(f"Ranges that the study states and that {why}: {named}.")
         if self.impossible > 0:
             said.append(
                 f"{plain(100 * self.impossible, 2)} % of the samples cannot do it. They count as the worst of the others in "
@@ -274,6 +292,9 @@ def sensitivity(
         raise InputError(f"drives.{name}: {problem}") from problem
     if math.isnan(value):
         raise InputError(f"drives.{name}: {asked.words}: the drive cannot do it, so there is nothing to compare")
+    if math.isinf(value):
+        why = asked.beyond(drive) or "it grows without bound"
+        raise InputError(f"drives.{name}: {asked.words}: has no end, so there is nothing to rank: {why}")
     stated = {spread.path: spread for spread in study.uncertainty.spreads.get(name, ())}
     fields = quantities_of(drive)
     spreads = [stated.get(path) or _assumed(drive, name, path, fields[path]) for path in paths]
@@ -426,8 +447,8 @@ def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
 
     more = "more" if row.elasticity > 0 else "less"
     moved = f"{units.show(row.low, row.unit)} to {units.show(row.high, row.unit)}"
-    if math.isnan(row.at_low) or math.isnan(row.at_high):
-        span = f"over {moved} there are values with which the drive cannot do it"
+    if not row.finite:
+        span = f"over {moved} there are values with which {row.lost}"
     else:
         ends = f"{plain(row.at_low)} to {units.show(row.at_high, found.outcome.unit)}"
         span = f"from {moved} it goes from {ends}"

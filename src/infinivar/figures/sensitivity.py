@@ -30,6 +30,7 @@ def data(sensitivity: Sensitivity) -> dict[str, Any]:
         "at_low": np.asarray([row.at_low for row in rows]),
         "at_high": np.asarray([row.at_high for row in rows]),
         "first": np.asarray([np.nan if row.first is None else row.first for row in rows]),
+        "lost": ["" if row.finite else f"{row.lost} at one end" for row in rows],
         "total": np.asarray([np.nan if row.total is None else row.total for row in rows]),
     }
 
@@ -54,8 +55,8 @@ def draw_tornado(ax: Axes, numbers: Mapping[str, Any]) -> None:
                 said, (at, row), (-3 if leftwards else 3, 0), textcoords="offset points",
                 ha="right" if leftwards else "left", va="center", fontsize=7,
             )  # fmt: skip
-        if not np.isfinite(numbers["at_low"][row] + numbers["at_high"][row]):
-            ax.text(right, row, "cannot do it at one end", ha="right", va="center", fontsize=7, color="#B3400A")
+        if numbers["lost"][row]:
+            ax.text(right, row, numbers["lost"][row], ha="right", va="center", fontsize=7, color="#B3400A")
     ax.axvline(value, color="black", lw=0.9)
     ax.set_xlim(left, right)
     ax.set_ylim(count - 0.4, -0.6)
