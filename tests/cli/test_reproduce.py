@@ -1,15 +1,17 @@
 """`infinivar reproduce`: claims with verdicts and reasons, figures that show something."""
 
 import json
+import re
 import struct
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
 from folders import results
+from infinivar.units import plain
 
-KEYS = ["id", "section", "claim", "paper", "computed", "threshold", "verdict", "shown", "by_construction", "why"]
-KEYS += ["ranges", "variants"]
+KEYS = ["id", "section", "claim", "paper", "computed", "unit", "threshold", "verdict", "shown", "by_construction"]
+KEYS += ["why", "ranges", "variants"]
 VERDICTS = {"holds", "does not hold", "undecidable"}
 FIGURES = [5, 7, 8, 15, 16, 17]
 
@@ -101,6 +103,11 @@ def test_files_agree_with_what_is_printed(reproduced):
     page = (folder / "reproduction.html").read_text("utf-8")
     for claim in claims:
         assert f">{claim['id']}<" in page
+        unit = claim["unit"]
+        assert unit == "1" or f"{plain(claim['computed'])}\N{NO-BREAK SPACE}{unit}" in page
+        tried = re.search(rf"<summary>{claim['id']} .*", page)
+        assert tried is None or (">by construction (" in tried[0]) == claim["by_construction"]
+    assert {claim["id"]: claim["unit"] for claim in claims if claim["unit"] != "1"} == {"C2": "W", "B5": "rad/s"}
     figures = [f"fig{number}.{kind}" for number in FIGURES for kind in ("png", "svg", "pdf")]
     assert results(folder) == sorted(["claims.json", "reproduction.html", *figures])
 

@@ -112,7 +112,7 @@ def test_a_temperature_without_end(infinivar, write, tmp_path):
 
 
 def test_a_temperature_without_end_within_a_range(infinivar, write, tmp_path):
-    done = infinivar("sensitivity", write(HOT % 320), "--of", "temperature", "--out", "out")
+    done = infinivar("sensitivity", write(HOT % 440), "--of", "temperature", "--out", "out")
     assert done.code == 1, done.err
     assert "there are values with which it grows without bound" in done.out
     assert "motor winding reaches" in done.out

@@ -35,6 +35,7 @@ class Reproduction:
             "claim",
             "paper",
             "computed",
+            "unit",
             "threshold",
             "verdict",
             "shown",

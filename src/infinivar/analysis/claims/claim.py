@@ -28,8 +28,8 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 class Claim:
     """One claim of the paper, checked.
 
-    `paper` and `computed` are numbers where the claim is one, else words; `figure` is the figure it belongs to. For the rest
-    see `infinivar.analysis.claims.verdict.Finding`.
+    `paper` and `computed` are numbers in `unit` where the claim is one, else words; `figure` is the figure it belongs to. For the
+    rest see `infinivar.analysis.claims.verdict.Finding`.
     """
 
     id: str
@@ -43,13 +43,14 @@ class Claim:
     shown: Verdict
     why: str
     by_construction: bool = False
+    unit: str = "1"
     ranges: tuple[Range, ...] = ()
     variants: tuple[Variant, ...] = ()
 
 
 @functools.cache
 def statements() -> tuple[dict[str, Any], ...]:
-    """Every claim as the paper makes it: id, section, figure (if any), claim, paper."""
+    """Every claim as the paper makes it: id, section, figure (if any), claim, paper, unit (if any)."""
     text = (resources.files("infinivar.analysis") / "claims" / "claims.toml").read_text("utf-8")
     return tuple(tomllib.loads(text)["claim"])
 

@@ -238,6 +238,7 @@ def c5(machine: Machine) -> Finding:
         row("value", f"drag at the load x {FACTOR:g}", found(peak(_with_drag(large, drag * FACTOR)))),
     ]
     product = large.motor.peak_efficiency * large.gearhead.efficiency
+    variants.append(row("definition", "motor and gear alone, each at its best", found(product)))
     why = (
         f"{drag:g} N of drag at the load (assumed) cost most of what is missing; without drag it would be {bare:.2f}, but then "
         f"{_region_peak(machine, free):.2f} inside the regime, against C6. Motor and gear at their best together would have "
@@ -393,6 +394,7 @@ def b3(machine: Machine) -> Finding:
     variants = [
         row("choice", "in general: in 90 % of the region", found(a, least=0.9)),
         row("value", "reconstruction B", both["B"]),
+        row("value", "reconstruction B, in 90 % of the region", found(b, least=0.9)),
         *(
             row(
                 "value",
