@@ -191,6 +191,11 @@ def signed(value: float, digits: int = 3) -> str:
     return ("+" if value > 0 else "") + plain(value, digits)
 
 
+def percent(share: float, places: int = 0, sign: str = "") -> str:
+    """A share for people: "4.2 %"; with its sign where `sign` is "+"."""
+    return f"{100.0 * share:{sign}.{places}f} %"
+
+
 def show(value: float, si_unit: str, digits: int = 4) -> str:
     """Value in SI for people: "0.0263 N m", "1500 N"."""
     return plain(value, digits) + ("" if si_unit == "1" else f" {si_unit}")

@@ -377,6 +377,13 @@ def test_prescribed_and_followed_energy_agree(drive, shape, tolerance):
     assert both.rms_error < 1e-3
     assert set(both.lost_prescribed) - {"pulley"} <= set(both.lost_followed)
     assert "from where it is wanted" in both.explanation
+    difference, _, *parts = re.findall(r"([+-][\d.]+) (?:J|%)", both.explanation.split(";")[0])
+    assert float(difference) == pytest.approx(
+        both.followed - both.prescribed, abs=10.0 ** -len(difference.split(".")[1])
+    )
+    last_digit = 10.0 ** -len(parts[0].split(".")[1])
+    assert parts == sorted(parts, key=lambda part: -abs(float(part))) or "all else" in both.explanation
+    assert sum(map(float, parts)) == pytest.approx(float(difference), abs=0.5 * (len(parts) + 1) * last_digit)
 
 
 @pytest.mark.parametrize("shape", ["walking", "tremor"])

@@ -17,7 +17,7 @@ from infinivar.limits import Demand, Limit
 from infinivar.parts.amplifier import Amplifier, Regeneration
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.quantities import check, component, quantity
-from infinivar.units import plain
+from infinivar.units import percent, plain
 
 AnyDrive = CoboticDrive | ConventionalDrive
 
@@ -77,7 +77,7 @@ class Definition:
         }[self.measure]
         returned = {
             "burn": "burnt",
-            "store": f"stored at {self.storage_efficiency or 0.0:.0%}",
+            "store": f"stored at {percent(self.storage_efficiency or 0.0)}",
             "none": "not possible",
         }[self.returned]
         bus = "one DC bus" if self.common_bus else "each motor by itself"

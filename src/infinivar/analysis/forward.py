@@ -17,7 +17,7 @@ from infinivar.drivetrain.profiles import Motion
 from infinivar.drivetrain.scenario import Scenario
 from infinivar.frozen import FrozenDict
 from infinivar.transmission.rates import Varying
-from infinivar.units import plain, signed
+from infinivar.units import percent, plain, signed
 
 LONGEST = 5.0
 """Period up to which a report simulates a cycle. [s]"""
@@ -28,6 +28,16 @@ _NODES = 2000
 """Points of a cycle between which motion and force are splines."""
 _STEPS = 400
 """Results over a cycle."""
+
+_SMALL = 1e-3
+"""Differences of less than this share of the energy are not worth a figure."""
+_NAMED = 4
+"""Parts of the difference that are named."""
+
+
+def _places(size: float) -> int:
+    """Decimals that show two digits of a number."""
+    return max(0, 1 - math.floor(math.log10(size))) if 0.0 < size < math.inf else 0
 
 
 class Repeated:
@@ -96,13 +106,10 @@ class TwoWays:
     def explanation(self) -> str:
         """Where the difference arises, in words."""
         total = self.followed - self.prescribed
-        names = {*self.lost_prescribed, *self.lost_followed}
-        moved = {name: self.lost_followed.get(name, 0.0) - self.lost_prescribed.get(name, 0.0) for name in names}
-        largest = sorted(moved, key=lambda name: -abs(moved[name]))[:3]
         why = [f"the load is {plain(1e3 * self.rms_error, 2)} mm (RMS) from where it is wanted"]
         if self.speed_ripple:
             why.append(
-                f"the cylinder's speed, prescribed as constant, swings by {self.speed_ripple:.1%}, as its inertia takes and "
+                f"the cylinder's speed, prescribed as constant, swings by {percent(self.speed_ripple, 1)}, as its inertia takes and "
                 f"gives energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
             )
         if self.stays:
@@ -110,9 +117,26 @@ class TwoWays:
                 "before a stay the controllers bring it to rest first, and count on less than all of the friction"
             )
         share = total / self.prescribed if self.prescribed else float("nan")
-        large = [f"{name} {moved[name]:+.2g} J" for name in largest if abs(moved[name]) > 1e-3 * abs(self.followed)]
-        where = f", most of it in {', '.join(large)}" if large else ""
-        return f"{total:+.2g} J ({share:+.1%}){where}; {'; '.join(why)}"
+        places = _places(max(abs(total), _SMALL * abs(self.followed)))
+        parts = self._parts(0.5 * 10.0**-places)
+        where = ": " + ", ".join(f"{name} {change:+.{places}f} J" for name, change in parts.items()) if parts else ""
+        return f"{total:+.{places}f} J ({percent(share, 1, '+')}){where}; {'; '.join(why)}"
+
+    def _parts(self, least: float) -> dict[str, float]:
+        """What the difference consists of, from the largest: losses, work on the load, energy kept; `least` is named. [J]
+
+        They add up to the difference, since the energy of both ways does.
+        """
+        names = dict.fromkeys([*self.lost_prescribed, *self.lost_followed])
+        moved = {name: self.lost_followed.get(name, 0.0) - self.lost_prescribed.get(name, 0.0) for name in names}
+        moved["kept in inertias"] = self.stored
+        moved["work on the load"] = self.followed - self.prescribed - sum(moved.values())
+        named = [name for name in sorted(moved, key=lambda name: -abs(moved[name])) if abs(moved[name]) >= least][
+            :_NAMED
+        ]
+        rest = sum(change for name, change in moved.items() if name not in named)
+        found = {name: moved[name] for name in named}
+        return found if abs(rest) < least else {**found, "all else": rest}
 
 
 def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:

@@ -53,7 +53,7 @@ def watts(value: float) -> Any:
 
 def percent(share: float) -> str:
     """A share to a tenth of a percent."""
-    return "–" if math.isnan(share) else f"{100 * share:.1f} %"
+    return "–" if math.isnan(share) else units.percent(share, 1)
 
 
 def celsius(temperature: float | None) -> str:
