@@ -59,7 +59,7 @@ def fields_of(part: type) -> str:
         elif unit == "1":
             write = "number"
         elif unit:
-            write = f'`"{units.EXAMPLES[unit]}"`'
+            write = f'`"{schema.example(unit, meta["bound"])}"`'
         else:
             write = "text"
         rows.append(

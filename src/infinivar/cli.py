@@ -15,7 +15,7 @@ import typer
 from infinivar import __version__
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say, write
 from infinivar.console import run as run_command
-from infinivar.errors import InputError, ParameterError
+from infinivar.errors import InputError, ParameterError, printable
 from infinivar.options import Json, Out, StudyFile, named_path, numbers, quantity
 
 if TYPE_CHECKING:
@@ -118,7 +118,8 @@ def contact(
         _print_json({"sheets": [sheet.to_dict() for sheet in sheets], "files": [str(file) for file in files]})
     else:
         for sheet in sheets:
-            say(report.text(sheet))
+            for line in report.text(sheet).split("\n"):
+                say(line)
         say(f"Written to {out}: {', '.join(file.name for file in files)}")
     raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
 
@@ -386,9 +387,9 @@ def _chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) 
         return name
     if not known:
         example = f'add a table [{what}s.reach] with base = "faulring2006.reach"'
-        raise InputError(f"{study}: has no {what}s; {example}")
+        raise InputError(f"{printable(study)}: has no {what}s; {example}")
     said = f"--{what} is missing" if name is None else f"--{what} {name!r} is not in the study{nearest(name, known)}"
-    raise InputError(f"{study}: {said}; it has {', '.join(known)}")
+    raise InputError(f"{printable(study)}: {said}; it has {', '.join(known)}")
 
 
 def _measurable(study: Path, name: str | None, drives: Mapping[str, Any]) -> str:
@@ -405,7 +406,7 @@ def _loaded(path: Path) -> Study:
 
     loaded = load_study(path)
     for warning in loaded.warnings:
-        complain(f"{path}: check {warning}")
+        complain(f"{printable(path)}: check {warning}")
     return loaded
 
 
@@ -415,7 +416,7 @@ def _of(study: Path) -> Iterator[None]:
     try:
         yield
     except InputError as problem:
-        raise InputError("\n".join(f"{study}: {line}" for line in str(problem).split("\n"))) from None
+        raise InputError("\n".join(f"{printable(study)}: {line}" for line in str(problem).split("\n"))) from None
 
 
 @contextlib.contextmanager
@@ -424,7 +425,7 @@ def _named(study: Path, where: str) -> Iterator[None]:
     try:
         yield
     except ParameterError as problem:
-        raise InputError(f"{study}: {where}: {problem}") from problem
+        raise InputError(f"{printable(study)}: {where}: {problem}") from problem
 
 
 @app.command()
@@ -450,9 +451,9 @@ def init(
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as problem:
-        raise InputError(f"{path}: is there already; choose another name or remove it") from problem
+        raise InputError(f"{printable(path)}: is there already; choose another name or remove it") from problem
     except OSError as problem:
-        raise InputError(f"{path}: cannot be written: {problem.strerror}") from problem
+        raise InputError(f"{printable(path)}: cannot be written: {problem.strerror}") from problem
     say(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
 
 
@@ -471,7 +472,8 @@ def catalogue(as_json: Json = False) -> None:
         return
     from infinivar.report.catalogue import text
 
-    say(text().rstrip("\n"))
+    for line in text().rstrip("\n").split("\n"):
+        say(line)
 
 
 def _print_version(wanted: bool) -> None:

@@ -59,7 +59,7 @@ def _flush() -> None:
 
 def say(text: str = "") -> None:
     """Print a line of the result; control characters, which could steer a terminal, are spelt out."""
-    write(printable(text, keep="\n") + "\n")
+    write(printable(text) + "\n")
 
 
 def write(text: str) -> None:

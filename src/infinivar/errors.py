@@ -41,9 +41,9 @@ def nearest(word: str, choices: Iterable[str]) -> str:
     return f" (did you mean {close[0]!r}?)" if close else ""
 
 
-def printable(text: str, keep: str = "") -> str:
-    """Text with control characters spelt out, so that it cannot steer a terminal; those in `keep` stay."""
+def printable(text: object, keep: str = "") -> str:
+    """Text, or a path, with control characters spelt out, so that it cannot steer a terminal; those in `keep` stay."""
     return "".join(
         letter if letter.isprintable() or letter in keep else letter.encode("unicode_escape").decode()
-        for letter in text
+        for letter in str(text)
     )

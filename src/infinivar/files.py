@@ -6,7 +6,7 @@ import os
 import stat
 from pathlib import Path
 
-from infinivar.errors import InputError
+from infinivar.errors import InputError, printable
 
 _MB = 1_000_000
 
@@ -34,13 +34,17 @@ def read(path: Path, most: int) -> bytes:
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
             found = os.fstat(file.fileno())
             if not stat.S_ISREG(found.st_mode):
-                raise InputError(f"{path}: is not a regular file")
+                raise InputError(f"{printable(path)}: is not a regular file")
             if found.st_size > most:
-                raise InputError(f"{path}: has {found.st_size / _MB:.3g} MB, more than the {most / _MB:g} MB allowed")
+                raise InputError(
+                    f"{printable(path)}: has {found.st_size / _MB:.3g} MB, more than the {most / _MB:g} MB allowed"
+                )
             return file.read(most + 1)[:most]
     except FileNotFoundError as problem:
-        raise InputError(f"{path}: no such file") from problem
+        raise InputError(f"{printable(path)}: no such file") from problem
     except IsADirectoryError as problem:
-        raise InputError(f"{path}: is a folder, not a file") from problem
+        raise InputError(f"{printable(path)}: is a folder, not a file") from problem
     except (OSError, ValueError) as problem:  # ValueError: a name with a null character
-        raise InputError(f"{path}: cannot be read: {getattr(problem, 'strerror', None) or problem}") from problem
+        raise InputError(
+            f"{printable(path)}: cannot be read: {getattr(problem, 'strerror', None) or problem}"
+        ) from problem

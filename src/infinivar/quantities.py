@@ -25,6 +25,7 @@ _BOUNDS = {
     ">= 0 and <= 0.5": lambda value: (value >= 0) & (value <= 0.5),
     "> 0 and <= pi/2": lambda value: (value > 0) & (value <= math.pi / 2 * (1 + 1e-12)),
     "!= 0": lambda value: value != 0,
+    "finite": lambda value: value == value,
 }
 
 
@@ -35,7 +36,7 @@ def quantity(unit: str, bound: str, meaning: str, *, default: Any = dataclasses.
     ----------
     unit : str      SI unit of the float, "1" for none.
     bound : str     One of "> 0", ">= 0", "> 0 and <= 1", ">= 0 and <= 1", "> 0 and <= 1e-3", ">= 0 and <= 0.5",
-        "> 0 and <= pi/2", "!= 0".
+        "> 0 and <= pi/2", "!= 0", "finite".
     meaning : str   One line for schemas and reference pages.
     default         Value if left out; required if missing. None marks "not given".
     """
@@ -59,6 +60,11 @@ def permitted(bound: str, value: float) -> tuple[float, float]:
     return low, high
 
 
+def fits(bound: str, value: float) -> bool:
+    """Whether a number is what a field may be."""
+    return math.isfinite(value) and bool(_BOUNDS[bound](value))
+
+
 def given(value: Any, otherwise: Any) -> Any:
     """The value, or another where none is given; unlike `or`, for arrays and for zero, too."""
     return otherwise if value is None else value
@@ -78,7 +84,7 @@ def check_value(field: str, value: Any, unit: str, bound: str) -> None:
     if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
         require(False, field, repr(value), f"a number {bound}", shown)
     if isinstance(value, (int, float)):
-        require(math.isfinite(value) and bool(_BOUNDS[bound](value)), field, value, bound, shown)
+        require(fits(bound, value), field, value, bound, shown)
     elif type(value).__module__ == "numpy":
         import numpy as np
 

@@ -95,17 +95,18 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
     return float(scale), float(zero)
 
 
-def _example(si_unit: str) -> str:
-    return f'write for example "{EXAMPLES.get(si_unit, "1 " + si_unit)}"'
+def _example(si_unit: str, example: str | None = None) -> str:
+    return f'write for example "{example or EXAMPLES.get(si_unit, "1 " + si_unit)}"'
 
 
-def parse(text: object, si_unit: str) -> float:
+def parse(text: object, si_unit: str, example: str | None = None) -> float:
     """Value in SI of a number with a unit.
 
     Parameters
     ----------
     text : object    "26.3 mN m"; a bare number is right only where `si_unit` is "1".
     si_unit : str    Unit of the result, as pint spells it; "1" for a pure number.
+    example : str    What messages offer; one for the unit if left out.
 
     Returns
     -------
@@ -116,7 +117,7 @@ def parse(text: object, si_unit: str) -> float:
     InputError
         If a unit is missing, unknown or of another kind, or the number is not finite; the message says what is right.
     """
-    hint = _example(si_unit)
+    hint = _example(si_unit, example)
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
         raise InputError(f"must be a number{'' if si_unit == '1' else ' with a unit'}; {hint}")
     if isinstance(text, (int, float)):

@@ -150,6 +150,31 @@ def test_a_folder_that_cannot_be_written_to_is_named_at_once(infinivar, write, t
     assert time.monotonic() - start < 2.0  # the maps alone take longer
 
 
+@pytest.mark.parametrize(
+    ("command", "out", "said"),
+    [
+        (["reproduce"], "taken", "taken: cannot be written to: taken is a file, and a folder is wanted"),
+        (["compare", "study.toml"], "taken/a/b", "taken/a/b: cannot be written to: taken is a file"),
+        (["graph", "study.toml", "mine"], "taken/g.svg", "taken/g.svg: cannot be written: taken is a file"),
+    ],
+)
+def test_a_file_in_place_of_a_folder_is_said_to_be_one(infinivar, write, tmp_path, command, out, said):
+    write(study())
+    (tmp_path / "taken").write_text("a file")
+    assert refused(infinivar(*command, "--out", out), said)
+
+
+def test_names_of_files_stay_within_their_line(infinivar, write, tmp_path):
+    write(study(base="cobotic"))
+    done = infinivar("contact", "study.toml", "--out", "a\nb")
+    assert "Written to a\\nb: " in done.out.splitlines()[-1]
+    assert refused(infinivar("check", "no\nsuch.toml"), "no\\nsuch.toml: no such file")
+    (tmp_path / "taken").write_text("a file")
+    assert refused(
+        infinivar("contact", "study.toml", "--out", "taken/a\nb"), "taken/a\\nb: cannot be written to: taken"
+    )
+
+
 def test_two_runs_do_not_share_a_folder(infinivar, write, tmp_path):
     """Another process that holds the folder, as a run does from beginning to end, sends the second away."""
     write(study())

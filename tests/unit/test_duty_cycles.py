@@ -365,6 +365,19 @@ def test_flywheel_keeps_its_motor_current():
     assert_allclose(slope, turning.rate, atol=1e-3 * np.max(np.abs(turning.rate)))
 
 
+def test_a_force_of_zero_is_none():
+    """As in a recording, whose force may be zero."""
+    made = [duty_cycle(GEARED, duty("sinusoid", **force)) for force in ({}, {"force": 0.0})]
+    assert made[0].energy == made[1].energy
+
+
+def test_an_energy_that_no_settled_motor_has_names_the_winding():
+    found = duty_cycle(GEARED, duty("hold", force=-300.0))
+    assert found.heat["motor"].winding == math.inf
+    assert "W on average with motor winding at 155 °C" in found.verdict
+    assert "with motor winding" not in duty_cycle(GEARED, duty("hold")).verdict
+
+
 @pytest.mark.parametrize(
     ("drive", "shape", "tolerance"),
     [(COBOTIC, "sinusoid", 0.02), (GEARED, "sinusoid", 0.03), (GEARED, "walking", 0.04)],

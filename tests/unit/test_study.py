@@ -2,11 +2,19 @@
 
 import dataclasses
 import tomllib
+import typing
 
 import pytest
 
 import infinivar as iv
+from infinivar import units
+from infinivar.drivetrain.duty import DutyCycle
+from infinivar.drivetrain.requirement import Requirement
+from infinivar.drivetrain.rig import Rig
+from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError
+from infinivar.quantities import check_value
+from infinivar.study import schema
 from infinivar.study.load import shipped_study
 from infinivar.study.parts import gearheads, motors
 from infinivar.study.schema import DRIVES, KINDS, described, json_schema, table
@@ -196,3 +204,19 @@ def test_a_drive_that_there_is_not(study):
     with pytest.raises(iv.InputError, match=r"there is no drive 'cobotc' \(did you mean 'cobotic'\?\)"):
         study.drive("cobotc")
     assert study.drive("cobotic") is study.drives["cobotic"]
+
+
+def parts_of(part):
+    """A part with all that its tables hold."""
+    inner = [schema.part_of(hint) for hint in typing.get_type_hints(part).values()]
+    return {part}.union(*(parts_of(one) for one in inner if one is not None))
+
+
+def test_examples_are_permitted():
+    """ "tolerance = 0.1 must be > 0 and <= 1e-3, such as 0.12" helped nobody."""
+    kinds = set().union(*(parts_of(kind) for kind in (Requirement, Scenario, DutyCycle, Rig, *schema.DRIVES.values())))
+    looked = [field for kind in kinds for field in dataclasses.fields(kind) if field.init and "unit" in field.metadata]
+    assert len(looked) > 100
+    for field in looked:
+        unit, bound = field.metadata["unit"], field.metadata["bound"]
+        check_value(field.name, units.parse(schema.example(unit, bound), unit), unit, bound)

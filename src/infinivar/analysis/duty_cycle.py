@@ -20,7 +20,7 @@ from infinivar.limits import Demand, Limit, binding_demand, words_of
 from infinivar.parts import heat
 from infinivar.parts.heat import Heat
 from infinivar.transmission.rates import Varying
-from infinivar.units import plain
+from infinivar.units import celsius, plain
 
 COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
 """What every drive has over a cycle; force is that of the drive on the load with its inertia."""
@@ -169,7 +169,13 @@ class DutyResult:
         clauses += hot if self.exceeded else [f"cannot go on: {clause}" for clause in hot[:1]] + hot[1:]
         if math.isnan(self.power_in):
             return "; ".join(clauses)
-        clauses.append(f"{plain(self.energy, 3)} J a cycle, {plain(self.power_in, 3)} W on average")
+        held = [
+            f"{what} winding at {celsius(min(found.mean_winding, found.permissible))}"
+            for what, found in self.heat.items()
+            if found is not None and not found.bears
+        ]
+        at = f" with {' and '.join(held)}" if held else ""
+        clauses.append(f"{plain(self.energy, 3)} J a cycle, {plain(self.power_in, 3)} W on average{at}")
         if self.feasible:
             key, margin = self.tightest
             weakest = "nothing loads it" if margin == math.inf else f"weakest margin: {words_of(key)}, {margin:.2f}"

@@ -109,8 +109,8 @@ class TwoWays:
         why = [f"the load is {plain(1e3 * self.rms_error, 2)} mm (RMS) from where it is wanted"]
         if self.speed_ripple:
             why.append(
-                f"the cylinder's speed, prescribed as constant, swings by {percent(self.speed_ripple, 1)}, as its inertia takes and "
-                f"gives energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
+                f"the cylinder's speed, prescribed as constant, swings by {percent(self.speed_ripple, 1)}, as its inertia takes "
+                f"and gives energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
             )
         if self.stays:
             why.append(

@@ -117,7 +117,7 @@ class DutyCycle:
         "as the recording's steps and noise show if left out",
         default=None,
     )
-    force: float | None = quantity("N", "!= 0", "Constant force on the load from outside", default=None)
+    force: float | None = quantity("N", "finite", "Constant force on the load from outside", default=None)
     load_mass: float | None = quantity(
         "kg",
         ">= 0",

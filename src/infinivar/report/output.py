@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from infinivar.errors import InputError
+from infinivar.errors import InputError, printable
 
 _LOCK, _MANIFEST = ".infinivar.lock", ".infinivar.json"
 
@@ -32,13 +32,19 @@ def claimed(directory: Path) -> Iterator[None]:
             yield
     except Timeout as problem:
         raise InputError(
-            f"{directory}: another run is writing its results there; wait for it to end, or name another folder"
+            f"{printable(directory)}: another run is writing its results there; wait for it to end, or name another folder"
         ) from problem
     except OSError as problem:
-        raise InputError(f"{directory}: cannot be written to: {problem.strerror}") from problem
+        raise InputError(f"{printable(directory)}: cannot be written to: {_why(directory, problem)}") from problem
     finally:
         if not there:
             _remove_empty(directory)
+
+
+def _why(directory: Path, problem: OSError) -> str:
+    """Why a folder cannot be made or written to."""
+    taken = next((place for place in (directory, *directory.parents) if place.is_file()), None)
+    return str(problem.strerror) if taken is None else f"{printable(taken)} is a file, and a folder is wanted"
 
 
 def _remove_empty(directory: Path) -> None:
@@ -74,7 +80,7 @@ def all_or_nothing(directory: Path, kind: str) -> Iterator[Path]:
                 yield made
                 _replace(directory, kind, made, old)
         except OSError as problem:
-            raise InputError(f"{directory}: cannot be written to: {problem.strerror}") from problem
+            raise InputError(f"{printable(directory)}: cannot be written to: {problem.strerror}") from problem
 
 
 def _replace(directory: Path, kind: str, made: Path, old: Path) -> None:
@@ -118,10 +124,10 @@ def check_file(path: Path) -> None:
         If it is a folder, or its folder cannot be made or written to.
     """
     if path.is_dir():
-        raise InputError(f"{path}: is a folder, not a file to write")
+        raise InputError(f"{printable(path)}: is a folder, not a file to write")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=path.parent):
             pass
     except OSError as problem:
-        raise InputError(f"{path}: cannot be written: {problem.strerror}") from problem
+        raise InputError(f"{printable(path)}: cannot be written: {_why(path.parent, problem)}") from problem

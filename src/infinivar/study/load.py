@@ -59,9 +59,9 @@ def load_study(path: str | Path) -> Study:
     try:
         return study_from(extended(raw, path, _read), name=path.stem, origin=path.name, path=path)
     except RecursionError as problem:
-        raise InputError(f"{path}: is nested too deeply") from problem
+        raise InputError(f"{printable(path)}: is nested too deeply") from problem
     except StudyError as problems:
-        lines = [f"{path}: {line}" for line in problems.lines[:_MOST]]
+        lines = [f"{printable(path)}: {line}" for line in problems.lines[:_MOST]]
         more = len(problems.lines) - len(lines)
         raise InputError("\n".join([*lines, f"and {more} more"] if more else lines)) from None
 
@@ -72,11 +72,11 @@ def _read(path: Path) -> Raw:
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
-        raise InputError(f"{path}: is not a text file in UTF-8 (byte {problem.start})") from problem
+        raise InputError(f"{printable(path)}: is not a text file in UTF-8 (byte {problem.start})") from problem
     except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
-        raise InputError(f"{path}: is not valid TOML: {str(problem).partition(';')[0]}") from problem
+        raise InputError(f"{printable(path)}: is not valid TOML: {str(problem).partition(';')[0]}") from problem
     except RecursionError as problem:
-        raise InputError(f"{path}: is nested too deeply") from problem
+        raise InputError(f"{printable(path)}: is nested too deeply") from problem
 
 
 def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) -> Study:

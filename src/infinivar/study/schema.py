@@ -29,7 +29,7 @@ from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
-from infinivar.quantities import check_value
+from infinivar.quantities import check_value, fits, permitted
 
 KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 """Where a number comes from: printed in a paper, a data sheet, computed from others, fitted to data, or assumed."""
@@ -113,23 +113,33 @@ def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Any
     ]
 
 
+def example(unit: str, bound: str) -> str:
+    """A well-written value of a field."""
+    usual = units.EXAMPLES[unit]
+    if fits(bound, units.parse(usual, unit)):
+        return usual
+    return units.show(0.1 * permitted(bound, 1.0)[1], unit)
+
+
 def _quantity(unit: str, bound: str) -> Any:
+    well = example(unit, bound)
+
     def read(raw: Any, written_unit: str | None) -> float:
         if written_unit is not None:
             if isinstance(raw, bool) or not isinstance(raw, (int, float)):
                 raise InputError("must have a bare number as value when unit is given")
             raw = f"{raw!r} {written_unit}"
-        value = units.parse(raw, unit)
+        value = units.parse(raw, unit, well)
         try:
             check_value("", value, unit, bound)
         except ParameterError as problem:
             wanted = f"{bound} {unit}" if unit != "1" else bound
-            raise InputError(f"must be {wanted}, such as {units.EXAMPLES.get(unit, '')}") from problem
+            raise InputError(f"must be {wanted}, such as {well}") from problem
         return value
 
     if unit == "1":
-        return _leaf(read, {"anyOf": [{"type": "number"}, {"type": "string"}], "examples": [units.EXAMPLES["1"]]})
-    return _leaf(read, {"type": "string", "pattern": r"^\s*[+-]?[\d.]", "examples": [units.EXAMPLES[unit]]})
+        return _leaf(read, {"anyOf": [{"type": "number"}, {"type": "string"}], "examples": [well]})
+    return _leaf(read, {"type": "string", "pattern": r"^\s*[+-]?[\d.]", "examples": [well]})
 
 
 def _choice(options: tuple[Any, ...]) -> Any:
