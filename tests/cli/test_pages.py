@@ -58,6 +58,17 @@ def test_no_page_has_padded_exponents(compared, walked, reproduced):
             assert not found, (name, found)
 
 
+def test_no_line_ends_before_a_unit_and_percent_signs_stand_apart(pressed, compared, walked, reproduced):
+    folders = [pressed[1], compared[1], walked[1], reproduced[1]]
+    for path in (path for folder in folders for path in folder.glob("*.html")):
+        text = path.read_text("utf-8")
+        found = Page(text)
+        assert not re.findall(r".{9}\d (?:%|°C|J|W|N|mm|mN m|m/s|s|g)(?!\w).{9}", found.text), path
+        assert not re.findall(r".{9}\d%.{9}", found.text), path
+        assert " × " not in found.text.replace("0.88 × 0.87", ""), path
+        assert "\N{NO-BREAK SPACE}" not in text.partition("<body>")[0], path
+
+
 def test_tables_and_figures_scroll_inside_the_page(pressed, compared, walked, reproduced):
     folders = [pressed[1], compared[1], walked[1], reproduced[1]]
     found = [page for folder in folders for page in pages(folder).values()]

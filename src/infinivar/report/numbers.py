@@ -9,7 +9,11 @@ from typing import Any
 
 from infinivar import units
 
-_BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:%|°C|deg|rad/s|[kmM]?(?:N|m|s|W|J|V|A|K|Hz|kg|g)(?:[ /]m|/s)?)(?![\w]))")
+_BOUND = "\N{NO-BREAK SPACE}"
+_UNIT = (
+    r"(?:%|°C|degC?|rpm|rad/s|Wh|(?:[kmMG]?(?:N|m|s|W|J|V|A|K|H|Hz|Pa|g)|ohm)(?:[ /][ckm]?m(?:²|\^2)?|/s²?|/[AKW])?)"
+)
+_BEFORE_UNIT = re.compile(rf"(?:(?<=\d)|(?<=</sup>)) (?={_UNIT}(?!\w))")
 
 
 def si(value: float | None, digits: int = 3) -> Any:
@@ -23,7 +27,11 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> Any:
 
     if value is None or math.isnan(value):
         return "–"
-    return Markup("{} {}").format(si(value, digits), unit) if unit not in ("", "1") else si(value, digits)
+    return (
+        Markup("{}{}{}").format(si(value, digits), _BOUND, unit.replace(" ", _BOUND))
+        if unit not in ("", "1")
+        else si(value, digits)
+    )
 
 
 def raised(text: str) -> Any:
@@ -33,12 +41,12 @@ def raised(text: str) -> Any:
     mantissa, power, exponent = text.partition("e")
     if not power or not exponent.lstrip("-").isdigit():
         return text
-    return Markup("{} × 10<sup>{}</sup>").format(mantissa, exponent.replace("-", "−"))
+    return Markup("{0}{2}×{2}10<sup>{1}</sup>").format(mantissa, exponent.replace("-", "−"), _BOUND)
 
 
-def bound(text: str) -> str:
-    """Text in which no line ends between a number and its unit."""
-    return _BEFORE_UNIT.sub("\u00a0", text)
+def bound(page: str) -> str:
+    """A page in which no line ends between a number and its unit."""
+    return _BEFORE_UNIT.sub(_BOUND, page)
 
 
 def watts(value: float) -> Any:
@@ -70,7 +78,6 @@ FILTERS: dict[str, Callable[..., Any]] = {
     "si": si,
     "signed": signed,
     "quantity": quantity,
-    "bound": bound,
     "watts": watts,
     "percent": percent,
     "celsius": celsius,

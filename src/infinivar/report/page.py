@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from infinivar import __version__, references
-from infinivar.report.numbers import FILTERS
+from infinivar.report.numbers import FILTERS, bound
 
 
 @functools.cache
@@ -25,8 +25,8 @@ def _environment() -> Any:
 
 
 def render(template: str, **values: Any) -> str:
-    """The page that a template makes of the values."""
-    return _environment().get_template(template).render(**values)
+    """The page that a template makes of the values; numbers are bound to their units."""
+    return bound(_environment().get_template(template).render(**values))
 
 
 def write_csv(columns: Mapping[str, Any], path: Path) -> None:
