@@ -107,7 +107,8 @@ def test_files_agree_with_what_is_printed(reproduced):
         assert unit == "1" or f"{plain(claim['computed'])}\N{NO-BREAK SPACE}{unit}" in page
         tried = re.search(rf"<summary>{claim['id']} .*", page)
         assert tried is None or (">by construction (" in tried[0]) == claim["by_construction"]
-    assert {claim["id"]: claim["unit"] for claim in claims if claim["unit"] != "1"} == {"C2": "W", "B5": "rad/s"}
+    units = {claim["id"]: claim["unit"] for claim in claims if claim["unit"] != "1"}
+    assert units == {"C2": "W", "B5": "rad/s", "S1": "%", "S2": "%", "S3": "%"}
     figures = [f"fig{number}.{kind}" for number in FIGURES for kind in ("png", "svg", "pdf")]
     assert results(folder) == sorted(["claims.json", "reproduction.html", *figures])
 
