@@ -133,7 +133,7 @@ def test_stays_are_found_at_any_cutoff(tmp_path, cutoff, column):
     speed = found.motion.derivatives(time, 4)
     for order in range(1, 5):
         assert not np.any(speed[order][resting])
-    assert np.mean(speed[1][~resting] == 0) < 1e-3
+    assert np.mean(speed[1][~resting] == 0) < 2e-3  # some instants after the end, as a reach sets out slowly
 
 
 @pytest.mark.parametrize(("count", "noise"), [(1e-5, 0.0), (1e-4, 0.0), (None, 5e-5), (None, 3e-4)])
