@@ -136,6 +136,18 @@ def test_stays_are_found_at_any_cutoff(tmp_path, cutoff, column):
     assert np.mean(speed[1][~resting] == 0) < 2e-3  # some instants after the end, as a reach sets out slowly
 
 
+@pytest.mark.parametrize("cutoff", [5.0, 25.0])
+def test_a_speed_in_counts_resolves_how_far_it_leads_in_a_wave(tmp_path, cutoff):
+    """Off by half a count for a wave of the cutoff: so far the position is open. Rounding looks like noise, too, of which the
+    largest of a wave's values is taken: no more than three counts."""
+    motion = DutyCycle(shape="reaches", distance=0.2, time=0.6, pause=0.5, load_mass=0.8)
+    count = 1e-3
+    duty = recorded(motion, tmp_path / "counts.csv", 500, column="speed", count=count)
+    found = recording.read(duty.file, cutoff).motion
+    assert 0.5 * count / cutoff * (1 - 1e-9) <= found.resolution <= 3.0 * count / cutoff
+    assert len(found.stays) == 2
+
+
 @pytest.mark.parametrize(("count", "noise"), [(1e-5, 0.0), (1e-4, 0.0), (None, 5e-5), (None, 3e-4)])
 def test_stays_are_found_through_counts_and_noise(tmp_path, count, noise):
     """Of a reach by 200 mm in 0.6 s and a stay of 1 s: rest is told within a tenth of a second at every end."""

@@ -1,6 +1,7 @@
 """Motions with a known solution: closed forms, or SciPy on equations written out here."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Parameter
 from infinivar.bondgraph.solve import solve
 from infinivar.contact.friction import coulomb
+from infinivar.drivetrain import plants
 
 METHODS = ["LSODA", "Radau", "BDF", "CVODES"]
 TIMES = np.linspace(0.0, 0.5, 51)
@@ -139,6 +141,45 @@ def test_friction_holds_what_it_can():
     assert held.states["m"][-1] == pytest.approx(share * 1e-4, rel=1e-6)
     slides = solve(graph, TIMES, inputs={"push": 4.0})
     assert slides.states["m"][-1] == pytest.approx(0.5 * TIMES[-1], rel=1e-3)
+
+
+def cylinder(drive, stick_speed):
+    motor = drive.motor.no_load_current
+    return plants.cylinder_plant(drive, stick_speed=stick_speed), motor, "omega", drive.transmission.cylinder_radius
+
+
+def steering_wheel(drive, stick_speed):
+    steering = drive.steering
+    bell = sum(steering.friction_torques(drive.transmission).values())
+    motor = steering.motor.no_load_current + bell / steering.ratio / steering.motor.torque_constant
+    return plants.steering_plant(drive, stick_speed=stick_speed), motor, "phi_rate", drive.transmission.wheel_radius
+
+
+def geared(drive, stick_speed):
+    radius, at_pulley = drive.pulley.radius, drive.gearhead.ratio * drive.motor.torque_constant
+    behind = drive.guideway.friction * radius + drive.pulley.friction_torque
+    motor = drive.motor.no_load_current + behind / at_pulley
+    return plants.conventional_graph(drive, stick_speed=stick_speed), motor, "ldot", 1.0
+
+
+@pytest.mark.parametrize("plant", [cylinder, steering_wheel, geared])
+@pytest.mark.parametrize("stick_speed", [1e-3, 1e-4])
+def test_every_shaft_sticks_at_the_speed_of_the_link(study, plant, stick_speed):
+    """A current of half of what all friction takes: everything creeps, the surface of cylinder or wheel at a share s of the
+    stick speed with s(3 - s^2)/2 = 1/2, whichever shaft carries the friction.
+
+    The share left of the transient after half a second is far below the tolerance of the solver.
+    """
+    drive = study.drives["motor2-gear4" if plant is geared else "cobotic"]
+    gearhead = replace(drive.gearhead, efficiency=1.0)
+    drive = replace(drive, gearhead=gearhead)
+    if plant is geared:
+        drive = replace(drive, pulley=replace(drive.pulley, friction_torque=0.01))
+    graph, current, signal, radius = plant(drive, stick_speed)
+    names = {"source": 0.5 * current} | ({"force": 0.0} if plant is geared else {})
+    run = solve(graph, TIMES, inputs=names)
+    share = 2.0 * math.sin(math.asin(0.5) / 3.0)
+    assert radius * run.signals[signal][-1] == pytest.approx(share * stick_speed, rel=1e-5)
 
 
 def test_a_motor_on_a_sticking_load_against_scipy_by_hand():

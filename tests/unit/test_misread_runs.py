@@ -106,6 +106,26 @@ def test_an_efficiency_above_1_leaves_out_its_run(study, drive):
     assert "above 1" in one.reason
 
 
+@pytest.mark.parametrize(
+    ("resistance", "seen_by"), [(2.14, "more than the motor's stall current"), (0.3, "V where current and speed take")]
+)
+def test_current_and_voltage_in_the_wrong_columns_are_told(drive, resistance, seen_by):
+    """By whichever check sees it first: a winding of little resistance stalls at more amperes than its supply has volts."""
+    drive = replace(drive, motor=replace(drive.motor, resistance=resistance))
+    data = session(drive, 2)
+    swapped = replace(data, motor_current=data.motor_voltage, motor_voltage=data.motor_current)
+    found = misreading.find(swapped, drive, RIG)
+    assert len(found) == len(data)
+    for said in found.values():
+        assert seen_by in said
+        assert said.endswith("; are motor_current and motor_voltage swapped?")
+    tenfold = misreading.find(changed(data, "motor_voltage", [5], lambda values: 10.0 * values), drive, RIG)
+    assert list(tenfold) == [5]
+    assert "swapped" not in tenfold[5]
+    without = replace(swapped, motor_voltage=None)
+    assert not any("swapped" in said for said in misreading.find(without, drive, RIG).values())
+
+
 def stuck(data, rows):
     return changed(data, "link_travel", rows, lambda values: 0.0 * values)
 

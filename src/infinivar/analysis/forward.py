@@ -109,10 +109,10 @@ class TwoWays:
             why.append(
                 "before a stay the controllers bring it to rest first, and count on less than all of the friction"
             )
-        share = total / self.prescribed if self.prescribed else float("nan")
+        share = f" ({total / self.prescribed:+.1%})" if self.prescribed else ""
         large = [f"{name} {moved[name]:+.2g} J" for name in largest if abs(moved[name]) > 1e-3 * abs(self.followed)]
         where = f", most of it in {', '.join(large)}" if large else ""
-        return f"{total:+.2g} J ({share:+.1%}){where}; {'; '.join(why)}"
+        return f"{total:+.2g} J{share}{where}; {'; '.join(why)}"
 
 
 def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
