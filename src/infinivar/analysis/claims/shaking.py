@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -346,6 +346,17 @@ def d5(machine: Machine) -> Finding:
     return _checked(machine, to_steering, why, _loss_choices(to_steering))
 
 
+def half_from(frequency: Sequence[float] | np.ndarray, shares: Sequence[float]) -> float | None:
+    """The least frequency from which on every known share is more than a half; None if there is none. [Hz]"""
+    start = None
+    for one, share in zip(frequency, shares, strict=True):
+        if share <= 0.5:
+            start = None
+        elif share > 0.5 and start is None:
+            start = float(one)
+    return start
+
+
 def d6(machine: Machine) -> Finding:
     """Where the conventional drive's power goes."""
     pair = Bench.of(machine).pair(cells="fine")
@@ -353,14 +364,9 @@ def d6(machine: Machine) -> Finding:
     where = pair.below & steady.works
     losses = _parts(steady, burnt=False)
     share = steady.losses["winding"] / np.asarray(sum(losses.values()))
-    rising = [
-        (float(frequency), pair.mean(share, where & (steady.frequency == frequency)[:, None]))
-        for frequency in steady.frequency
-    ]
-    above = [frequency for frequency, value in rising if value > 0.5]
-    reached = f"up to {max(value for _, value in rising if value == value):.0%}"
-    if above and all(value > 0.5 for frequency, value in rising if frequency >= above[0] and value == value):
-        reached = f"more than half from {above[0]:.1f} Hz on"
+    rising = [pair.mean(share, where & (steady.frequency == one)[:, None]) for one in steady.frequency]
+    start = half_from(steady.frequency, rising)
+    reached = f"up to {np.nanmax(rising):.0%}" if start is None else f"more than half from {start:.1f} Hz on"
     why = (
         f"The largest losses are {_listed(pair, 'conventional')}; drag at the load is assumed. The share of resistance rises "
         f"with force, hence with frequency and power: it is {reached}."
