@@ -15,6 +15,7 @@ from infinivar.analysis.claims.claim import Machine, at_ratio, statements
 from infinivar.analysis.claims.groups import fitted
 from infinivar.analysis.claims.planes import PLANES
 from infinivar.analysis.claims.verdict import FACTOR, Found, near, row, settle
+from infinivar.analysis.cycle import Definition
 from infinivar.analysis.dynamic import dynamic_map
 from infinivar.contact.exact import lateral_creep
 from infinivar.limits import Limit
@@ -182,6 +183,19 @@ def test_both_drives_must_show_both_trends(machine, drive, told_by):
     steady = getattr(pair, drive)
     contrary = replace(steady, **{told_by: -getattr(steady, told_by)})
     assert shaking.trends(pair._replace(**{drive: contrary})).verdict == "does not hold"
+
+
+def test_recovered_energy_must_lower_performance_nowhere(machine, claims):
+    """D8: the same two maps the other way about: lower in as many cells as were higher, and in the others the same."""
+    bench = Bench.of(machine)
+    burnt = bench.pair().cobotic
+    stored = bench.pair(Definition(returned="store", storage_efficiency=1.0)).cobotic
+    higher = np.mean(stored.performance[burnt.works] > burnt.performance[burnt.works])
+    assert 0 < higher < 1
+    found = shaking.raised(burnt, stored)
+    assert (found.computed.split(", ")[1], found.verdict) == (f"higher in {higher:.0%} of the cells", "holds")
+    assert shaking.raised(stored, burnt).verdict == "does not hold"
+    assert claims["D8"].shown == "holds"
 
 
 def test_weighted_median(machine):

@@ -404,17 +404,20 @@ def _compared(
     return settle(found(bench), why, variants)
 
 
+def raised(before: DynamicMap, after: DynamicMap) -> Found:
+    """D8: how far performance rises where the drive worked before."""
+    gained = (after.performance - before.performance)[before.works]
+    value = float(np.nanmax(after.performance, initial=0.0))
+    words = f"up to {value:.2f}, higher in {float(np.mean(gained > 0)):.0%} of the cells"
+    return Found(words, "lower in none", yes(bool(np.all(gained >= 0))))
+
+
 def d8(machine: Machine) -> Finding:
     """Performance with braking energy recovered."""
 
     def found(bench: Bench, *, definition: Definition = PAPER, efficiency: float = 1.0) -> Found:
         recovered = replace(definition, returned="store", storage_efficiency=efficiency)
-        before, after = bench.pair(definition).cobotic, bench.pair(recovered).cobotic
-        gained = (after.performance - before.performance)[before.works]
-        value = float(np.nanmax(after.performance, initial=0.0))
-        raised = float(np.mean(gained > 0))
-        words = f"up to {value:.2f}, higher in {raised:.0%} of the cells"
-        return Found(words, "lower in none", yes(bool(np.all(gained >= 0))))
+        return raised(bench.pair(definition).cobotic, bench.pair(recovered).cobotic)
 
     why = (
         "Less is taken from the supply wherever any power comes back. Counted so, performance has no upper limit: a lossless "
