@@ -1,5 +1,7 @@
 """Rest: one law of friction there, and one rule by which recordings, shapes and simulations come to it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -220,3 +222,17 @@ def test_controllers_come_to_rest(drive, force):
     held = duty_cycle(drive, DutyCycle(shape="hold", time=1.0, force=force, load_mass=0.8)).holding
     drawn = np.mean(run.columns["supply_power_W"][resting])
     assert drawn == pytest.approx(held.power, rel=0.05, abs=1e-3)
+
+
+@pytest.mark.parametrize("pause", [0.5, 4.0])
+@pytest.mark.parametrize("efficiency", [0.4, 0.8, None])
+@pytest.mark.parametrize("force", [-20.0, 10.0])
+def test_long_stays_take_what_holding_takes(force, efficiency, pause):
+    """By a controller that has lowered or lifted the load before, behind gears that pass on more or less of it."""
+    gear = GEARED.gearhead
+    if efficiency is not None:
+        gear = replace(gear, loss_model="proportional", efficiency=efficiency, rated_torque=None)
+    duty = DutyCycle(shape="reaches", distance=0.1, time=0.5, pause=pause, force=force, load_mass=0.8)
+    both = two_ways(replace(GEARED, gearhead=gear), duty)
+    assert both.rms_error < 1e-3 * duty.distance
+    assert both.followed == pytest.approx(both.prescribed, rel=0.01)
