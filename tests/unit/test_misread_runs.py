@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from infinivar.analysis.calibration import misread as misreading
-from infinivar.analysis.calibration import model
+from infinivar.analysis.calibration import model, virtual
 from infinivar.analysis.calibration.calibrate import calibrate
 from infinivar.errors import InputError
 from rigs import READINGS, RIG, misread, session, under
@@ -215,3 +215,22 @@ def test_a_law_near_slip_is_no_outlier(study, drive):
     found = calibrate(study, "cobotic", data)
     assert not found.left_out
     assert found.fit.law == "polach"
+
+
+def test_runs_beyond_the_study_s_slip_are_named_and_decide_no_law(study, drive):
+    """A wheel that holds more than the study says: its law goes on where by the study nothing does."""
+    grips = replace(drive, transmission=replace(drive.transmission, friction=0.14))
+    protocol = [
+        *virtual.protocol(grips, RIG, ratios=(100.0, 20.0, 8.0, 4.0, 2.0), loads=(0.15, 0.7)),
+        *virtual.protocol(grips, RIG, ratios=(4.0, 2.0), loads=(0.93,)),
+    ]
+    data = virtual.experiment(grips, RIG, protocol, seed=2, simulated=False).data
+    lateral = data.mass * RIG.gravity / np.cos(data.steering_angle)
+    beyond = data.pressed & (lateral > 1.05 * 0.12 * data.preload)
+    assert 1 <= np.count_nonzero(beyond) <= 4
+    found = calibrate(study, "cobotic", data)
+    assert [one.row for one in found.left_out] == np.flatnonzero(beyond).tolist()
+    assert all("is the study's friction of 0.12 too small?" in one.reason for one in found.left_out)
+    assert "linear" in found.laws.undecided
+    low, high = found.fit.interval("creep_stiffness")
+    assert low <= model.known_values(drive)["creep_stiffness"] <= high

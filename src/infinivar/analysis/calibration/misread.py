@@ -27,6 +27,9 @@ _SLIPS = {
 }
 """What a factor between travel and angles suggests."""
 
+_OFF = 5.0
+"""Standard deviations by which a setting may be off."""
+
 _PATTERN = 4
 """Runs of a kind that must be wrong before they count as a pattern: with one reading in twenty misread at random, four
 of the runs at one ratio are in one session of 30,000."""
@@ -121,11 +124,15 @@ def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str 
 
 
 def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    """What is wrong if the load was more than the wheel holds by the study, and the preload may be off."""
     mass, preload, friction = float(data.mass[row]), float(data.preload[row]), drive.transmission.friction
-    if preload == 0 or mass * rig.gravity <= 1.5 * friction * preload:
+    pulls, slips = mass * rig.gravity, friction * preload
+    lateral = pulls / math.cos(float(data.steering_angle[row]))
+    if preload == 0 or lateral <= (1.0 + _OFF * rig.preload_deviation) * slips:
         return None
-    hint = "; are mass and preload swapped?" if preload * rig.gravity < 1.5 * friction * mass else ""
-    return f"mass pulls with {plain(mass * rig.gravity)} N where the wheel slips at {plain(friction * preload)} N{hint}"
+    swapped = pulls > 1.5 * slips and preload * rig.gravity < 1.5 * friction * mass
+    hint = "are mass and preload swapped?" if swapped else f"is the study's friction of {plain(friction)} too small?"
+    return f"mass loads the wheel with {plain(lateral)} N where by the study it slips at {plain(slips)} N; {hint}"
 
 
 def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
