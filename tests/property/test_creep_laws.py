@@ -212,3 +212,13 @@ def test_misuse_is_named():
     with pytest.raises(ValueError, match="strips must be >= 1, got -1"):
         fastsim.forces(0.1, 0.1, strips=-1)
     assert np.isnan(fastsim.forces(0.1, 0.1, 0.1, -1.0).fx)
+
+
+@pytest.mark.parametrize("shape", [(0,), (3, 0), (0, 2)])
+def test_no_contacts_give_no_forces(shape):
+    """A selection of contacts may be empty: nothing is left to be computed, in the shape asked for."""
+    none = np.zeros(shape)
+    assert [part.shape for part in fastsim.forces(none, none, none)] == [shape] * 4
+    for law in creep.LAWS:
+        assert creep.lateral_force(law, none).shape == shape
+        assert creep.lateral_creep(law, none).shape == shape

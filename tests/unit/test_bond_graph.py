@@ -397,6 +397,26 @@ def test_energies_of_every_element_add_up():
         assert run.energy("n").came[-1] == pytest.approx(run.energy("n").went[-1], rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("changed", "named"),
+    [
+        ({"lost": ("R", "R")}, {"R": 1.0}),
+        ({"came": ("out", "k")}, {"k": 1.0, "out": 1.0}),
+        ({"came": ("V", "i"), "lost": ("R", "R")}, {"i": 1.0, "V": 1.0, "R": 1.0}),
+    ],
+)
+def test_energy_that_an_element_misses_is_found_at_it(changed, named):
+    """A joule put wrongly into one loss, or into what passed through one bond, is missing there and nowhere else."""
+    run = solve(motor(), np.linspace(0.0, 0.05, 501), inputs={"V": 5.0})
+    lost, passed = dict(run.by_element), dict(run.passed)
+    for what, where in changed.items():
+        energies = lost if what == "lost" else passed
+        energies[where] = energies[where] + np.linspace(0.0, 1.0, 501)
+    wrong = replace(run, by_element=lost, passed=passed)
+    for element in run.graph.elements:
+        assert audit._missing(wrong, element.name) == pytest.approx(named.get(element.name, 0.0), abs=1e-6)
+
+
 def test_a_graph_without_losses_or_sources_is_audited_too():
     spring = BondGraph("g", [bg.one("v"), bg.inertia("m", "m", 1.0), bg.compliance("c", "c", 1.0)], ["v > m", "v > c"])
     assert solve(spring, np.linspace(0.0, 9.0, 91), initial={"c": 1.0}).closure < 1e-7

@@ -62,6 +62,35 @@ def test_eq_18_gives_the_true_efficiency(exact, drive):
     assert_allclose(np.unique(found.ratio[used]), [2.0, 100.0], rtol=1e-12)
 
 
+def test_a_study_that_knows_of_no_loss_finds_all_of_them(drive, exact):
+    """From zero, where no value gives a scale, the exact data lead to the values they were made with. Hysteresis and bearing
+    brake alike, so that the one that is sought takes both. 1e-5 is what steps of 1e-5 and the fit's own tolerance leave."""
+    known = model.known_values(drive)
+    element = drive.transmission
+    bare = replace(
+        drive,
+        motor=replace(drive.motor, no_load_current=0.0),
+        gearhead=replace(drive.gearhead, efficiency=1.0),
+        transmission=iv.RotaryLinearIVT(
+            cylinder_radius=element.cylinder_radius,
+            wheel_radius=element.wheel_radius,
+            preload=element.preload,
+            friction=element.friction,
+            creep_stiffness=2.0 * known["creep_stiffness"],
+            rolling_torque=0.0,
+            bearing_torque=0.0,
+        ),
+        guideway=iv.Guideway(),
+        steering=None,
+    )
+    sought = ("creep_stiffness", "rolling_torque", "guideway_friction", "nominal_torque")
+    assert [model.known_values(bare)[name] for name in sought[1:]] == [0.0, 0.0, 0.0]
+    found = fit(Problem.of(bare, RIG, exact[1].data, sought))
+    expected = {**known, "rolling_torque": known["rolling_torque"] + known["bearing_torque"]}
+    assert found.told == sought
+    assert_allclose([found.values[name] for name in sought], [expected[name] for name in sought], rtol=1e-5)
+
+
 @pytest.mark.parametrize(
     ("sessions", "low", "high", "near"),
     [(60, 0.88, 1.0, 0.08), pytest.param(400, 0.93, 0.97, 0.03, marks=pytest.mark.slow)],

@@ -61,7 +61,7 @@ def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions
     assert told == (0 if law == "linear" else sessions)
 
 
-def test_the_issue_s_example_is_told_and_its_bias_gone(drive):
+def test_a_law_that_bends_is_told_and_its_bias_gone(drive):
     """Data of Vermeulen and Johnson's law, a study that says linear: ten sessions as `infinivar rig` makes them."""
     known = model.known_values(drive)["creep_stiffness"]
     before, after = [], []

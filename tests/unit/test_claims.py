@@ -1,5 +1,6 @@
 """Verdicts on the paper's claims: what turns them round, and numbers behind them by other ways."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from infinivar.analysis.claims.claim import Machine, at_ratio, statements
 from infinivar.analysis.claims.groups import fitted
 from infinivar.analysis.claims.planes import PLANES
 from infinivar.analysis.claims.verdict import FACTOR, Found, near, row, settle
+from infinivar.analysis.cycle import Definition
 from infinivar.analysis.dynamic import dynamic_map
 from infinivar.contact.exact import lateral_creep
 from infinivar.limits import Limit
@@ -67,6 +69,51 @@ def test_every_claim_has_a_threshold_and_a_verdict_that_follows(claims):
             assert claim.variants, claim.id
         assert all(variant.threshold for variant in claim.variants)
     assert [name for name, claim in claims.items() if claim.by_construction] == ["E1", "E2", "C3", "C6", "B1"]
+
+
+def numbers(computed, threshold):
+    """The numbers that a threshold is about: of a text in percent only those in percent."""
+    if not isinstance(computed, str):
+        return [computed]
+    percent = r"(?<=worse in )\d+(?= %)" if "worse" in threshold else r"[-+]?\d+\.?\d*(?:e-\d+)?(?= %)"
+    return [float(one) for one in re.findall(percent if "%" in threshold else r"[-+]?\d+\.?\d*(?!\S*:1)", computed)]
+
+
+THRESHOLDS = {
+    r"within (\S+) of (\S+)": lambda found, off, printed: abs(found[0] - printed) <= off,
+    r"(?:in )?at least (\S+) (?:W|%)": lambda found, least: min(found) >= least,
+    r"at most (\S+)": lambda found, most: found[0] <= most,
+    r"below ([\d.]+)": lambda found, most: found[0] < most,
+    r"more than (\S+) %": lambda found, least: found[0] > least,
+    r"rounds to (\S+)": lambda found, printed: round(found[0], 1) == printed,
+    r"ten within a factor of (\S+)": lambda found, factor: 10 / factor <= found[0] <= 10 * factor,
+    r"within a factor of (\S+)": lambda found, factor: 1 / factor <= found[0] <= factor,
+    r"each below (\S+) %": lambda found, most: max(found) < most,
+    r"each below (\S+) % per percent lighter": lambda found, most: max(found) < most,
+    r"by less than (\S+) %": lambda found, most: found[0] < most,
+    r"every band within (\S+)": lambda found, off: max(np.abs(found)) <= off,
+    r"(\S+) %": lambda found, share: found[0] == share,
+    r"worse in at most (\S+) % of the cells": lambda found, most: max(found) <= most,
+    r"left more than (\S+) % and none, right none; .*": lambda found, most: found[0] > most and not any(found[1:]),
+    r"above (\S+) % of the (?:bearing )?loss per percent": lambda found, least: min(found) > least,
+    r"below (\S+) % of the creep loss per percent": lambda found, most: max(found) < most,
+}
+"""What the words of a threshold say, for those that numbers decide."""
+
+
+def test_verdicts_are_what_the_words_of_their_thresholds_say(claims):
+    """Number, threshold and verdict as a reader has them: of every claim by the shipped values, and of every variant."""
+    judged = set()
+    for claim in claims.values():
+        shown = (claim.computed, claim.threshold, claim.shown)
+        for computed, threshold, verdict in (shown, *(variant[2:] for variant in claim.variants)):
+            for words, holds in THRESHOLDS.items():
+                if (said := re.fullmatch(words, threshold)) and verdict != "undecidable":
+                    expected = holds(numbers(computed, threshold), *map(float, said.groups()))
+                    assert verdict == ("holds" if expected else "does not hold"), (claim.id, computed, threshold)
+                    judged.add(claim.id)
+    by_words = {"E5", "E9", "E10", "E11", "B4", "D8", "S2", "S6"}
+    assert set(claims) - judged == by_words
 
 
 def test_claims_whose_verdict_hangs_on_a_choice_of_ours(claims):
@@ -124,6 +171,31 @@ def test_cells_count_by_area(machine):
         where = (asked.fraction > 0.1)[None, :] & (asked.binding == 0) & ((asked.binding == 0) | (other.binding == 0))
         found = shaking.most_lost(weighted, drive, part).computed
         assert float(found.split(" %")[0].split("%")[0]) / 100 == pytest.approx(np.mean(share[where]), abs=0.012)
+
+
+@pytest.mark.parametrize("drive", ["cobotic", "conventional"])
+@pytest.mark.parametrize("told_by", ["performance", "unlimited"])
+def test_both_drives_must_show_both_trends(machine, drive, told_by):
+    """D7: rising with power is told by the performance within limits, falling with frequency by the one without; where one of
+    them is turned upside down for one drive, three trends of four are left."""
+    pair = Bench.of(machine).pair()
+    assert shaking.trends(pair).verdict == "holds"
+    steady = getattr(pair, drive)
+    contrary = replace(steady, **{told_by: -getattr(steady, told_by)})
+    assert shaking.trends(pair._replace(**{drive: contrary})).verdict == "does not hold"
+
+
+def test_recovered_energy_must_lower_performance_nowhere(machine, claims):
+    """D8: the same two maps the other way about: lower in as many cells as were higher, and in the others the same."""
+    bench = Bench.of(machine)
+    burnt = bench.pair().cobotic
+    stored = bench.pair(Definition(returned="store", storage_efficiency=1.0)).cobotic
+    higher = np.mean(stored.performance[burnt.works] > burnt.performance[burnt.works])
+    assert 0 < higher < 1
+    found = shaking.raised(burnt, stored)
+    assert (found.computed.split(", ")[1], found.verdict) == (f"higher in {higher:.0%} of the cells", "holds")
+    assert shaking.raised(stored, burnt).verdict == "does not hold"
+    assert claims["D8"].shown == "holds"
 
 
 def test_weighted_median(machine):
@@ -253,6 +325,34 @@ def test_what_a_lighter_cylinder_is_worth(machine, claims):
     stored = 0.01 * 0.5 * drive.cylinder_inertia * 14.0**2
     assert stored <= saved < 1.3 * stored
     assert f"saves {1000 * saved:.1f} mJ" in claim.why
+
+
+@pytest.mark.parametrize(
+    ("shares", "start"),
+    [
+        ([0.2, 0.4, 0.6, 0.8], 3.0),
+        ([0.6, 0.4, 0.6, 0.8], 3.0),
+        ([0.2, 0.6, 0.4, np.nan], None),
+        ([np.nan, 0.6, np.nan, 0.5001], 2.0),
+        ([0.5, 0.5, np.nan, np.nan], None),
+        ([np.nan] * 4, None),
+    ],
+)
+def test_more_than_half_from_a_frequency_on_means_all_beyond(shares, start):
+    """What is known falls to a half or below nowhere beyond; unknown shares, where the drive does not work, say nothing."""
+    assert shaking.half_from(np.arange(1.0, 5.0), shares) == start
+
+
+def test_resistance_takes_more_than_half_from_where_d6_says(machine, claims):
+    """Winding loss over all that the drive itself loses, on frequencies next to it, below 10 Hz and above 10 % of the power."""
+    said = float(re.search(r"more than half from ([\d.]+) Hz on", claims["D6"].why)[1])
+    fraction = np.linspace(0.0, 1.0, 61)[1:]
+    for factor, more in ((0.9, False), (1.1, True), (2.0, True)):
+        found = dynamic_map(
+            machine.moving("motor2-gear4"), [factor * said], fraction[fraction > 0.1], power=12.0, load_mass=0.8
+        )
+        lost = sum(loss for name, loss in found.losses.items() if name != "amplifier")
+        assert (np.mean((found.losses["winding"] / lost)[found.works]) > 0.5) == more
 
 
 def test_fall_to_one_half_near_one_to_one(machine, claims):

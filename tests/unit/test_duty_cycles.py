@@ -374,7 +374,7 @@ def test_a_force_of_zero_is_none():
 def test_an_energy_that_no_settled_motor_has_names_the_winding():
     found = duty_cycle(GEARED, duty("hold", force=-300.0))
     assert found.heat["motor"].winding == math.inf
-    assert "W on average with motor winding at 155 °C" in found.verdict
+    assert "W on average with motor winding at 100 °C" in found.verdict
     assert "with motor winding" not in duty_cycle(GEARED, duty("hold")).verdict
 
 

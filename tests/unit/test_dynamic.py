@@ -13,6 +13,7 @@ from infinivar.analysis import cycle
 from infinivar.analysis.cycle import Definition
 from infinivar.analysis.dynamic import amplitude, dynamic_map, shaking
 from infinivar.study.load import shipped_study
+from infinivar.transmission.rates import Varying
 
 STUDY = shipped_study("faulring2006")
 FREQUENCY, FRACTION = np.geomspace(0.1, 30, 12), np.linspace(0.05, 1, 8)
@@ -128,6 +129,61 @@ def test_inertias_return_what_they_took(name):
     smooth = replace(drive, guideway=iv.Guideway())
     assert cycle.returned_to_start(smooth.follow(course, load_mass=0.8)) < 1e-9
     assert cycle.returned_to_start(drive.follow(course, load_mass=0.8)) < 1e-5
+
+
+def test_energy_that_inertias_keep():
+    """By kinetic energies, for stretches that end at another speed than they begin with.
+
+    A lossless drive of reduced mass d shakes a mass m up to a speed v. The load takes m v^2/2 and the supply gives
+    (m + d) v^2/2 when it sets out; when it slows down the load gives m v^2/2 back, which is burnt. All powers follow one
+    sine, so that sums over instants have the same error and the quotients none.
+    """
+    drive, mass = geared(lossless_motor()), 0.8
+    reduced = (2e-5 + 4.0**2 * 1e-6) / 0.005**2
+    whole = shaking(0.02, 3.0, 400)
+
+    def kept(start, end):
+        part = iv.Course(
+            **{name: getattr(whole, name)[start:end] for name in ("speed", "acceleration", "jerk", "snap")}
+        )
+        return cycle.returned_to_start(drive.follow(part, load_mass=mass))
+
+    assert kept(300, 400) == pytest.approx(reduced / (2 * mass + reduced), rel=1e-9)  # from rest to v
+    assert kept(0, 100) == pytest.approx(reduced / mass, rel=1e-9)  # from v to rest
+    assert kept(100, 400) == pytest.approx(reduced / (5 * mass + 2 * reduced), rel=1e-9)  # to v, to rest, to v
+
+
+def test_energy_goes_from_the_cylinder_to_the_link():
+    """A cylinder slows down while it sets the link going: what stays is the difference of their kinetic energies.
+
+    Steering takes its own: speeds of the wheel at both ends are read off the same motion. 1e-6 is what 4000 midpoints leave.
+    """
+    drive, mass, count = STUDY.drives["cobotic"], 0.8, 4000
+    drive = replace(drive, guideway=iv.Guideway())
+    steering = drive.steering
+    to_steer = steering.bell_inertia + steering.ratio**2 * steering.motor.rotor_inertia
+    duration, speed, slowing, turn = 0.2, 0.3, 12.0, 8.0
+
+    def instants(time):
+        course = iv.Course(
+            speed=speed * np.sin(turn * time),
+            acceleration=speed * turn * np.cos(turn * time),
+            jerk=-speed * turn**2 * np.sin(turn * time),
+            snap=-speed * turn**3 * np.cos(turn * time),
+        )
+        cylinder = Varying(drive.cylinder_speed - slowing * time, np.full(time.shape, -slowing), np.zeros(time.shape))
+        return drive.follow(course, load_mass=mass, cylinder_speed=cylinder)
+
+    middle = instants(duration * (np.arange(count) + 0.5) / count)
+    first, last = instants(np.array([0.0, duration])).states["steering_rate_rad_s"]
+    link = 0.5 * drive.link_mass * (speed * np.sin(turn * duration)) ** 2
+    cylinder = (
+        0.5 * drive.turning_inertia * ((drive.cylinder_speed - slowing * duration) ** 2 - drive.cylinder_speed**2)
+    )
+    wheel = 0.5 * to_steer * (last**2 - first**2)
+    assert -cylinder > 2 * link > 0
+    moved = duration * np.mean(np.abs(middle.power_in) + np.abs(middle.power_out))
+    assert cycle.returned_to_start(middle) == pytest.approx(-(link + cylinder + wheel) / moved, rel=1e-6)
 
 
 def test_limits_that_bind():

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from infinivar.analysis.calibration import misread as misreading
-from infinivar.analysis.calibration import model
+from infinivar.analysis.calibration import model, virtual
 from infinivar.analysis.calibration.calibrate import calibrate
 from infinivar.errors import InputError
 from rigs import READINGS, RIG, misread, session, under
@@ -106,6 +106,26 @@ def test_an_efficiency_above_1_leaves_out_its_run(study, drive):
     assert "above 1" in one.reason
 
 
+@pytest.mark.parametrize(
+    ("resistance", "seen_by"), [(2.14, "more than the motor's stall current"), (0.3, "V where current and speed take")]
+)
+def test_current_and_voltage_in_the_wrong_columns_are_told(drive, resistance, seen_by):
+    """By whichever check sees it first: a winding of little resistance stalls at more amperes than its supply has volts."""
+    drive = replace(drive, motor=replace(drive.motor, resistance=resistance))
+    data = session(drive, 2)
+    swapped = replace(data, motor_current=data.motor_voltage, motor_voltage=data.motor_current)
+    found = misreading.find(swapped, drive, RIG)
+    assert len(found) == len(data)
+    for said in found.values():
+        assert seen_by in said
+        assert said.endswith("; are motor_current and motor_voltage swapped?")
+    tenfold = misreading.find(changed(data, "motor_voltage", [5], lambda values: 10.0 * values), drive, RIG)
+    assert list(tenfold) == [5]
+    assert "swapped" not in tenfold[5]
+    without = replace(swapped, motor_voltage=None)
+    assert not any("swapped" in said for said in misreading.find(without, drive, RIG).values())
+
+
 def stuck(data, rows):
     return changed(data, "link_travel", rows, lambda values: 0.0 * values)
 
@@ -195,3 +215,22 @@ def test_a_law_near_slip_is_no_outlier(study, drive):
     found = calibrate(study, "cobotic", data)
     assert not found.left_out
     assert found.fit.law == "polach"
+
+
+def test_runs_beyond_the_study_s_slip_are_named_and_decide_no_law(study, drive):
+    """A wheel that holds more than the study says: its law goes on where by the study nothing does."""
+    grips = replace(drive, transmission=replace(drive.transmission, friction=0.14))
+    protocol = [
+        *virtual.protocol(grips, RIG, ratios=(100.0, 20.0, 8.0, 4.0, 2.0), loads=(0.15, 0.7)),
+        *virtual.protocol(grips, RIG, ratios=(4.0, 2.0), loads=(0.93,)),
+    ]
+    data = virtual.experiment(grips, RIG, protocol, seed=2, simulated=False).data
+    lateral = data.mass * RIG.gravity / np.cos(data.steering_angle)
+    beyond = data.pressed & (lateral > 1.05 * 0.12 * data.preload)
+    assert 1 <= np.count_nonzero(beyond) <= 4
+    found = calibrate(study, "cobotic", data)
+    assert [one.row for one in found.left_out] == np.flatnonzero(beyond).tolist()
+    assert all("is the study's friction of 0.12 too small?" in one.reason for one in found.left_out)
+    assert "linear" in found.laws.undecided
+    low, high = found.fit.interval("creep_stiffness")
+    assert low <= model.known_values(drive)["creep_stiffness"] <= high

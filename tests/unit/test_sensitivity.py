@@ -13,7 +13,7 @@ from infinivar.analysis import outcomes
 from infinivar.analysis.builds import draw, low_discrepancy
 from infinivar.analysis.derivatives import METHODS, designs, gradient, values_of, varied
 from infinivar.analysis.duty_cycle import duty_cycle
-from infinivar.analysis.sensitivity import sensitivity, sobol
+from infinivar.analysis.sensitivity import _indices, sensitivity, sobol
 from infinivar.analysis.uncertainty import BAND, Mapper, band, percent
 from infinivar.drivetrain.duty import DutyCycle
 from infinivar.errors import InputError
@@ -198,6 +198,17 @@ class TestOutcomes:
             assert_allclose((energy, temperature), (whole.energy, hottest), rtol=1e-3)
             assert able == 1.0
 
+    @pytest.mark.parametrize("kind", outcomes.KINDS)
+    def test_more_friction_is_worse_by_every_outcome(self, kind):
+        """A guideway that drags three times as much does nothing good: which way is better is not a matter of convention."""
+        knee = iv.load_study("studies/knee_walking.toml")
+        asked = outcomes.outcome(knee, kind)
+        for drive in knee.drives.values():
+            guide = drive.guideway
+            rough = iv.Guideway(friction=3.0 * guide.friction + 3.0, coefficient=3.0 * guide.coefficient)
+            change = asked.better * float(asked.of(replace(drive, guideway=rough)) - asked.of(drive))
+            assert change < 0 or (kind == "coverage" and change == 0)
+
     @pytest.mark.parametrize("period", [0.3, 3.0, 40.0])
     def test_settled_temperature_in_closed_form(self, drive, period):
         """Half the cycle at twice the continuous current, half without: the ripple is largest for long cycles."""
@@ -229,6 +240,27 @@ class TestSobol:
         whole = v1 + v2 + v13
         assert_allclose(own, [v1 / whole, v2 / whole, 0.0], atol=5e-3)
         assert_allclose(total, [(v1 + v13) / whole, v2 / whole, v13 / whole], atol=5e-3)
+
+    @pytest.mark.parametrize(("better", "own"), [(1, [5 / 13, 4 / 13]), (-1, [5 / 7, 1 / 7])])
+    def test_what_cannot_be_done_counts_as_the_worst(self, drive, better, own):
+        """y^2 while x is below a half, else nothing, x and y even on (0, 1). With the worst there, 0 where more is better and
+        1 where less is: means and variances over x and y by hand; what x and y do not do alone they do together. The
+        jump leaves 1e-2 with 4096 samples."""
+
+        def asked(design):
+            x, y = design.motor.resistance - 1.0, design.motor.inductance / 1e-3 - 1.0
+            return np.where(x < 0.5, y**2, np.nan)[..., 0]
+
+        spreads = [
+            Spread(owner="cobotic", path=path, unit="", value=low, low=low, high=2.0 * low, deviation=None,
+                   kind="stated", where="test")
+            for path, low in (("motor.resistance", 1.0), ("motor.inductance", 1e-3))
+        ]  # fmt: skip
+        outcome = outcomes.Outcome(name="y", unit="1", words="y", better=better, of=asked)
+        first, total, lost = _indices(outcome, drive, spreads, 2**12, lambda share: None)
+        assert_allclose(first, own, atol=0.015)
+        assert_allclose(total, [1.0 - own[1], 1.0 - own[0]], atol=0.015)
+        assert lost == pytest.approx(0.5, abs=1e-3)
 
     def test_what_does_not_vary_has_none(self):
         own, total = sobol(np.ones(64), np.ones(64), np.ones((2, 64)))

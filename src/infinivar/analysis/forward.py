@@ -116,11 +116,11 @@ class TwoWays:
             why.append(
                 "before a stay the controllers bring it to rest first, and count on less than all of the friction"
             )
-        share = total / self.prescribed if self.prescribed else float("nan")
+        share = f" ({percent(total / self.prescribed, 1, '+')})" if self.prescribed else ""
         places = _places(max(abs(total), _SMALL * abs(self.followed)))
         parts = self._parts(0.5 * 10.0**-places)
         where = ": " + ", ".join(f"{name} {change:+.{places}f} J" for name, change in parts.items()) if parts else ""
-        return f"{total:+.{places}f} J ({percent(share, 1, '+')}){where}; {'; '.join(why)}"
+        return f"{total:+.{places}f} J{share}{where}; {'; '.join(why)}"
 
     def _parts(self, least: float) -> dict[str, float]:
         """What the difference consists of, from the largest: losses, work on the load, energy kept; `least` is named. [J]

@@ -97,7 +97,8 @@ class March:
         self.reached = last
         between = grid.reshape(-1, stride)[:, :-1].ravel()
         moving = [functions[self.made.inputs.index(name)] for name in self.made.rates]
-        states = rows.reshape(-1, stride, rows.shape[1])[:, :-1, : self.count].reshape(-1, self.count)
+        states = rows.reshape(len(wanted), stride, rows.shape[1])[:, :-1, : self.count]
+        states = states.reshape(len(between), self.count)
         self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True)))
         self.widths.append(widths)
         self.now = ends[-1].tolist()

@@ -99,16 +99,25 @@ def solve(
 
     def attempt(energies_too: bool) -> Trajectory:
         run = March(made, parameters, outside, controller, times, start, energies_too)
-        step = stepper(method, made, parameters, rtol, absolute, energies_too)
+        step = stepper(method, made, parameters, rtol, absolute, energies_too) if made.states else _nothing_moves
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a solver that gives up says so in the outcome
             outcome = run.integrate(step, progress or (lambda share: None))
         return audited(graph, made, parameters, run, outcome, closure)
 
+    if not made.states:
+        return attempt(energies_too=False)
     if not energies_as_states:
         with contextlib.suppress(ClosureError):
             return attempt(energies_too=False)
     return attempt(energies_too=True)
+
+
+def _nothing_moves(now: Sequence[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
+    """A step of a graph without states: sources decide everything at once."""
+    import numpy as np
+
+    return np.empty((len(wanted), 0)), ""
 
 
 def _known(graph: BondGraph, what: str, given: Mapping[str, Any], names: Sequence[str]) -> None:

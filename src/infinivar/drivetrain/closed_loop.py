@@ -22,7 +22,10 @@ from infinivar.quantities import given
 _MOST_SAMPLES = 1e7
 """Of a run: hours of computing."""
 
-_TRUSTED = 0.98
+_HEAVY = 1e6
+"""A load that friction cannot hold. [N]"""
+
+_TRUSTED = 0.99
 """Share of the friction at rest on which a controller counts: with all of it the load would begin to slide."""
 
 
@@ -87,12 +90,13 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     imposed = scenario.link == "imposed"
     voltage = scenario.electrical == "voltage"
+    stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
     graph = plants.cobotic_graph(
         drive,
         load_mass=scenario.load_mass,
         electrical=scenario.electrical,
         imposed_motion=imposed,
-        stick_speed=scenario.stick_speed,
+        stick_speed=stick_speed,
     )
     speed = 0.0 if scenario.cylinder == "at rest" else drive.cylinder_speed
     begin = scenario.path.at(0.0)
@@ -130,7 +134,7 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
             settings.steering_current_limit or _stall(steering.motor),
             sum(map(float, steering.friction_torques(drive.transmission).values()))
             + steering.ratio * steering.motor.friction_torque,
-            scenario.stick_speed / drive.transmission.wheel_radius,
+            stick_speed / drive.transmission.wheel_radius,
         ),
         link_gain=2.0 * math.pi * settings.link_bandwidth,
         surface_radius=drive.transmission.cylinder_radius,
@@ -139,9 +143,7 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
         largest_angle=drive.transmission.steering_range,
         held_angle=held,
         path=scenario.path,
-        standstill=_standstill(
-            settings.rest_error, scenario.stick_speed, 0.1
-        ),  # what is left of it goes on all the time
+        standstill=_standstill(settings.rest_error, stick_speed, 0.1),  # what is left of it goes on all the time
         started={"cylinder": float(idle)},
         outputs=("I_c", "I_s") if voltage else ("cylinder.source", "steering.source"),
     )
@@ -161,37 +163,47 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
     ):
         if value != usual:
             raise ParameterError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
+    stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
+    # Controllers sample: however soon friction sticks, they take less than this as hardly moving.
+    hardly = max(stick_speed, plants.STICK_SPEED)
     graph = plants.conventional_graph(
         drive,
         load_mass=scenario.load_mass,
         electrical=scenario.electrical,
         imposed_motion=scenario.link == "imposed",
-        stick_speed=scenario.stick_speed,
+        stick_speed=stick_speed,
     )
     motor, ratio, radius = drive.motor, drive.gearhead.ratio, drive.pulley.radius
     inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
-    inertia += (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
+    rotor = (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
+    gain = motor.torque_constant * ratio / radius
     gear, passes = drive.gearhead, (1.0, 1.0)
     if gear.loss_model == "proportional":
         passes = 1.0 / gear.efficiency, given(gear.backdriving_efficiency, gear.efficiency)
+    # Friction while the load is moved and while it moves the motor: what a gear passes on differently lies behind it.
+    raised = float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"])
+    lowered = passes[1] * _HEAVY / gain - float(drive.operate(speed=-1.0, force=_HEAVY).states["motor_current_A"])
+    friction = (raised - lowered) / (passes[0] - passes[1]) if passes[0] != passes[1] else 0.0
     follow = scenario.link != "free"
     begin = scenario.path.at(0.0)
     controller = control.ConventionalController(
         sample_time=1.0 / drive.control.sample_rate,
         speed=control.speed_loop(
             drive.control.speed_bandwidth,
-            inertia,
-            motor.torque_constant * ratio / radius,
+            inertia + rotor,
+            gain,
             drive.control.current_limit or _stall(motor),
         ),
         link_gain=2.0 * math.pi * drive.control.link_bandwidth,
-        inertia=inertia * radius / (motor.torque_constant * ratio),
-        friction=float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"]),
+        inertia=inertia / gain,
+        rotor=rotor / gain,
+        friction=friction,
+        motor_friction=raised - passes[0] * friction,
         driving=passes[0],
         driven=passes[1],
-        full_speed=scenario.stick_speed,
+        full_speed=hardly,
         path=scenario.path if follow else None,
-        standstill=_standstill(drive.control.rest_error, scenario.stick_speed, 0.5),
+        standstill=_standstill(drive.control.rest_error, hardly, 0.5),
         holding=functools.partial(_holding, drive),
         output="I_n" if scenario.electrical == "voltage" else "source",
     )

@@ -223,9 +223,9 @@ class CoboticController:
 class ConventionalController:
     """Speed loop of the load at the motor, under a position loop.
 
-    Inertia (`inertia` [A s^2 m^-1]), friction (`friction` [A]) and what the gear passes on while it drives and while it is
-    driven (`driving`, `driven` [-]) are fed forward, so that the integral comes to the force from outside. While the load is
-    left at rest the motor gives what friction does not hold of it.
+    Inertia and friction at the load (`inertia` [A s^2 m^-1], `friction` [A]) and at the motor (`rotor`, `motor_friction`) are
+    fed forward, with what the gear passes on while it drives and while it is driven (`driving`, `driven` [-]), so that the
+    integral comes to the force from outside. While the load is left at rest the motor gives what friction does not hold of it.
     """
 
     sample_time: float
@@ -233,6 +233,8 @@ class ConventionalController:
     link_gain: float
     inertia: float
     friction: float
+    rotor: float
+    motor_friction: float
     driving: float
     driven: float
     full_speed: float
@@ -270,6 +272,10 @@ class ConventionalController:
             wanted - measured["ldot"],
             integral,
             min(passed, 1.0) * self.sample_time,
-            lambda grown: passed * (grown + self.inertia * goal.acceleration) + self.friction * share,
+            lambda grown: (
+                passed * (grown + self.inertia * goal.acceleration + self.friction * share)
+                + self.rotor * goal.acceleration
+                + self.motor_friction * share
+            ),
         )
         return {self.output: current}, (integral, None)

@@ -25,6 +25,9 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 STICK_SPEED = 1e-4
 """Speed of the link below which friction sticks, unless another is asked for. [m s^-1]"""
 
+CONVENTIONAL_STICK_SPEED = 1e-5
+"""The same of a conventional drive: what its motor leaves to friction for as long as a load rests creeps. [m s^-1]"""
+
 
 def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
     """The ideal element: one transformer that the steering angle modulates.
@@ -282,7 +285,7 @@ def conventional_graph(
     load_mass: float | None = None,
     electrical: Electrical = "current",
     imposed_motion: bool = False,
-    stick_speed: float = STICK_SPEED,
+    stick_speed: float = CONVENTIONAL_STICK_SPEED,
 ) -> BondGraph:
     """The conventional system; arguments as of `cobotic_graph`.
 

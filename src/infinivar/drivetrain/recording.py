@@ -14,6 +14,7 @@ the mean speed over one wave, a motion is steady: its acceleration is zero there
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -27,8 +28,8 @@ from infinivar.units import plain
 _DEVIATIONS = 3.0
 """Standard errors by which the mean course over a wave may be off."""
 
-_ROUNDING = 1e-9
-"""Of the range of a quantity: no recording resolves less."""
+_ROUNDING = 1e-7
+"""Of the size of a quantity: no recording resolves less, which seven digits or single precision leave open."""
 
 _LEAST_ROWS = 8
 _PER_WAVE = 40
@@ -38,8 +39,14 @@ _GAP = 5.0
 _DRIFT = 0.05
 """Largest share of its range by which a recorded motion may miss its beginning at the end."""
 
-_EXACT = 1e-12
-"""Of the size of a quantity: what arithmetic leaves."""
+_SLOW = 0.01
+"""Of the largest speed: a load that is slower for a while may be meant to rest."""
+
+_A_WHILE = 3.0
+"""Waves of the cutoff."""
+
+_OFTEN = 0.05
+"""Of the period."""
 
 _STEADY = 4.0
 """Waves for which a motion must be steady: about its largest speed any motion seems so for a while."""
@@ -173,19 +180,25 @@ def read(file: str, cutoff: float, resolution: float | None = None) -> Recorded:
     def made(name: str) -> Recording:
         values = np.array(columns[name])
         raw = np.interp(even, time, values)
-        closed = np.interp(even, time, _closed(file, name, values, time / period, warnings))
+        closed = raw if name == "force" else np.interp(even, time, _closed(file, name, values, time / period, warnings))
         series = Series.through(period, closed, cutoff)
         resolves = _Resolution.of(values, _noise(values, closed, series), 1.0 / (cutoff * step))
-        # What it does before and after the cycle, as it is: a stay may reach over the end.
-        drift = float(values[-1] - values[0])
-        thrice = np.concatenate([raw - drift, raw, raw + drift])
-        if name == "speed":
-            return _of_speed(series, thrice, cutoff, resolves)
+        own = resolves.reach
         if name == "position" and resolution is not None:
             resolves = _Resolution(resolution, 2.0 * resolution)
-        return _of_value(series, thrice, closed, cutoff, resolves)
+        # What it does before and after the cycle, too, as a stay may reach over the end: as recorded, where all of a drift may
+        # lie in the moves, and as made periodic, which takes out a drift of the sensor.
+        drift = float(values[-1] - values[0]) if name == "position" else 0.0
+        courses = [np.concatenate([raw - drift, raw, raw + drift])]
+        if closed is not raw:
+            courses.append(np.tile(closed, 3))
+        if name == "speed":
+            return _of_speed(series, courses, cutoff, resolves)
+        return _of_value(series, courses, closed, cutoff, resolves, own)
 
     motion = made("position" if "position" in columns else "speed")
+    if resolution is None:
+        warnings += _slow(file, motion, even, cutoff)
     return Recorded(period, motion, made("force") if "force" in columns else None, tuple(warnings))
 
 
@@ -203,7 +216,7 @@ class _Resolution(NamedTuple):
 
         Source: expected largest of a normal sample, and one standard deviation more; error of a least-squares slope.
         """
-        rounding = _ROUNDING * float(np.ptp(values)) + _EXACT * float(np.max(np.abs(values)))
+        rounding = _ROUNDING * float(np.max(np.abs(values)))
         count = _count(values)
         reach = (1.0 + math.sqrt(2.0 * math.log(2.0 * max(rows, 1.0)))) * noise
         drift = _DEVIATIONS * math.sqrt(12.0 / max(rows, 1.0)) * noise
@@ -211,30 +224,70 @@ class _Resolution(NamedTuple):
 
 
 def _of_value(
-    series: Series, thrice: np.ndarray, closed: np.ndarray, cutoff: float, resolves: _Resolution
+    series: Series, courses: list[np.ndarray], closed: np.ndarray, cutoff: float, resolves: _Resolution, own: float
 ) -> Recording:
-    """The recording of a position or a force, from three cycles of its values at equal steps and one made periodic."""
+    """The recording of a position or a force: its series, its courses over three cycles, and one cycle made periodic.
+
+    `own` is the resolution of the recording itself, whatever is asked for.
+    """
     count = closed.size
     step = series.period / count
     width = _width(cutoff * step, count)
-    speed = _mean_slope(thrice, width, step)
-    still = _widened(_within(thrice, width, resolves.reach) & (np.abs(speed) <= resolves.drift * cutoff), width)
-    steady = _long(_widened(_within(speed, width, resolves.drift * cutoff), width), _STEADY * width)
-    # Each of the mean speeds reaches half a wave to both sides.
-    return _recording(series, closed, _middle(still), _middle(_widened(steady, width)), cutoff, resolves.reach)
+
+    def still(thrice: np.ndarray) -> np.ndarray:
+        speed = _mean_slope(thrice, width, step)
+        return _middle(
+            _widened(_within(thrice, width, resolves.reach) & (np.abs(speed) <= resolves.drift * cutoff), width)
+        )
+
+    def steady(thrice: np.ndarray) -> np.ndarray:
+        constant = _within(_mean_slope(thrice, width, step), width, resolves.drift * cutoff)
+        # Each of the mean speeds reaches half a wave to both sides.
+        return _middle(_widened(_long(_widened(constant, width), _STEADY * width), width))
+
+    return _recording(series, closed, _any(courses, still), _any(courses, steady), cutoff, resolves.reach, own)
 
 
-def _of_speed(series: Series, thrice: np.ndarray, cutoff: float, resolves: _Resolution) -> Recording:
-    """The recording of the position that a speed leads to, from the speed's series and three cycles of its values."""
-    count = thrice.size // 3
+def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves: _Resolution) -> Recording:
+    """The recording of the position that a speed leads to, from the speed's series and its courses over three cycles."""
+    count = courses[0].size // 3
     step = series.period / count
     width = _width(cutoff * step, count)
-    constant = _widened(_within(thrice, width, resolves.reach), width)
-    still = constant & (np.abs(thrice) <= 2.0 * resolves.reach)
-    steady = _long(constant & ~still, _STEADY * width)
+
+    def still(thrice: np.ndarray) -> np.ndarray:
+        constant = _widened(_within(thrice, width, resolves.reach), width)
+        return _middle(constant & (np.abs(thrice) <= 2.0 * resolves.reach))
+
+    def steady(thrice: np.ndarray) -> np.ndarray:
+        constant = _widened(_within(thrice, width, resolves.reach), width)
+        return _middle(_long(constant & (np.abs(thrice) > 2.0 * resolves.reach), _STEADY * width))
+
     position = series.integral()
     values = position.derivatives(np.arange(count) * step, 0)[0]
-    return _recording(position, values, _middle(still), _middle(steady), cutoff, resolves.reach / cutoff)
+    within = resolves.reach / cutoff
+    return _recording(position, values, _any(courses, still), _any(courses, steady), cutoff, within, within)
+
+
+def _any(courses: list[np.ndarray], found: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Where something is found in any of several courses."""
+    return np.any([found(course) for course in courses], axis=0)
+
+
+def _slow(file: str, motion: Recording, even: np.ndarray, cutoff: float) -> list[str]:
+    """A warning where the load hardly moves for a while and does not rest: noise that a filter has smoothed looks so."""
+    position, speed = motion.derivatives(even, 1)
+    step = float(even[1])
+    slow = (np.abs(speed) <= _SLOW * np.max(np.abs(speed))) & (speed != 0.0)
+    found = _stretches(_long(slow, _A_WHILE / (cutoff * step)))
+    lasts = sum(last - first for first, last in found) * step
+    if lasts <= _OFTEN * motion.series.period:
+        return []
+    spreads = [np.ptp(np.take(position, range(first, last + 1), mode="wrap")) for first, last in found]
+    return [
+        f"{file}: for {plain(lasts, 3)} of {plain(motion.series.period, 3)} s the load moves, but at less than "
+        f"{plain(100 * _SLOW)} % of its largest speed; if it rests there, say so: "
+        f'resolution = "{plain(1e3 * float(max(spreads)), 2)} mm"'
+    ]
 
 
 def _middle(thrice: np.ndarray) -> np.ndarray:
@@ -243,13 +296,22 @@ def _middle(thrice: np.ndarray) -> np.ndarray:
 
 
 def _recording(
-    series: Series, values: np.ndarray, still: np.ndarray, steady: np.ndarray, cutoff: float, resolved: float
+    series: Series,
+    values: np.ndarray,
+    still: np.ndarray,
+    steady: np.ndarray,
+    cutoff: float,
+    resolved: float,
+    own: float,
 ) -> Recording:
     step, wave = series.period / values.size, 1.0 / cutoff
-    stays = [
-        _Stay(first * step, last * step, float(np.median(np.take(values, range(first, last + 1), mode="wrap"))))
-        for first, last in _stretches(still)
-    ]
+    stays = []
+    for first, last in _stretches(still):
+        inside = np.take(values, range(first, last + 1), mode="wrap")
+        if resolved > own and last - first < values.size:
+            begin, end = _settled(inside, own)
+            first, last, inside = first + begin, first + end, inside[begin : end + 1]
+        stays.append(_Stay(first * step, last * step, float(np.median(inside))))
     moving = [(first * step, last * step) for first, last in _stretches(_long(steady & ~still, wave / step))]
     return Recording(
         series=series,
@@ -266,6 +328,26 @@ class _Stay(NamedTuple):
     begin: float
     end: float
     value: float
+
+
+def _settled(inside: np.ndarray, own: float) -> tuple[int, int]:
+    """First and last sample of a stay without what leads into it and out of it within a resolution that is coarse.
+
+    It begins and ends where the quantity is as near to the straight line through the middle half of the stay as it is there,
+    or crosses that line.
+    """
+    places = np.arange(inside.size)
+    middle = slice(inside.size // 4, inside.size - inside.size // 4)
+    slope, level = (
+        np.polyfit(places[middle], inside[middle], 1) if inside[middle].size > 1 else (0.0, inside[middle][0])
+    )
+    off = inside - (level + slope * places)
+    near = max(own, float(np.max(np.abs(off[middle]))))
+
+    def first(ends: np.ndarray) -> int:
+        return int(np.argmax((np.abs(ends) <= near) | (np.sign(ends) != np.sign(ends[0]))))
+
+    return first(off), inside.size - 1 - first(off[::-1])
 
 
 def _apart(stays: list[_Stay], period: float, wave: float, within: float) -> list[_Stay]:
@@ -375,8 +457,8 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
         said = f"a mean speed of {plain(drift, 3)} m/s"
     else:
         drift = float(values[-1] - values[0])
-        said = f"{name} ends {plain(drift, 3)} {'N' if name == 'force' else 'm'} from where it begins"
-    if name != "force" and abs(drift) > _DRIFT * span:
+        said = f"position ends {plain(drift, 3)} m from where it begins"
+    if abs(drift) > _DRIFT * span:
         raise InputError(
             f"{file}: must be one cycle that ends where it begins, but has {said}: {abs(drift) / span:.0%} of its range"
         )

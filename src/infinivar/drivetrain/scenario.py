@@ -49,7 +49,12 @@ class Scenario:
     electrical: Literal["current", "voltage"] = component(
         "What the amplifier imposes: a current, or a voltage, with the winding's inductance", default="current"
     )
-    stick_speed: float = quantity("m/s", "> 0", "Speed of the link below which friction sticks", default=1e-4)
+    stick_speed: float | None = quantity(
+        "m/s",
+        "> 0",
+        "Speed of the link below which friction sticks; if left out 0.1 mm/s, 0.01 mm/s on a conventional drive",
+        default=None,
+    )
     tolerance: float = quantity("1", "> 0 and <= 1e-3", "Relative tolerance of the integration", default=1e-10)
     method: Literal["LSODA", "Radau", "BDF", "CVODES"] = component("Solver; CVODES needs CasADi", default="LSODA")
 

@@ -44,7 +44,9 @@ class Series:
         if (
             time.ndim == 1
             and count > 2 * len(turns)
-            and np.allclose(time, first + np.arange(count) * (self.period / count), rtol=1e-12, atol=1e-12 * self.period)
+            and np.allclose(
+                time, first + np.arange(count) * (self.period / count), rtol=1e-12, atol=1e-12 * self.period
+            )
         ):
             # Equal steps over a whole cycle: by fast Fourier transform, as harmonics times instants can be many.
             shifted = 0.5 * count * amplitudes * np.exp(1j * turns * first)

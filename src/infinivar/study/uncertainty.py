@@ -57,7 +57,7 @@ class Spread:
 
     @property
     def words(self) -> str:
-        """For people: "617.5 to 682.5 N", or "3.2e+04 ± 560 N (95 %)"."""
+        """For people: "617.5 to 682.5 N", or "32000 ± 560 N (95 %)"."""
         if self.deviation is None:
             return f"{plain(self.low)} to {units.show(self.high, self.unit)}"
         return f"{plain(self.value)} ± {units.show(NORMAL_95 * self.deviation, self.unit, 2)} (95 %)"

@@ -338,13 +338,14 @@ def _check_enough(data: RigData, parameters: tuple[str, ...]) -> None:
 def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.ndarray) -> dict[int, str]:
     """Why runs that the sensors can give do not fit, by row of the data."""
     expecting = problem.under(choice.fit.law)
-    return {
-        int(rows[place]): (
-            f"{name} is {plain(read)} {unit} where the fit expects {plain(told)} {unit}, {plain(far, 3)} standard deviations off"
+    said = {}
+    for place in np.flatnonzero(beyond).tolist():
+        name, unit, read, told, far = expecting.first_off(choice.fit.unknowns, place, OUTLIER)
+        wrong = f"where the fit expects {plain(told)} {unit}, {plain(far, 3)} standard deviations off"
+        said[int(rows[place])] = (
+            f"{name} is {plain(read)} {unit} {wrong if math.isfinite(told) else 'where by the fit the wheel would slip'}"
         )
-        for place in np.flatnonzero(beyond).tolist()
-        for name, unit, read, told, far in [expecting.first_off(choice.fit.unknowns, place, OUTLIER)]
-    }
+    return said
 
 
 def _efficiencies(

@@ -27,6 +27,9 @@ _SLIPS = {
 }
 """What a factor between travel and angles suggests."""
 
+_OFF = 5.0
+"""Standard deviations by which a setting may be off."""
+
 _PATTERN = 4
 """Runs of a kind that must be wrong before they count as a pattern: with one reading in twenty misread at random, four
 of the runs at one ratio are in one session of 30,000."""
@@ -113,31 +116,48 @@ def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str 
         wanted = f"the study's cylinder turns at {plain(abs(drive.cylinder_speed))} rad/s"
         return f"cylinder_angle and duration mean {plain(speed)} rad/s, and {wanted}: check the units of both headings"
     if abs(current) > stall:
-        return f"motor_current is {plain(current)} A, more than the motor's stall current of {plain(stall, 3)} A"
+        hint = _swapped_hint(data, drive, row)
+        return f"motor_current is {plain(current)} A, more than the motor's stall current of {plain(stall, 3)} A{hint}"
     if data.preload[row] == 0 and current * turned < -5.0 * rig.current_noise * abs(turned):
         return f"motor_current is {plain(current)} A and brakes a cylinder that nothing drives: is a sign turned round?"
     return None
 
 
 def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
+    """What is wrong if the load was more than the wheel holds by the study, and the preload may be off."""
     mass, preload, friction = float(data.mass[row]), float(data.preload[row]), drive.transmission.friction
-    if preload == 0 or mass * rig.gravity <= 1.5 * friction * preload:
+    pulls, slips = mass * rig.gravity, friction * preload
+    lateral = pulls / math.cos(float(data.steering_angle[row]))
+    if preload == 0 or lateral <= (1.0 + _OFF * rig.preload_deviation) * slips:
         return None
-    hint = "; are mass and preload swapped?" if preload * rig.gravity < 1.5 * friction * mass else ""
-    return f"mass pulls with {plain(mass * rig.gravity)} N where the wheel slips at {plain(friction * preload)} N{hint}"
+    swapped = pulls > 1.5 * slips and preload * rig.gravity < 1.5 * friction * mass
+    hint = "are mass and preload swapped?" if swapped else f"is the study's friction of {plain(friction)} too small?"
+    return f"mass loads the wheel with {plain(lateral)} N where by the study it slips at {plain(slips)} N; {hint}"
 
 
 def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
     if data.motor_voltage is None:
         return None
     voltage, current = float(data.motor_voltage[row]), float(data.motor_current[row])
-    speed = float(data.cylinder_angle[row] / data.duration[row]) * drive.gearhead.ratio
-    wanted = drive.motor.resistance * current + drive.motor.torque_constant * speed
+    wanted = _voltage(data, drive, row, current)
     if abs(voltage - wanted) <= 0.4 * abs(wanted) + 0.1 * drive.motor.voltage:
         return None
-    swapped = drive.motor.resistance * voltage + drive.motor.torque_constant * speed
-    hint = "; are motor_current and motor_voltage swapped?" if abs(current - swapped) < 0.4 * abs(swapped) else ""
+    hint = _swapped_hint(data, drive, row)
     return f"motor_voltage is {plain(voltage)} V where current and speed take {plain(wanted)} V{hint}"
+
+
+def _voltage(data: RigData, drive: CoboticDrive, row: int, current: float) -> float:
+    """What a current and the speed of a run take. [V]"""
+    speed = float(data.cylinder_angle[row] / data.duration[row]) * drive.gearhead.ratio
+    return drive.motor.resistance * current + drive.motor.torque_constant * speed
+
+
+def _swapped_hint(data: RigData, drive: CoboticDrive, row: int) -> str:
+    if data.motor_voltage is None:
+        return ""
+    swapped = _voltage(data, drive, row, float(data.motor_voltage[row]))
+    wrong = abs(float(data.motor_current[row]) - swapped) < 0.4 * abs(swapped)
+    return "; are motor_current and motor_voltage swapped?" if wrong else ""
 
 
 def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:

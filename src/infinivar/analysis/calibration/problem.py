@@ -75,9 +75,10 @@ class Problem:
 
     @property
     def start(self) -> np.ndarray:
-        """Unknowns as the study has them."""
+        """Unknowns as the study has them; what it has as zero a step above, where differences have room."""
         given = np.asarray([self.known[name] for name in self.names]) / self.scales
-        return np.concatenate([given, np.zeros(len(self.errors))])
+        low, high = self.bounds
+        return np.clip(np.concatenate([given, np.zeros(len(self.errors))]), low, high)
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -346,6 +346,17 @@ def d5(machine: Machine) -> Finding:
     return _checked(machine, to_steering, why, _loss_choices(to_steering))
 
 
+def half_from(frequency: Sequence[float] | np.ndarray, shares: Sequence[float]) -> float | None:
+    """The least frequency from which on every known share is more than a half; None if there is none. [Hz]"""
+    start = None
+    for one, share in zip(frequency, shares, strict=True):
+        if share <= 0.5:
+            start = None
+        elif share > 0.5 and start is None:
+            start = float(one)
+    return start
+
+
 def d6(machine: Machine) -> Finding:
     """Where the conventional drive's power goes."""
     pair = Bench.of(machine).pair(cells="fine")
@@ -353,14 +364,9 @@ def d6(machine: Machine) -> Finding:
     where = pair.below & steady.works
     losses = _parts(steady, burnt=False)
     share = steady.losses["winding"] / np.asarray(sum(losses.values()))
-    rising = [
-        (float(frequency), pair.mean(share, where & (steady.frequency == frequency)[:, None]))
-        for frequency in steady.frequency
-    ]
-    above = [frequency for frequency, value in rising if value > 0.5]
-    reached = f"up to {max(value for _, value in rising if value == value):.0%}"
-    if above and all(value > 0.5 for frequency, value in rising if frequency >= above[0] and value == value):
-        reached = f"more than half from {above[0]:.1f} Hz on"
+    rising = [pair.mean(share, where & (steady.frequency == one)[:, None]) for one in steady.frequency]
+    start = half_from(steady.frequency, rising)
+    reached = f"up to {np.nanmax(rising):.0%}" if start is None else f"more than half from {start:.1f} Hz on"
     why = (
         f"The largest losses are {_listed(pair, 'conventional')}; drag at the load is assumed. The share of resistance rises "
         f"with force, hence with frequency and power: it is {reached}."
@@ -398,17 +404,20 @@ def _compared(
     return settle(found(bench), why, variants)
 
 
+def raised(before: DynamicMap, after: DynamicMap) -> Found:
+    """D8: how far performance rises where the drive worked before."""
+    gained = (after.performance - before.performance)[before.works]
+    value = float(np.nanmax(after.performance, initial=0.0))
+    words = f"up to {value:.2f}, higher in {float(np.mean(gained > 0)):.0%} of the cells"
+    return Found(words, "lower in none", yes(bool(np.all(gained >= 0))))
+
+
 def d8(machine: Machine) -> Finding:
     """Performance with braking energy recovered."""
 
     def found(bench: Bench, *, definition: Definition = PAPER, efficiency: float = 1.0) -> Found:
         recovered = replace(definition, returned="store", storage_efficiency=efficiency)
-        before, after = bench.pair(definition).cobotic, bench.pair(recovered).cobotic
-        gained = (after.performance - before.performance)[before.works]
-        value = float(np.nanmax(after.performance, initial=0.0))
-        raised = float(np.mean(gained > 0))
-        words = f"up to {value:.2f}, higher in {raised:.0%} of the cells"
-        return Found(words, "lower in none", yes(bool(np.all(gained >= 0))))
+        return raised(bench.pair(definition).cobotic, bench.pair(recovered).cobotic)
 
     why = (
         "Less is taken from the supply wherever any power comes back. Counted so, performance has no upper limit: a lossless "

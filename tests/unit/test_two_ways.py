@@ -1,0 +1,49 @@
+"""Why a motion takes another energy when controllers follow it, in words."""
+
+import pytest
+
+from infinivar.analysis.forward import TwoWays
+
+EXACT = {"prescribed": 2.0, "as_turning": 2.0, "followed": 2.3, "rms_error": 2.5e-4, "stays": False}
+
+
+def two_ways(lost_prescribed, lost_followed, **changes):
+    given = {**EXACT, "speed_ripple": 0.0, "stored": 0.0, "simulation": None, **changes}
+    return TwoWays(lost_prescribed=lost_prescribed, lost_followed=lost_followed, **given)
+
+
+def test_a_loss_that_one_way_does_not_have_counts_as_none_there():
+    """0.4, -0.2 and 0.1 J by subtraction, which add up to the difference; less than its last digit is not named."""
+    said = two_ways(
+        {"winding": 1.0, "slip": 0.2, "guideway": 0.5},
+        {"winding": 1.1, "pulley": 0.4, "guideway": 0.501},
+    ).explanation
+    assert said == (
+        "+0.30 J (+15.0 %): pulley +0.40 J, slip -0.20 J, winding +0.10 J; "
+        "the load is 0.25 mm (RMS) from where it is wanted"
+    )
+
+
+@pytest.mark.parametrize(("change", "named"), [(0.004, False), (0.006, True)])
+def test_losses_below_the_last_digit_are_not_named(change, named):
+    said = two_ways({"winding": 1.0}, {"winding": 1.0 + change}).explanation
+    assert ("winding" in said) == named
+
+
+def test_what_no_loss_explains_is_work_on_the_load_or_kept():
+    """0.3 J, of which inertias keep 0.05 J and losses take 0.01 to 0.05 J: all of it is told."""
+    lost = {"a": 0.05, "b": 0.04, "c": 0.02, "d": 0.01}
+    said = two_ways({}, lost, stored=0.05).explanation
+    assert "work on the load +0.13 J, " in said
+    assert "kept in inertias +0.05 J" in said
+    assert "all else +0.03 J; " in said
+
+
+def test_what_the_cylinder_and_stays_do_is_said():
+    """0.3 J in all, of which 0.25 J remain where the cylinder turns as it did."""
+    said = two_ways({}, {}, as_turning=2.05, speed_ripple=0.031, stays=True).explanation
+    assert said.startswith("+0.30 J (+15.0 %): work on the load +0.30 J; the load is")
+    assert "swings by 3.1 %" in said
+    assert "with that speed prescribed the difference is +0.25 J" in said
+    assert "before a stay the controllers bring it to rest first" in said
+    assert two_ways({}, {}, prescribed=0.0, followed=0.0).explanation.startswith("+0 J; the load is")
