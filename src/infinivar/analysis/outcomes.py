@@ -48,7 +48,7 @@ class Outcome:
     words: str
     better: int
     of: Callable[[AnyDrive], Array]
-    beyond: Callable[[AnyDrive], str]
+    beyond: Callable[[AnyDrive], str] = lambda drive: ""
     of_limits: bool = False
 
 
