@@ -35,7 +35,7 @@ _LEAST_ROWS = 8
 _PER_WAVE = 40
 """Instants of the shortest wave at which a recording is resampled, at least."""
 _GAP = 5.0
-"""A step so many times the usual one counts as a gap."""
+"""Factor over the usual step from which on a step counts as a gap."""
 _DRIFT = 0.05
 """Largest share of its range by which a recorded motion may miss its beginning at the end."""
 
@@ -398,7 +398,7 @@ def _noise(values: np.ndarray, resampled: np.ndarray, series: Series) -> float:
 
 
 def _width(waves: float, count: int) -> int:
-    """Samples in a wave, an odd number, of which each sample is so many waves."""
+    """Number of samples in a wave, made odd, from the length of a sample in waves."""
     return min(round(1.0 / waves) | 1, count - 1 + count % 2)
 
 

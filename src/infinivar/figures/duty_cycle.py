@@ -25,7 +25,7 @@ _DRIVES = {
 }
 _MOST_POINTS = 1000
 _HOTTEST = 1.3
-"""Temperatures are drawn up to so many times the highest permissible one."""
+"""Factor over the highest permissible temperature up to which temperatures are drawn."""
 
 
 def data(found: DutyComparison) -> dict[str, Any]:

@@ -28,7 +28,7 @@ REQUIRED = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
 LEVELS = np.arange(0.0, 1.01, 0.1)
 _LINES = (0.2, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
 _LOSS_STEPS, _LOSS_REACH = 7, 1.5
-"""About so many colours of the loss, up to so many times the largest in the required region."""
+"""Approximate number of colours of the loss, and the factor over its largest value in the required region up to which they go."""
 _LOSS_COLOURS = ("YlOrBr", 0.02, 0.62)
 """The pale part of a colour map: nothing in it looks like an efficiency, and the outline of the requirement stands out."""
 _OUTSIDE = "#EDEDED"

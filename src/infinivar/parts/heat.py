@@ -346,7 +346,7 @@ def _passes(steps: _Steps, cycle: np.ndarray | None, state: np.ndarray, limit: f
 def _history(
     cycle: np.ndarray | None, state: np.ndarray, period: float, span: float, least: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times and states at the ends of cycles from a cold start, over a span of time and so many points at least."""
+    """Times and states at the ends of cycles from a cold start, over a span of time, with at least a given number of points."""
     cycles = max(1, round(span / period / 200))
     count = max(least, int(span / (cycles * period)))
     stride = np.eye(3) if cycle is None else np.linalg.matrix_power(cycle, cycles)

@@ -49,7 +49,7 @@ def find(data: RigData, drive: CoboticDrive, rig: Rig) -> dict[int, str]:
 
 
 def refuse_unless_few(data: RigData, faults: Mapping[int, str]) -> None:
-    """Refuse the data if so many runs are wrong, or in such a pattern, that they are no single misread values.
+    """Refuse the data if wrong runs are too many, or too alike, to be single misread values.
 
     Raises
     ------

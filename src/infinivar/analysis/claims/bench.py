@@ -67,7 +67,7 @@ class Bench(NamedTuple):
         return cls(machine.cobotic(name), machine.conventional("motor2-gear4"), machine.power, machine.load_mass)
 
     def moved(self, parameter: str, factor: float) -> Bench:
-        """The same with a parameter so many times as large."""
+        """The same with a parameter multiplied by a factor."""
         return MOVES[parameter].move(self, factor)
 
     def pair(
@@ -87,7 +87,7 @@ class Bench(NamedTuple):
 
 
 class Move(NamedTuple):
-    """A value that the paper leaves open: what it is, and a bench on which it is so many times as large."""
+    """A value that the paper leaves open: what it is, and a bench on which it is multiplied by a factor."""
 
     words: str
     unit: str
