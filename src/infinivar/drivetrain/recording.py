@@ -404,9 +404,11 @@ def _width(waves: float, count: int) -> int:
 
 def _mean_slope(values: np.ndarray, width: int, step: float) -> np.ndarray:
     """Slope of the straight line through the samples of a wave about each, by least squares."""
-    from scipy.signal import savgol_filter
+    from scipy.ndimage import correlate1d
 
-    return np.asarray(savgol_filter(values, max(width, 3), 1, deriv=1, delta=step))
+    half = max(width // 2, 1)
+    apart = np.arange(-half, half + 1)
+    return correlate1d(values, apart / (step * np.sum(apart**2)), mode="nearest")
 
 
 def _within(values: np.ndarray, width: int, reach: float) -> np.ndarray:
