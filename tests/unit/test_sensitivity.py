@@ -465,3 +465,10 @@ class TestBuilds:
             "0 %",
         ]
         assert percent(63 / 64, 64) == "98 %"
+
+
+def test_builds_whose_winding_never_settles_count_as_the_hottest():
+    """Left out, half of the builds would have told a range of the other half."""
+    found = band(np.array([300.0, 320.0, math.inf, math.inf, math.nan]))
+    assert found == {"low": 300.0, "median": 320.0, "high": math.inf}
+    assert band(np.array([math.nan])) == {"low": None, "median": None, "high": None}

@@ -239,11 +239,12 @@ def percent(share: float, count: int) -> str:
 
 
 def band(values: np.ndarray) -> dict[str, float | None]:
-    """Median and the range of nine builds in ten, of those that can do it."""
-    known = values[np.isfinite(values)]
+    """Median and the range of nine builds in ten, of those that can do it; inf where a value grows without bound."""
+    known = values[~np.isnan(values)]
     if not known.size:
         return {"low": None, "median": None, "high": None}
-    low, median, high = np.quantile(known, [BAND[0], 0.5, BAND[1]])
+    between = "linear" if np.isfinite(known).all() else "inverted_cdf"  # there is no line to infinity
+    low, median, high = np.quantile(known, [BAND[0], 0.5, BAND[1]], method=between)
     return {"low": float(low), "median": float(median), "high": float(high)}
 
 
@@ -313,7 +314,7 @@ def _worked(
     progress: Callable[[float], None],
 ) -> DutyBuilds:
     found = evaluated(lambda d: outcomes.worked(d, duty, travel), drive, paths, at, progress, width=3)
-    heated = np.isfinite(found[:, 1]).any()
+    heated = not np.isnan(found[:, 1]).all()
     return DutyBuilds(
         energy=found[:, 0],
         temperature=found[:, 1] if heated else np.empty(0),
