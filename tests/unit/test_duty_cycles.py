@@ -192,7 +192,7 @@ def test_cutoff_takes_noise_away(tmp_path):
         ("time [s],position [mm]\n0,0\n1,1\n2,0\n", "must have at least 8 lines of numbers, got 3"),
         (
             "time [s],position [m]\n" + "\n".join(f"{k},{0.1 * k}" for k in range(20)),
-            "must be one cycle that ends where it begins, but has position ends 1.9 m from where it begins: 100% of its range",
+            "must be one cycle that ends where it begins, but has position ends 1.9 m from where it begins: 100 % of its range",
         ),
         (
             "time [s],speed [m/s]\n" + "\n".join(f"{k},{1 + (k % 2)}" for k in range(20)),
@@ -214,7 +214,7 @@ def test_gaps_and_drift_are_reported(tmp_path):
     (warning,) = DutyCycle(
         shape="file", file=record(tmp_path, "\n".join(["time [s],position [mm]", *drifting]))
     ).warnings
-    assert "position ends 0.002 m from where it begins, 2.0% of its range; taken out evenly" in warning
+    assert "position ends 0.002 m from where it begins, 2.0 % of its range; taken out evenly" in warning
     sparse = wave(count=11)
     (warning,) = DutyCycle(shape="file", file=record(tmp_path, sparse)).warnings
     assert "a step of 0.1 s shows nothing above 5 Hz; cutoff is 10 Hz" in warning

@@ -23,7 +23,7 @@ import numpy as np
 from infinivar.drivetrain.series import Series
 from infinivar.drivetrain.tables import read_columns
 from infinivar.errors import InputError, ParameterError
-from infinivar.units import plain
+from infinivar.units import percent, plain
 
 _DEVIATIONS = 3.0
 """Standard errors by which the mean course over a wave may be off."""
@@ -285,7 +285,7 @@ def _slow(file: str, motion: Recording, even: np.ndarray, cutoff: float) -> list
     spreads = [np.ptp(np.take(position, range(first, last + 1), mode="wrap")) for first, last in found]
     return [
         f"{file}: for {plain(lasts, 3)} of {plain(motion.series.period, 3)} s the load moves, but at less than "
-        f"{plain(100 * _SLOW)} % of its largest speed; if it rests there, say so: "
+        f"{percent(_SLOW)} of its largest speed; if it rests there, say so: "
         f'resolution = "{plain(1e3 * float(max(spreads)), 2)} mm"'
     ]
 
@@ -462,8 +462,10 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
         said = f"position ends {plain(drift, 3)} m from where it begins"
     if abs(drift) > _DRIFT * span:
         raise InputError(
-            f"{file}: must be one cycle that ends where it begins, but has {said}: {abs(drift) / span:.0%} of its range"
+            f"{file}: must be one cycle that ends where it begins, but has {said}: {percent(abs(drift) / span)} of its range"
         )
     if abs(drift) > 1e-3 * span:
-        warnings.append(f"{file}: {said}, {abs(drift) / span:.1%} of its range; taken out evenly over the cycle")
+        warnings.append(
+            f"{file}: {said}, {percent(abs(drift) / span, 1)} of its range; taken out evenly over the cycle"
+        )
     return values - (drift if name == "speed" else drift * share)
