@@ -44,20 +44,15 @@ def shown_and_real(text, folder):
             yield body, real
 
 
+DAILY = ("theory", "contact", "errata", "study-file", "duty-cycles")
+SLOW = ("tutorial", "simulation", "calibration")
+
+
 @pytest.mark.parametrize(
     "page",
     [
-        f"{name}.md"
-        for name in (
-            "theory",
-            "contact",
-            "errata",
-            "tutorial",
-            "study-file",
-            "simulation",
-            "duty-cycles",
-            "calibration",
-        )
+        *(f"{name}.md" for name in DAILY),
+        *(pytest.param(f"{name}.md", marks=pytest.mark.slow) for name in SLOW),
     ],
 )
 def test_page(page, tmp_path, monkeypatch):

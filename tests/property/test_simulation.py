@@ -95,14 +95,14 @@ def scenarios(draw, cobotic):
 
 
 @given(cobotic_drives(), scenarios(cobotic=True))
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_energy_of_a_cobotic_drive_closes(drive, scenario):
     """Closure is also what `simulate` refuses to miss; here every loss grows, too, and every power is there."""
     check_energy(drive, scenario)
 
 
 @given(conventional_drives(), scenarios(cobotic=False))
-@settings(max_examples=30)
+@settings(max_examples=20)
 def test_energy_of_a_conventional_drive_closes(drive, scenario):
     check_energy(drive, scenario)
 

@@ -71,7 +71,9 @@ class Thing:
 
 
 class TestDerivatives:
-    @pytest.mark.parametrize("name", ["efficiency", "loss", "temperature"])
+    @pytest.mark.parametrize(
+        "name", ["efficiency", "loss", pytest.param("temperature", marks=pytest.mark.slow)]
+    )  # JAX compiles a duty cycle for some seconds
     def test_three_ways_agree_at_a_thousand_designs(self, drive, thousand, name):
         """Complex step and JAX are exact to rounding; differences with a step of 2e-3, thrice extrapolated, to 1e-8."""
         function = {
@@ -88,6 +90,7 @@ class TestDerivatives:
         assert_allclose(elasticity["jax"], elasticity["complex"], rtol=1e-9, atol=1e-12)
         assert_allclose(elasticity["difference"], elasticity["complex"], atol=1e-8)
 
+    @pytest.mark.slow
     def test_coverage_by_jax_and_complex_step(self, drive, study, thousand):
         wanted = replace(study.requirement, power=18.0)  # more than the drive can do
         found = [

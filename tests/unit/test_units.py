@@ -117,12 +117,13 @@ def test_values_with_units_for_people():
 def test_numbers_on_pages():
     from infinivar.report import numbers
 
+    bound = "\N{NO-BREAK SPACE}"
     assert str(numbers.si(1543.2)) == "1540"
-    assert str(numbers.si(1.5e-9)) == "1.5 × 10<sup>−9</sup>"
+    assert str(numbers.si(1.5e-9)) == f"1.5{bound}×{bound}10<sup>−9</sup>"
     assert str(numbers.si(None)) == "–"
     assert numbers.si(math.inf) == "no end"
     assert str(numbers.watts(4.567)) == "4.57 W"
-    assert str(numbers.watts(0.00012)) == "0.00012 W"
-    assert str(numbers.watts(5e8)) == "5 × 10<sup>8</sup> W"
+    assert str(numbers.watts(0.00012)) == f"0.00012{bound}W"
+    assert str(numbers.watts(5e8)) == f"5{bound}×{bound}10<sup>8</sup>{bound}W"
     assert numbers.watts(math.nan) == "–"
     assert numbers.percent(0.1234) == "12.3 %"
