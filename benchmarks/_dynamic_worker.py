@@ -37,8 +37,8 @@ def parameters() -> dict[str, Any]:
     motor = conventional.motor
     return {
         **_steady_map_worker.parameters(),
-        "frequency": _PLANE.frequency,
-        "fraction": _PLANE.fraction,
+        "frequency": _PLANE.frequency.tolist(),
+        "fraction": _PLANE.fraction.tolist(),
         "samples": SAMPLES,
         "power": requirement.power,
         "load_mass": requirement.load_mass,

@@ -16,7 +16,8 @@ function [out, losses] = steady_map(p, v, f)
 
   % Steering: t = tan(phi) = (e - q)/(1 + e q), q link over surface speed. The creepage e is small and hardly depends
   % on t: each fixed-point step leaves an error about 200 times smaller than itself.
-  guideway = p.guideway_coefficient * p.preload * sign(v);
+  friction = p.guideway_coefficient * p.preload;
+  guideway = friction * (v > 0) - min(f, friction) .* (v == 0);  % at rest it takes what it can of the load
   load = (f + guideway) / slip_force;
   q = v / surface_speed;
   t = -q;

@@ -29,7 +29,9 @@ def steady_map(p, speed, force):
 
     # Steering: t = tan(phi) = (e - q)/(1 + e q), q link over surface speed. The creepage e is small and hardly depends
     # on t: each fixed-point step leaves an error about 200 times smaller than itself.
-    guideway = p["guideway_coefficient"] * p["preload"] * np.sign(v)
+    # At rest friction takes what it can of the load.
+    size = p["guideway_coefficient"] * p["preload"]
+    guideway = np.where(v > 0.0, size, -np.minimum(f, size))
     load = (f + guideway) / slip_force
     q = v / surface_speed
     t = -q
@@ -70,7 +72,7 @@ def steady_map(p, speed, force):
         "creep": lateral * e * rolling_speed,
         "rolling": p["rolling_torque"] / p["wheel_radius"] * rolling_speed,
         "bearing": p["bearing_torque"] / p["wheel_radius"] * rolling_speed,
-        "guideway": np.broadcast_to(guideway * v, shape),
+        "guideway": guideway * v,
     }
 
     # The limit that binds is the one with the largest demand over allowance.
