@@ -44,8 +44,8 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "contact", "errata", "study-file", "duty-cycles")
-SLOW = ("tutorial", "simulation", "calibration")
+DAILY = ("theory", "contact", "errata", "study-file")
+SLOW = ("tutorial", "simulation", "duty-cycles", "calibration")
 
 
 @pytest.mark.parametrize(

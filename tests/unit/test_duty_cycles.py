@@ -338,6 +338,7 @@ def test_policies_gain(shape):
     assert coasting.name == "inertia as a flywheel"
 
 
+@pytest.mark.slow
 def test_best_speed_against_a_fine_scan():
     """Ten times as many speeds find nothing better than the search by more than a thousandth."""
     made = duty("walking")
