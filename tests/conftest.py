@@ -9,6 +9,9 @@ import pytest
 
 import infinivar as iv
 
+# Workers that run on all cores have one thread each; NumPy is not imported yet.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Equations that tests derive stay out of the user's cache.
 os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="infinivar-tests-")
 
