@@ -14,7 +14,6 @@ the mean speed over one wave, a motion is steady: its acceleration is zero there
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -234,18 +233,15 @@ def _of_value(
     step = series.period / count
     width = _width(cutoff * step, count)
 
-    def still(thrice: np.ndarray) -> np.ndarray:
+    found = []
+    for thrice in courses:
         speed = _mean_slope(thrice, width, step)
-        return _middle(
-            _widened(_within(thrice, width, resolves.reach) & (np.abs(speed) <= resolves.drift * cutoff), width)
-        )
-
-    def steady(thrice: np.ndarray) -> np.ndarray:
-        constant = _within(_mean_slope(thrice, width, step), width, resolves.drift * cutoff)
+        still = _widened(_within(thrice, width, resolves.reach) & (np.abs(speed) <= resolves.drift * cutoff), width)
+        steady = _long(_widened(_within(speed, width, resolves.drift * cutoff), width), _STEADY * width)
         # Each of the mean speeds reaches half a wave to both sides.
-        return _middle(_widened(_long(_widened(constant, width), _STEADY * width), width))
-
-    return _recording(series, closed, _any(courses, still), _any(courses, steady), cutoff, resolves.reach, own)
+        found.append((_middle(still), _middle(_widened(steady, width))))
+    still, steady = np.logical_or.reduce(found)
+    return _recording(series, closed, still, steady, cutoff, resolves.reach, own)
 
 
 def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves: _Resolution) -> Recording:
@@ -254,23 +250,16 @@ def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves
     step = series.period / count
     width = _width(cutoff * step, count)
 
-    def still(thrice: np.ndarray) -> np.ndarray:
+    found = []
+    for thrice in courses:
         constant = _widened(_within(thrice, width, resolves.reach), width)
-        return _middle(constant & (np.abs(thrice) <= 2.0 * resolves.reach))
-
-    def steady(thrice: np.ndarray) -> np.ndarray:
-        constant = _widened(_within(thrice, width, resolves.reach), width)
-        return _middle(_long(constant & (np.abs(thrice) > 2.0 * resolves.reach), _STEADY * width))
-
+        still = constant & (np.abs(thrice) <= 2.0 * resolves.reach)
+        found.append((_middle(still), _middle(_long(constant & ~still, _STEADY * width))))
     position = series.integral()
     values = position.derivatives(np.arange(count) * step, 0)[0]
     within = resolves.reach / cutoff
-    return _recording(position, values, _any(courses, still), _any(courses, steady), cutoff, within, within)
-
-
-def _any(courses: list[np.ndarray], found: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """Where something is found in any of several courses."""
-    return np.any([found(course) for course in courses], axis=0)
+    still, steady = np.logical_or.reduce(found)
+    return _recording(position, values, still, steady, cutoff, within, within)
 
 
 def _slow(file: str, motion: Recording, even: np.ndarray, cutoff: float) -> list[str]:
@@ -427,7 +416,7 @@ def _widened(mask: np.ndarray, width: int) -> np.ndarray:
 
 
 def _long(mask: np.ndarray, samples: float) -> np.ndarray:
-    """The stretches of a periodic mask that have so many samples at least."""
+    """The stretches of a periodic mask that have at least a given number of samples."""
     kept = np.zeros_like(mask)
     for first, last in _stretches(mask):
         if last - first >= samples:

@@ -116,7 +116,7 @@ def steering_inertia(drive: CoboticDrive) -> float:
 
 
 def with_steering_inertia(drive: CoboticDrive, factor: float) -> CoboticDrive:
-    """The drive with so many times the inertia of bell and steering motor."""
+    """The drive with the inertia of bell and steering motor multiplied by a factor."""
     steering = _steering(drive)
     motor = replace(steering.motor, rotor_inertia=factor * needed(steering.motor.rotor_inertia, "rotor_inertia"))
     return replace(drive, steering=replace(steering, motor=motor, bell_inertia=factor * steering.bell_inertia))
@@ -128,7 +128,7 @@ def bell_friction(drive: CoboticDrive) -> float:
 
 
 def with_bell_friction(drive: CoboticDrive, factor: float) -> CoboticDrive:
-    """The drive with so many times the friction of its bell bearing."""
+    """The drive with the friction of its bell bearing multiplied by a factor."""
     arm = factor * bell_friction(drive) / drive.transmission.preload
     return replace(drive, steering=replace(_steering(drive), bell_bearing=None, bell_friction=arm))
 
