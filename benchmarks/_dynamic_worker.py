@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks import _steady_map_worker
-from infinivar.analysis.claims.planes import PLANES
-from infinivar.analysis.dynamic import SAMPLES, dynamic_map
+from infinivar.analysis.cycles.shaking import SAMPLES, dynamic_map
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.paper.claims.planes import PLANES
 from infinivar.study.load import shipped_study
 
 _PLANE = PLANES["fine", "linear"]

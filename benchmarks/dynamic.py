@@ -20,8 +20,8 @@ import numpy as np
 from benchmarks import _dynamic_worker, _measure
 from benchmarks._measure import ROOT, Line, in_turn, ratio_line
 from benchmarks.by_hand import duty_cycle as by_hand
-from infinivar.analysis.duty_cycle import duty_cycle
-from infinivar.drivetrain.duty import DutyCycle
+from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.motion.duty_cycles import DutyCycle
 
 PAIRS = 7
 AGREEMENT = 1e-8

@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks._measure import Line, in_turn, ratio_line
-from infinivar.analysis.claims.claim import Machine, at_ratio
 from infinivar.contact import creep
-from infinivar.figures.element_efficiency import LOADS
+from infinivar.paper.claims.claim import Machine, at_ratio
+from infinivar.paper.figures.fig07_element_efficiency import LOADS
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 PAIRS = 25

@@ -19,10 +19,10 @@ from benchmarks._measure import Line, in_turn, ratio_line
 from benchmarks._measure import run as fresh
 from benchmarks.by_hand import simulation as by_hand
 from infinivar.bondgraph.solve import solve
-from infinivar.drivetrain.closed_loop import closed_loop
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.profiles import MotionProfile
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.drivetrain.graphs.closed_loop import closed_loop
+from infinivar.motion.profiles import MotionProfile
+from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 
 PAIRS = 7
@@ -32,7 +32,7 @@ TIMES = np.linspace(0.0, 2.0, 2001)
 _DERIVE = """
 import time
 from infinivar.study.load import shipped_study
-from infinivar.drivetrain.plants import cobotic_graph
+from infinivar.drivetrain.graphs.plants import cobotic_graph
 drive = shipped_study("faulring2006").drives["cobotic"]
 start = time.perf_counter()
 from infinivar.bondgraph.model import model

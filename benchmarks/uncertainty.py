@@ -14,11 +14,11 @@ import numpy as np
 
 import infinivar as iv
 from benchmarks._measure import STUDY, Line, in_turn, ratio_line
-from infinivar.analysis.builds import low_discrepancy
-from infinivar.analysis.calibration import model, virtual
-from infinivar.analysis.calibration.calibrate import calibrate
-from infinivar.analysis.derivatives import values_of
-from infinivar.analysis.uncertainty import BuildsMap, Mapper
+from infinivar.analysis.robustness.derivatives import values_of
+from infinivar.analysis.robustness.sampling import low_discrepancy
+from infinivar.analysis.robustness.verdicts import BuildsMap, Mapper
+from infinivar.calibration import model, virtual_rig
+from infinivar.calibration.calibrate import calibrate
 from infinivar.drivetrain.cobotic import CoboticDrive
 
 PAIRS = 5
@@ -81,8 +81,8 @@ def _agree(one: BuildsMap, other: BuildsMap) -> None:
 
 def _calibration() -> Line:
     study, drive = iv.load_study(STUDY), _drive()
-    settings = virtual.protocol(drive, study.rig, ratios=tuple(np.geomspace(100.0, 1.0, 50)))
-    data = virtual.experiment(drive, study.rig, settings, simulated=False).data
+    settings = virtual_rig.protocol(drive, study.rig, ratios=tuple(np.geomspace(100.0, 1.0, 50)))
+    data = virtual_rig.experiment(drive, study.rig, settings, simulated=False).data
     names = (*model.USUAL, "resistance")
     calibrate(study, "cobotic", data, parameters=names)
     taken = []

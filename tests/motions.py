@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from infinivar.drivetrain.duty import DutyCycle
+from infinivar.motion.duty_cycles import DutyCycle
 
 
 def written(duty, path, rate, *, column="position", count=None, noise=None):

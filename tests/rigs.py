@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from infinivar.analysis.calibration import virtual
-from infinivar.contact import creep, exact
-from infinivar.drivetrain.rig import Rig
+from infinivar.calibration import virtual_rig
+from infinivar.contact import creep, exact_tables
+from infinivar.study.rig import Rig
 
 RIG = Rig()
 RATIOS = (100.0, 20.0, 8.0, 3.0, 1.0)
@@ -23,8 +23,8 @@ def under(drive, law):
 
 def session(drive, seed=0, rig=RIG, **options):
     """A session by the steady solution, which the bond graph settles to (`test_bond_graph_settles...`)."""
-    protocol = virtual.protocol(drive, rig, **{"ratios": RATIOS, **options})
-    return virtual.experiment(drive, rig, protocol, seed=seed, simulated=False).data
+    protocol = virtual_rig.protocol(drive, rig, **{"ratios": RATIOS, **options})
+    return virtual_rig.experiment(drive, rig, protocol, seed=seed, simulated=False).data
 
 
 def misread(data, seed, *, share=0.05, readings=("motor_current",)):
@@ -59,7 +59,7 @@ def law_of(ratio, creepage):
 
 def exact_law(a_over_b):
     """Exact rolling theory's law for a shape of the patch; what little force it adds near slip is left away."""
-    curve = next(one for one in exact.lateral_creep() if one["a_over_b"] == a_over_b)
+    curve = next(one for one in exact_tables.lateral_creep() if one["a_over_b"] == a_over_b)
     ratio, creepage = curve["force_ratio"], 3.0 * curve["scaled_creepage"]
     count = int(np.argmax(ratio > 0.999)) + 1
     return law_of(ratio[:count] / ratio[count - 1], creepage[:count])

@@ -8,13 +8,13 @@ from sphinx.errors import ExtensionError
 
 import infinivar
 from infinivar import units
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.requirement import Requirement
-from infinivar.drivetrain.rig import Rig
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.scenario import Scenario
 from infinivar.parts import catalogue
 from infinivar.study import schema
 from infinivar.study.load import shipped_study
+from infinivar.study.requirement import Requirement
+from infinivar.study.rig import Rig
 from infinivar.study.shipped import parameter_set, parameter_sets
 
 
@@ -196,10 +196,10 @@ def write(app) -> None:
 
 def draw(app) -> None:
     """Draw the paper's figures, and those of its contact."""
-    from infinivar.analysis.claims.claim import Machine
     from infinivar.analysis.contact_sheet import contact_sheet
     from infinivar.figures import contact_design, design_trends, style
-    from infinivar.figures.paper import FIGURES
+    from infinivar.paper.claims.claim import Machine
+    from infinivar.paper.figures import FIGURES
 
     machine, folder = Machine(), Path(app.srcdir) / "reference" / "generated"
     for number, module in FIGURES.items():
@@ -214,7 +214,7 @@ def draw_motion(app) -> None:
     import re
 
     import infinivar as iv
-    from infinivar.drivetrain.plants import plant_graph
+    from infinivar.drivetrain.graphs.plants import plant_graph
     from infinivar.figures import bond_graph, energy_flow, style, time_history
 
     folder = Path(app.srcdir) / "reference" / "generated"
@@ -240,13 +240,13 @@ def draw_motion(app) -> None:
 def draw_measurements(app) -> None:
     """Draw a calibration and a tornado."""
     import infinivar as iv
-    from infinivar.analysis.calibration import virtual
+    from infinivar.calibration import virtual_rig
     from infinivar.figures import calibration, sensitivity, style
 
     folder = Path(app.srcdir) / "reference" / "generated"
     study = shipped_study("faulring2006")
     drive = study.drives["cobotic"]
-    runs = virtual.experiment(drive, study.rig, virtual.protocol(drive, study.rig), simulated=False).data
+    runs = virtual_rig.experiment(drive, study.rig, virtual_rig.protocol(drive, study.rig), simulated=False).data
     style.write(calibration.draw_all(iv.calibrate(study, "cobotic", runs)), folder / "calibration", ("svg",))
     found = iv.sensitivity(study, "cobotic", "energy", duty="shake")
     style.write(sensitivity.draw_all(found), folder / "sensitivity", ("svg",))

@@ -36,7 +36,7 @@ def main() -> None:
 
 
 def _print_json(value: Any) -> None:
-    from infinivar.report.comparison import to_json
+    from infinivar.report.page import to_json
 
     write(to_json(value))
 
@@ -67,6 +67,7 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
     """
     from infinivar.analysis.compare import compare as run
     from infinivar.report.output import claimed
+    from infinivar.report.saving import save
     from infinivar.study.check import check_duty
 
     loaded = _loaded(study)
@@ -76,7 +77,7 @@ def compare(study: StudyFile, out: Out = Path("out"), as_json: Json = False) -> 
         with _of(study):
             comparison = run(loaded, progress=progress)
         progress("writing the report", 1.0)
-        files = comparison.save(out)
+        files = save(comparison, out)
     if as_json:
         _print_json({**comparison.to_dict(), "files": [str(file) for file in files]})
     else:
@@ -108,12 +109,13 @@ def contact(
     """
     from infinivar.analysis.contact_sheet import contact_sheets
     from infinivar.report import contact as report
+    from infinivar.report.saving import save
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
     with _of(study):
         sheets = contact_sheets(loaded, drive)
-    files = report.save(sheets, out)
+    files = save(sheets, out)
     if as_json:
         _print_json({"sheets": [sheet.to_dict() for sheet in sheets], "files": [str(file) for file in files]})
     else:
@@ -131,15 +133,16 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Draw the paper's figures and check its claims."""
-    from infinivar.analysis.reproduce import reproduce as run
-    from infinivar.report import reproduction
+    from infinivar.paper.report import check_figure
+    from infinivar.paper.reproduce import reproduce as run
     from infinivar.report.output import claimed
+    from infinivar.report.saving import save
 
-    reproduction.check_figure(figure)
+    check_figure(figure)
     with claimed(out), progress_bar() as progress:
         result = run(figure, progress=progress)
         progress("drawing", 1.0)
-        files = reproduction.save(result, out, figure)
+        files = save(result, out, figure=figure)
     if as_json:
         _print_json(result.to_list())
     else:
@@ -162,6 +165,7 @@ def simulate(
     """
     from infinivar.analysis.simulate import simulate as run
     from infinivar.report.output import claimed
+    from infinivar.report.saving import save
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
@@ -176,7 +180,7 @@ def simulate(
                 progress=lambda share: progress(loaded.scenarios[asked].title, share),
             )
         progress("writing the report", 1.0)
-        files = result.save(out, f"{driven}-{asked}", reconstruction=loaded.reconstruction)
+        files = save(result, out, name=f"{driven}-{asked}", reconstruction=loaded.reconstruction)
     if as_json:
         _print_json({**result.to_dict(), "files": [str(file) for file in files]})
     else:
@@ -202,8 +206,8 @@ def rig(
     seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise and of how far the rig is off.")] = 0,
 ) -> None:
     """Simulate the experiment that measures a transmission; write the data that the rig of the study would record."""
-    from infinivar.analysis.calibration import virtual
-    from infinivar.analysis.calibration.calibrate import cobotic
+    from infinivar.calibration import virtual_rig
+    from infinivar.calibration.calibrate import cobotic
     from infinivar.report.calibration import save_data
     from infinivar.report.output import check_file
     from infinivar.study.load import load_study
@@ -219,8 +223,8 @@ def rig(
         measured = cobotic(loaded, name)
     check_file(out)
     with progress_bar() as progress, _named(study, f"drives.{name}"):
-        settings = virtual.protocol(measured, loaded.rig, **wanted)
-        done = virtual.experiment(
+        settings = virtual_rig.protocol(measured, loaded.rig, **wanted)
+        done = virtual_rig.experiment(
             measured, loaded.rig, settings, seed=seed, progress=lambda share: progress("measuring", share)
         )
     if not len(done.data):
@@ -257,8 +261,9 @@ def calibrate(
 
     Exit code 1 if the data do not tell all that was to be fitted.
     """
-    from infinivar.analysis.calibration.calibrate import calibrate as run
+    from infinivar.calibration.calibrate import calibrate as run
     from infinivar.report.output import claimed
+    from infinivar.report.saving import save
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
@@ -267,7 +272,7 @@ def calibrate(
     candidates = None if creep_laws is None else [word.strip() for word in creep_laws.split(",") if word.strip()]
     with claimed(out):
         found = run(loaded, name, data, parameters=names, leave_out=leave_out or (), creep_laws=candidates)
-        files = found.save(out)
+        files = save(found, out)
     for one in found.left_out:
         complain(f"left out: line {one.line}: {one.reason}")
     if as_json:
@@ -306,9 +311,10 @@ def sensitivity(
 
     Exit code 1 if the drive cannot do what is asked about within its limits.
     """
-    from infinivar.analysis.derivatives import METHODS
-    from infinivar.analysis.sensitivity import sensitivity as run
+    from infinivar.analysis.robustness.derivatives import METHODS
+    from infinivar.analysis.robustness.sensitivity import sensitivity as run
     from infinivar.report.output import claimed
+    from infinivar.report.saving import save
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
@@ -321,7 +327,7 @@ def sensitivity(
         with _of(study):
             found = run(loaded, name, of, speed=pace, force=push, duty=duty, method=derived, progress=progress)
         progress("writing the report", 1.0)
-        files = found.save(out)
+        files = save(found, out)
     if as_json:
         _print_json({**found.to_dict(), "files": [str(file) for file in files]})
         raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
@@ -365,7 +371,7 @@ def graph(
     ] = None,
 ) -> None:
     """Draw the bond graph of a drive, and write its equations."""
-    from infinivar.drivetrain.plants import plant_graph
+    from infinivar.drivetrain.graphs.plants import plant_graph
     from infinivar.report import graph as report
     from infinivar.study.load import load_study
 
@@ -460,7 +466,7 @@ def init(
 @app.command()
 def catalogue(as_json: Json = False) -> None:
     """List the motors, gearheads, bearings and materials that a study can take by `part`."""
-    from infinivar.study.parts import bearings, gearheads, materials, motors
+    from infinivar.study.catalogue import bearings, gearheads, materials, motors
 
     if as_json:
         import dataclasses

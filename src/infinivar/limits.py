@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
 
 
 class Limit(IntEnum):

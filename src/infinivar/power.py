@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
 from infinivar.errors import AuditError
 from infinivar.limits import Limit, binding
 

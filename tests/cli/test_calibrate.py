@@ -9,7 +9,7 @@ import pytest
 
 import infinivar as iv
 from conftest import STUDY
-from infinivar.analysis.calibration import virtual
+from infinivar.calibration import virtual_rig
 from infinivar.report.calibration import save_data
 from rigs import session, under
 
@@ -21,9 +21,9 @@ def measured(tmp_path_factory):
     """Data of one session."""
     study = iv.load_study(STUDY)
     drive = study.drives["cobotic"]
-    protocol = virtual.protocol(drive, study.rig, ratios=(100.0, 20.0, 8.0, 3.0, 1.0))
+    protocol = virtual_rig.protocol(drive, study.rig, ratios=(100.0, 20.0, 8.0, 3.0, 1.0))
     file = tmp_path_factory.mktemp("rig") / "rig.csv"
-    save_data(virtual.experiment(drive, study.rig, protocol, seed=3, simulated=False).data, file)
+    save_data(virtual_rig.experiment(drive, study.rig, protocol, seed=3, simulated=False).data, file)
     return file
 
 
@@ -277,7 +277,7 @@ def test_the_only_drive_with_a_wheel_need_not_be_named(infinivar, write):
 
 
 def test_the_figure_shows_fitted_curves_through_the_data(measured):
-    from infinivar.analysis.calibration.calibrate import calibrate
+    from infinivar.calibration.calibrate import calibrate
     from infinivar.figures import calibration as figure
 
     found = calibrate(iv.load_study(STUDY), "cobotic", measured)

@@ -107,7 +107,7 @@ def test_cycles_come_as_tables(walked):
 
 def test_reach_and_hold(infinivar, tmp_path, monkeypatch):
     """Held under load the geared motor burns what a locked wheel does not; the cylinder that idles burns more than either."""
-    monkeypatch.setattr("infinivar.analysis.forward.LONGEST", 4.0)  # simulating it takes most of the time
+    monkeypatch.setattr("infinivar.analysis.cycles.tracking.LONGEST", 4.0)  # simulating it takes most of the time
     outcome = infinivar("compare", STUDIES / "reach_and_hold.toml", "--out", ".")
     assert (outcome.code, outcome.err) == (0, "")
     assert "Lift 200 mm in 0.6 s, hold for 1.5 s, lower, wait:" in outcome.out

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from folders import results
-from infinivar import files
-from infinivar.drivetrain import tables
+from infinivar._core import files
 from infinivar.errors import InputError
+from infinivar.motion import tables
 from infinivar.report.output import all_or_nothing, claimed
 from infinivar.study import load
 

@@ -11,7 +11,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.parts.bearing import Bearing
-from infinivar.study.parts import bearings, gearheads, materials, motors
+from infinivar.study.catalogue import bearings, gearheads, materials, motors
 from infinivar.study.shipped import parameter_set
 
 

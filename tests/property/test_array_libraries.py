@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.dynamic import shaking
+from infinivar.analysis.cycles.shaking import shaking
 from infinivar.study.load import shipped_study
 
 jax.config.update("jax_enable_x64", True)

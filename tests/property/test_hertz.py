@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import special
 
-from infinivar.contact import elliptic, friction, hertz, rolling, spin, wear
+from infinivar.contact import elliptic, friction, hertz, hysteresis, spin, wear
 from infinivar.contact.bodies import Cylinder, Material, Wheel
 
 jax.config.update("jax_enable_x64", True)
@@ -162,10 +162,10 @@ def test_hysteresis_is_the_work_on_the_front_half(load, a, factor):
     x = (np.arange(20000) + 0.5) / 20000
     pressure = np.sqrt(1 - x * x)
     line = load * factor * a * np.mean(x * pressure) / (2 * np.mean(pressure))
-    assert rolling.line_torque(load, a, factor) == pytest.approx(line, rel=1e-5)
+    assert hysteresis.line_torque(load, a, factor) == pytest.approx(line, rel=1e-5)
     # An ellipse is full of lines: pressure integrated over y at x goes with 1 - x^2.
     ellipse = load * factor * a * np.mean(x * pressure**2) / (2 * np.mean(pressure**2))
-    assert rolling.ellipse_torque(load, a, factor) == pytest.approx(ellipse, rel=1e-5)
+    assert hysteresis.ellipse_torque(load, a, factor) == pytest.approx(ellipse, rel=1e-5)
 
 
 @given(poissons, poissons, moduli, moduli, st.floats(0, 1), st.floats(0, 1))
@@ -173,8 +173,8 @@ def test_hysteresis_of_unlike_bodies_lies_between(nu_1, nu_2, e_1, e_2, factor_1
     one = Material(youngs_modulus=e_1, poisson=nu_1, hysteresis_factor=factor_1)
     two = Material(youngs_modulus=e_2, poisson=nu_2, hysteresis_factor=factor_2)
     low, high = sorted((factor_1, factor_2))
-    assert low - 1e-15 <= rolling.combined_hysteresis(one, two) <= high + 1e-15
-    assert rolling.combined_hysteresis(one, one) == pytest.approx(factor_1)
+    assert low - 1e-15 <= hysteresis.combined_hysteresis(one, two) <= high + 1e-15
+    assert hysteresis.combined_hysteresis(one, one) == pytest.approx(factor_1)
 
 
 @given(st.floats(-100, 100), st.floats(0.01, 1), st.floats(0.1, 1), st.floats(0.01, 10))

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import Limit
-from infinivar.drivetrain.course import Course
+from infinivar.motion.course import Course
 from infinivar.transmission.rates import Varying, steering_rates
 
 ROUNDING = 1e-12

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, filtfilt
 
-from infinivar.analysis.duty_cycle import duty_cycle
-from infinivar.drivetrain.duty import DutyCycle
+from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.load import shipped_study
 from motions import recorded
 

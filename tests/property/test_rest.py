@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar.analysis.duty_cycle import duty_cycle
-from infinivar.analysis.forward import two_ways
+from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.contact.friction import coulomb
-from infinivar.drivetrain import recording
-from infinivar.drivetrain.course import Course
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.profiles import MotionProfile
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.motion import recording
+from infinivar.motion.course import Course
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.profiles import MotionProfile
+from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 from motions import moves_and_dwells, recorded
 
@@ -203,7 +203,7 @@ def test_a_resolution_given_decides(tmp_path):
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
 def test_controllers_come_to_rest(drive, force):
     """Half a second after a reach nothing swings any more, and it takes what holding takes by itself."""
-    from infinivar.drivetrain.profiles import ForceProfile
+    from infinivar.motion.profiles import ForceProfile
 
     run = iv.simulate(
         drive,

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import infinivar as iv
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
-from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.motion.profiles import ForceProfile, MotionProfile
+from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 
 SHIPPED = shipped_study("faulring2006")

@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import Limit
 from infinivar.contact import creep, kalker
-from infinivar.contact.exact import lateral_creep
-from infinivar.drivetrain.profiles import ForceProfile
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.contact.exact_tables import lateral_creep
+from infinivar.motion.profiles import ForceProfile
+from infinivar.motion.scenario import Scenario
 from infinivar.transmission.geometry import MEASURED_FULL_SLIP
 
 POINTS = 200_000

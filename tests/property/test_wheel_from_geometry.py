@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar import Limit
 from infinivar.contact import creep
-from infinivar.study.parts import bearings
+from infinivar.study.catalogue import bearings
 
 jax.config.update("jax_enable_x64", True)
 

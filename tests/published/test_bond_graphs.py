@@ -6,7 +6,7 @@ import sympy
 from infinivar.bondgraph.equations import derive
 from infinivar.bondgraph.graph import Bond
 from infinivar.bondgraph.trace import trace
-from infinivar.drivetrain import plants
+from infinivar.drivetrain.graphs import plants
 from infinivar.transmission.kinematics import contact_balance, relative_velocities
 
 R, PHI, OMEGA = (sympy.Symbol(name, real=True) for name in ("R", r"\phi", r"\omega"))

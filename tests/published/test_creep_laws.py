@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from infinivar.contact import creep, exact, fastsim, laws
+from infinivar.contact import creep, exact_tables, fastsim, laws
 
 LARGEST = {
     "linear": (0.235, 0.321, 0.560, 0.190),
@@ -34,14 +34,14 @@ def test_largest_errors(law):
     """The errors of the table, whose last digit is the tolerance; the exact curves are good to 0.001, with spin 0.01."""
     lateral = [
         np.abs(creep.lateral_force(law, curve["scaled_creepage"], curve["a_over_b"]) - curve["force_ratio"])
-        for curve in exact.lateral_creep()
+        for curve in exact_tables.lateral_creep()
     ]
     spin = [
         np.abs(creep.planar_force(law, 0.0, curve["scaled_creepage"], curve["spin"])[1] - curve["lateral_force"])
-        for curve in exact.spin_creep()
+        for curve in exact_tables.spin_creep()
     ]
     slanting = []
-    for curve in exact.combined_creep():
+    for curve in exact_tables.combined_creep():
         angle, k = np.radians(curve["direction"]), curve["scaled_creepage"]
         fx, fy = creep.planar_force(law, k * np.cos(angle), k * np.sin(angle))
         slanting.append(np.hypot(fx - curve["longitudinal_force"], fy - curve["lateral_force"]))
@@ -54,7 +54,7 @@ def test_fastsim_points_the_right_way_at_gross_slip():
 
     The direction that FASTSIM finds is exact but for its being taken to first order, which costs 0.002.
     """
-    for curve in exact.combined_creep():
+    for curve in exact_tables.combined_creep():
         angle, k = np.radians(curve["direction"]), curve["scaled_creepage"][-1]
         fx, fy = creep.planar_force("fastsim", k * np.cos(angle), k * np.sin(angle))
         assert np.hypot(fx, fy) == pytest.approx(1.0, abs=1e-4)
@@ -63,11 +63,11 @@ def test_fastsim_points_the_right_way_at_gross_slip():
 
 def test_moment_has_the_right_sense():
     """The simplified theory is known for too small a moment: within 0.09 mu N sqrt(ab) of up to 0.50."""
-    for curve in exact.spin_creep():
+    for curve in exact_tables.spin_creep():
         moment = fastsim.forces(0.0, curve["scaled_creepage"], curve["spin"]).mz
         assert np.max(np.abs(moment - curve["moment"])) < 0.09
         assert np.all(moment > 0)
-    for curve in exact.combined_creep()[1:]:
+    for curve in exact_tables.combined_creep()[1:]:
         angle, k = np.radians(curve["direction"]), curve["scaled_creepage"]
         assert np.all(fastsim.forces(k * np.cos(angle), k * np.sin(angle)).mz[:3] < 0)
         assert np.all(curve["moment"] < 0)

@@ -12,7 +12,7 @@ import math
 
 import pytest
 
-from infinivar.study.parts import motors
+from infinivar.study.catalogue import motors
 
 # key, no-load speed [rpm], stall torque [mN m], peak efficiency [%], continuous current [A]
 CATALOGUE = [

@@ -11,7 +11,7 @@ import sympy
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar._xp import namespace
+from infinivar._core.array_namespace import namespace
 from infinivar.bondgraph import audit
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import model as models
@@ -26,10 +26,10 @@ from infinivar.bondgraph.solve import solve
 from infinivar.bondgraph.steppers import stepper
 from infinivar.bondgraph.trace import Traced, clip, trace
 from infinivar.contact.friction import coulomb
-from infinivar.drivetrain import plants
-from infinivar.drivetrain.profiles import MotionProfile
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.drivetrain.graphs import plants
 from infinivar.errors import AuditError
+from infinivar.motion.profiles import MotionProfile
+from infinivar.motion.scenario import Scenario
 
 jax.config.update("jax_enable_x64", True)
 

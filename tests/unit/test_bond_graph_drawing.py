@@ -7,7 +7,7 @@ import pytest
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.graph import BondGraph
-from infinivar.drivetrain.plants import plant_graph
+from infinivar.drivetrain.graphs.plants import plant_graph
 from infinivar.figures import bond_graph, style
 
 HALF_HEIGHT = 0.09

@@ -8,12 +8,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.calibration import fit as fitting
-from infinivar.analysis.calibration import model, plan, reduce, virtual
-from infinivar.analysis.calibration.calibrate import calibrate
-from infinivar.analysis.calibration.data import COLUMNS
-from infinivar.analysis.calibration.fit import fit
-from infinivar.analysis.calibration.problem import Problem
+from infinivar.calibration import fit as fitting
+from infinivar.calibration import model, plan, reduce, virtual_rig
+from infinivar.calibration.calibrate import calibrate
+from infinivar.calibration.data import COLUMNS
+from infinivar.calibration.fit import fit
+from infinivar.calibration.problem import Problem
 from rigs import RATIOS, RIG, session
 
 
@@ -25,8 +25,8 @@ def drive(study):
 @pytest.fixture(scope="module")
 def exact(drive):
     """Runs without errors on the bond graph, and the same by the steady solution."""
-    protocol = virtual.protocol(drive, RIG, ratios=(100.0, 2.0))
-    return [virtual.experiment(drive, RIG, protocol, exact=True, simulated=way) for way in (True, False)]
+    protocol = virtual_rig.protocol(drive, RIG, ratios=(100.0, 2.0))
+    return [virtual_rig.experiment(drive, RIG, protocol, exact=True, simulated=way) for way in (True, False)]
 
 
 def test_bond_graph_settles_to_the_steady_solution(exact):
@@ -134,8 +134,8 @@ def test_residuals_are_those_of_the_sensors_and_derivatives_those_of_the_residua
 
 def test_a_fit_to_data_without_errors_gives_the_truth(drive):
     """From a start 30 % off; the sensors' resolution only weighs then."""
-    protocol = virtual.protocol(drive, RIG, ratios=RATIOS)
-    data = virtual.experiment(drive, RIG, protocol, exact=True, simulated=False).data
+    protocol = virtual_rig.protocol(drive, RIG, ratios=RATIOS)
+    data = virtual_rig.experiment(drive, RIG, protocol, exact=True, simulated=False).data
     problem = Problem.of(drive, RIG, data, ("creep_stiffness", "bearing_torque", "guideway_friction", "nominal_torque"))
     off = replace(
         problem, known={**problem.known, "creep_stiffness": 4e4, "bearing_torque": 2e-3, "nominal_torque": 6e-3}
@@ -160,8 +160,8 @@ def test_losses_at_other_preloads_are_those_of_the_geometry(drive, friction):
     geometry = drive.transmission.geometry
     bearing = replace(geometry.axle_bearing, friction_model=friction)
     drive = replace(drive, transmission=replace(drive.transmission, geometry=replace(geometry, axle_bearing=bearing)))
-    settings = virtual.protocol(drive, RIG, ratios=RATIOS, preloads=(0.4, 1.6))
-    truth = virtual.experiment(drive, RIG, settings, exact=True, simulated=False).data
+    settings = virtual_rig.protocol(drive, RIG, ratios=RATIOS, preloads=(0.4, 1.6))
+    truth = virtual_rig.experiment(drive, RIG, settings, exact=True, simulated=False).data
     told = model.predict(drive, RIG, truth, model.known_values(drive))
     assert len(set(truth.preload)) == 3
     assert_allclose(told.link_travel, truth.link_travel, rtol=1e-9, atol=1e-12)
@@ -171,8 +171,8 @@ def test_losses_at_other_preloads_are_those_of_the_geometry(drive, friction):
 
 def test_a_proportional_gearhead_is_taken_into_account(study):
     drive = study.drives["cobotic-b"]
-    truth = virtual.experiment(
-        drive, RIG, virtual.protocol(drive, RIG, ratios=RATIOS), exact=True, simulated=False
+    truth = virtual_rig.experiment(
+        drive, RIG, virtual_rig.protocol(drive, RIG, ratios=RATIOS), exact=True, simulated=False
     ).data
     told = model.predict(drive, RIG, truth, model.known_values(drive))
     assert_allclose(told.motor_current, truth.motor_current, rtol=1e-9)
@@ -219,7 +219,7 @@ def test_runs_proposed_narrow_what_is_told(drive):
     assert len(proposed.settings) == plan.RUNS
 
     def after(settings):
-        more = virtual.experiment(drive, RIG, settings, exact=True, simulated=False).data
+        more = virtual_rig.experiment(drive, RIG, settings, exact=True, simulated=False).data
         joined = {name: np.concatenate([getattr(data, name), getattr(more, name)]) for name in COLUMNS}
         both = replace(data, **joined, lines=(*data.lines, *range(100, 100 + len(more))))
         return fit(Problem.of(drive, RIG, both, found.names)).deviations
@@ -229,15 +229,15 @@ def test_runs_proposed_narrow_what_is_told(drive):
         assert helped[name] <= found.deviations[name] * (1 + 1e-6)
         # The promise counts the masses of new runs as known and is made at the fit.
         assert_allclose(helped[name], proposed.deviations[name], rtol=0.05)
-    others = virtual.protocol(drive, RIG, ratios=(50.0,), loads=(0.15,))[2:4] * 2
+    others = virtual_rig.protocol(drive, RIG, ratios=(50.0,), loads=(0.15,))[2:4] * 2
     volume = [math.prod(deviations.values()) for deviations in (helped, after(others))]
     assert volume[0] < volume[1]
 
 
 def test_what_the_drive_cannot_do_is_left_out(drive):
     weak = replace(drive, motor=replace(drive.motor, voltage=21.5))
-    protocol = virtual.protocol(weak, RIG, ratios=(50.0, 1.0), loads=(0.5,))
-    done = virtual.experiment(weak, RIG, protocol, simulated=False)
+    protocol = virtual_rig.protocol(weak, RIG, ratios=(50.0, 1.0), loads=(0.5,))
+    done = virtual_rig.experiment(weak, RIG, protocol, simulated=False)
     assert len(done.data) == len(protocol) - 1
     assert (
         done.left_out
@@ -245,7 +245,7 @@ def test_what_the_drive_cannot_do_is_left_out(drive):
         or "the motor needs" in done.left_out[0]
     )
     short = replace(RIG, travel=0.005)
-    done = virtual.experiment(drive, short, virtual.protocol(drive, short, ratios=(1.0,)), simulated=False)
+    done = virtual_rig.experiment(drive, short, virtual_rig.protocol(drive, short, ratios=(1.0,)), simulated=False)
     assert all("too short to measure" in said for said in done.left_out)
 
 
@@ -259,7 +259,7 @@ def test_what_the_drive_cannot_do_is_left_out(drive):
 )
 def test_protocols_that_mean_nothing(drive, wish, said):
     with pytest.raises(ValueError, match=said):
-        virtual.protocol(drive, RIG, **wish)
+        virtual_rig.protocol(drive, RIG, **wish)
 
 
 def test_the_calibrated_drive_is_the_study_with_what_was_fitted(drive, study):

@@ -10,14 +10,14 @@ from numpy.testing import assert_allclose
 from scipy.special import ndtr
 
 import infinivar as iv
-from infinivar.analysis.calibration import laws, model, virtual
-from infinivar.analysis.calibration.calibrate import calibrate
-from infinivar.analysis.calibration.data import COLUMNS
-from infinivar.analysis.calibration.fit import fit
-from infinivar.analysis.calibration.problem import Problem
+from infinivar.calibration import laws, model, virtual_rig
+from infinivar.calibration.calibrate import calibrate
+from infinivar.calibration.data import COLUMNS
+from infinivar.calibration.fit import fit
+from infinivar.calibration.problem import Problem
 from infinivar.contact import creep
-from infinivar.drivetrain.rig import Rig
 from infinivar.errors import ParameterError
+from infinivar.study.rig import Rig
 from rigs import RIG, exact_law, law_of, session, under
 
 LAWS = tuple(creep.LAWS)
@@ -66,7 +66,7 @@ def test_a_law_that_bends_is_told_and_its_bias_gone(drive):
     known = model.known_values(drive)["creep_stiffness"]
     before, after = [], []
     for seed in range(10):
-        data = session(under(drive, "vermeulen-johnson"), seed, ratios=virtual.RATIOS)
+        data = session(under(drive, "vermeulen-johnson"), seed, ratios=virtual_rig.RATIOS)
         one = fit(Problem.of(drive, RIG, data, model.USUAL))
         choice = chosen(drive, data)
         right = next(other.fit for other in choice.candidates if other.law == "vermeulen-johnson")
@@ -101,7 +101,7 @@ def test_laws_that_no_run_tells_apart_are_left_open(drive, study):
     assert "do not decide between the creep laws" in said
     assert "(no run tells it from" in said
     # The same seed gives the rig the same gain, preload and zero.
-    more = virtual.experiment(drive, RIG, [telling.setting], seed=3, simulated=False).data
+    more = virtual_rig.experiment(drive, RIG, [telling.setting], seed=3, simulated=False).data
     decided = chosen(drive, joined(data, more))
     assert decided.undecided == ("linear",)
     assert "The data prefer the study's creep law, linear" in " ".join(
@@ -123,7 +123,7 @@ def test_a_run_proposed_tells_laws_apart_as_far_as_it_says(drive, study):
     found = calibrate(study, "cobotic", data, creep_laws=("polach", "fastsim"))
     assert found.laws.undecided == ("polach", "fastsim")
     (telling,) = found.plan.telling
-    more = virtual.experiment(found.calibrated, RIG, [telling.setting], exact=True, simulated=False).data
+    more = virtual_rig.experiment(found.calibrated, RIG, [telling.setting], exact=True, simulated=False).data
     after = chosen(drive, joined(data, more), ("polach", "fastsim"))
     rise = after.candidates[1].behind - found.laws.candidates[1].behind
     print(f"chi-square rises by {rise:.1f}, promised were {telling.apart**2:.1f}")
@@ -270,7 +270,7 @@ def test_the_calibrated_study_states_the_law_that_was_fitted(drive, study, tmp_p
     assert found.fit.law == "polach"
     assert found.calibrated.transmission.creep_law == "polach"
     assert found.warnings[0].startswith("The data contradict the study's creep law: polach fits better than linear by")
-    found.save(tmp_path)
+    iv.save(found, tmp_path)
     again = iv.load_study(tmp_path / "calibrated.toml")
     assert again.drives["cobotic"].transmission.creep_law == "polach"
     (row,) = [row for row in again.provenance if row.owner == "cobotic" and row.field == "transmission.creep_law"]

@@ -9,16 +9,16 @@ from numpy.testing import assert_allclose
 from scipy.optimize import brentq, minimize_scalar
 
 import infinivar as iv
-from infinivar.analysis.claims import design, element, shaking, system
-from infinivar.analysis.claims.bench import MOVES, Bench
-from infinivar.analysis.claims.claim import Machine, at_ratio, statements
-from infinivar.analysis.claims.groups import fitted
-from infinivar.analysis.claims.planes import PLANES
-from infinivar.analysis.claims.verdict import FACTOR, Found, near, row, settle
-from infinivar.analysis.cycle import Definition
-from infinivar.analysis.dynamic import dynamic_map
-from infinivar.contact.exact import lateral_creep
+from infinivar.analysis.cycles.performance import Definition
+from infinivar.analysis.cycles.shaking import dynamic_map
+from infinivar.contact.exact_tables import lateral_creep
 from infinivar.limits import Limit
+from infinivar.paper.claims import design, element, shaking, system
+from infinivar.paper.claims.bench import MOVES, Bench
+from infinivar.paper.claims.claim import Machine, at_ratio, statements
+from infinivar.paper.claims.groups import fitted
+from infinivar.paper.claims.planes import PLANES
+from infinivar.paper.claims.verdict import FACTOR, Found, near, row, settle
 
 HOLDS, FAILS = Found(1.0, "at least 0.9", "holds"), Found(0.8, "at least 0.9", "does not hold")
 NEITHER = Found("works nowhere", "at least 0.9", "undecidable")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from infinivar import Limit
-from infinivar.analysis.design_trends import SWEPT, Duty, sensitivity, sweep, with_friction
+from infinivar.analysis.design_trends import SWEPT, Duty, elasticities, sweep, with_friction
 
 
 @pytest.fixture(scope="module")
@@ -44,13 +44,13 @@ def test_more_friction_takes_less_preload(element):
 )
 def test_losses_follow_known_powers(element, duty, parameter, loss, exponent):
     """Hertz's powers. The step of 1 % leaves 1e-4, and that more creep lets the wheel roll faster a little."""
-    assert sensitivity(element, parameter, duty)[loss] == pytest.approx(exponent, abs=0.005)
+    assert elasticities(element, parameter, duty)[loss] == pytest.approx(exponent, abs=0.005)
 
 
 def test_total_is_the_weighted_mean_of_its_parts(element, duty):
     losses = duty.at(element).losses
     for parameter in SWEPT:
-        slopes = sensitivity(element, parameter, duty)
+        slopes = elasticities(element, parameter, duty)
         mean = sum(slopes[name] * float(loss) for name, loss in losses.items()) / sum(map(float, losses.values()))
         assert slopes["total"] == pytest.approx(mean, abs=1e-12)
 

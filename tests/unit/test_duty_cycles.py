@@ -13,11 +13,11 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import Limit
-from infinivar.analysis.duty_cycle import duty_cycle, holding
-from infinivar.analysis.forward import two_ways
-from infinivar.analysis.ratio_policy import _schedule, policies
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.series import Series
+from infinivar.analysis.cycles.cylinder_policy import _schedule, policies
+from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
+from infinivar.analysis.cycles.tracking import two_ways
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.fourier import Series
 from infinivar.study.load import shipped_study
 
 STUDY = shipped_study("faulring2006")

@@ -9,9 +9,9 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import Limit
-from infinivar.analysis import cycle
-from infinivar.analysis.cycle import Definition
-from infinivar.analysis.dynamic import amplitude, dynamic_map, shaking
+from infinivar.analysis.cycles import performance
+from infinivar.analysis.cycles.performance import Definition
+from infinivar.analysis.cycles.shaking import amplitude, dynamic_map, shaking
 from infinivar.study.load import shipped_study
 from infinivar.transmission.rates import Varying
 
@@ -127,8 +127,8 @@ def test_inertias_return_what_they_took(name):
     drive = STUDY.drives[name]
     course = shaking(0.02, 3.0, 200)
     smooth = replace(drive, guideway=iv.Guideway())
-    assert cycle.returned_to_start(smooth.follow(course, load_mass=0.8)) < 1e-9
-    assert cycle.returned_to_start(drive.follow(course, load_mass=0.8)) < 1e-5
+    assert performance.returned_to_start(smooth.follow(course, load_mass=0.8)) < 1e-9
+    assert performance.returned_to_start(drive.follow(course, load_mass=0.8)) < 1e-5
 
 
 def test_energy_that_inertias_keep():
@@ -146,7 +146,7 @@ def test_energy_that_inertias_keep():
         part = iv.Course(
             **{name: getattr(whole, name)[start:end] for name in ("speed", "acceleration", "jerk", "snap")}
         )
-        return cycle.returned_to_start(drive.follow(part, load_mass=mass))
+        return performance.returned_to_start(drive.follow(part, load_mass=mass))
 
     assert kept(300, 400) == pytest.approx(reduced / (2 * mass + reduced), rel=1e-9)  # from rest to v
     assert kept(0, 100) == pytest.approx(reduced / mass, rel=1e-9)  # from v to rest
@@ -183,7 +183,7 @@ def test_energy_goes_from_the_cylinder_to_the_link():
     wheel = 0.5 * to_steer * (last**2 - first**2)
     assert -cylinder > 2 * link > 0
     moved = duration * np.mean(np.abs(middle.power_in) + np.abs(middle.power_out))
-    assert cycle.returned_to_start(middle) == pytest.approx(-(link + cylinder + wheel) / moved, rel=1e-6)
+    assert performance.returned_to_start(middle) == pytest.approx(-(link + cylinder + wheel) / moved, rel=1e-6)
 
 
 def test_limits_that_bind():

@@ -9,14 +9,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from infinivar.analysis.claims.claim import Machine
 from infinivar.analysis.compare import work_through
 from infinivar.analysis.steady_map import steady_map
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.requirement import Requirement
-from infinivar.figures import duty_cycle, dynamic_performance, losses, operating_map, style
+from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import Limit
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.paper.claims.claim import Machine
+from infinivar.paper.figures import fig17_dynamic_performance
 from infinivar.study.load import shipped_study
+from infinivar.study.requirement import Requirement
 
 STUDY = shipped_study("faulring2006")
 SPEED, FORCE = np.linspace(-1.0, 1.0, 80), np.linspace(-45.0, 45.0, 90)
@@ -99,7 +100,7 @@ def overlapping(boxes):
 def test_names_of_limits_stand_clear_in_figure_17():
     """Names, the bars under them, titles and the plots themselves: none of their boxes overlap, none leaves the page."""
     with style.styled():
-        made = dynamic_performance.draw_all(Machine())
+        made = fig17_dynamic_performance.draw_all(Machine())
         for ax in made.axes:
             named = [artist for artist in (*ax.texts, *ax.lines) if artist.get_gid() == "limit"]
             words = [artist for artist in named if artist in ax.texts]

@@ -7,14 +7,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar.analysis.builds import evaluated
-from infinivar.analysis.derivatives import METHODS, gradient
-from infinivar.analysis.duty_cycle import duty_cycle
-from infinivar.analysis.forward import two_ways
-from infinivar.analysis.outcomes import loss
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.analysis.cycles.tracking import two_ways
+from infinivar.analysis.robustness.derivatives import METHODS, gradient
+from infinivar.analysis.robustness.outcomes import loss
+from infinivar.analysis.robustness.sampling import evaluated
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.profiles import ForceProfile, MotionProfile
+from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 
 STUDY = shipped_study("faulring2006")

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from infinivar.parts import heat
-from infinivar.study.parts import motors
+from infinivar.study.catalogue import motors
 
 MOTOR = motors()["dc-max-26-s-24v"]
 AMBIENT = 298.15

@@ -8,13 +8,13 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from infinivar._xp import namespace
+from infinivar._core.array_namespace import namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import steppers
 from infinivar.bondgraph.graph import BondGraph, Parameter
 from infinivar.bondgraph.solve import solve
 from infinivar.contact.friction import coulomb
-from infinivar.drivetrain import plants
+from infinivar.drivetrain.graphs import plants
 
 METHODS = ["LSODA", "Radau", "BDF", "CVODES"]
 TIMES = np.linspace(0.0, 0.5, 51)

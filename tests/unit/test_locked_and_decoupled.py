@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.motion.profiles import ForceProfile, MotionProfile
+from infinivar.motion.scenario import Scenario
 
 
 def locked(drive, force, cylinder="running", duration=0.5):

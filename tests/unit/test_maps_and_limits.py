@@ -211,7 +211,7 @@ def test_map_as_labelled_data(study, tmp_path):
 
     steady = iv.steady_map(study.drives["cobotic"], np.linspace(0, 1, 6), np.linspace(0, 100, 9))
     path = tmp_path / "map.nc"
-    steady.save(path)
+    steady.to_netcdf(path)
     with xarray.open_dataset(path) as data:
         assert {variable.attrs["units"] for variable in data.variables.values()} == {"W", "1", "m s-1", "N"}
         assert_array_equal(data["power_in"].values, steady.power_in)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from infinivar.analysis.calibration import misread as misreading
-from infinivar.analysis.calibration import model, virtual
-from infinivar.analysis.calibration.calibrate import calibrate
+from infinivar.calibration import misread as misreading
+from infinivar.calibration import model, virtual_rig
+from infinivar.calibration.calibrate import calibrate
 from infinivar.errors import InputError
 from rigs import READINGS, RIG, misread, session, under
 
@@ -225,10 +225,10 @@ def test_runs_beyond_the_study_s_slip_are_named_and_decide_no_law(study, drive):
     """A wheel that holds more than the study says: its law goes on where by the study nothing does."""
     grips = replace(drive, transmission=replace(drive.transmission, friction=0.14))
     protocol = [
-        *virtual.protocol(grips, RIG, ratios=(100.0, 20.0, 8.0, 4.0, 2.0), loads=(0.15, 0.7)),
-        *virtual.protocol(grips, RIG, ratios=(4.0, 2.0), loads=(0.93,)),
+        *virtual_rig.protocol(grips, RIG, ratios=(100.0, 20.0, 8.0, 4.0, 2.0), loads=(0.15, 0.7)),
+        *virtual_rig.protocol(grips, RIG, ratios=(4.0, 2.0), loads=(0.93,)),
     ]
-    data = virtual.experiment(grips, RIG, protocol, seed=2, simulated=False).data
+    data = virtual_rig.experiment(grips, RIG, protocol, seed=2, simulated=False).data
     lateral = data.mass * RIG.gravity / np.cos(data.steering_angle)
     beyond = data.pressed & (lateral > 1.05 * 0.12 * data.preload)
     assert 1 <= np.count_nonzero(beyond) <= 4

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
+from infinivar.motion.profiles import ForceProfile, MotionProfile
 
 MOTIONS = {
     "hold": MotionProfile(),

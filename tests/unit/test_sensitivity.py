@@ -8,18 +8,18 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import _complex_step
-from infinivar.analysis import outcomes
-from infinivar.analysis.builds import draw, low_discrepancy
-from infinivar.analysis.derivatives import METHODS, designs, gradient, values_of, varied
-from infinivar.analysis.duty_cycle import duty_cycle
-from infinivar.analysis.sensitivity import _indices, sensitivity, sobol
-from infinivar.analysis.uncertainty import BAND, Mapper, band, percent
-from infinivar.drivetrain.duty import DutyCycle
+from infinivar._core import complex_step
+from infinivar._core.fields import quantities_of, quantity, value_at, with_values
+from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.analysis.robustness import outcomes
+from infinivar.analysis.robustness.derivatives import METHODS, designs, gradient, values_of, varied
+from infinivar.analysis.robustness.sampling import draw, low_discrepancy
+from infinivar.analysis.robustness.sensitivity import _indices, sensitivity, sobol
+from infinivar.analysis.robustness.verdicts import BAND, Mapper, band, percent
 from infinivar.errors import InputError
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts import heat
-from infinivar.quantities import quantities_of, quantity, value_at, with_values
-from infinivar.study.uncertainty import Spread
+from infinivar.study.spreads import Spread
 
 SHAKE = DutyCycle(shape="sinusoid", distance=0.03, frequency=2.0, load_mass=0.8)
 
@@ -145,7 +145,7 @@ class TestDerivatives:
     )
     def test_functions_that_carry_derivatives(self, formula):
         def function(thing):
-            from infinivar._xp import namespace
+            from infinivar._core.array_namespace import namespace
 
             xp = namespace(thing)
             return formula(xp, *(xp.reshape(xp.asarray(v, dtype=xp.float64), (-1,)) for v in (thing.a, thing.b)))
@@ -157,7 +157,7 @@ class TestDerivatives:
             def moved(x, name=name):
                 return function(with_values(Thing(), {name: x}))
 
-            value, slope = _complex_step.derivative(moved, at[place])
+            value, slope = complex_step.derivative(moved, at[place])
             step = 1e-5
             high, low = (moved(np.asarray(at[place] + way * step)) for way in (1, -1))
             assert_allclose(slope.ravel()[0], np.ravel((high - low) / (2 * step))[0], rtol=1e-8)
@@ -166,7 +166,7 @@ class TestDerivatives:
 
     def test_what_carries_no_derivative_says_so(self):
         with pytest.raises(NotImplementedError, match="sinh carries no derivative"):
-            _complex_step.NAMESPACE.sinh(_complex_step.Stepped(1.0))
+            complex_step.NAMESPACE.sinh(complex_step.Stepped(1.0))
 
     def test_methods_that_there_are_not(self, drive):
         with pytest.raises(InputError, match="complex, jax, difference, got 'adjoint'"):

@@ -12,9 +12,9 @@ import xarray
 import infinivar as iv
 from infinivar.analysis import simulate as simulating
 from infinivar.analysis.simulate import Event
-from infinivar.drivetrain.profiles import ForceProfile, MotionProfile
-from infinivar.drivetrain.scenario import Scenario
 from infinivar.figures import energy_flow, time_history
+from infinivar.motion.profiles import ForceProfile, MotionProfile
+from infinivar.motion.scenario import Scenario
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def slip(study):
 @pytest.fixture(scope="module")
 def saved(step, tmp_path_factory):
     folder = tmp_path_factory.mktemp("saved")
-    files = step.save(folder, "run", reconstruction=("Everything is assumed.",))
+    files = iv.save(step, folder, name="run", reconstruction=("Everything is assumed.",))
     return {file.name: file for file in files}
 
 
@@ -140,7 +140,7 @@ def test_the_page_stands_alone_and_names_the_reconstruction(saved):
 def test_the_page_speaks_of_a_cylinder_only_where_there_is_one(study, saved, tmp_path):
     assert "; cylinder running;" in saved["run.html"].read_text("utf-8")
     scenario = Scenario(duration=0.02, load_mass=0.8, force=ForceProfile(size=-5.0))
-    page, *_ = iv.simulate(study.drives["motor2-gear4"], scenario, title="Geared").save(tmp_path)
+    page, *_ = iv.save(iv.simulate(study.drives["motor2-gear4"], scenario, title="Geared"), tmp_path)
     assert "cylinder" not in page.read_text("utf-8")
 
 

@@ -8,15 +8,15 @@ import pytest
 
 import infinivar as iv
 from infinivar import units
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.requirement import Requirement
-from infinivar.drivetrain.rig import Rig
-from infinivar.drivetrain.scenario import Scenario
+from infinivar._core.fields import check_value
 from infinivar.errors import InputError
-from infinivar.quantities import check_value
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.scenario import Scenario
 from infinivar.study import schema
+from infinivar.study.catalogue import gearheads, motors
 from infinivar.study.load import shipped_study
-from infinivar.study.parts import gearheads, motors
+from infinivar.study.requirement import Requirement
+from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, KINDS, described, json_schema, table
 from infinivar.study.shipped import parameter_set, parameter_sets
 from infinivar.study.template import TEMPLATE

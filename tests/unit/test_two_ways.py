@@ -2,7 +2,7 @@
 
 import pytest
 
-from infinivar.analysis.forward import TwoWays
+from infinivar.analysis.cycles.tracking import TwoWays
 
 EXACT = {"prescribed": 2.0, "as_turning": 2.0, "followed": 2.3, "rms_error": 2.5e-4, "stays": False}
 

@@ -4,30 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from infinivar import power
-from infinivar.analysis.duty_cycle import DutyResult, duty_cycle
-from infinivar.analysis.ratio_policy import Policy, policies
+from infinivar._core.frozen import FrozenDict
+from infinivar.analysis.cycles.cylinder_policy import Policy, policies
+from infinivar.analysis.cycles.duty_cycle import DutyResult, duty_cycle
+from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
-from infinivar.analysis.uncertainty import Builds, builds
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.requirement import Requirement
 from infinivar.errors import ParameterError
-from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.check import check_duty
+from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import plain
 
 if TYPE_CHECKING:
-    from infinivar.analysis.forward import TwoWays
+    from infinivar.analysis.cycles.tracking import TwoWays
 
 MAP_REACH = 1.4
 """The maps reach this far beyond the requirement, so that limits just outside it are seen."""
@@ -207,17 +206,6 @@ class Comparison:
             **({"builds": {name: found.to_dict() for name, found in self.builds.items()}} if self.builds else {}),
         }
 
-    def save(self, directory: str | Path) -> list[Path]:
-        """Write ``report.html``, ``results.json``, one NetCDF map a drive, one CSV a drive and duty cycle, and the figures.
-
-        Figures are PNG, SVG and PDF: ``report-maps``, ``report-losses`` and a ``report-duty-NAME``. Returns all paths.
-
-        Files of the same names are replaced, others left alone; nothing is replaced unless everything could be made.
-        """
-        from infinivar.report import comparison
-
-        return comparison.save(self, Path(directory))
-
 
 def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **options: Any) -> DriveResult:
     """Hold one drive against a requirement; `options` go to `steady_map`."""
@@ -372,7 +360,7 @@ def work_through(
 
 def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result: DutyResult) -> TwoWays | str:
     """The cycle simulated, too, or why not."""
-    from infinivar.analysis.forward import LONGEST, two_ways  # simulation is slow to load
+    from infinivar.analysis.cycles.tracking import LONGEST, two_ways
 
     if duty.period > LONGEST:
         return (

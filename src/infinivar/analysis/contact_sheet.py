@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from infinivar.contact import creep, rolling, spin, wear
+from infinivar.contact import creep, hysteresis, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
 from infinivar.errors import InputError
@@ -265,7 +265,7 @@ def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None
     how = "given" if geometry is None else f"alpha_fr 3 P a/16 with alpha_fr = {plain(geometry.hysteresis_factor, 3)}"
     add("hysteresis torque", "tau_in", groups.rolling_torque, "N m", "mN m", how)
     if geometry is not None and contact is not None:
-        paper = rolling.line_torque(element.preload, contact.patch.a, geometry.hysteresis_factor)
+        paper = hysteresis.line_torque(element.preload, contact.patch.a, geometry.hysteresis_factor)
         add("as a line contact", "", paper, "N m", "mN m", "alpha_fr 2 P a/(3 pi), as in faulring2006")
         lateral = geometry.lateral_share * groups.slip_force
         moment = geometry.axle.moment(element.preload, lateral, element.wheel_radius, turning)

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._xp import Array
-from infinivar.analysis.derivatives import gradient, values_of
+from infinivar._core.array_namespace import Array
+from infinivar.analysis.robustness.derivatives import gradient, values_of
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.bearing import SIZE_POWERS
-from infinivar.study.parts import materials
+from infinivar.study.catalogue import materials
 from infinivar.transmission.geometry import ContactGeometry
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -163,7 +163,7 @@ _POWERS: dict[str, dict[str, float]] = {
 """Fields that go with each of `SWEPT`, and with which power of it."""
 
 
-def sensitivity(element: RotaryLinearIVT, parameter: str, duty: Duty) -> dict[str, float]:
+def elasticities(element: RotaryLinearIVT, parameter: str, duty: Duty) -> dict[str, float]:
     """Relative change of each loss, and of their sum ("total"), per relative change of a design parameter. [-]
 
     Exact derivatives by complex step; a loss that is zero has none.

@@ -5,22 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.solve import RTOL, solve
-from infinivar.drivetrain.closed_loop import Machine, closed_loop
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
-from infinivar.drivetrain.scenario import Scenario
+from infinivar.drivetrain.graphs.closed_loop import Machine, closed_loop
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
+from infinivar.motion.scenario import Scenario
 from infinivar.parts.motor import Motor
-from infinivar.transmission import motion
+from infinivar.transmission import creepage
 from infinivar.units import plain
 
 if TYPE_CHECKING:
@@ -180,20 +179,6 @@ class Simulation:
             ],
         }
 
-    def save(
-        self, directory: str | Path, name: str = "simulation", *, reconstruction: tuple[str, ...] = ()
-    ) -> list[Path]:
-        """Write report, figures, NetCDF, CSV and JSON under a name; returns the files, the report first.
-
-        Raises
-        ------
-        InputError
-            If the directory cannot be written to; nothing is changed then.
-        """
-        from infinivar.report.simulation import save
-
-        return save(self, Path(directory), name, reconstruction)
-
 
 def simulate(
     drive: Drive,
@@ -317,7 +302,7 @@ def _utilisation(
     prefix = "cylinder." if cobotic else ""
     if cobotic:
         parameters = {symbol: parameter.value for symbol, parameter in run.graph.parameters.items()}
-        scaled = motion.scaled_creepage(
+        scaled = creepage.scaled_creepage(
             run.at("transmission.creep")[1],
             run.signals["v"],
             parameters[r"\mu P"],

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar import power
+from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import AuditError, InputError
-from infinivar.frozen import FrozenDict
 from infinivar.limits import Limit, binding
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class SteadyMap:
             attrs={"audit_residual": self.audit_residual},
         )
 
-    def save(self, path: str | Path) -> None:
+    def to_netcdf(self, path: str | Path) -> None:
         """Write the map as NetCDF (version 3, readable everywhere)."""
         self.to_xarray().to_netcdf(path, engine="scipy")
 

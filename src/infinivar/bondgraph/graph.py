@@ -21,8 +21,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
+from infinivar._core.frozen import FrozenDict
 from infinivar.errors import InputError, nearest
-from infinivar.frozen import FrozenDict
 
 Kind = Literal["Se", "Sf", "I", "C", "R", "TF", "GY", "0", "1"]
 Law = Callable[..., Any]

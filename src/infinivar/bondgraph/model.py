@@ -10,7 +10,7 @@ import os
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
-from importlib import metadata, resources
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -193,9 +193,8 @@ def _described(value: Any) -> Any:
 def _sources() -> str:
     """Digest of the package's own source: a changed formula makes every kept model void."""
     digest = hashlib.sha256()
-    root = resources.files("infinivar")
-    for folder in ("", "contact", "parts", "transmission", "bondgraph", "drivetrain"):
-        for file in sorted(root.joinpath(folder).iterdir(), key=lambda file: file.name):
-            if file.name.endswith(".py"):
-                digest.update(file.read_bytes())
+    root = Path(__file__).parents[1]
+    for folder in ("_core", "contact", "parts", "transmission", "motion", "bondgraph", "drivetrain"):
+        for file in sorted(root.joinpath(folder).rglob("*.py")):
+            digest.update(file.read_bytes())
     return digest.hexdigest()

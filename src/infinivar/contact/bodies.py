@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from infinivar._xp import Array
-from infinivar.quantities import check, component, quantity
+from infinivar._core.array_namespace import Array
+from infinivar._core.fields import check, component, quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

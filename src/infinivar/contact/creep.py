@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from infinivar._xp import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar.contact import fastsim, kalker
 from infinivar.contact.laws import (
     FASTSIM_SLIP,

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
 
 _MEANS = 9
 """Arithmetic-geometric means: each doubles the digits; 9 are enough for axis ratios from 1e-12 to 1e12."""

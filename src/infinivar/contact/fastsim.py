@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from infinivar._xp import Array, _repeat, as_floats, namespace
+from infinivar._core.array_namespace import Array, _repeat, as_floats, namespace
 from infinivar.errors import ParameterError
 
 _BLOCK = 3200

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from infinivar._xp import Array, as_floats, bisect, namespace, newton
+from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, newton
+from infinivar._core.fields import check_value
 from infinivar.contact.bodies import Cylinder, Wheel, plane_strain_modulus
 from infinivar.contact.elliptic import carlson_rd, ellipse_integrals
-from infinivar.quantities import check_value
 
 
 class Ellipse(NamedTuple):

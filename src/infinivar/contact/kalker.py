@@ -15,8 +15,8 @@ import tomllib
 from importlib import resources
 from typing import Any, NamedTuple
 
-from infinivar._xp import Array, as_floats, namespace
-from infinivar.quantities import check_value
+from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.fields import check_value
 
 _END = math.log(10.0)
 """|ln(a/b)| where the table ends."""

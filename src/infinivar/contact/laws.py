@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
 
 FAULRING_ONSET = 0.7
 """Force ratio above which Eq 17 departs from the linear law."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from infinivar._xp import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar.contact.elliptic import ellipse_integrals
 
 

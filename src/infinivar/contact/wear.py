@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from infinivar._xp import Array, namespace, safe_divide
+from infinivar._core.array_namespace import Array, namespace, safe_divide
 
 
 def rolling_distance(

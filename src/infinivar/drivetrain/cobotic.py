@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from infinivar._xp import Array, finite_floats, namespace
+from infinivar._core.array_namespace import Array, finite_floats, namespace
+from infinivar._core.fields import check, component, given, quantity
 from infinivar.contact import creep, spin
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.control import CoboticControl
-from infinivar.drivetrain.course import Course
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
+from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
-from infinivar.quantities import check, component, given, quantity
 from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from infinivar._xp import Array, finite_floats, namespace
+from infinivar._core.array_namespace import Array, finite_floats, namespace
+from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain.control import ConventionalControl
-from infinivar.drivetrain.course import Course
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
+from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway, Pulley
 from infinivar.parts.motor import Motor
-from infinivar.quantities import check, component, quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
-from infinivar._xp import Array, namespace
-from infinivar.drivetrain.course import Course
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import given
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
+from infinivar.motion.course import Course
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.power import PowerPoint
-from infinivar.quantities import given
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

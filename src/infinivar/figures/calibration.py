@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.calibration.calibrate import Calibration
-from infinivar.analysis.calibration.virtual import with_preload
+from infinivar.calibration.calibrate import Calibration
+from infinivar.calibration.virtual_rig import with_preload
 from infinivar.figures import style
-from infinivar.study.uncertainty import NORMAL_95
+from infinivar.study.spreads import NORMAL_95
 from infinivar.units import plain
 
 if TYPE_CHECKING:

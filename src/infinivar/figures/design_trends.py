@@ -11,7 +11,7 @@ from infinivar.analysis.contact_sheet import HALF
 from infinivar.analysis.design_trends import SWEPT, Duty, Trend, sweep
 from infinivar.figures import style
 from infinivar.limits import Limit
-from infinivar.study.parts import materials
+from infinivar.study.catalogue import materials
 from infinivar.units import plain
 
 if TYPE_CHECKING:

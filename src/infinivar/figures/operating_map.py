@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from infinivar.analysis.compare import Comparison
+from infinivar.analysis.robustness.verdicts import BAND, BuildsMap
 from infinivar.analysis.steady_map import SteadyMap
-from infinivar.analysis.uncertainty import BAND, BuildsMap
-from infinivar.drivetrain.requirement import Requirement
 from infinivar.figures import style
 from infinivar.limits import Limit
+from infinivar.study.requirement import Requirement
 from infinivar.units import plain
 
 if TYPE_CHECKING:

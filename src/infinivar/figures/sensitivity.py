@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar import units
-from infinivar.analysis.sensitivity import LARGEST, Sensitivity
+from infinivar.analysis.robustness.sensitivity import LARGEST, Sensitivity
 from infinivar.figures import style
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from infinivar._xp import Array, namespace, signed_infinity
+from infinivar._core.array_namespace import Array, namespace, signed_infinity
+from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import require
 from infinivar.limits import Limit
-from infinivar.quantities import check, component, given, quantity
 
 Regeneration = Literal["burn", "store", "none"]
 

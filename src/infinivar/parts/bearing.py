@@ -13,9 +13,9 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from infinivar._xp import Array, as_floats, namespace, safe_divide
+from infinivar._core.array_namespace import Array, as_floats, namespace, safe_divide
+from infinivar._core.fields import check, component, quantity
 from infinivar.errors import require
-from infinivar.quantities import check, component, quantity
 
 BearingType = Literal["deep_groove", "angular_contact", "thrust_ball", "cylindrical", "needle"]
 # fmt: off

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import check, check_choice, component, given, quantity
 from infinivar.contact.friction import coulomb
 from infinivar.limits import Limit
-from infinivar.quantities import check, check_choice, component, given, quantity
 
 LossModel = Literal["coulomb", "proportional"]
 

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
 from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
 from infinivar.units import celsius, plain

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from infinivar._xp import Array
+from infinivar._core.array_namespace import Array
+from infinivar._core.fields import check, quantity
 from infinivar.contact.friction import coulomb
-from infinivar.quantities import check, quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import check, component, quantity
 from infinivar.contact.friction import coulomb
 from infinivar.errors import require
 from infinivar.limits import Limit
-from infinivar.quantities import check, component, quantity
 from infinivar.units import plain
 
 

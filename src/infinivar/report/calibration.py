@@ -10,19 +10,18 @@ from pathlib import Path
 from typing import Any
 
 from infinivar import units
-from infinivar.analysis.calibration import model
-from infinivar.analysis.calibration.calibrate import Calibration
-from infinivar.analysis.calibration.data import RigData
-from infinivar.analysis.calibration.fitted import Fitted
-from infinivar.analysis.calibration.laws import DECIDED
-from infinivar.analysis.calibration.virtual import Setting
-from infinivar.analysis.calibration.words import combined, described, with_interval
+from infinivar.calibration import model
+from infinivar.calibration.calibrate import Calibration
+from infinivar.calibration.data import RigData
+from infinivar.calibration.fitted import Fitted
+from infinivar.calibration.laws import DECIDED
+from infinivar.calibration.virtual_rig import Setting
+from infinivar.calibration.words import combined, described, with_interval
 from infinivar.figures import calibration as figure
 from infinivar.figures import style
-from infinivar.report.comparison import to_json
 from infinivar.report.output import all_or_nothing, check_file
-from infinivar.report.page import render, write_csv
-from infinivar.study.uncertainty import NORMAL_95
+from infinivar.report.page import render, to_json, write_csv
+from infinivar.study.spreads import NORMAL_95
 
 
 def save(calibration: Calibration, directory: Path) -> list[Path]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from infinivar.study.parts import bearings, gearheads, materials, motors
+from infinivar.study.catalogue import bearings, gearheads, materials, motors
 
 
 def text() -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -11,19 +9,19 @@ from typing import Any
 
 from infinivar import units
 from infinivar.analysis.compare import Comparison
-from infinivar.analysis.uncertainty import band, percent
-from infinivar.drivetrain.duty import CUTOFF
+from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import words_of
+from infinivar.motion.duty_cycles import CUTOFF
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report import numbers
 from infinivar.report.output import all_or_nothing
-from infinivar.report.page import render, write_csv
+from infinivar.report.page import render, to_json, write_csv
 from infinivar.study.study import DEFAULT, Provenance
 
 
 def save(comparison: Comparison, directory: Path) -> list[Path]:
-    """Write report, figures, results and maps; see `Comparison.save`."""
+    """Write report, figures, results and maps; report.html first, one NetCDF map a drive, one CSV a drive and duty cycle."""
     with all_or_nothing(directory, "compare") as scratch:
         figures = {
             name: style.write(made, scratch / f"report-{name}")
@@ -37,7 +35,7 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
         (scratch / "report.html").write_text(html(comparison, images), "utf-8")
         (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
         for name, result in comparison.results.items():
-            result.map.save(scratch / f"{name}.nc")
+            result.map.to_netcdf(scratch / f"{name}.nc")
         for task, found in comparison.duty.items():
             for name, result in found.results.items():
                 write_csv(result.columns, scratch / f"{name}-{task}.csv")
@@ -45,19 +43,6 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
     maps = [f"{name}.nc" for name in comparison.results]
     drawn = [file.name for files in figures.values() for file in files]
     return [directory / name for name in ("report.html", "results.json", *maps, *cycles, *drawn)]
-
-
-def to_json(value: Any) -> str:
-    """JSON text in which nan is null, as the standard has no nan."""
-    return json.dumps(_without_nan(value), indent=2, allow_nan=False) + "\n"
-
-
-def _without_nan(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _without_nan(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_without_nan(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def results(comparison: Comparison) -> dict[str, Any]:

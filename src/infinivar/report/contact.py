@@ -68,7 +68,7 @@ def _filled(paragraph: str) -> str:
     return textwrap.fill(paragraph, WIDTH)
 
 
-def save(sheets: Sequence[ContactSheet], directory: Path) -> list[Path]:
+def save(sheets: ContactSheet | Sequence[ContactSheet], directory: Path) -> list[Path]:
     """Write the sheets as text and their figures; returns the files.
 
     Raises
@@ -78,7 +78,7 @@ def save(sheets: Sequence[ContactSheet], directory: Path) -> list[Path]:
     """
     with all_or_nothing(directory, "contact") as scratch:
         names = []
-        for sheet in sheets:
+        for sheet in [sheets] if isinstance(sheets, ContactSheet) else sheets:
             name = f"contact-{sheet.name}"
             (scratch / f"{name}.txt").write_text(text(sheet), "utf-8")
             names.append(f"{name}.txt")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import functools
+import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -35,3 +37,16 @@ def write_csv(columns: Mapping[str, Any], path: Path) -> None:
         writer = csv.writer(file)
         writer.writerow(columns)
         writer.writerows([f"{value:.9g}" for value in row] for row in zip(*columns.values(), strict=True))
+
+
+def to_json(value: Any) -> str:
+    """JSON text in which nan is null, as the standard has no nan."""
+    return json.dumps(_without_nan(value), indent=2, allow_nan=False) + "\n"
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_without_nan(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

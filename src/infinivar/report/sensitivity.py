@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from infinivar.analysis.sensitivity import ASSUMED, Sensitivity
+from infinivar.analysis.robustness.sensitivity import ASSUMED, Sensitivity
 from infinivar.figures import sensitivity as figure
 from infinivar.figures import style
-from infinivar.report.comparison import to_json
 from infinivar.report.output import all_or_nothing
-from infinivar.report.page import render
+from infinivar.report.page import render, to_json
 
 
 def save(sensitivity: Sensitivity, directory: Path) -> list[Path]:

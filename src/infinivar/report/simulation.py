@@ -6,12 +6,13 @@ from pathlib import Path
 
 from infinivar.analysis.simulate import Simulation
 from infinivar.figures import energy_flow, style, time_history
-from infinivar.report.comparison import to_json
 from infinivar.report.output import all_or_nothing
-from infinivar.report.page import render, write_csv
+from infinivar.report.page import render, to_json, write_csv
 
 
-def save(simulation: Simulation, directory: Path, name: str, reconstruction: tuple[str, ...] = ()) -> list[Path]:
+def save(
+    simulation: Simulation, directory: Path, name: str = "simulation", reconstruction: tuple[str, ...] = ()
+) -> list[Path]:
     """Write report, figures, NetCDF, CSV and JSON; see `Simulation.save`."""
     history, energy = time_history.draw_all(simulation), energy_flow.draw_all(simulation)
     with all_or_nothing(directory, f"simulate {name}") as scratch:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from infinivar.drivetrain.closed_loop import closed_loop
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.errors import InputError, ParameterError
 from infinivar.study.study import Study
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from infinivar.study.layers import Raw, annotated, contact_over, merged
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.uncertainty import is_group, leaves
+from infinivar.study.spreads import is_group, leaves
 
 _DEEPEST = 8
 _TABLES = ("requirement", "rig")

@@ -9,22 +9,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from infinivar import files
+from infinivar._core import files
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.requirement import Requirement
-from infinivar.drivetrain.rig import Rig
-from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest, printable
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.scenario import Scenario
 from infinivar.study.build import built
 from infinivar.study.extend import extended
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, quoted, short
+from infinivar.study.requirement import Requirement
+from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set
+from infinivar.study.spreads import Uncertainty, uncertainty_from
 from infinivar.study.study import Provenance, Study
-from infinivar.study.uncertainty import Uncertainty, uncertainty_from
 
 _TOP = (
     "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "rig", "uncertainty", "correlations",

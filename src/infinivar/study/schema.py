@@ -1,6 +1,6 @@
 """Pydantic tables for study files, made from the dataclasses of parts and drives.
 
-A field's unit, range and meaning are written once, at the dataclass (`infinivar.quantities`); the table, its JSON
+A field's unit, range and meaning are written once, at the dataclass (`infinivar._core.fields`); the table, its JSON
 Schema and its error messages follow from there.
 """
 
@@ -17,19 +17,19 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from infinivar import units
+from infinivar._core.fields import check_value, fits, permitted
 from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.requirement import Requirement
-from infinivar.drivetrain.rig import Rig
-from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, ParameterError, nearest
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.scenario import Scenario
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
-from infinivar.quantities import check_value, fits, permitted
+from infinivar.study.requirement import Requirement
+from infinivar.study.rig import Rig
 
 KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 """Where a number comes from: printed in a paper, a data sheet, computed from others, fitted to data, or assumed."""

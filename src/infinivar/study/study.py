@@ -7,14 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.drive import Drive
-from infinivar.drivetrain.duty import DutyCycle
-from infinivar.drivetrain.requirement import Requirement
-from infinivar.drivetrain.rig import Rig
-from infinivar.drivetrain.scenario import Scenario
 from infinivar.errors import InputError, nearest
-from infinivar.frozen import FrozenDict
-from infinivar.study.uncertainty import Uncertainty
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.scenario import Scenario
+from infinivar.study.requirement import Requirement
+from infinivar.study.rig import Rig
+from infinivar.study.spreads import Uncertainty
 
 DEFAULT = "default of the program"
 """Source of values that nobody gave."""

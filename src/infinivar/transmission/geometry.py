@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import check, component, quantity
 from infinivar.contact import friction as friction_law
-from infinivar.contact import hertz, kalker, rolling
+from infinivar.contact import hertz, hysteresis, kalker
 from infinivar.contact.bodies import Cylinder, Material, Wheel
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
-from infinivar.quantities import check, component, quantity
 
 
 class LossGroups(NamedTuple):
@@ -157,7 +157,7 @@ class ContactGeometry:
     @property
     def hysteresis_factor(self) -> float:
         """Hysteresis loss factor of both bodies together. [-]"""
-        return rolling.combined_hysteresis(self.wheel_material, self.cylinder_material)
+        return hysteresis.combined_hysteresis(self.wheel_material, self.cylinder_material)
 
     def press(
         self, *, wheel_radius: Array, cylinder_radius: Array, preload: Array, steering_angle: Array = 0.0
@@ -226,7 +226,7 @@ class ContactGeometry:
         return LossGroups(
             slip_force=slip_force,
             creep_stiffness=contact.creep_stiffness,
-            rolling_torque=rolling.ellipse_torque(preload, contact.patch.a, self.hysteresis_factor),
+            rolling_torque=hysteresis.ellipse_torque(preload, contact.patch.a, self.hysteresis_factor),
             bearing_torque=self.axle_friction(
                 wheel_radius=wheel_radius, preload=preload, slip_force=slip_force, surface_speed=surface_speed
             ),

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from infinivar._xp import Array, newton
+from infinivar._core.array_namespace import Array, newton
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.transmission.geometry import LossGroups

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from infinivar._xp import Array, signed_infinity
+from infinivar._core.array_namespace import Array, signed_infinity
 
 BEYOND_ANY = 1e200
 """Stands for the secant of a right angle: finite, so that no force times it is still no force."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
 from infinivar.limits import Limit
 from infinivar.power import PowerPoint
 

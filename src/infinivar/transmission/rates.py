@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from infinivar._xp import Array, namespace
+from infinivar._core.array_namespace import Array, namespace
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.transmission.geometry import LossGroups

@@ -22,11 +22,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
-from infinivar._xp import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
+from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
+from infinivar._core.fields import check, component, quantity
 from infinivar.contact import creep
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
-from infinivar.quantities import check, component, quantity
 from infinivar.transmission.geometry import (
     MEASURED_FULL_SLIP,
     PRELOAD_POWERS,

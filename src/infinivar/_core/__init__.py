@@ -1,0 +1,1 @@
+"""Array namespaces, complex step, physical fields, frozen containers and text files: no physics."""

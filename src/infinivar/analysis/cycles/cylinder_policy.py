@@ -1,0 +1,178 @@
+"""What the cylinder's speed is worth: kept as it is, chosen for a duty cycle, scheduled in time, or left to its inertia.
+
+The speed of the cylinder is free: the wheel makes any link speed of it. A slower cylinder idles for less, but asks for larger
+steering angles, more steering, and more force of the wheel; a varying one costs and returns kinetic energy.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infinivar.analysis.cycles import performance
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import MovingPoint
+from infinivar.motion.duty_cycles import DutyCycle, Instants
+from infinivar.transmission.rates import Varying
+
+_LEAST, _PER_WAVE = 200, 10
+"""Instants of a cycle, and of its shortest wave, while searching; what is found is computed with all."""
+
+_FACTORS = np.geomspace(0.1, 4.0, 60)
+"""Speeds tried, over the drive's own."""
+_HARMONICS = 3
+_LARGEST_SWING = 1.5
+"""Of the logarithm of the speed, a harmonic."""
+_STEEPNESS = 50.0
+"""Share by which the power counts more for each share by which a limit is exceeded."""
+_INSIDE = 0.99
+"""Demand from which it does: what is found with few instants must hold with all of them."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Policy:
+    """One way to run the cylinder through a duty cycle.
+
+    Attributes
+    ----------
+    name                    In words.
+    power_in : float        Mean power from the supply, windings at 25 °C; nan where it cannot be. [W]
+    slowest, fastest        Speeds of the cylinder. [rad s^-1]
+    cylinder_speed          At the instants of the cycle; None where constant. [rad s^-1] ...
+    feasible : bool         Whether every limit is kept.
+    steering : float        Share of the power that the steering motor takes. [-]
+    """
+
+    name: str
+    power_in: float
+    slowest: float
+    fastest: float
+    cylinder_speed: Varying | None
+    feasible: bool
+    steering: float
+
+
+def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
+    """Compare ways to run the cylinder of a drive through a duty cycle.
+
+    Parameters
+    ----------
+    drive : CoboticDrive   With its inertias; without that of the cylinder only constant speeds are compared.
+    duty : DutyCycle
+
+    Returns
+    -------
+    tuple of Policy   The drive's own speed; the constant speed that takes least within limits; a speed that varies over the
+        cycle, its logarithm a series of three harmonics, that takes least; and the inertia as a flywheel at the drive's own
+        mean speed.
+
+    Raises
+    ------
+    ParameterError
+        If the drive lacks a value that motion needs.
+
+    Source: least mean power by search (`scipy.optimize`); inverse dynamics as in faulring2006, section VI-C.
+    """
+    fine = duty.instants()
+    own = _evaluated("as given", drive, duty, fine, None)
+    speed = best_speed(drive, duty)
+    chosen = _evaluated("chosen for the cycle", replace(drive, cylinder_speed=speed), duty, fine, None)
+    if drive.cylinder_inertia is None:
+        return own, chosen
+    scheduled = _evaluated("scheduled in time", drive, duty, fine, best_schedule(drive, duty, start=speed)(fine.time))
+    coasting = drive.coast(fine.course, period=np.asarray(duty.period), load_mass=duty.moved_mass)
+    return own, chosen, scheduled, _evaluated("inertia as a flywheel", drive, duty, fine, coasting)
+
+
+def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
+    """Constant speed of the cylinder with the least mean power within limits, or with the least excess of them. [rad s^-1]"""
+    from scipy.optimize import minimize_scalar
+
+    instants = duty.instants(duty.samples(_LEAST, _PER_WAVE))
+
+    def cost(factor: float) -> float:
+        return _cost(drive, duty, instants, Varying(drive.cylinder_speed * factor), constant=True)
+
+    costs = [cost(float(factor)) for factor in _FACTORS]
+    place = int(np.argmin(costs))
+    low, high = _FACTORS[max(place - 1, 0)], _FACTORS[min(place + 1, len(_FACTORS) - 1)]
+    refined: Any = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-4})
+    factor = refined.x if refined.fun < costs[place] else _FACTORS[place]
+    return drive.cylinder_speed * float(factor)
+
+
+def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Callable[[np.ndarray], Varying]:
+    """Periodic speed of the cylinder with the least mean power within limits, as a function of time [s].
+
+    `start` is the constant speed from which the search sets out; what it finds is never worse.
+    """
+    from scipy.optimize import minimize
+
+    instants = duty.instants(duty.samples(_LEAST, _PER_WAVE))
+    level = np.log(start / drive.cylinder_speed)
+
+    def cost(parameters: np.ndarray) -> float:
+        return _cost(drive, duty, instants, _schedule(drive.cylinder_speed, duty.period, parameters, instants.time))
+
+    first = np.zeros(2 * _HARMONICS + 1)
+    first[0] = level
+    bounds = [(level - 2.0, level + 2.0)] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
+    best = first
+    # From rest the slope of a limit's kink can point nowhere: small waves at several phases are tried as well.
+    for wave in range(3):
+        guess = first.copy()
+        if wave:
+            guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
+        found: Any = minimize(cost, guess, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
+        if found.fun < cost(best):
+            best = found.x
+    return functools.partial(_schedule, drive.cylinder_speed, duty.period, best)
+
+
+def _schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarray) -> Varying:
+    """``own exp(g(t))`` with the level and harmonics of g, and its derivatives."""
+    turn = 2.0 * np.pi * np.arange(1, _HARMONICS + 1) / period
+    cosine, sine = np.cos(np.multiply.outer(time, turn)), np.sin(np.multiply.outer(time, turn))
+    a, b = parameters[1::2], parameters[2::2]
+    swing = parameters[0] + cosine @ a + sine @ b
+    rate = cosine @ (b * turn) - sine @ (a * turn)
+    curvature = -(cosine @ (a * turn**2) + sine @ (b * turn**2))
+    value = own * np.exp(swing)
+    return Varying(value, value * rate, value * (curvature + rate * rate))
+
+
+def _cost(drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying, constant: bool = False) -> float:
+    """Mean power, dearer the further limits are exceeded; dear without bound where the wheel slips. [W]"""
+    driven = replace(drive, cylinder_speed=float(speed.value)) if constant else drive
+    point = driven.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=None if constant else speed)
+    return _penalised(point)
+
+
+def _penalised(point: MovingPoint) -> float:
+    demands = list(performance.demands(point).values())
+    excess = sum(max(0.0, float(np.nan_to_num(demand, nan=10.0, posinf=10.0)) - _INSIDE) for demand in demands)
+    drawn = float(np.mean(point.power_in))
+    scale = drawn if np.isfinite(drawn) else 1e3 * (1.0 + float(np.nanmax(np.abs(point.power_out))))
+    return scale * (1.0 + _STEEPNESS * excess)
+
+
+def _evaluated(name: str, drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying | None) -> Policy:
+    point = drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=speed)
+    turning = np.abs(drive.cylinder_speed if speed is None else speed.value)
+    steering = np.asarray(point.states["steering_current_A"] * point.states["steering_voltage_V"])
+    drawn = float(np.mean(point.power_in))
+    taken = float(np.mean(drive.steering_amplifier.supply(steering)[0]))
+    demands = performance.demands(point).values()
+    return Policy(
+        name=name,
+        power_in=drawn,
+        slowest=float(np.min(turning)),
+        fastest=float(np.max(turning)),
+        cylinder_speed=speed,
+        feasible=all(bool(demand <= 1.0) for demand in demands),
+        steering=taken / drawn if drawn > 0 else float("nan"),
+    )

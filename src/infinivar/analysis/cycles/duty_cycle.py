@@ -1,0 +1,402 @@
+"""Duty cycles: energy, limits and heat of a drive that repeats a motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.frozen import FrozenDict
+from infinivar.analysis.cycles import performance
+from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import MovingPoint, chosen
+from infinivar.limits import Demand, Limit, binding_demand, words_of
+from infinivar.motion.duty_cycles import DutyCycle, Instants
+from infinivar.parts import heat
+from infinivar.parts.heat import Heat
+from infinivar.transmission.rates import Varying
+from infinivar.units import celsius, plain
+
+COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
+"""What every drive has over a cycle; force is that of the drive on the load with its inertia."""
+
+_SAME = 1e-3
+"""Relative difference of energies that is not worth a word."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Holding:
+    """What it takes to stand still under a force, per drive.
+
+    Attributes
+    ----------
+    force : float              Held. [N]
+    power : float              From the supply, ready to move, with the help of friction; nan where the drive cannot hold the
+        force. [W]
+    without_help : float       The same if friction did not help. [W]
+    limit : Limit              That binds there, with the help of friction.
+    parked : float | None      From the supply with the cylinder stopped and the wheel locked; None without a cylinder. [W]
+    run_up : float | None      Energy at least to bring the cylinder back to speed. [J]
+    """
+
+    force: float
+    power: float
+    without_help: float
+    limit: Limit
+    parked: float | None
+    run_up: float | None
+
+    @property
+    def pays_after(self) -> float | None:
+        """Stay from which on stopping the cylinder takes less; None without one. [s]"""
+        if self.parked is None or self.run_up is None:
+            return None
+        saved = self.power - self.parked
+        return self.run_up / saved if saved > 0 else math.inf
+
+
+class WithoutHelp(NamedTuple):
+    """A duty cycle in which friction does not help to hold the load at rest."""
+
+    energy: float
+    """From the supply in a cycle. [J]"""
+    feasible: bool
+    """Whether every limit is kept and no winding gets too hot."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DutyResult:
+    """What a drive does about a duty cycle, settled and warm. At rest, friction holds what it can of the load.
+
+    Attributes
+    ----------
+    drive, duty          As given.
+    instants             The cycle at its samples.
+    point                The drive at each of them, with its windings at their settled mean temperature.
+    cold_power           Mean power from the supply with windings at 25 °C. [W]
+    demands              Demand over allowance over the cycle, by limit and part. [-]
+    heat                 By motor ("motor", "steering motor"); None where the data sheet lacks a value.
+    lacking              Which values, by motor.
+    closure              Share of the cycle's energy that does not add up. [-]
+    holding              At the largest force of the cycle.
+    without_help         The same if friction did not help to hold; None where the load never rests.
+    """
+
+    name: str
+    title: str
+    drive: AnyDrive
+    duty: DutyCycle
+    instants: Instants
+    point: MovingPoint
+    cold_power: float
+    demands: Mapping[Demand, float]
+    heat: Mapping[str, Heat | None]
+    lacking: Mapping[str, tuple[str, ...]]
+    closure: float
+    holding: Holding
+    without_help: WithoutHelp | None
+
+    @property
+    def power_in(self) -> float:
+        """Mean power from the supply. [W]"""
+        return float(np.mean(self.point.power_in))
+
+    @property
+    def energy(self) -> float:
+        """From the supply in a cycle. [J]"""
+        return self.power_in * self.duty.period
+
+    @property
+    def watt_hours(self) -> float:
+        """From the supply in an hour. [W h]"""
+        return self.power_in
+
+    @property
+    def delivered(self) -> float:
+        """Work of the drive on the load in a cycle, where it drives. [J]"""
+        return float(np.mean(np.clip(self.point.power_out, 0.0, None))) * self.duty.period
+
+    @property
+    def absorbed(self) -> float:
+        """Work of the load on the drive in a cycle, where it brakes. [J]"""
+        return float(np.mean(np.clip(-np.asarray(self.point.power_out), 0.0, None))) * self.duty.period
+
+    @property
+    def losses(self) -> dict[str, float]:
+        """Of a cycle by name. [J]"""
+        return {name: float(np.mean(loss)) * self.duty.period for name, loss in self.point.losses.items()}
+
+    @property
+    def peaks(self) -> dict[str, float]:
+        """Largest torque of each motor over its continuous torque, which bounds only the root mean square. [-]"""
+        found = self.point.utilisation.items()
+        return {what: float(np.max(demand)) for (limit, what), demand in found if limit == Limit.THERMAL}
+
+    @property
+    def exceeded(self) -> tuple[Demand, ...]:
+        """Limits that are not kept, slip first, then from the worst."""
+        found = [key for key, demand in self.demands.items() if demand > 1.0]
+        return tuple(sorted(found, key=lambda key: (key[0] != Limit.SLIP, -self.demands[key])))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every limit is kept and no winding gets too hot."""
+        return not self.exceeded and _bears(self.heat)
+
+    @property
+    def tightest(self) -> tuple[Demand, float]:
+        """The limit with the least margin, and allowance over demand. [-]"""
+        place, margin = binding_demand({key: np.asarray(demand) for key, demand in self.demands.items()})
+        if place:
+            return list(self.demands)[int(place) - 1], float(margin)
+        worst = max(self.demands, key=lambda key: self.demands[key])
+        return worst, float(margin)
+
+    @property
+    def verdict(self) -> str:
+        """One line a designer can act on."""
+        clauses = []
+        if self.exceeded:
+            worst = self.exceeded[0]
+            clauses.append(f"cannot do it: {words_of(worst)} is {_times(self.demands[worst])} what is allowed")
+            clauses += [f"{words_of(key)} {_times(self.demands[key])}" for key in self.exceeded[1:3]]
+        hot = [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None and not found.bears]
+        clauses += hot if self.exceeded else [f"cannot go on: {clause}" for clause in hot[:1]] + hot[1:]
+        if math.isnan(self.power_in):
+            return "; ".join(clauses)
+        held = [
+            f"{what} winding at {celsius(min(found.mean_winding, found.permissible))}"
+            for what, found in self.heat.items()
+            if found is not None and not found.bears
+        ]
+        at = f" with {' and '.join(held)}" if held else ""
+        clauses.append(f"{plain(self.energy, 3)} J a cycle, {plain(self.power_in, 3)} W on average{at}")
+        if self.feasible:
+            key, margin = self.tightest
+            weakest = "nothing loads it" if margin == math.inf else f"weakest margin: {words_of(key)}, {margin:.2f}"
+            clauses.insert(0, f"does it; {weakest}")
+            clauses += [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None]
+        clauses += self._on_help()
+        return "; ".join(clauses)
+
+    def _on_help(self) -> list[str]:
+        """What the verdict owes to friction that helps to hold, if anything."""
+        bare = self.without_help
+        if bare is None or not abs(bare.energy - self.energy) > _SAME * abs(self.energy):
+            return []
+        only = "only because friction helps to hold; without it" if self.feasible and not bare.feasible else ""
+        return [f"{only or 'if friction did not help to hold'}, {plain(bare.energy, 3)} J a cycle"]
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """The cycle over time under names that end in their unit: `COLUMNS`, and the states of the drive."""
+        course, point = self.instants.course, self.point
+        shape = self.instants.time.shape
+        force = course.driving_force(self.duty.moved_mass).value
+        values = (self.instants.time, self.instants.position, course.speed, force, point.power_out, point.power_in)
+        found = dict(zip(COLUMNS, values, strict=True))
+        found |= {name: state for name, state in point.states.items() if name != "steering_tangent"}
+        if "steering_tangent" in point.states:
+            found["steering_angle_rad"] = np.arctan(point.states["steering_tangent"])
+        return {name: np.broadcast_to(np.asarray(value, dtype=float), shape) for name, value in found.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "title": self.title,
+            "duty": self.duty.title,
+            "verdict": self.verdict,
+            "feasible": self.feasible,
+            "period_s": self.duty.period,
+            "samples": len(self.instants.time),
+            "energy_per_cycle_J": self.energy,
+            "energy_per_hour_Wh": self.watt_hours,
+            "energy_per_cycle_cold_J": self.cold_power * self.duty.period,
+            "without_friction_at_rest": None if self.without_help is None else self.without_help._asdict(),
+            "work_on_load_J": self.delivered,
+            "work_of_load_J": self.absorbed,
+            "losses_J": self.losses,
+            "demands": {f"{limit.name} ({what})": demand for (limit, what), demand in self.demands.items()},
+            "peak_torque_over_continuous": self.peaks,
+            "heat": {
+                what: None
+                if found is None
+                else {
+                    "winding_C": found.winding - 273.15,
+                    "housing_C": found.housing - 273.15,
+                    "permissible_C": found.permissible - 273.15,
+                    "time_to_limit_s": found.time_to_limit,
+                    "verdict": found.verdict,
+                }
+                for what, found in self.heat.items()
+            },
+            "heat_lacks": {what: list(names) for what, names in self.lacking.items() if names},
+            "holding": {
+                "force_N": self.holding.force,
+                "power_W": self.holding.power,
+                "power_without_friction_W": self.holding.without_help,
+                "limit": self.holding.limit.name,
+                "parked_W": self.holding.parked,
+                "run_up_J": self.holding.run_up,
+            },
+            "closure": self.closure,
+        }
+
+
+def _times(demand: float) -> str:
+    return f"{plain(demand, 3)} times" if math.isfinite(demand) else "beyond"
+
+
+def duty_cycle(
+    drive: AnyDrive,
+    duty: DutyCycle,
+    *,
+    name: str = "",
+    title: str = "",
+    travel: float | None = None,
+    samples: int | None = None,
+    cylinder_speed: Varying | None = None,
+) -> DutyResult:
+    """Work a drive through a duty cycle until it has settled, by inverse dynamics.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    duty : DutyCycle
+    name, title : str         For reports.
+    travel : float            Way that the load can go, from end to end; no limit if left out. [m]
+    samples : int             Instants of the cycle; as many as the motion needs if left out.
+    cylinder_speed : Varying  Of a cobotic drive at the instants; constant if left out. [rad s^-1] ...
+
+    Returns
+    -------
+    DutyResult   Limits are data. Where the wheel slips powers, energies and heat are nan.
+
+    Raises
+    ------
+    ParameterError
+        If the drive lacks a value that motion needs.
+    AuditError
+        If the energy of the cycle does not add up.
+
+    Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
+    """
+    instants = duty.instants(samples)
+    course, mass = instants.course, duty.moved_mass
+    options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
+
+    def follow(driven: AnyDrive) -> MovingPoint:
+        return driven.follow(course, load_mass=mass, **options)
+
+    cold, point, found, lacking = _settled(drive, duty, instants, follow)
+    demands = _demands(point, instants, travel)
+    without_help = None
+    rests = np.broadcast_to(course.at_rest, instants.time.shape)
+    if rests.any():
+        _, bare, hot, _ = _settled(
+            drive, duty, instants, lambda driven: chosen(rests, follow(driven.unheld()), follow(driven))
+        )
+        kept = all(demand <= 1.0 for demand in _demands(bare, instants, travel).values())
+        without_help = WithoutHelp(float(np.mean(bare.power_in)) * duty.period, kept and _bears(hot))
+    return DutyResult(
+        name=name,
+        title=title or name,
+        drive=drive,
+        duty=duty,
+        instants=instants,
+        point=point,
+        cold_power=float(np.mean(cold.power_in)),
+        demands=FrozenDict(demands),
+        heat=FrozenDict(found),
+        lacking=FrozenDict(lacking),
+        closure=performance.audit(point, duty.title or duty.shape),
+        holding=holding(drive, float(np.max(np.abs(course.driving_force(mass).value)))),
+        without_help=without_help,
+    )
+
+
+def _settled(
+    drive: AnyDrive, duty: DutyCycle, instants: Instants, follow: Callable[[AnyDrive], MovingPoint]
+) -> tuple[MovingPoint, MovingPoint, dict[str, Heat | None], dict[str, tuple[str, ...]]]:
+    """The cycle with cold windings, with settled ones, the heat by motor, and what data sheets lack for that."""
+    cold = follow(drive)
+    lacking = {what: tuple(heat.missing(motor)) for what, motor in motors_of(drive).items()}
+    found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}
+    # Where a winding never settles, or settles too hot, the motor has to be stopped: it is as warm as it may be.
+    warm = {what: min(hot.mean_winding, hot.permissible) for what, hot in found.items() if hot is not None}
+    point = follow(warmed(drive, warm))
+    shape = instants.time.shape
+    point = replace(
+        point, power_in=np.broadcast_to(point.power_in, shape), power_out=np.broadcast_to(point.power_out, shape)
+    )
+    return cold, point, found, lacking
+
+
+def _demands(point: MovingPoint, instants: Instants, travel: float | None) -> dict[Demand, float]:
+    found = {key: float(demand) for key, demand in performance.demands(point).items()}
+    if travel is not None:
+        found[Limit.TRAVEL, "load"] = float(np.ptp(instants.position)) / travel
+    return found
+
+
+def _bears(heats: Mapping[str, Heat | None]) -> bool:
+    return all(found is None or found.bears for found in heats.values())
+
+
+def holding(drive: AnyDrive, force: float) -> Holding:
+    """What a drive takes to stand still under a force, with the help of friction and without it.
+
+    The locked wheel of a stopped cylinder holds any force below slip without power, and the amplifiers draw their standby
+    power only.
+    """
+    point, bare = (held.operate(speed=0.0, force=force) for held in (drive, drive.unheld()))
+    parked = run_up = None
+    if isinstance(drive, CoboticDrive):
+        parked = drive.amplifier.standby_power
+        if drive.cylinder_inertia is not None:
+            run_up = 0.5 * drive.turning_inertia * drive.cylinder_speed**2
+    return Holding(
+        force=force,
+        power=float(point.power_in),
+        without_help=float(bare.power_in),
+        limit=Limit(int(point.limit)),
+        parked=parked,
+        run_up=run_up,
+    )
+
+
+def motors_of(drive: AnyDrive) -> dict[str, Any]:
+    """Motors by what they are called in demands."""
+    return {
+        "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
+    }
+
+
+def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:
+    """What warms a motor at each instant: its current, and the power that its friction takes. [A], [W]"""
+    prefix, tag = ("steering ", "steering_") if what == "steering motor" else ("", "motor_")
+    return point.states[f"{tag}current_A"], point.losses[f"{prefix}motor friction"]
+
+
+def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:
+    current, friction = heating(point, what)
+    if np.any(np.isnan(current)):
+        return None
+    return heat.heat(motors_of(drive)[what], np.asarray(current), friction, duty.period, duty.ambient)
+
+
+def warmed(drive: AnyDrive, temperatures: Mapping[str, Array]) -> AnyDrive:
+    """The drive with its windings at temperatures."""
+    if "motor" in temperatures:
+        drive = replace(drive, motor=heat.warm(drive.motor, temperatures["motor"]))
+    if "steering motor" in temperatures and isinstance(drive, CoboticDrive) and drive.steering is not None:
+        steering = drive.steering
+        drive = replace(
+            drive, steering=replace(steering, motor=heat.warm(steering.motor, temperatures["steering motor"]))
+        )
+    return drive

@@ -1,0 +1,215 @@
+"""The same motion twice: prescribed (inverse dynamics) and followed by controllers (simulation), and why they differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.frozen import FrozenDict
+from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.analysis.simulate import Simulation, simulate
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.profiles import Motion
+from infinivar.motion.scenario import Scenario
+from infinivar.transmission.rates import Varying
+from infinivar.units import percent, plain, signed
+
+LONGEST = 5.0
+"""Period up to which a report simulates a cycle. [s]"""
+
+_LEAD = 1.0
+"""Time before the cycle that is measured in which controllers settle, or a whole cycle if that is shorter. [s]"""
+_NODES = 2000
+"""Points of a cycle between which motion and force are splines."""
+_STEPS = 400
+"""Results over a cycle."""
+
+_SMALL = 1e-3
+"""Differences of less than this share of the energy are not worth a figure."""
+_NAMED = 4
+"""Parts of the difference that are named."""
+
+
+def _places(size: float) -> int:
+    """Decimals that show two digits of a number."""
+    return max(0, 1 - math.floor(math.log10(size))) if 0.0 < size < math.inf else 0
+
+
+class Repeated:
+    """A motion or force of a duty cycle for a scenario: a periodic cubic spline, quick at single instants."""
+
+    shape = "duty cycle"
+    breaks: Sequence[float] = ()
+
+    def __init__(self, period: float, values: np.ndarray, begin: float) -> None:
+        """From a time `begin` [s] of the cycle on."""
+        from scipy.interpolate import CubicSpline
+
+        self.period, self.step, self.begin = period, period / len(values), begin
+        nodes = np.arange(len(values) + 1) * self.step
+        self.pieces = CubicSpline(nodes, np.append(values, values[0]), bc_type="periodic").c.T.tolist()
+
+    def at(self, time: float) -> Motion:
+        """Value and its first two derivatives at a time [s]."""
+        since = (self.begin + time) % self.period
+        place = min(int(since / self.step), len(self.pieces) - 1)
+        s = since - place * self.step
+        cubic, square, linear, constant = self.pieces[place]
+        return Motion(
+            constant + s * (linear + s * (square + s * cubic)),
+            linear + s * (2.0 * square + 3.0 * s * cubic),
+            2.0 * square + 6.0 * s * cubic,
+        )
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        return self.at(time)[0]
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        return self.at(time)[1]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TwoWays:
+    """Energy of one cycle by inverse dynamics and by simulation, windings at 25 °C.
+
+    Attributes
+    ----------
+    prescribed, followed : float             From the supply. [J]
+    as_turning : float                       Prescribed, but for the cylinder's speed, which is that of the simulation; nan where
+        it stops. [J]
+    lost_prescribed, lost_followed           By name. [J]
+    rms_error : float                        How far the load is from where it is wanted. [m]
+    stays : bool                             Whether the load stands still for a while.
+    speed_ripple : float                     Largest deviation of the cylinder's speed from its own, over that; 0 without. [-]
+    stored : float                           What inertias of drive and load hold more at the end of the cycle simulated. [J]
+    """
+
+    prescribed: float
+    as_turning: float
+    followed: float
+    lost_prescribed: Mapping[str, float]
+    lost_followed: Mapping[str, float]
+    rms_error: float
+    stays: bool
+    speed_ripple: float
+    stored: float
+    simulation: Simulation
+
+    @property
+    def explanation(self) -> str:
+        """Where the difference arises, in words."""
+        total = self.followed - self.prescribed
+        why = [f"the load is {plain(1e3 * self.rms_error, 2)} mm (RMS) from where it is wanted"]
+        if self.speed_ripple:
+            why.append(
+                f"the cylinder's speed, prescribed as constant, swings by {percent(self.speed_ripple, 1)}, as its inertia takes "
+                f"and gives energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
+            )
+        if self.stays:
+            why.append(
+                "before a stay the controllers bring it to rest first, and count on less than all of the friction"
+            )
+        share = f" ({percent(total / self.prescribed, 1, '+')})" if self.prescribed else ""
+        places = _places(max(abs(total), _SMALL * abs(self.followed)))
+        parts = self._parts(0.5 * 10.0**-places)
+        where = ": " + ", ".join(f"{name} {change:+.{places}f} J" for name, change in parts.items()) if parts else ""
+        return f"{total:+.{places}f} J{share}{where}; {'; '.join(why)}"
+
+    def _parts(self, least: float) -> dict[str, float]:
+        """What the difference consists of, from the largest: losses, work on the load, energy kept; `least` is named. [J]
+
+        They add up to the difference, since the energy of both ways does.
+        """
+        names = dict.fromkeys([*self.lost_prescribed, *self.lost_followed])
+        moved = {name: self.lost_followed.get(name, 0.0) - self.lost_prescribed.get(name, 0.0) for name in names}
+        moved["kept in inertias"] = self.stored
+        moved["work on the load"] = self.followed - self.prescribed - sum(moved.values())
+        named = [name for name in sorted(moved, key=lambda name: -abs(moved[name])) if abs(moved[name]) >= least][
+            :_NAMED
+        ]
+        rest = sum(change for name, change in moved.items() if name not in named)
+        found = {name: moved[name] for name in named}
+        return found if abs(rest) < least else {**found, "all else": rest}
+
+
+def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
+    """Energy of one cycle by both models.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With all values that simulation needs.
+    duty : DutyCycle
+
+    Returns
+    -------
+    TwoWays   Of a cycle simulated after a second or a cycle in which controllers settle.
+
+    Raises
+    ------
+    ParameterError
+        If the drive lacks a value that simulation needs.
+    """
+    period, mass = duty.period, duty.moved_mass
+    nodes = np.arange(_NODES) * (period / _NODES)
+    position, course = duty.at(nodes)
+    push = np.broadcast_to(np.asarray(course.force, dtype=float), nodes.shape)
+    step = period / _STEPS
+    lead = min(_STEPS, math.ceil(_LEAD / step))
+    begin = (_STEPS - lead) * step
+    scenario = Scenario(
+        title=duty.title,
+        duration=(lead + _STEPS) * step,
+        output_step=step,
+        motion=Repeated(period, position, begin),
+        force=Repeated(period, push, begin) if np.any(push) else None,
+        load_mass=mass or None,
+    )
+    run = simulate(drive, scenario)
+    instants = duty.instants()
+    point = drive.follow(instants.course, load_mass=mass)
+    first = min(lead, len(run.trajectory.time) - 1)
+
+    def over(values: Any) -> float:
+        return float(values[-1] - values[first])
+
+    trajectory = run.trajectory
+    position_error = run.position_error[first:]
+    prescribed = as_turning = float(np.mean(point.power_in)) * period
+    ripple = 0.0
+    if isinstance(drive, CoboticDrive):
+        turning = run.columns["cylinder_speed_rad_s"][first:]
+        ripple = float(np.max(np.abs(turning / drive.cylinder_speed - 1.0)))
+        as_turning = _as_turning(drive, duty, turning)
+    return TwoWays(
+        prescribed=prescribed,
+        as_turning=as_turning,
+        followed=sum(over(values) for title, values in trajectory.supplied.items() if "supply" in title),
+        lost_prescribed=FrozenDict({name: float(np.mean(loss)) * period for name, loss in point.losses.items()}),
+        lost_followed=FrozenDict({name: over(values) for name, values in trajectory.lost.items()}),
+        rms_error=float(np.sqrt(np.mean(position_error**2))),
+        stays=bool(np.mean(np.asarray(instants.course.speed) == 0.0) > 0.02),
+        speed_ripple=ripple,
+        stored=sum(over(values) for values in trajectory.stored.values()),
+        simulation=run,
+    )
+
+
+def _as_turning(drive: CoboticDrive, duty: DutyCycle, turning: np.ndarray) -> float:
+    """Energy of a cycle by inverse dynamics with a cylinder's speed that was found over it, in equal steps. [J]"""
+    from scipy.interpolate import CubicSpline
+
+    if len(turning) <= _STEPS or np.min(turning / drive.cylinder_speed) <= 0.0:
+        return math.nan
+    instants = duty.instants()
+    nodes = np.linspace(0.0, duty.period, len(turning))
+    speed = CubicSpline(nodes, np.append(turning[:-1], turning[0]), bc_type="periodic")
+    varying = Varying(speed(instants.time), speed(instants.time, 1))
+    point = drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=varying)
+    return float(np.mean(point.power_in)) * duty.period

@@ -1,0 +1,1 @@
+"""How results depend on parameters: derivatives, sensitivity, samples within tolerances, verdicts over them."""

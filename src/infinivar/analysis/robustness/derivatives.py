@@ -1,0 +1,182 @@
+"""Derivatives of an outcome by a drive's parameters, three ways: complex step, JAX, and differences."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from infinivar._core import complex_step
+from infinivar._core.array_namespace import Array
+from infinivar._core.fields import permitted, quantities_of, value_at, with_values
+from infinivar.drivetrain.drive import with_rated_gear
+from infinivar.errors import InputError
+
+Method = Literal["complex", "jax", "difference"]
+
+METHODS: tuple[Method, ...] = ("complex", "jax", "difference")
+
+_ONE_SIDED = (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4)
+"""Weights of values at the edge and at equal steps inwards for a derivative of the fourth order."""
+
+_STEP = 2e-3
+"""Of differences, relative: with Richardson's extrapolation the error is of its sixth power, about the root of rounding's."""
+
+
+def values_of(drive: Any, paths: Sequence[str]) -> np.ndarray:
+    """Values of a drive's fields at dotted paths."""
+    return np.asarray([value_at(drive, path) for path in paths], dtype=float)
+
+
+def gradient(
+    function: Callable[[Any], Array],
+    drive: Any,
+    paths: Sequence[str],
+    *,
+    at: Any = None,
+    method: Method = "complex",
+) -> tuple[np.ndarray, np.ndarray]:
+    """Value of a function of a drive or a part, and its derivatives by fields of it.
+
+    Parameters
+    ----------
+    function : callable       Of a drive or a part, over any array namespace, as those of `outcomes`.
+    drive : dataclass         Gives what is not at `paths`.
+    paths : sequence of str   Dotted paths of physical fields that have a value.
+    at : (..., k) float       Values at the paths, many designs at once; the drive's own if left out.
+    method : str              ``complex`` and ``jax`` are exact to rounding; ``difference`` is central, extrapolated.
+
+    Returns
+    -------
+    value : (...) float
+    derivatives : (..., k) float   nan where the value is.
+
+    Raises
+    ------
+    InputError
+        If the method is not known, or JAX is asked for and not installed.
+
+    Source: squire1998 for the complex step.
+    """
+    at = values_of(drive, paths) if at is None else np.asarray(at, dtype=float)
+    if method == "jax":
+        return _by_jax(function, drive, paths, at)
+    if method == "complex":
+        return _by_complex_step(function, drive, paths, at)
+    if method == "difference":
+        return _by_difference(function, drive, paths, at)
+    raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+
+
+def varied(drive: Any, values: Mapping[str, Any]) -> Any:
+    """The drive, or part, with other values at dotted paths; losses measured at a drive's preload follow another.
+
+    What a gear loses stays, however good the motor's cooling: its friction is that at the rating which the drive has.
+    """
+    if "motor.continuous_torque" in values and "gearhead.rated_torque" not in values:
+        drive = with_rated_gear(drive)
+    preload = values.get("transmission.preload")
+    if preload is None or drive.transmission.geometry is not None:
+        return with_values(drive, values)
+    others = {path: value for path, value in values.items() if path != "transmission.preload"}
+    return with_values(drive, others).pressed(preload)
+
+
+def designs(drive: Any, paths: Sequence[str], at: Any) -> Any:
+    """Many designs as one drive: the values at paths are arrays whose last axis has length 1, for points and instants."""
+    return varied(drive, {path: at[..., place, None] for place, path in enumerate(paths)})
+
+
+def _by_complex_step(
+    function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    if at.ndim == 1 and paths:
+        # One design: a row for each field, in which it alone is perturbed.
+        rows = np.broadcast_to(at, (at.size, at.size))
+        steps = np.diag(complex_step.size_of_step(at))
+        carried = {
+            path: complex_step.Stepped(rows[:, k, None] + 1j * steps[:, k, None]) for k, path in enumerate(paths)
+        }
+        found = function(varied(drive, carried))
+        if not isinstance(found, complex_step.Stepped):
+            return np.asarray(found, dtype=float).ravel()[0], np.zeros(at.size)
+        slope = found.slope / complex_step.size_of_step(at)
+        return found.value[0], np.where(np.isnan(found.value), np.nan, slope)
+    value, slopes = np.empty(at.shape[:-1]), np.empty(at.shape)
+    for place, path in enumerate(paths):
+        others = {other: at[..., k, None] for k, other in enumerate(paths) if k != place}
+
+        def moved(x: Any, path: str = path, others: Mapping[str, Any] = others) -> Array:
+            return function(varied(drive, {**others, path: x[..., None]}))
+
+        found, slope = complex_step.derivative(moved, at[..., place])
+        value, slopes[..., place] = np.broadcast_to(found, at.shape[:-1]), slope
+    if not paths:
+        value = np.broadcast_to(np.asarray(function(drive), dtype=float), at.shape[:-1])
+    return value, np.where(np.isnan(value)[..., None], np.nan, slopes)
+
+
+def _by_difference(
+    function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    def value(x: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(np.asarray(function(designs(drive, paths, x)), dtype=float), x.shape[:-1])
+
+    def along(place: int, steps: Any) -> np.ndarray:
+        moved = at.copy()
+        moved[..., place] += steps
+        return value(moved)
+
+    slopes = np.empty(at.shape)
+    fields = quantities_of(drive)
+    for place, path in enumerate(paths):
+        size = _STEP * np.where(at[..., place] == 0, 1.0, np.abs(at[..., place]))
+        ends = permitted(fields[path].metadata["bound"], 1.0 if np.all(at[..., place] >= 0) else -1.0)
+        if np.any(at[..., place] + size > ends[1]) or np.any(at[..., place] - size < ends[0]):
+            # At the edge of what is permitted, from the inside alone.
+            inwards = size if np.any(at[..., place] - size < ends[0]) else -size
+            slopes[..., place] = (
+                sum(weight * along(place, count * inwards) for count, weight in enumerate(_ONE_SIDED)) / inwards
+            )
+            continue
+        stage = [
+            (along(place, part * size) - along(place, -part * size)) / (2.0 * part * size) for part in (1.0, 0.5, 0.25)
+        ]
+        once = [(4.0 * finer - coarser) / 3.0 for coarser, finer in itertools.pairwise(stage)]
+        slopes[..., place] = (16.0 * once[1] - once[0]) / 15.0
+    return value(at), slopes
+
+
+def _by_jax(
+    function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    jax = jax_with_float64()
+
+    def value(x: Any) -> Any:
+        found = function(varied(drive, {path: x[place, None] for place, path in enumerate(paths)}))
+        return jax.numpy.reshape(jax.numpy.asarray(found, dtype=jax.numpy.float64), ())
+
+    def both(x: Any) -> tuple[Any, Any]:
+        return value(x), jax.jacfwd(value)(x)
+
+    flat = at.reshape(-1, at.shape[-1])
+    found, slopes = jax.jit(jax.vmap(both))(flat)
+    return np.asarray(found).reshape(at.shape[:-1]), np.asarray(slopes).reshape(at.shape)
+
+
+def jax_with_float64() -> Any:
+    """JAX, set to float64.
+
+    Raises
+    ------
+    InputError
+        If it is not installed.
+    """
+    try:
+        import jax
+    except ImportError as problem:
+        raise InputError("the method jax needs JAX: install infinivar[jax]") from problem
+    jax.config.update("jax_enable_x64", True)
+    return jax

@@ -1,0 +1,314 @@
+"""Fitting a drive's losses to a rig's data: estimates, intervals, and what the data cannot tell apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from infinivar._core.frozen import FrozenDict
+from infinivar.calibration.data import RigData
+from infinivar.calibration.problem import Problem
+from infinivar.errors import InputError
+from infinivar.study.spreads import NORMAL_95
+
+OUTLIER = 5.0
+"""Standard deviations from the robust fit beyond which a run is left out; of a million good readings one is."""
+
+FEW = 1.0 / 3.0
+"""Share of runs up to which such runs are outliers: half of them, and no fit could tell which half is right."""
+
+_UNKNOWN = 1.0
+"""Relative standard deviation from which on a direction counts as not told by the data."""
+
+_INVOLVED = 0.1
+"""Share in a direction from which on a parameter counts as part of it."""
+
+_MOST_ROUNDS = 5
+"""Of fits without the outliers of the one before; two are usual."""
+
+_MOST_STEPS = 200
+"""Of a fit: one that can succeed needs some ten, and with outliers and a wrong creep law some hundred."""
+
+DOUBT = 1e-3
+"""Probability below which residuals are larger than the sensors explain."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Combination:
+    """A weighted sum of parameters which the data tell, though not its parts; the first weight is 1."""
+
+    weights: Mapping[str, float]
+    value: float
+    deviation: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """Parameters fitted to a rig's data.
+
+    Attributes
+    ----------
+    names : of the parameters asked for.
+    values : by name, in SI; those not told apart stay in the study's proportions.
+    covariance : (p, p) of the told directions. [SI]
+    untold : (p, k) orthonormal directions of the scaled parameters which the data leave open.
+    problem : of the runs used, and `unknowns`, where it is solved.
+    outliers : index of runs left out.
+    chi_square, freedom : sum of squared residuals and degrees of freedom.
+    widened : factor on all deviations, above 1 where the residuals are larger than the sensors explain.
+    """
+
+    names: tuple[str, ...]
+    values: Mapping[str, float]
+    covariance: np.ndarray
+    untold: np.ndarray
+    problem: Problem
+    unknowns: np.ndarray
+    outliers: tuple[int, ...]
+    chi_square: float
+    freedom: int
+    widened: float
+
+    @property
+    def law(self) -> str:
+        """Creep law that was fitted."""
+        return self.problem.law
+
+    @property
+    def deviations(self) -> Mapping[str, float]:
+        """Standard deviations by name, in SI; inf for parameters that the data do not tell."""
+        spread = np.where(_involved(self.untold), np.inf, np.sqrt(np.diag(self.covariance)))
+        return FrozenDict(zip(self.names, spread.tolist(), strict=True))
+
+    @property
+    def combinations(self) -> tuple[Combination, ...]:
+        """Sums that are told in place of their parts."""
+        return _combinations(self.problem, self.untold, self.values, self.covariance)
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """Parameters that the data tell by themselves."""
+        return tuple(name for name in self.names if math.isfinite(self.deviations[name]))
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Ends of the 95 % interval; infinite where the data do not tell."""
+        half = NORMAL_95 * self.deviations[name]
+        return self.values[name] - half, self.values[name] + half
+
+    @property
+    def correlations(self) -> np.ndarray:
+        """Of the parameters asked for; nan for those that are not told. (p, p)"""
+        scale = np.asarray([self.deviations[name] for name in self.names])
+        with np.errstate(invalid="ignore"):
+            return np.where(np.isfinite(scale[:, None] * scale), self.covariance / (scale[:, None] * scale), np.nan)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Robust:
+    """A fit in which no single run has much weight.
+
+    Attributes
+    ----------
+    problem : that was solved.
+    unknowns : where it ends.
+    cost : sum of the residuals' soft absolute values.
+    beyond : (n,) bool, runs more than `OUTLIER` standard deviations off it.
+    """
+
+    problem: Problem
+    unknowns: np.ndarray
+    cost: float
+    beyond: np.ndarray
+
+
+def robust(problem: Problem, start: np.ndarray | None = None) -> Robust:
+    """Fit with a loss that grows as the residual, not as its square, and so shows which runs are outliers.
+
+    Source: least_squares of SciPy, loss soft_l1.
+    """
+    start = problem.start if start is None else start
+    unknowns, cost = _solved(problem, start, untold=_untold(problem, start), loss="soft_l1", tolerance=1e-6)
+    return Robust(problem=problem, unknowns=unknowns, cost=cost, beyond=problem.farthest(unknowns) > OUTLIER)
+
+
+def settled(found: Robust) -> Robust:
+    """The outliers of a fit without its outliers: those that it was pulled towards show then, others turn out good.
+
+    Never more than a third of the runs are put aside for the next fit, the farthest.
+
+    Source: rousseeuw2006, concentration steps.
+    """
+    problem, unknowns, beyond = found.problem, found.unknowns, found.beyond
+    for _ in range(_MOST_ROUNDS):
+        far = problem.farthest(unknowns)
+        aside = beyond & (far >= np.sort(far)[len(far) - max(int(FEW * len(far)), 1)])
+        unknowns = estimate(problem, unknowns, aside).unknowns
+        again = problem.farthest(unknowns) > OUTLIER
+        if np.array_equal(again, beyond):
+            break
+        beyond = again
+    return replace(found, unknowns=unknowns, beyond=beyond)
+
+
+def fit(problem: Problem) -> Fit:
+    """Solve a calibration with one creep law: a robust fit finds the outliers, a weighted one without them the estimates.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        If more than a third of the runs are off by as much as outliers.
+
+    Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
+    """
+    found = settled(robust(problem))
+    refuse_many(problem.data, int(np.count_nonzero(found.beyond)))
+    return estimate(problem, found.unknowns, found.beyond)
+
+
+def refuse_many(data: RigData, count: int) -> None:
+    """Raise InputError if so many runs are off that they are no outliers."""
+    if count > FEW * len(data):
+        raise InputError(
+            f"{data.name}: {count} of {len(data)} runs are more than {OUTLIER:g} standard "
+            "deviations off a robust fit, too many for outliers: check the units of the headings, what the study says "
+            "of the drive, and how good the sensors in [rig] are"
+        )
+
+
+def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
+    """Weighted least squares without the outliers, (n,) bool, from where a robust fit ended."""
+    kept = problem.without(outliers)
+    untold = _untold(kept, start)
+    unknowns, _ = _solved(kept, start, untold=untold)
+    residuals = kept.residuals(unknowns)
+    told = len(kept.names) - untold.shape[1]
+    readings = int(np.count_nonzero(np.any(kept.whitening != 0, axis=-1)))
+    freedom = max(readings - told, 0)
+    chi_square = float(residuals @ residuals)
+    widened = _widened(chi_square, freedom)
+    covariance = widened**2 * _covariance(kept, unknowns, untold) * kept.scales[:, None] * kept.scales
+    values = {name: float(unknowns[i] * kept.scales[i]) for i, name in enumerate(kept.names)}
+    return Fit(
+        names=kept.names,
+        values=FrozenDict(values),
+        covariance=covariance,
+        untold=untold,
+        problem=kept,
+        unknowns=unknowns,
+        outliers=tuple(np.flatnonzero(outliers).tolist()),
+        chi_square=chi_square,
+        freedom=freedom,
+        widened=widened,
+    )
+
+
+def _solved(
+    problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
+) -> tuple[np.ndarray, float]:
+    """Unknowns of least squares and half the sum of the losses there; `untold` directions of the parameters are known by
+    the study alone, to 100 %."""
+    from scipy.optimize import least_squares
+
+    low, high = problem.bounds
+    held = np.zeros((untold.shape[1], start.size))
+    held[:, : len(problem.names)] = untold.T / _UNKNOWN
+    found = least_squares(
+        lambda x: np.concatenate([problem.residuals(x), held @ (x - problem.start)]),
+        np.clip(start, low + 1e-9, high - 1e-9),
+        lambda x: np.concatenate([problem.jacobian(x), held]),  # type: ignore[arg-type]
+        (low, high),
+        loss=loss,
+        f_scale=2.0,
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=tolerance,
+        max_nfev=_MOST_STEPS,
+    )
+    return found.x, float(found.cost)
+
+
+def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
+    """Information on the first unknowns, with that which goes into the others taken off (Schur complement)."""
+    whole = jacobian.T @ jacobian
+    own, shared, others = (
+        whole[:parameters, :parameters],
+        whole[:parameters, parameters:],
+        whole[parameters:, parameters:],
+    )
+    return own if others.size == 0 else own - shared @ np.linalg.solve(others, shared.T)
+
+
+def _untold(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
+    """Orthonormal directions of the scaled parameters which the data leave open. (p, k)"""
+    found, directions = np.linalg.eigh(information(problem.jacobian(unknowns), len(problem.names)))
+    return directions[:, found < 1.0 / _UNKNOWN**2]
+
+
+def _covariance(problem: Problem, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
+    """Of the scaled parameters, untold directions being known to 100 %: a little of these is in all others."""
+    told = information(problem.jacobian(unknowns), len(problem.names))
+    return np.linalg.inv(told + untold @ untold.T / _UNKNOWN**2)
+
+
+def _widened(chi_square: float, freedom: int) -> float:
+    from scipy.special import chdtrc
+
+    if freedom == 0 or chdtrc(freedom, chi_square) > DOUBT:
+        return 1.0
+    return math.sqrt(chi_square / freedom)
+
+
+def _involved(untold: np.ndarray) -> np.ndarray:
+    """Which parameters the data do not tell by themselves."""
+    return np.any(np.abs(untold) > _INVOLVED, axis=1)
+
+
+def _combinations(
+    problem: Problem, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
+) -> tuple[Combination, ...]:
+    """Independent sums of the parameters which are not told by themselves, in the simplest form: row echelon."""
+    involved = _involved(untold)
+    if not involved.any():
+        return ()
+    names = [name for name, part in zip(problem.names, involved, strict=True) if part]
+    # What is left of the parameters' space once the untold directions are taken out of it, parameters in SI.
+    _, _, directions = np.linalg.svd((np.eye(len(problem.names)) - untold @ untold.T)[np.ix_(involved, involved)])
+    space = directions[: max(len(names) - untold.shape[1], 0)] / problem.scales[involved]
+    found = []
+    for row in _echelon(space * problem.scales[involved].max()):
+        weights = np.zeros(len(problem.names))
+        weights[involved] = row
+        value = sum(weight * values[name] for name, weight in zip(names, row, strict=True))
+        found.append(
+            Combination(
+                weights=FrozenDict({name: float(w) for name, w in zip(names, row, strict=True) if abs(w) > 1e-6}),
+                value=float(value),
+                deviation=float(math.sqrt(weights @ covariance @ weights)),
+            )
+        )
+    return tuple(found)
+
+
+def _echelon(matrix: np.ndarray) -> list[np.ndarray]:
+    """Rows of the reduced row echelon form that are not zero."""
+    rows, rank = matrix.copy(), 0
+    size = np.abs(matrix).max(initial=0.0)
+    for column in range(rows.shape[1]):
+        if rank == len(rows):
+            break
+        pivot = rank + int(np.argmax(np.abs(rows[rank:, column])))
+        if abs(rows[pivot, column]) < 1e-6 * size:
+            continue
+        rows[[rank, pivot]] = rows[[pivot, rank]]
+        rows[rank] /= rows[rank, column]
+        others = np.arange(len(rows)) != rank
+        rows[others] -= rows[others, column : column + 1] * rows[rank]
+        rank += 1
+    return list(rows[:rank])

@@ -1,0 +1,112 @@
+"""What a calibrated drive has otherwise than the study's, value by value, with its source."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from infinivar._core.fields import given
+from infinivar.calibration import model
+from infinivar.calibration.fit import Fit
+from infinivar.calibration.words import combined
+from infinivar.parts.gearhead import coulomb_torque
+from infinivar.transmission.rotary_linear import MEASURED
+
+if TYPE_CHECKING:
+    from infinivar.calibration.calibrate import Calibration
+
+
+class Fitted(NamedTuple):
+    """One value of the calibrated drive."""
+
+    path: str
+    """Of the field in the drive, dotted."""
+    value: float | str
+    unit: str
+    """"" for what is no quantity."""
+    kind: str
+    """fitted, assumed where the data tell only a sum, or derived where it follows from the study."""
+    where: str
+    deviation: float | None
+    """Standard deviation; None where the value is none of the data's."""
+    parameter: str
+    """Of the fit from which it comes, "" for none."""
+    slope: float = 1.0
+    """Change of the value by that of the parameter. [SI]"""
+
+
+def rows(found: Calibration) -> list[Fitted]:
+    """Every value that the calibrated drive has otherwise than the study's."""
+    drive, fit, known = found.drive, found.fit, found.known
+    source = f"{Path(found.data.name).name}, {len(found.data) - len(found.left_out)} runs"
+    rows: list[Fitted] = []
+    if fit.law != drive.transmission.creep_law:
+        rows.append(Fitted("transmission.creep_law", fit.law, "", "fitted", source, None, ""))
+
+    def add(path: str, value: float, unit: str, parameter: str, scale: float = 1.0) -> None:
+        deviation = fit.deviations.get(parameter)
+        if deviation is not None and math.isfinite(deviation):
+            rows.append(Fitted(path, value, unit, "fitted", source, deviation * scale, parameter, scale))
+        elif deviation is not None:
+            rows.append(Fitted(path, value, unit, "assumed", *_in_a_sum(fit, parameter, source), parameter))
+        else:
+            rows.append(Fitted(path, value, unit, "derived", "from the geometry of the study", None, ""))
+
+    grouped = any(parameter in fit.names for parameter in MEASURED)
+    for parameter in MEASURED:
+        if parameter in fit.names or (grouped and drive.transmission.geometry is not None):
+            value = fit.values.get(parameter, known[parameter])
+            add(f"transmission.{parameter}", value, model.PARAMETERS[parameter].unit, parameter)
+    contact = drive.transmission.contact
+    if grouped and drive.steering is not None and contact is not None:
+        add("steering.patch_half_length", float(contact.patch.b), "m", "")
+    if "guideway_friction" in fit.names:
+        value, guide, preload = fit.values["guideway_friction"], drive.guideway, drive.transmission.preload
+        whole = guide.friction_force(preload)
+        share = guide.coefficient * preload / whole if whole > 0 else 0.0
+        if share > 0:
+            add("guideway.coefficient", value * share / preload, "1", "guideway_friction", share / preload)
+        if share < 1:
+            add("guideway.friction", value * (1.0 - share), "N", "guideway_friction", 1.0 - share)
+    if "torque_constant" in fit.names:
+        add("motor.torque_constant", fit.values["torque_constant"], "N m/A", "torque_constant")
+    if "resistance" in fit.names:
+        add("motor.resistance", fit.values["resistance"], "ohm", "resistance")
+    if "nominal_torque" in fit.names:
+        rows += _nominal(found, source)
+    return rows
+
+
+def _in_a_sum(fit: Fit, parameter: str, source: str) -> tuple[str, float | None]:
+    """Source and deviation of a parameter that is not told by itself: the largest part stands for the whole sum's."""
+    told = next((combination for combination in fit.combinations if parameter in combination.weights), None)
+    if told is None:
+        return f"{source} say nothing about it", None
+    where = f"{source}: only {combined(told)} is told"
+    parts = {name: abs(weight * fit.values[name]) for name, weight in told.weights.items()}
+    if parameter != max(parts, key=lambda name: parts[name]):
+        return where, None
+    return f"{where}; its largest part carries the interval of the sum", told.deviation / abs(told.weights[parameter])
+
+
+def _nominal(found: Calibration, source: str) -> list[Fitted]:
+    """The nominal torque as the fields of motor and gearhead that make it up: the gearhead's, as far as it goes."""
+    drive, fit = found.drive, found.fit
+    motor, gear = drive.motor, drive.gearhead
+    value, deviation = fit.values["nominal_torque"], fit.deviations["nominal_torque"]
+    constant = fit.values.get("torque_constant", motor.torque_constant)
+    rest = value - constant * motor.no_load_current
+    whole = coulomb_torque(0.0, given(gear.rated_torque, motor.continuous_torque))
+    path, unit, slope = "gearhead.efficiency", "1", -1.0 / whole
+    share, made = 1.0 - rest / whole, "what the nominal torque leaves beside the motor's no-load current"
+    if gear.loss_model != "coulomb" or not 0.0 <= rest < whole:
+        path, unit, slope = "motor.no_load_current", "A", 1.0 / constant
+        beside = found.known["nominal_torque"] - motor.friction_torque
+        share, made = max(value - beside, 0.0) / constant, "the nominal torque, all of it put down to the motor"
+    if not math.isfinite(deviation):
+        return [
+            Fitted(path, share, unit, "assumed", _in_a_sum(fit, "nominal_torque", source)[0], None, "nominal_torque")
+        ]
+    where = f"{source}: {made}"
+    return [Fitted(path, share, unit, "fitted", where, deviation * abs(slope), "nominal_torque", slope)]

@@ -1,0 +1,231 @@
+"""The least-squares problem of a calibration: unknowns, their scales and bounds, residuals in standard deviations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infinivar.calibration.data import COLUMNS, RigData
+from infinivar.calibration.model import Errors, Readings, known_values, predict
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.study.rig import Rig
+
+_STEP = 1e-5
+"""Of differences, in units in which every unknown is about 1: their error is about 1e-10."""
+
+_UNPREDICTED = 1e3
+"""Standard deviations that stand for a reading which the model cannot give, as the wheel would slip."""
+
+BEND = "creep bend"
+"""Name of the error of a creep law among a problem's unknowns."""
+
+_FARTHEST = 100.0
+"""Standard deviations beyond which an error is not sought."""
+
+_COUNTED = 1.0 / math.sqrt(6.0)
+"""Standard deviation of a difference of two counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """What is sought, and how far a guess is from the data.
+
+    Unknowns are the parameters asked for, each relative to a scale, then the session's errors (`Errors`) in standard
+    deviations: these are held to zero by what is known of the rig, and so widen the intervals as they should.
+
+    Attributes
+    ----------
+    names : of the parameters asked for.
+    known : all parameters as the study has them. [SI]
+    scales : of the parameters asked for. [SI]
+    errors : names of the session's errors among the unknowns; masses by number.
+    weighed : true masses that differ, and which of them each run has.
+    whitening : (n, m, m) matrices that make independent unit errors of a run's errors.
+    """
+
+    drive: CoboticDrive
+    rig: Rig
+    data: RigData
+    names: tuple[str, ...]
+    known: dict[str, float]
+    scales: np.ndarray
+    errors: tuple[str, ...]
+    masses: np.ndarray
+    whitening: np.ndarray
+    beside: str | None = None
+    bend: float = 0.0
+
+    @classmethod
+    def of(cls, drive: CoboticDrive, rig: Rig, data: RigData, names: tuple[str, ...]) -> Problem:
+        """The problem of fitting parameters to runs."""
+        known = known_values(drive)
+        scales = np.asarray([abs(known[name]) or _natural(drive, known, name) for name in names])
+        weighed, masses = np.unique(data.mass, return_inverse=True)
+        found = [
+            *(["current_gain"] if rig.current_gain_deviation > 0 else []),
+            *(["preload"] if rig.preload_deviation > 0 else []),
+            *(["steering_zero"] if rig.steering_zero_deviation > 0 else []),
+            *(f"mass {i}" for i, mass in enumerate(weighed) if mass > 0 and rig.mass_deviation > 0),
+        ]
+        whitening = _whitening(drive, rig, data, known)
+        return cls(drive, rig, data, names, known, scales, tuple(found), masses, whitening)
+
+    @property
+    def start(self) -> np.ndarray:
+        """Unknowns as the study has them; what it has as zero a step above, where differences have room."""
+        given = np.asarray([self.known[name] for name in self.names]) / self.scales
+        low, high = self.bounds
+        return np.clip(np.concatenate([given, np.zeros(len(self.errors))]), low, high)
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """No parameter is negative, and what divides is not nearly zero; differences need a step's room.
+
+        Errors stay where the model has a meaning: a fit with the wrong law would try a preload below zero.
+        """
+        least = [1e-3 if name in ("creep_stiffness", "torque_constant") else 2.0 * _STEP for name in self.names]
+        room = 0.5 * math.pi - float(np.abs(self.data.steering_angle).max(initial=0.0))
+        most = {"preload": (1.0, self.rig.preload_deviation), "steering_zero": (room, self.rig.steering_zero_deviation)}
+        ends = [most.get(name, (math.inf, 1.0)) for name in self.errors]
+        errors = np.asarray([min(_FARTHEST, 0.9 * end / deviation) for end, deviation in ends])
+        return np.concatenate([least, -errors]), np.concatenate([np.full(len(least), np.inf), errors])
+
+    def values(self, unknowns: np.ndarray) -> dict[str, Any]:
+        """Every parameter, in SI."""
+        fitted = {name: unknowns[..., i : i + 1] * self.scales[i] for i, name in enumerate(self.names)}
+        return {**self.known, **fitted}
+
+    def session(self, unknowns: np.ndarray) -> Errors:
+        """The session's errors, in SI."""
+        scales = {
+            "current_gain": self.rig.current_gain_deviation,
+            "preload": self.rig.preload_deviation,
+            "steering_zero": self.rig.steering_zero_deviation,
+        }
+        column = {name: unknowns[..., len(self.names) + i] for i, name in enumerate(self.errors)}
+        off: dict[str, Any] = {
+            name: column[name][..., None] * scale for name, scale in scales.items() if name in column
+        }
+        none = np.zeros(unknowns.shape[:-1])
+        count = int(self.masses.max(initial=0)) + 1
+        masses = np.stack([column.get(f"mass {i}", none) for i in range(count)], axis=-1)
+        return Errors(**off, mass=self.rig.mass_deviation * masses[..., self.masses])
+
+    def residuals(self, unknowns: np.ndarray) -> np.ndarray:
+        """Of every reading and of what is known of the rig, in standard deviations.
+
+        Parameters
+        ----------
+        unknowns : (..., k) float   Several guesses at once are welcome.
+
+        Returns
+        -------
+        (..., n m + errors) float
+        """
+        told = self._told(unknowns)
+        off = np.stack([read - said for read, said in zip(_readings(self.data), told, strict=False)], axis=-1)
+        off = np.where(np.isnan(off), _UNPREDICTED, np.einsum("nij,...nj->...ni", self.whitening, off))
+        flat = off.reshape(*off.shape[:-2], -1)
+        return np.concatenate([flat, unknowns[..., len(self.names) :]], axis=-1)
+
+    def _told(self, unknowns: np.ndarray) -> Readings:
+        values, session = self.values(unknowns), self.session(unknowns)
+        told = predict(self.drive, self.rig, self.data, values, session)
+        if self.beside is None:
+            return told
+        other = predict(_under(self.drive, self.beside), self.rig, self.data, values, session)
+        share = self.bend * unknowns[..., len(self.names) + self.errors.index(BEND)][..., None]
+        more = told.link_travel + share * np.nan_to_num(told.link_travel - other.link_travel)
+        return told._replace(link_travel=more)
+
+    def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
+        """Derivatives of the residuals, by central differences in one pass."""
+        steps = _STEP * np.eye(unknowns.size)
+        return ((self.residuals(unknowns + steps) - self.residuals(unknowns - steps)) / (2.0 * _STEP)).T
+
+    def of_runs(self, residuals: np.ndarray) -> np.ndarray:
+        """Residuals of the readings by run. (n, m)"""
+        return residuals[: len(self.data) * self.whitening.shape[-1]].reshape(len(self.data), -1)
+
+    @property
+    def law(self) -> str:
+        """Creep law of the model."""
+        return self.drive.transmission.creep_law
+
+    def farthest(self, unknowns: np.ndarray) -> np.ndarray:
+        """How far off the farthest reading of each run is, in standard deviations. (n,)"""
+        return np.abs(self.of_runs(self.residuals(unknowns))).max(axis=1)
+
+    def first_off(self, unknowns: np.ndarray, row: int, far: float) -> tuple[str, str, float, float, float]:
+        """The reading of a run that is off: name, unit, what was read, what is expected, and how far off.
+
+        Whitened readings stand in the order travel, current, voltage, each with what those before explain taken out:
+        the first beyond `far` is the one, the farthest where none is.
+        """
+        off = np.abs(self.of_runs(self.residuals(unknowns))[row])
+        place = int(np.argmax(off > far)) if np.any(off > far) else int(np.argmax(off))
+        name = Readings._fields[place]
+        read, told = float(_readings(self.data)[place][row]), float(self._told(unknowns)[place][row])
+        return name, COLUMNS[name], read, told, float(off[place])
+
+    def under(self, law: str) -> Problem:
+        """The problem with another creep law, and the same weights."""
+        return replace(self, drive=_under(self.drive, law))
+
+    def bending(self, beside: str, deviation: float) -> Problem:
+        """The problem with a creep that differs from the law's, by a share of what it differs from another law's."""
+        return replace(self, beside=beside, bend=deviation, errors=(*self.errors, BEND))
+
+    def about(self, data: RigData) -> Problem:
+        """The same for other runs."""
+        other = Problem.of(self.drive, self.rig, data, self.names)
+        return other if self.beside is None else other.bending(self.beside, self.bend)
+
+    def without(self, rows: np.ndarray) -> Problem:
+        """The problem without some of the runs."""
+        keep = ~rows
+        return replace(self, data=self.data.chosen(keep), masses=self.masses[keep], whitening=self.whitening[keep])
+
+
+def _under(drive: CoboticDrive, law: str) -> CoboticDrive:
+    return replace(drive, transmission=replace(drive.transmission, creep_law=law))
+
+
+def _natural(drive: CoboticDrive, known: dict[str, float], name: str) -> float:
+    """Scale of a parameter that the study has as zero."""
+    element = drive.transmission
+    if name == "guideway_friction":
+        return 1e-3 * element.preload
+    if name == "nominal_torque":
+        return 0.1 * drive.motor.continuous_torque
+    return 1e-3 * element.wheel_radius * element.slip_force
+
+
+def _readings(data: RigData) -> tuple[np.ndarray, ...]:
+    voltage = () if data.motor_voltage is None else (data.motor_voltage,)
+    return data.link_travel, data.motor_current, *voltage
+
+
+def _whitening(drive: CoboticDrive, rig: Rig, data: RigData, known: dict[str, float]) -> np.ndarray:
+    """What makes unit errors of those of a run: counts, noise, and a steering angle that counts leave open, which moves
+    travel, current and voltage together."""
+    width = len(_readings(data))
+    turned = 1e-7
+    more, less = (
+        np.stack(predict(drive, rig, data, known, Errors(steering_zero=way * turned))[:width], axis=-1)
+        for way in (1.0, -1.0)
+    )
+    by_angle = np.nan_to_num((more - less) / (2.0 * turned))
+    mean = 1.0 / np.sqrt(np.maximum(rig.sample_rate * data.duration, 1.0))
+    by_cylinder = np.nan_to_num(predict(drive, rig, data, known).link_travel / data.cylinder_angle)
+    travel = _COUNTED * np.hypot(rig.link_resolution, by_cylinder * rig.cylinder_resolution)
+    own = np.stack([travel, rig.current_noise * mean, rig.voltage_noise * mean][:width], axis=-1)
+    own = np.maximum(own, 1e-12)  # a rig without noise still weighs
+    angle = rig.steering_resolution / math.sqrt(12.0) * by_angle
+    covariance = own[:, :, None] ** 2 * np.eye(width) + angle[:, :, None] * angle[:, None, :]
+    found = np.linalg.inv(np.linalg.cholesky(covariance))
+    found[~data.pressed, 0, :] = 0.0  # a lifted wheel moves no link
+    return found

@@ -1,0 +1,317 @@
+"""The experiment on a virtual rig: a protocol of runs, what truly happens in each, and what the sensors make of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar.analysis.simulate import simulate
+from infinivar.calibration.data import RigData
+from infinivar.calibration.model import Errors
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import motor_side, needed
+from infinivar.errors import ParameterError
+from infinivar.limits import Limit
+from infinivar.motion.profiles import ForceProfile
+from infinivar.motion.scenario import Scenario
+from infinivar.study.rig import Rig
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+from infinivar.units import plain
+
+RATIOS = (100.0, 50.0, 20.0, 8.0, 4.0, 2.0, 1.0)
+LOADS = (0.15, 0.5)
+"""Of the paper's experiment: reduction ratios, and forces on the link over the slip force."""
+
+SETTLING = 2.5
+"""Time before a run is measured: the speed loop's error falls by 1e-9 in a second, once its motor is not saturated. [s]"""
+
+_LEAST_SAMPLES = 20
+_STICK_SPEED = 1e-5
+"""Smooths rolling, too: creep is off by half the square of its share in the rolling speed, 1e-10 here. [m s^-1]"""
+
+
+class Setting(NamedTuple):
+    """One run as the experimenter sets it up. [rad], [kg], [N]"""
+
+    steering_angle: float
+    mass: float
+    preload: float
+
+
+class Truth(NamedTuple):
+    """What happens in the window of a run. [s], [rad], [m], [A], [V]"""
+
+    duration: float
+    cylinder_angle: float
+    link_travel: float
+    motor_current: float
+    motor_voltage: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Experiment:
+    """A session on the virtual rig.
+
+    Attributes
+    ----------
+    data : what the sensors read.
+    errors : how far settings and sensors are off in this session; a real rig does not tell.
+    truth : what happens in each run.
+    left_out : runs that the drive cannot do, each with why.
+    """
+
+    data: RigData
+    errors: Errors
+    truth: tuple[Truth, ...]
+    left_out: tuple[str, ...]
+
+
+def protocol(
+    drive: CoboticDrive,
+    rig: Rig,
+    *,
+    ratios: Sequence[float] = RATIOS,
+    loads: Sequence[float] = LOADS,
+    preloads: Sequence[float] = (1.0,),
+) -> tuple[Setting, ...]:
+    """Runs of an experiment: without preload, locked under each load, and each ratio under each load both ways.
+
+    Parameters
+    ----------
+    ratios : sequence      Cylinder surface speed over link speed, > 0. [-]
+    loads : sequence       Force on the link over slip force, 0 to 1. [-]
+    preloads : sequence    Over the drive's. [-]
+
+    Returns
+    -------
+    tuple of Setting
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its range.
+
+    Source: faulring2006, sections III-A (locked runs, Eq 9) and IV-B.
+    """
+    for name, values, right in (
+        ("ratios", ratios, "> 0"),
+        ("loads", loads, ">= 0 and < 1"),
+        ("preloads", preloads, "> 0"),
+    ):
+        wrong = [value for value in values if not (0 <= value < 1 if name == "loads" else 0 < value < math.inf)]
+        if wrong or not values:
+            raise ParameterError(f"{name} must be {right}, got {wrong[0] if wrong else 'none'}")
+    element = drive.transmission
+    found = [Setting(0.0, 0.0, 0.0)]
+    for share in preloads:
+        preload = share * element.preload
+        masses = [load * element.friction * preload / rig.gravity for load in loads]
+        found += [Setting(0.0, mass, preload) for mass in masses if mass > 0]
+        towards = -math.copysign(1.0, drive.cylinder_speed)
+        found += [
+            Setting(way * towards * math.atan(1.0 / ratio), mass, preload)
+            for mass in masses
+            for ratio in ratios
+            for way in (1.0, -1.0)
+        ]
+    return tuple(found)
+
+
+def experiment(
+    drive: CoboticDrive,
+    rig: Rig,
+    settings: Sequence[Setting],
+    *,
+    seed: int = 0,
+    exact: bool = False,
+    simulated: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Experiment:
+    """Run an experiment.
+
+    Parameters
+    ----------
+    drive : CoboticDrive     What is measured, with the inertias that motion needs.
+    rig : Rig                Its sensors, and how well its settings are known.
+    settings : sequence      From `protocol`, or your own.
+    seed : int               Of the random errors.
+    exact : bool             No errors, no noise, no counts.
+    simulated : bool         By the drive's bond graph in time, else by its steady solution: the same once settled, and fast.
+    progress                 Called with the share done.
+
+    Returns
+    -------
+    Experiment   Runs that the drive cannot do (wheel slip, supply voltage, too short a travel) are left out and named.
+
+    Raises
+    ------
+    ParameterError
+        If the drive lacks a value that motion needs.
+
+    Source: faulring2006, section IV-B.
+    """
+    random = np.random.default_rng(seed)
+    masses = np.asarray([setting.mass for setting in settings])
+    off: dict[str, Any] = {} if exact else _drawn(random, rig, masses)
+    errors = Errors(**off)
+    happen = _simulated if simulated else _steady
+    kept, truths, left_out = [], [], []
+    for place, setting in enumerate(settings):
+        true = Setting(
+            setting.steering_angle
+            + errors.steering_zero
+            + (0.0 if exact else _uniform(random, rig.steering_resolution)),
+            setting.mass + float(np.broadcast_to(errors.mass, masses.shape)[place]),
+            setting.preload * (1.0 + errors.preload),
+        )
+        found = happen(drive, rig, true)
+        if isinstance(found, Truth):
+            kept.append(place)
+            truths.append(found)
+        else:
+            left_out.append(f"{_described(setting)}: {found}")
+        if progress is not None:
+            progress((place + 1) / len(settings))
+    chosen = [settings[place] for place in kept]
+    if not exact:
+        errors = replace(errors, mass=np.broadcast_to(errors.mass, masses.shape)[kept])
+    data = _read(random, rig, chosen, truths, errors, exact)
+    return Experiment(data=data, errors=errors, truth=tuple(truths), left_out=tuple(left_out))
+
+
+def _drawn(random: np.random.Generator, rig: Rig, masses: np.ndarray) -> dict[str, Any]:
+    """Errors of a session; each mass is weighed once."""
+    weighed, which = np.unique(masses, return_inverse=True)
+    scales = np.where(weighed > 0, rig.mass_deviation, 0.0)
+    return {
+        "current_gain": rig.current_gain_deviation * random.standard_normal(),
+        "preload": rig.preload_deviation * random.standard_normal(),
+        "steering_zero": rig.steering_zero_deviation * random.standard_normal(),
+        "mass": (scales * random.standard_normal(weighed.size))[which],
+    }
+
+
+def _uniform(random: np.random.Generator, width: float) -> float:
+    return float(random.uniform(-0.5 * width, 0.5 * width))
+
+
+def _described(setting: Setting) -> str:
+    if setting.preload == 0:
+        return "wheel lifted off"
+    ratio = abs(1.0 / math.tan(setting.steering_angle)) if setting.steering_angle else math.inf
+    way = (
+        "locked"
+        if ratio == math.inf
+        else f"{plain(ratio, 3)}:1 at {plain(math.degrees(setting.steering_angle), 3)} deg"
+    )
+    return f"{way}, {plain(setting.mass, 3)} kg, {plain(setting.preload, 3)} N"
+
+
+def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
+    """The element pressed with another preload; with none, a wheel that resists nothing stands for one lifted off."""
+    if preload > 0:
+        return element.pressed(preload)
+    free = {"rolling_torque": 0.0, "bearing_torque": 0.0, "creep_stiffness": float(element.groups(0.0).creep_stiffness)}
+    return replace(element, geometry=None, **free)
+
+
+def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
+    """A run by its steady solution, or why the drive cannot do it."""
+    element = with_preload(drive.transmission, setting.preload)
+    weight = setting.mass * rig.gravity
+    drag = drive.guideway.friction_force(setting.preload)
+    speed = drive.cylinder_speed
+    if setting.preload == 0:
+        travelling, torque = 0.0, 0.0
+    else:
+        # Which way the link goes decides the sign of its friction; creep under load may turn a small angle's round.
+        for way in (1.0, -1.0):
+            point = element.operate(
+                cylinder_speed=speed, steering_angle=setting.steering_angle, link_force=weight + way * drag
+            )
+            travelling, torque = float(point.link_speed), float(point.torque)
+            if not travelling * way < 0:
+                break
+        else:
+            return "the load neither lifts nor lowers against the guideway's friction"
+        if math.isnan(travelling):
+            return "the wheel slips"
+    side = motor_side(drive.motor, drive.gearhead, output_torque=torque, output_speed=np.float64(speed))
+    voltage, current = float(side.states["motor_voltage_V"]), float(side.states["motor_current_A"])
+    if abs(voltage) > drive.motor.voltage:
+        return f"the motor needs {plain(abs(voltage), 3)} V of {plain(drive.motor.voltage, 3)} V"
+    duration = window(rig, travelling)
+    if duration * rig.sample_rate < _LEAST_SAMPLES:
+        return f"passes {plain(rig.travel, 3)} m in {plain(duration, 2)} s, too short to measure"
+    return Truth(duration, speed * duration, travelling * duration, current, voltage)
+
+
+def window(rig: Rig, link_speed: float) -> float:
+    """Time over which a run at a link speed is measured: whole samples within the travel. [s]"""
+    longest = min(rig.longest_run, rig.travel / max(abs(link_speed), 1e-12))
+    return math.floor(longest * rig.sample_rate * (1.0 + 1e-12)) / rig.sample_rate
+
+
+def _simulated(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
+    """A run by the bond graph in time, measured once it has settled, or why the drive cannot do it."""
+    expected = _steady(drive, rig, setting)
+    if isinstance(expected, str):
+        return expected
+    steering, contact = needed(drive.steering, "steering"), drive.transmission.contact
+    if setting.preload == 0 and contact is not None:
+        steering = replace(steering, patch_half_length=float(contact.patch.b))
+    rigged = replace(drive, transmission=with_preload(drive.transmission, setting.preload), steering=steering)
+    weight = setting.mass * rig.gravity
+    samples = round(expected.duration * rig.sample_rate)
+    run = simulate(
+        rigged,
+        Scenario(
+            duration=SETTLING + expected.duration,
+            output_step=expected.duration / samples,
+            link="free",
+            steering="held" if setting.steering_angle else "locked",
+            steering_angle=setting.steering_angle or None,
+            force=ForceProfile(size=-weight) if weight else None,
+            load_mass=setting.mass or None,
+            stick_speed=_STICK_SPEED,
+        ),
+    )
+    if not run.complete:
+        return run.verdict
+    for event in run.events:
+        if event.end > SETTLING and event.limit != Limit.THERMAL:
+            return f"{event.limit.words} exceeded"
+    time, columns = run.columns["time_s"][-samples - 1 :], run.columns
+    turned, current, voltage = (
+        float(np.trapezoid(columns[name][-samples - 1 :], time))
+        for name in ("cylinder_speed_rad_s", "motor_current_A", "motor_voltage_V")
+    )
+    duration = float(time[-1] - time[0])
+    travel = float(columns["position_m"][-1] - columns["position_m"][-samples - 1]) if setting.preload else 0.0
+    return Truth(duration, turned, travel, current / duration, voltage / duration)
+
+
+def _read(
+    random: np.random.Generator,
+    rig: Rig,
+    settings: Sequence[Setting],
+    truths: Sequence[Truth],
+    errors: Errors,
+    exact: bool,
+) -> RigData:
+    """What the sensors make of the truth."""
+    set_up = {name: np.asarray([getattr(s, name) for s in settings], dtype=float) for name in Setting._fields}
+    true = {name: np.asarray([getattr(t, name) for t in truths], dtype=float) for name in Truth._fields}
+    if not exact:
+        mean = 1.0 / np.sqrt(np.maximum(rig.sample_rate * true["duration"], 1.0))
+        noise = random.standard_normal((2, len(settings))) * mean
+        true["motor_current"] = (1.0 + errors.current_gain) * true["motor_current"] + rig.current_noise * noise[0]
+        true["motor_voltage"] = true["motor_voltage"] + rig.voltage_noise * noise[1]
+        for name, count in (("cylinder_angle", rig.cylinder_resolution), ("link_travel", rig.link_resolution)):
+            begin = random.uniform(0.0, 1.0, len(settings))
+            true[name] = count * (np.floor(begin + true[name] / count) - np.floor(begin))
+    return RigData(**set_up, **true, lines=tuple(range(2, len(settings) + 2)), name="virtual rig")

@@ -1,0 +1,1 @@
+"""Drives as bond graphs: their plants, controllers and closed loops."""

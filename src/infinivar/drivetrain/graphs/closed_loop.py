@@ -1,0 +1,231 @@
+"""A drive set up for a scenario: its graph, what acts on it, where it begins, and its controllers."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from infinivar._core.fields import given
+from infinivar.bondgraph.graph import BondGraph
+from infinivar.bondgraph.inputs import Input
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.graphs import controllers, plants
+from infinivar.errors import ParameterError
+from infinivar.motion.profiles import MotionPath
+from infinivar.motion.scenario import Scenario
+from infinivar.parts.motor import Motor
+
+_MOST_SAMPLES = 1e7
+"""Of a run: hours of computing."""
+
+_HEAVY = 1e6
+"""A load that friction cannot hold. [N]"""
+
+_TRUSTED = 0.99
+"""Share of the friction at rest on which a controller counts: with all of it the load would begin to slide."""
+
+
+@dataclass(frozen=True, slots=True)
+class Machine:
+    """A graph with what drives it: inputs from outside, initial states, and the controller."""
+
+    graph: BondGraph
+    inputs: Mapping[str, float | Input]
+    initial: Mapping[str, float]
+    controller: Any
+
+
+@dataclass(frozen=True, slots=True)
+class _Speed:
+    """The speed of a motion, as an input."""
+
+    path: MotionPath
+
+    @property
+    def breaks(self) -> Any:
+        return self.path.breaks
+
+    def value(self, time: float) -> float:
+        return self.path.at(time).speed
+
+    def rate(self, time: float) -> float:
+        return self.path.at(time).acceleration
+
+
+def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> Machine:
+    """A drive set up for a scenario.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    scenario : Scenario
+
+    Returns
+    -------
+    Machine   A cylinder that runs has its speed and the current that keeps it; a controlled link moves as its motion begins.
+
+    Raises
+    ------
+    ParameterError
+        If the drive lacks a value that motion needs, or the scenario asks for what the drive has not (a steered wheel).
+    """
+    if scenario.duration * drive.control.sample_rate > _MOST_SAMPLES:
+        longest = _MOST_SAMPLES / drive.control.sample_rate
+        raise ParameterError(
+            f"duration must be <= {longest:g} s at this drive's controllers.sample_rate, got {scenario.duration:g}"
+        )
+    return _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
+
+
+def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
+    if scenario.link == "imposed":
+        return {"motion": _Speed(scenario.path)}
+    return {"force": scenario.force or 0.0}
+
+
+def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
+    imposed = scenario.link == "imposed"
+    voltage = scenario.electrical == "voltage"
+    stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
+    graph = plants.cobotic_graph(
+        drive,
+        load_mass=scenario.load_mass,
+        electrical=scenario.electrical,
+        imposed_motion=imposed,
+        stick_speed=stick_speed,
+    )
+    speed = 0.0 if scenario.cylinder == "at rest" else drive.cylinder_speed
+    begin = scenario.path.at(0.0)
+    running = scenario.cylinder == "running" and speed != 0.0
+    held = {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}.get(scenario.steering)
+    follow = held is None
+    if follow and scenario.link == "free":
+        raise ParameterError(
+            "steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it"
+        )
+    moves = follow or imposed
+    angle = (
+        held
+        if held is not None
+        else -math.atan(begin.speed / (drive.transmission.cylinder_radius * drive.cylinder_speed))
+    )
+    steering = drive.steering
+    assert steering is not None  # or there were no graph
+    gear, motor = drive.gearhead.ratio, drive.motor
+    idle = drive.operate(speed=0.0, force=0.0).states["motor_current_A"] if running else 0.0
+    settings = drive.control
+    controller = controllers.CoboticController(
+        sample_time=1.0 / settings.sample_rate,
+        cylinder=controllers.speed_loop(
+            settings.cylinder_bandwidth,
+            (drive.cylinder_inertia or 0.0)
+            + gear**2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0)),
+            gear * motor.torque_constant,
+            settings.current_limit or _stall(motor),
+        ),
+        steering=controllers.Servo.place(
+            settings.steering_bandwidth,
+            steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
+            steering.ratio * steering.motor.torque_constant,
+            settings.steering_current_limit or _stall(steering.motor),
+            sum(map(float, steering.friction_torques(drive.transmission).values()))
+            + steering.ratio * steering.motor.friction_torque,
+            stick_speed / drive.transmission.wheel_radius,
+        ),
+        link_gain=2.0 * math.pi * settings.link_bandwidth,
+        surface_radius=drive.transmission.cylinder_radius,
+        cylinder_speed=speed,
+        run_up_time=scenario.run_up_time or 0.0,
+        largest_angle=drive.transmission.steering_range,
+        held_angle=held,
+        path=scenario.path,
+        standstill=_standstill(settings.rest_error, stick_speed, 0.1),  # what is left of it goes on all the time
+        started={"cylinder": float(idle)},
+        outputs=("I_c", "I_s") if voltage else ("cylinder.source", "steering.source"),
+    )
+    initial = {"cylinder.J_c": speed if running else 0.0, "phi": angle, "l": begin.position if moves else 0.0}
+    link = next(e.name for e in graph.elements if e.name in ("load_mass", "link.m_l"))
+    if not imposed:
+        initial[link] = begin.speed if running and follow else 0.0
+    if voltage:
+        initial["cylinder.L"] = float(idle)
+    return Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
+    for field, value, usual in (
+        ("steering", scenario.steering, "controlled"),
+        ("cylinder", scenario.cylinder, "running"),
+    ):
+        if value != usual:
+            raise ParameterError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
+    stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
+    # Controllers sample: however soon friction sticks, they take less than this as hardly moving.
+    hardly = max(stick_speed, plants.STICK_SPEED)
+    graph = plants.conventional_graph(
+        drive,
+        load_mass=scenario.load_mass,
+        electrical=scenario.electrical,
+        imposed_motion=scenario.link == "imposed",
+        stick_speed=stick_speed,
+    )
+    motor, ratio, radius = drive.motor, drive.gearhead.ratio, drive.pulley.radius
+    inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
+    rotor = (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
+    gain = motor.torque_constant * ratio / radius
+    gear, passes = drive.gearhead, (1.0, 1.0)
+    if gear.loss_model == "proportional":
+        passes = 1.0 / gear.efficiency, given(gear.backdriving_efficiency, gear.efficiency)
+    # Friction while the load is moved and while it moves the motor: what a gear passes on differently lies behind it.
+    raised = float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"])
+    lowered = passes[1] * _HEAVY / gain - float(drive.operate(speed=-1.0, force=_HEAVY).states["motor_current_A"])
+    friction = (raised - lowered) / (passes[0] - passes[1]) if passes[0] != passes[1] else 0.0
+    follow = scenario.link != "free"
+    begin = scenario.path.at(0.0)
+    controller = controllers.ConventionalController(
+        sample_time=1.0 / drive.control.sample_rate,
+        speed=controllers.speed_loop(
+            drive.control.speed_bandwidth,
+            inertia + rotor,
+            gain,
+            drive.control.current_limit or _stall(motor),
+        ),
+        link_gain=2.0 * math.pi * drive.control.link_bandwidth,
+        inertia=inertia / gain,
+        rotor=rotor / gain,
+        friction=friction,
+        motor_friction=raised - passes[0] * friction,
+        driving=passes[0],
+        driven=passes[1],
+        full_speed=hardly,
+        path=scenario.path if follow else None,
+        standstill=_standstill(drive.control.rest_error, hardly, 0.5),
+        holding=functools.partial(_holding, drive),
+        output="I_n" if scenario.electrical == "voltage" else "source",
+    )
+    initial = {"l": begin.position if follow else 0.0}
+    if scenario.link != "imposed":
+        first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
+        scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
+        initial[first.name] = begin.speed * scale if follow else 0.0
+    return Machine(graph, _load_inputs(scenario), initial, controller)
+
+
+def _standstill(error: float, stick_speed: float, slow: float) -> controllers.Standstill:
+    return controllers.Standstill(error=error, slow=slow * stick_speed, sliding=stick_speed)
+
+
+def _holding(drive: ConventionalDrive, current: float) -> float:
+    """Current that, with the help of friction, holds what takes another current without it. [A]"""
+    motor = drive.motor
+    force = current * motor.torque_constant * drive.gearhead.ratio / drive.pulley.radius
+    helped = float(drive.operate(speed=0.0, force=force).states["motor_current_A"])
+    return current + _TRUSTED * (helped - current)
+
+
+def _stall(motor: Motor) -> float:
+    return motor.voltage / motor.resistance

@@ -1,0 +1,226 @@
+"""Controllers that a real machine would have, sampled at a rate, with limited current.
+
+A loop's bandwidth places its poles: the cylinder's speed loop and the steering's position loop follow from the inertias
+and torque constants, so that a study gives one number a loop. Integral action hunts for ever against Coulomb friction: it
+builds up until the part breaks away, and overshoots. So the loops that move the load feed the known friction forward, and
+where the motion is to stand still, they leave the load at rest once it is near enough, and friction holds what it can.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from infinivar.motion.profiles import Motion, MotionPath
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loop:
+    """PI control with limited output: the integral stops where the output is cut off."""
+
+    proportional: float
+    integral: float
+    limit: float
+
+    def act(
+        self, error: float, memory: float, period: float, ahead: Callable[[float], float] = lambda grown: grown
+    ) -> tuple[float, float]:
+        """Output and new integral; `memory` is the integral so far, `ahead` what is given for it, with what is fed forward."""
+        grown = memory + self.integral * error * period
+        wanted = self.proportional * error + ahead(grown)
+        output = min(max(wanted, -self.limit), self.limit)
+        return output, grown if output == wanted or (wanted > output) != (error > 0) else memory
+
+
+def speed_loop(bandwidth: float, inertia: float, gain: float, limit: float) -> Loop:
+    """PI loop that places both poles of an inertia at the bandwidth. [Hz], [kg m^2], [N m A^-1], [A]"""
+    pole = 2.0 * math.pi * bandwidth
+    return Loop(proportional=2.0 * pole * inertia / gain, integral=pole * pole * inertia / gain, limit=limit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Servo:
+    """Position servo of an inertia with known friction: two poles at the bandwidth, and no integral that could hunt.
+
+    The friction's current (`friction` [A]) is given in the direction wanted, in full from the speed `full_speed` [rad s^-1]
+    on.
+    """
+
+    proportional: float
+    damping: float
+    friction: float
+    full_speed: float
+    limit: float
+
+    @classmethod
+    def place(
+        cls, bandwidth: float, inertia: float, gain: float, limit: float, friction: float, full_speed: float
+    ) -> Servo:
+        """From bandwidth [Hz], inertia [kg m^2], torque per current [N m A^-1], current limit [A] and friction [N m]."""
+        pole, scale = 2.0 * math.pi * bandwidth, inertia / gain
+        return cls(
+            proportional=pole**2 * scale,
+            damping=2.0 * pole * scale,
+            friction=friction / gain,
+            full_speed=full_speed,
+            limit=limit,
+        )
+
+    def act(self, error: float, speed: float, wanted_speed: float) -> float:
+        """Current for an angle's error, its speed, and that of the angle wanted. [rad], [rad s^-1]"""
+        heading = wanted_speed + self.proportional / self.damping * error
+        current = (
+            self.proportional * error
+            + self.damping * (wanted_speed - speed)
+            + self.friction * _share(heading, self.full_speed)
+        )
+        return min(max(current, -self.limit), self.limit)
+
+
+def _share(value: float, full: float) -> float:
+    return min(max(value / full, -1.0), 1.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Standstill:
+    """When a load is stopped, and left at rest: its goal stands still, it is near it, and it hardly moves. [m], [m s^-1]
+
+    A load at rest stays so until its goal moves, or until it has drifted twice as far or slides: friction that holds lets it
+    creep a little.
+    """
+
+    error: float
+    slow: float
+    sliding: float
+
+    def near(self, rests: bool, goal: Motion, position: float) -> bool:
+        """Whether the load is to be stopped where it is; `rests` says whether it was left at rest so far."""
+        room = 2.0 if rests else 1.0
+        return abs(goal.speed) <= self.sliding and abs(goal.position - position) <= room * self.error
+
+    def still(self, rests: bool, speed: float) -> bool:
+        """Whether it hardly moves."""
+        return abs(speed) <= (self.sliding if rests else self.slow)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoboticController:
+    """Cylinder at constant speed, steering servo, and the link's position loop, which asks for steering angles.
+
+    The link follows where the wheel points: ``ldot = -R omega tan(phi)``. Its loop asks for the speed of the motion and a
+    correction in proportion to the position error, and for the angle that gives that speed. While the link is left at
+    rest the wheel stays as it is, held by friction.
+    """
+
+    sample_time: float
+    cylinder: Loop
+    steering: Servo
+    link_gain: float
+    surface_radius: float
+    cylinder_speed: float
+    run_up_time: float
+    largest_angle: float
+    held_angle: float | None
+    path: MotionPath
+    standstill: Standstill
+    started: Mapping[str, float]
+    outputs: tuple[str, str]
+
+    def start(self, measured: Mapping[str, float]) -> tuple[float, bool]:
+        """Integral of the cylinder loop, and whether the link is left at rest."""
+        return self.started["cylinder"], False
+
+    def sample(
+        self, time: float, measured: Mapping[str, float], memory: tuple[float, bool]
+    ) -> tuple[dict[str, float], tuple[float, bool]]:
+        """Motor currents from cylinder speed, steering angle and rate, link position and speed."""
+        share = 1.0 if self.run_up_time <= 0.0 else min(time / self.run_up_time, 1.0)
+        error = share * self.cylinder_speed - measured["omega"]
+        cylinder, drive = self.cylinder.act(error, memory[0], self.sample_time)
+        wanted, turning, rests = self.steer(self.path.at(time), measured, memory[1])
+        steering = 0.0 if rests else self.steering.act(wanted - measured["phi"], measured["phi_rate"], turning)
+        return dict(zip(self.outputs, (cylinder, steering), strict=True)), (drive, rests)
+
+    def steer(self, goal: Motion, measured: Mapping[str, float], rests: bool) -> tuple[float, float, bool]:
+        """Steering angle wanted [rad], its speed [rad s^-1], and whether the link is left at rest with the wheel as it is."""
+        if self.held_angle is not None:
+            return self.held_angle, 0.0, False
+        surface = self._surface(measured["omega"])
+        if self.standstill.near(rests, goal, measured["l"]):
+            # The angle at which the link would stand, creep and all, is as far off as the link still moves.
+            standing = measured["phi"] + math.atan(measured["ldot"] / surface)
+            return standing, 0.0, self.standstill.still(rests, measured["ldot"])
+        slope = -(goal.speed + self.link_gain * (goal.position - measured["l"])) / surface
+        change = -(goal.acceleration + self.link_gain * (goal.speed - measured["ldot"])) / surface
+        angle = math.atan(slope)
+        if abs(angle) > self.largest_angle:
+            return math.copysign(self.largest_angle, angle), 0.0, False
+        return angle, change / (1.0 + slope * slope), False
+
+    def _surface(self, cylinder_speed: float) -> float:
+        """Speed of the cylinder's surface; one that hardly turns moves nothing, and is not steered after. [m s^-1]"""
+        turning = max(abs(cylinder_speed), 0.05 * abs(self.cylinder_speed))
+        return math.copysign(self.surface_radius * turning, self.cylinder_speed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConventionalController:
+    """Speed loop of the load at the motor, under a position loop.
+
+    Inertia and friction at the load (`inertia` [A s^2 m^-1], `friction` [A]) and at the motor (`rotor`, `motor_friction`) are
+    fed forward, with what the gear passes on while it drives and while it is driven (`driving`, `driven` [-]), so that the
+    integral comes to the force from outside. While the load is left at rest the motor gives what friction does not hold of it.
+    """
+
+    sample_time: float
+    speed: Loop
+    link_gain: float
+    inertia: float
+    friction: float
+    rotor: float
+    motor_friction: float
+    driving: float
+    driven: float
+    full_speed: float
+    path: MotionPath | None
+    standstill: Standstill
+    holding: Callable[[float], float]
+    """Current that holds the load at rest with the help of friction, of the current without it. [A]"""
+    output: str
+
+    def start(self, measured: Mapping[str, float]) -> tuple[float, float | None]:
+        """Integral of the speed loop, and the current that holds a load left at rest."""
+        return 0.0, None
+
+    def sample(
+        self, time: float, measured: Mapping[str, float], memory: tuple[float, float | None]
+    ) -> tuple[dict[str, float], tuple[float, float | None]]:
+        """Motor current from speed and position of the load; none where nothing is to be followed."""
+        if self.path is None:
+            return {self.output: 0.0}, memory
+        goal = self.path.at(time)
+        integral, held = memory
+        rests = held is not None
+        near = self.standstill.near(rests, goal, measured["l"])
+        if near and self.standstill.still(rests, measured["ldot"]):
+            held = self.holding(integral) if held is None else held
+            return {self.output: min(max(held, -self.speed.limit), self.speed.limit)}, (integral, held)
+        wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - measured["l"])
+        share = _share(wanted, self.full_speed)
+
+        effort = integral + self.inertia * goal.acceleration
+        way = math.copysign(share, share * effort)
+        passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
+        # A load that the gear keeps from the motor teaches the integral nothing.
+        current, integral = self.speed.act(
+            wanted - measured["ldot"],
+            integral,
+            min(passed, 1.0) * self.sample_time,
+            lambda grown: (
+                passed * (grown + self.inertia * goal.acceleration + self.friction * share)
+                + self.rotor * goal.acceleration
+                + self.motor_friction * share
+            ),
+        )
+        return {self.output: current}, (integral, None)

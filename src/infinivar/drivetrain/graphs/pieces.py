@@ -1,0 +1,158 @@
+"""Pieces of bond graphs that plants share: the electrical side of a motor, gears, friction, a load.
+
+Each gives elements, chains of bonds between them, and signals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Literal
+
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import given
+from infinivar.bondgraph import graph as bg
+from infinivar.bondgraph.graph import Element, Parameter, Signal
+from infinivar.contact.friction import coulomb
+from infinivar.drivetrain.drive import needed
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead, proportional_friction
+from infinivar.parts.motor import Motor
+
+Electrical = Literal["current", "voltage"]
+"""What the amplifier imposes: a current, as in the paper, or a voltage behind which a current loop works."""
+
+CURRENT_LOOP = 1000.0
+"""Bandwidth of the amplifier's current loop in voltage drive. [Hz]"""
+
+
+def motor_terminals(
+    motor: Motor, amplifier: Amplifier, tag: str, electrical: Electrical, stick: Parameter, role: str, where: str
+) -> tuple[list[Element], list[str], list[Signal]]:
+    """Source, winding, gyrator and rotor of a motor, up to the 1-junction "rotor"; `tag` marks its symbols."""
+    inertia = needed(motor.rotor_inertia, f"{where}motor.rotor_inertia")
+    named = f"{role} " if role else ""
+    resistance = Parameter(f"R_{tag}", motor.resistance, "ohm")
+    constant = Parameter(f"K_{tag}", motor.torque_constant, "N m/A")
+    lost = friction("motor_friction", f"T_{{m,{tag}}}", motor.friction_torque, "N m", stick, f"{named}motor friction")
+    hung, hung_chains = hang(rotor=(lost,))
+    elements = [
+        bg.one("electrical", "" if electrical == "current" else f"i_{tag}"),
+        bg.resistance("winding", resistance.symbol, resistance.value, "ohm", title=f"{named}winding"),
+        bg.gyrator("motor", constant.symbol, constant.value, "N m/A"),
+        bg.one("rotor", rf"\omega_{{m,{tag}}}"),
+        bg.inertia("J_m", f"J_{{m,{tag}}}", inertia, "kg m^2", title=f"{named}rotor"),
+        *hung,
+    ]
+    chains = ["source > electrical > motor > rotor > J_m", "electrical > winding", *hung_chains]
+    burnt = _amplifier_loss(amplifier)
+    if electrical == "current":
+        return [bg.flow_source("source", f"I_{tag}", losses=burnt, title=f"{named}supply"), *elements], chains, []
+    inductance = needed(motor.inductance, f"{where}motor.inductance")
+    wanted, measured, turning = f"I_{tag}", f"i_{tag}", f"omega_{tag}"
+    loop = {
+        "resistance": resistance,
+        "constant": constant,
+        "gain": Parameter(f"k_{tag}", 2.0 * math.pi * CURRENT_LOOP * inductance, "V/A"),
+        "largest": Parameter(f"V_{{{tag}}}", motor.voltage, "V"),
+    }
+    source = bg.effort_source(
+        "source",
+        f"V_{tag}",
+        _current_loop,
+        signals=(wanted, measured, turning),
+        parameters=loop,
+        losses=burnt,
+        title=f"{named}supply",
+    )
+    signals = [
+        Signal(name=wanted, symbol=f"I_{tag}"),
+        Signal(name=measured, symbol=f"i_{tag}", of="electrical"),
+        Signal(name=turning, symbol=rf"\omega_{{m,{tag}}}", of="rotor"),
+    ]
+    coil = bg.inertia("L", f"L_{tag}", inductance, "H", title=f"{named}inductance")
+    return [source, coil, *elements], [*chains, "electrical > L"], signals
+
+
+def _amplifier_loss(amplifier: Amplifier) -> Callable[..., dict[str, Array]]:
+    """What the amplifier loses at a motor power; in voltage drive the loop's parameters come along."""
+
+    def lost(power: Array, **given: Array) -> dict[str, Array]:
+        return {"amplifier": amplifier.supply(power)[1]}
+
+    return lost
+
+
+def _current_loop(
+    wanted: Array, current: Array, speed: Array, resistance: Array, constant: Array, gain: Array, largest: Array
+) -> Array:
+    """Voltage of an amplifier that controls its current, as far as the supply reaches."""
+    xp = namespace(wanted, current, speed)
+    return xp.clip(resistance * wanted + constant * speed + gain * (wanted - current), -largest, largest)
+
+
+def gearhead(
+    gearhead: Gearhead, motor: Motor, tag: str, stick: Parameter
+) -> tuple[list[Element], list[str], list[Signal]]:
+    """Transformer of a gearhead, its loss and inertia at the motor's side."""
+    elements = [gear("gear", f"n_{tag}", gearhead.ratio)]
+    chains, signals = [], []
+    if gearhead.inertia is not None:
+        elements.append(bg.inertia("J_g", f"J_{{g,{tag}}}", gearhead.inertia, "kg m^2", title="gearhead inertia"))
+        chains.append("rotor > J_g")
+    symbol = f"T_{{g,{tag}}}"
+    if gearhead.loss_model == "coulomb":
+        size = gearhead.coulomb_friction(motor.continuous_torque)
+        loss = friction("gear_loss", symbol, size, "N m", stick, "gearhead")
+    else:
+        passed = "gear_torque"
+        signals.append(Signal(name=passed, symbol=f"T_{{{tag}}}", of="gear"))
+        parameters = {
+            "efficiency": Parameter(rf"\eta_{tag}", gearhead.efficiency),
+            "backdriving_efficiency": Parameter(
+                rf"\eta'_{tag}", given(gearhead.backdriving_efficiency, gearhead.efficiency)
+            ),
+            "stick_speed": stick,
+        }
+        loss = bg.resistance(
+            "gear_loss", symbol, proportional_friction, signals=(passed,), parameters=parameters, title="gearhead"
+        )
+    if loss is not None and gearhead.least_efficiency < 1.0:
+        elements.append(loss)
+        chains.append("rotor > gear_loss")
+    return elements, chains, signals
+
+
+def gear(name: str, symbol: str, ratio: float) -> Element:
+    """Reduction: the shaft behind it turns `ratio` times more slowly."""
+    return bg.transformer(name, symbol, lambda ratio: 1.0 / ratio, parameters={"ratio": Parameter(symbol, ratio)})
+
+
+def friction(name: str, symbol: str, size: float, unit: str, stick: Parameter, title: str = "") -> Element | None:
+    """Coulomb friction; None where there is none."""
+    if not size:
+        return None
+    parameters = {"size": Parameter(f"{{{symbol}}}^0", float(size), unit), "stick_speed": stick}
+    return bg.resistance(name, symbol, coulomb, parameters=parameters, title=title)
+
+
+def hang(**places: tuple[Element | None, ...]) -> tuple[list[Element], list[str]]:
+    """Elements at junctions, by the junction's name, and their bonds; None is left out."""
+    pairs = [(place, element) for place, elements in places.items() for element in elements if element is not None]
+    return [element for _, element in pairs], [f"{place} > {element.name}" for place, element in pairs]
+
+
+def motion_signals(of: str) -> list[Signal]:
+    """Position and speed of the link."""
+    return [Signal(name="l", symbol="l", of=of, integral=True), Signal(name="ldot", symbol=r"\dot{l}", of=of)]
+
+
+def load(mass: float | None, imposed_motion: bool, at: str = "output") -> tuple[list[Element], list[str]]:
+    """The 1-junction of the load with its mass, and what acts on it from outside."""
+    elements, chains = [bg.one(at, r"\dot{l}")], []
+    if mass:
+        elements.append(bg.inertia("load_mass", "m", mass, "kg", title="load"))
+        chains.append(f"{at} > load_mass")
+    if imposed_motion:
+        return [*elements, bg.flow_source("motion", r"\dot{l}_e", title="load")], [*chains, f"motion > {at}"]
+    return [*elements, bg.effort_source("force", "f", title="load")], [*chains, f"force > {at}"]

@@ -1,0 +1,416 @@
+"""Bond graphs of the drive-trains: the plants of the paper's Figs 2, 6 and 11-14, from parts.
+
+Elements take the very laws of `infinivar.contact`, `infinivar.parts` and `infinivar.transmission`. Friction sticks below
+a `stick_speed` (see `infinivar.contact.friction.coulomb`), given at the link and carried over to every shaft by its ratio.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+from infinivar._core.array_namespace import Array, namespace
+from infinivar.bondgraph import graph as bg
+from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
+from infinivar.contact import creep
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import Drive, needed
+from infinivar.drivetrain.graphs import pieces
+from infinivar.drivetrain.graphs.pieces import Electrical
+from infinivar.errors import ParameterError, require
+from infinivar.transmission import creepage
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+STICK_SPEED = 1e-4
+"""Speed of the link below which friction sticks, unless another is asked for. [m s^-1]"""
+
+CONVENTIONAL_STICK_SPEED = 1e-5
+"""The same of a conventional drive: what its motor leaves to friction for as long as a load rests creeps. [m s^-1]"""
+
+
+def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
+    """The ideal element: one transformer that the steering angle modulates.
+
+    Source: faulring2006, Fig 2 and Eqs 1, 2.
+    """
+    return BondGraph(
+        "Lossless transmission",
+        [
+            bg.one("surface", r"\omega", title="cylinder"),
+            bg.transformer(
+                "wheel", r"-R\tan\phi", _lossless_ratio, signals=("phi",), parameters=_radius(ivt), title="wheel"
+            ),
+            bg.one("link", r"\dot{l}"),
+        ],
+        ["surface > wheel > link"],
+        [Signal(name="phi", symbol=r"\phi")],
+    )
+
+
+def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_speed: float = STICK_SPEED) -> BondGraph:
+    """The element with its creep, rolling and bearing losses; the steering angle `phi` comes from outside.
+
+    Parameters
+    ----------
+    ivt : RotaryLinearIVT
+    cylinder_speed : float   For which friction limit and bearing friction are taken. [rad s^-1]
+    stick_speed : float      [m s^-1]
+
+    Returns
+    -------
+    BondGraph   Open at its 1-junctions "surface" (cylinder speed) and "link".
+
+    Raises
+    ------
+    ParameterError
+        If the creep law is no law of force and creepage ("faulring").
+
+    Source: faulring2006, Fig 6 and Eqs 3-8, 12-14, in passive form.
+    """
+    law = creep.law_in_motion(ivt.creep_law)
+    groups = ivt.groups(cylinder_speed)
+    stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
+    contact = {
+        "slip_force": Parameter(r"\mu P", float(groups.slip_force), "N"),
+        "creep_stiffness": Parameter("C", float(groups.creep_stiffness), "N"),
+        "stick_speed": stick,
+        "slip_creepage": Parameter(r"\xi_s", float(groups.slip_creepage(law))),
+    }
+
+    def lateral(u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
+        return creepage.lateral_force(law, u, v, **given)
+
+    def shares(u: Array, v: Array, effort: Array, **given: Array) -> dict[str, Array]:
+        power = effort * u
+        slides = creepage.slips(u, v, **given)
+        xp = namespace(u, v)
+        return {"creep": xp.where(slides, 0.0, power), "slip": xp.where(slides, power, 0.0)}
+
+    def rolling(name: str, symbol: str, torque: Array, title: str) -> Element | None:
+        return pieces.friction(name, symbol, float(torque) / ivt.wheel_radius, "N", stick, title)
+
+    hung, chains = pieces.hang(
+        rolling=(
+            rolling("hysteresis", r"f_{in}", groups.rolling_torque, "rolling"),
+            rolling("axle", r"f_{wa}", groups.bearing_torque, "bearing"),
+        )
+    )
+    return BondGraph(
+        "Transmission plant",
+        [
+            bg.one("surface", r"\omega"),
+            bg.one("link", r"\dot{l}"),
+            _turn("surface_across", r"R\sin\phi", lambda phi, radius: radius * _sin(phi), _radius(ivt)),
+            _turn("surface_along", r"-R\cos\phi", lambda phi, radius: -radius * _cos(phi), _radius(ivt)),
+            _turn("link_across", r"\cos\phi", _cos, {}),
+            _turn("link_along", r"\sin\phi", _sin, {}),
+            bg.zero("lateral", "f_u"),
+            bg.zero("tractive", "f_r"),
+            bg.one("rolling", "v"),
+            bg.resistance("creep", "f_u", lateral, signals=("v",), parameters=contact, losses=shares, title="creep"),
+            *hung,
+        ],
+        [
+            "surface > surface_across > lateral",
+            "link > link_across > lateral",
+            "surface > surface_along > tractive",
+            "link > link_along > tractive",
+            "lateral > creep",
+            "tractive > rolling",
+            *chains,
+        ],
+        [Signal(name="phi", symbol=r"\phi"), Signal(name="v", symbol="v", of="rolling")],
+    )
+
+
+def steering_plant(
+    drive: CoboticDrive, *, electrical: Electrical = "current", stick_speed: float = STICK_SPEED
+) -> BondGraph:
+    """Steering motor, its gear without loss, and the bell with its friction; measures the steering angle `phi`.
+
+    Raises
+    ------
+    ParameterError
+        If a value is missing that motion needs; the message names the field.
+
+    Source: faulring2006, Fig 11.
+    """
+    steering = drive.steering
+    if steering is None:
+        raise ParameterError("steering is missing: simulation in time needs the steering plant")
+    friction = steering.friction_torques(drive.transmission)
+    turning = stick_speed / drive.transmission.wheel_radius
+    stick = Parameter(r"\varepsilon_s", turning, "rad/s")
+    motor_stick = Parameter(r"\varepsilon_{m,s}", turning * steering.ratio, "rad/s")
+    elements, chains, signals = pieces.motor_terminals(
+        steering.motor, drive.steering_amplifier, "s", electrical, motor_stick, "steering", "steering."
+    )
+    hung, hung_chains = pieces.hang(
+        bell=(
+            pieces.friction("bell_bearing", r"T_{bell}", friction["bell"], "N m", stick, "steering bearing"),
+            pieces.friction("patch", r"T_{shear}", friction["patch"], "N m", stick, "steering patch"),
+        )
+    )
+    return BondGraph(
+        "Steering plant",
+        [
+            bg.one("bell", r"\dot{\phi}"),
+            bg.inertia("J_b", "J_b", steering.bell_inertia, "kg m^2", title="bell"),
+            *elements,
+            pieces.gear("gear", "n_s", steering.ratio),
+            *hung,
+        ],
+        [*chains, "rotor > gear > bell > J_b", *hung_chains],
+        [
+            *signals,
+            Signal(name="phi", symbol=r"\phi", of="bell", integral=True),
+            Signal(name="phi_rate", symbol=r"\dot{\phi}", of="bell"),
+        ],
+    )
+
+
+def cylinder_plant(
+    drive: CoboticDrive, *, electrical: Electrical = "current", stick_speed: float = STICK_SPEED
+) -> BondGraph:
+    """Cylinder motor, gearhead and cylinder.
+
+    Returns
+    -------
+    BondGraph   Open at its 1-junction "cylinder".
+
+    Raises
+    ------
+    ParameterError
+        If a value is missing that motion needs; the message names the field.
+
+    Source: faulring2006, Fig 12.
+    """
+    inertia = needed(drive.cylinder_inertia, "cylinder_inertia")
+    stick = Parameter(
+        r"\varepsilon_{m,c}", stick_speed / drive.transmission.cylinder_radius * drive.gearhead.ratio, "rad/s"
+    )
+    elements, chains, signals = pieces.motor_terminals(drive.motor, drive.amplifier, "c", electrical, stick, "", "")
+    gear, gear_chains, gear_signals = pieces.gearhead(drive.gearhead, drive.motor, "c", stick)
+    return BondGraph(
+        "Cylinder plant",
+        [
+            bg.one("cylinder", r"\omega"),
+            bg.inertia("J_c", "J_c", inertia, "kg m^2", title="cylinder"),
+            *elements,
+            *gear,
+        ],
+        [*chains, "rotor > gear > cylinder > J_c", *gear_chains],
+        [*signals, *gear_signals, Signal(name="omega", symbol=r"\omega", of="cylinder")],
+    )
+
+
+def link_plant(drive: CoboticDrive, *, stick_speed: float = STICK_SPEED) -> BondGraph:
+    """The link on its guideway; measures its position `l`.
+
+    Returns
+    -------
+    BondGraph   Open at its 1-junction "link", to the transmission and to the load.
+
+    Raises
+    ------
+    ParameterError
+        If the link's mass is missing.
+
+    Source: faulring2006, Fig 13.
+    """
+    mass = needed(drive.link_mass, "link_mass")
+    stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
+    drag = drive.guideway.friction_force(drive.transmission.preload)
+    hung, chains = pieces.hang(link=(pieces.friction("guideway", r"f_{lg}", drag, "N", stick),))
+    return BondGraph(
+        "Link plant",
+        [
+            bg.one("link", r"\dot{l}"),
+            bg.inertia("m_l", "m_l", mass, "kg", title="link"),
+            *hung,
+        ],
+        ["link > m_l", *chains],
+        pieces.motion_signals("link"),
+    )
+
+
+def cobotic_graph(
+    drive: CoboticDrive,
+    *,
+    load_mass: float | None = None,
+    electrical: Electrical = "current",
+    imposed_motion: bool = False,
+    stick_speed: float = STICK_SPEED,
+) -> BondGraph:
+    """The whole cobotic system: four plants, a load, and a force or a motion from outside.
+
+    Parameters
+    ----------
+    drive : CoboticDrive      With `cylinder_inertia`, `link_mass`, the motors' inertia and `steering`.
+    load_mass : float         Mass of the load; None for none. [kg]
+    electrical                "current" or "voltage".
+    imposed_motion : bool     Whether the load is moved at a given speed ("motion") rather than pushed by a force ("force").
+    stick_speed : float       Of the link, below which friction sticks. [m s^-1]
+
+    Returns
+    -------
+    BondGraph   Its inputs: cylinder and steering current, force or motion.
+
+    Raises
+    ------
+    ParameterError
+        If a value is missing that motion needs; the message names the field.
+
+    Source: faulring2006, Fig 10.
+    """
+    options: dict[str, Any] = {"stick_speed": stick_speed}
+    load, chains = pieces.load(load_mass, imposed_motion)
+    return bg.join(
+        "Cobotic system",
+        {
+            "steering": steering_plant(drive, electrical=electrical, **options),
+            "cylinder": cylinder_plant(drive, electrical=electrical, **options),
+            "transmission": transmission_plant(drive.transmission, cylinder_speed=drive.cylinder_speed, **options),
+            "link": link_plant(drive, **options),
+        },
+        ["cylinder.cylinder > transmission.surface", "transmission.link > link.link > output", *chains],
+        elements=load,
+    )
+
+
+def conventional_graph(
+    drive: ConventionalDrive,
+    *,
+    load_mass: float | None = None,
+    electrical: Electrical = "current",
+    imposed_motion: bool = False,
+    stick_speed: float = CONVENTIONAL_STICK_SPEED,
+) -> BondGraph:
+    """The conventional system; arguments as of `cobotic_graph`.
+
+    Source: faulring2006, Fig 14.
+    """
+    shaft = stick_speed / drive.pulley.radius
+    motor_stick = Parameter(r"\varepsilon_m", shaft * drive.gearhead.ratio, "rad/s")
+    elements, chains, signals = pieces.motor_terminals(
+        drive.motor, drive.amplifier, "n", electrical, motor_stick, "", ""
+    )
+    gear, gear_chains, gear_signals = pieces.gearhead(drive.gearhead, drive.motor, "n", motor_stick)
+    load, load_chains = pieces.load(load_mass, imposed_motion, at="load")
+    pulley_stick = Parameter(r"\varepsilon_p", shaft, "rad/s")
+    stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
+    gpc = drive.output_inertia
+    hung, hung_chains = pieces.hang(
+        pulley=(
+            None if gpc is None else bg.inertia("J_gpc", "J_{gpc}", gpc, "kg m^2", title="pulley"),
+            pieces.friction("pulley_friction", "T_p", drive.pulley.friction_torque, "N m", pulley_stick, "pulley"),
+        ),
+        load=(pieces.friction("guideway", r"f_{lg}", drive.guideway.friction_force(), "N", stick),),
+    )
+    return BondGraph(
+        "Conventional system",
+        [
+            *load,
+            *hung,
+            *elements,
+            *gear,
+            bg.one("pulley", r"\omega_p"),
+            bg.transformer("r_pulley", "r_p", drive.pulley.radius, "m"),
+        ],
+        [
+            *chains,
+            "rotor > gear > pulley > r_pulley > load",
+            *hung_chains,
+            *gear_chains,
+            *load_chains,
+        ],
+        [*signals, *gear_signals, *pieces.motion_signals("load")],
+    )
+
+
+def plant_graph(
+    drive: Drive, plant: str = "system", *, electrical: str = "current", load_mass: float | None = None
+) -> BondGraph:
+    """The graph of a drive, or of one of its plants.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive
+    plant : str           "system"; of a cobotic drive also "lossless", "transmission", "steering", "cylinder", "link".
+    electrical : str      "current" or "voltage".
+    load_mass : float     Mass of the load in the system; None for none. [kg]
+
+    Returns
+    -------
+    BondGraph   Complete: sources stand for the neighbours of a plant.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such plant or electrical side, or the drive lacks a value that motion needs.
+
+    Source: faulring2006, Figs 2, 6, 10-14.
+    """
+    require(electrical in ("current", "voltage"), "electrical", repr(electrical), "current or voltage")
+    side = cast(Electrical, electrical)
+    makers: dict[str, Callable[[], BondGraph]] = {}
+    if isinstance(drive, ConventionalDrive):
+        makers["system"] = lambda: conventional_graph(drive, load_mass=load_mass, electrical=side)
+    elif isinstance(drive, CoboticDrive):
+        element, speed = drive.transmission, drive.cylinder_speed
+        makers = {
+            "system": lambda: cobotic_graph(drive, load_mass=load_mass, electrical=side),
+            "lossless": lambda: lossless_transmission(element),
+            "transmission": lambda: transmission_plant(element, cylinder_speed=speed),
+            "steering": lambda: steering_plant(drive, electrical=side),
+            "cylinder": lambda: cylinder_plant(drive, electrical=side),
+            "link": lambda: link_plant(drive),
+        }
+    require(plant in makers, "plant", repr(plant), f"one of {', '.join(makers)}")
+    return _closed(makers[plant](), _NEIGHBOURS.get(plant, {}))
+
+
+# What a plant's neighbours decide at its open junctions, and whether they take power there.
+_NEIGHBOURS: dict[str, dict[str, tuple[Element, bool]]] = {
+    "lossless": {
+        "surface": (bg.flow_source("from_cylinder", r"\omega"), False),
+        "link": (bg.effort_source("to_link", "f_l"), True),
+    },
+    "transmission": {
+        "surface": (bg.flow_source("from_cylinder", r"\omega"), False),
+        "link": (bg.flow_source("to_link", r"\dot{l}"), True),
+    },
+    "cylinder": {"cylinder": (bg.effort_source("to_transmission", r"\tau"), True)},
+    "link": {"link": (bg.effort_source("from_transmission", "f_l"), False)},
+}
+
+
+def _closed(graph: BondGraph, neighbours: Mapping[str, tuple[Element, bool]]) -> BondGraph:
+    sources = [source for source, _ in neighbours.values()]
+    bonds = [
+        f"{junction} > {source.name}" if takes else f"{source.name} > {junction}"
+        for junction, (source, takes) in neighbours.items()
+    ]
+    return BondGraph(graph.name, [*sources, *graph.elements], [*bonds, *graph.bonds], graph.signals, graph.titles)
+
+
+def _turn(name: str, symbol: str, law: Callable[..., Array], parameters: dict[str, Parameter]) -> Element:
+    """One of the transformers that turn velocities from cylinder and link to the wheel's own directions."""
+    return bg.transformer(name, symbol, law, signals=("phi",), parameters=parameters)
+
+
+def _radius(ivt: RotaryLinearIVT) -> dict[str, Parameter]:
+    return {"radius": Parameter("R", ivt.cylinder_radius, "m")}
+
+
+def _lossless_ratio(phi: Array, radius: Array) -> Array:
+    return -radius * namespace(phi).tan(phi)
+
+
+def _sin(phi: Array) -> Array:
+    return namespace(phi).sin(phi)
+
+
+def _cos(phi: Array) -> Array:
+    return namespace(phi).cos(phi)

@@ -1,0 +1,1 @@
+"""What a load does over time: courses, profiles, duty cycles, scenarios and recordings."""

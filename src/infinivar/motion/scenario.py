@@ -1,0 +1,87 @@
+"""Scenarios: what a drive goes through in a simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from infinivar._core.fields import check, check_choice, component, quantity
+from infinivar.errors import ParameterError
+from infinivar.motion.profiles import ForcePath, ForceProfile, MotionPath, MotionProfile
+
+_MOST_RESULTS = 1e6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scenario:
+    """One run of a drive in time.
+
+    - `link` ``controlled``: the drive's controllers follow `motion`; ``imposed``: the load is moved from outside exactly
+      along `motion`, and controllers follow it, too; ``free``: nothing but `force` acts on it, and nothing is followed.
+    - `steering` ``controlled``: the wheel is steered as the link loop asks; ``locked`` and ``decoupled``: its servo keeps it
+      at 0 and at a right angle; ``held``: at `steering_angle`.
+    - `cylinder` ``running``: at speed from the beginning and kept there; ``run-up``: from rest to speed in
+      `run_up_time`; ``at rest``: kept standing.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range or does not go with another; the message names it.
+    """
+
+    title: str = component("Name for reports", default="")
+    duration: float = quantity("s", "> 0", "How long the run is")
+    output_step: float | None = quantity(
+        "s", "> 0", "Time between results; a thousandth of the run if left out", default=None
+    )
+    link: Literal["controlled", "imposed", "free"] = component("Who moves the link", default="controlled")
+    motion: MotionProfile | MotionPath | None = component(
+        "Motion of the link; it holds still if left out", default=None
+    )
+    force: ForceProfile | ForcePath | None = component("Force on the load from outside; none if left out", default=None)
+    load_mass: float | None = quantity("kg", "> 0", "Mass of the load; the requirement's if left out", default=None)
+    steering: Literal["controlled", "locked", "decoupled", "held"] = component(
+        "What the steering does", default="controlled"
+    )
+    steering_angle: float | None = quantity("rad", "!= 0", "Angle at which the steering is held", default=None)
+    cylinder: Literal["running", "run-up", "at rest"] = component("What the cylinder does", default="running")
+    run_up_time: float | None = quantity("s", "> 0", "Time in which the cylinder is to reach its speed", default=None)
+    electrical: Literal["current", "voltage"] = component(
+        "What the amplifier imposes: a current, or a voltage, with the winding's inductance", default="current"
+    )
+    stick_speed: float | None = quantity(
+        "m/s",
+        "> 0",
+        "Speed of the link below which friction sticks; if left out 0.1 mm/s, 0.01 mm/s on a conventional drive",
+        default=None,
+    )
+    tolerance: float = quantity("1", "> 0 and <= 1e-3", "Relative tolerance of the integration", default=1e-10)
+    method: Literal["LSODA", "Radau", "BDF", "CVODES"] = component("Solver; CVODES needs CasADi", default="LSODA")
+
+    def __post_init__(self) -> None:
+        """Refuse what does not go together."""
+        check(self)
+        if self.output_step is not None and self.duration / self.output_step > _MOST_RESULTS:
+            least = self.duration / _MOST_RESULTS
+            raise ParameterError(
+                f"output_step must be >= {least:g} s, a millionth of duration, got {self.output_step:g}"
+            )
+        check_choice(self, "steering", {"controlled": (), "locked": (), "decoupled": (), "held": ("steering_angle",)})
+        check_choice(self, "cylinder", {"running": (), "run-up": ("run_up_time",), "at rest": ()})
+        if self.cylinder == "at rest" and self.steering == "controlled":
+            raise ParameterError(
+                "cylinder = 'at rest' moves nothing: steering must be locked, decoupled or held with it"
+            )
+        if self.link == "free" and self.motion is not None:
+            raise ParameterError("motion means nothing with link = 'free'; leave it out")
+        if self.link == "imposed" and self.force is not None:
+            raise ParameterError("force means nothing with link = 'imposed': the motion is given; leave it out")
+        if self.link == "imposed" and self.motion is not None and self.motion.shape == "step":
+            raise ParameterError("motion.shape = 'step' cannot be imposed: it needs an infinite force; use reach")
+        if self.link == "controlled" and self.steering != "controlled" and self.motion is not None:
+            raise ParameterError(f"motion means nothing with steering = {self.steering!r}; leave it out, or impose it")
+
+    @property
+    def path(self) -> MotionPath:
+        """The motion, holding still if none is given."""
+        return self.motion or MotionProfile()

@@ -1,0 +1,145 @@
+"""A claim with its verdict, and the machine it is checked on."""
+
+from __future__ import annotations
+
+import functools
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib import resources
+from typing import Any
+
+from infinivar import power
+from infinivar.analysis.compare import Comparison, compare
+from infinivar.analysis.cycles.performance import PAPER
+from infinivar.analysis.cycles.shaking import DynamicMap
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import needed
+from infinivar.paper.claims.planes import plane_map
+from infinivar.paper.claims.verdict import Range, Variant, Verdict
+from infinivar.study.load import shipped_study
+from infinivar.study.study import Study
+from infinivar.transmission.operating_point import OperatingPoint
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Claim:
+    """One claim of the paper, checked.
+
+    `paper` and `computed` are numbers in `unit` where the claim is one, else words; `figure` is the figure it belongs to. For the
+    rest see `infinivar.paper.claims.verdict.Finding`.
+    """
+
+    id: str
+    section: str
+    figure: int | None
+    claim: str
+    paper: float | str
+    computed: float | str | None
+    threshold: str
+    verdict: Verdict
+    shown: Verdict
+    why: str
+    by_construction: bool = False
+    unit: str = "1"
+    ranges: tuple[Range, ...] = ()
+    variants: tuple[Variant, ...] = ()
+
+
+@functools.cache
+def statements() -> tuple[dict[str, Any], ...]:
+    """Every claim as the paper makes it: id, section, figure (if any), claim, paper, unit (if any)."""
+    text = (resources.files("infinivar.paper") / "claims" / "claims.toml").read_text("utf-8")
+    return tuple(tomllib.loads(text)["claim"])
+
+
+class Machine:
+    """The paper's machine as shipped, with what several checks need computed once."""
+
+    set_name = "faulring2006"
+
+    @functools.cached_property
+    def comparison(self) -> Comparison:
+        """All drives of the set against its requirement."""
+        return compare(replace(self.study, duty={}))
+
+    @functools.cached_property
+    def study(self) -> Study:
+        """All drives of the set, without computing anything."""
+        return shipped_study(self.set_name)
+
+    @functools.cached_property
+    def shaken(self) -> Mapping[str, DynamicMap]:
+        """Fig 17: dynamic maps of both cobotic drives and of Motor 2's, by name, in the paper's definition."""
+        return {name: self.shake(name) for name in ("cobotic", "cobotic-b", "motor2-gear4")}
+
+    def shake(self, name: str) -> DynamicMap:
+        """Dynamic map of one drive over the plane of Fig 17."""
+        return plane_map(self.moving(name), self.power, self.load_mass, PAPER, "fine", "linear")
+
+    def cobotic(self, name: str) -> CoboticDrive:
+        """A cobotic drive of the set by name."""
+        drive = self.study.drives[name]
+        assert isinstance(drive, CoboticDrive)
+        return drive
+
+    def conventional(self, name: str) -> ConventionalDrive:
+        """A conventional drive of the set by name."""
+        drive = self.study.drives[name]
+        assert isinstance(drive, ConventionalDrive)
+        return drive
+
+    def moving(self, name: str) -> CoboticDrive | ConventionalDrive:
+        """A drive of the set by name."""
+        drive = self.study.drives[name]
+        assert isinstance(drive, (CoboticDrive, ConventionalDrive))
+        return drive
+
+    @property
+    def power(self) -> float:
+        """Maximum power of the requirement. [W]"""
+        return needed(self.study.requirement.power, "requirement.power")
+
+    @property
+    def load_mass(self) -> float:
+        """Mass that is moved. [kg]"""
+        return needed(self.study.requirement.load_mass, "requirement.load_mass")
+
+    @property
+    def drive(self) -> CoboticDrive:
+        """The cobotic drive of reconstruction A."""
+        return self.cobotic("cobotic")
+
+    @property
+    def element(self) -> RotaryLinearIVT:
+        """Its rolling-contact element; the efficiency depends on H and K alone."""
+        return self.drive.transmission
+
+    @property
+    def cylinder_speed(self) -> float:
+        """Speed of its cylinder. [rad/s]"""
+        return self.drive.cylinder_speed
+
+
+def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: float = 14.0) -> OperatingPoint:
+    """The element driving a link at a reduction ratio and a load.
+
+    Parameters
+    ----------
+    load : (...,) float    Link force over slip force, f. [-]
+    ratio : (...,) float   Cylinder surface speed over link speed, 1/|tan phi|, without creep. [-]
+
+    Source: faulring2006, Fig 7 (its axes).
+    """
+    import numpy as np
+
+    angle = -np.arctan(1.0 / np.asarray(ratio, dtype=float))
+    return element.operate(cylinder_speed=cylinder_speed, steering_angle=angle, link_force=load * element.slip_force)
+
+
+def efficiency_by(element: RotaryLinearIVT, load: Any, ratio: Any) -> Any:
+    """Efficiency of `at_ratio`, also where the creepage of Eq 17 is beyond full slip; nan beyond the slip force. [-]"""
+    point = at_ratio(element, load, ratio)
+    return power.efficiency(point.power_in, point.power_out)

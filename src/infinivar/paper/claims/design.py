@@ -1,0 +1,276 @@
+"""Checks of what the paper recommends to change (section VII), on the geometry of the reconstruction."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from infinivar.analysis.cycles.shaking import dynamic_map
+from infinivar.analysis.design_trends import Duty, elasticities, with_friction
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import motor_side, needed
+from infinivar.paper.claims.bench import Bench
+from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.element import with_friction_model
+from infinivar.paper.claims.planes import PLANES
+from infinivar.paper.claims.verdict import Finding, Found, Variant, row, settle, yes
+from infinivar.parts.bearing import SIZE_POWERS
+
+_NAMES = {
+    "friction": "friction limit with the preload as its inverse",
+    "wheel_radius": "wheel radius",
+    "axle_bore": "size of the axle bearings",
+    "preload": "preload",
+    "hysteresis_factor": "hysteresis loss factor",
+    "youngs_modulus": "modulus",
+    "crown_radius": "crown radius",
+}
+_SHIPPED = (0.5, 8.0)
+"""Share of the slip force and ratio at which the paper's element is at work."""
+_ELSEWHERE = ((0.15, 8.0), (0.9, 8.0), (0.5, 50.0))
+_LIGHTER = 0.99
+_SLOWEST = 1.0
+"""Frequency from which on the power taken while shaking is compared. [Hz]"""
+_RUN_UP_TIME = 1.5
+"""Of the cylinder, as in the shipped scenario. [s]"""
+_RUN_UPS = 60.0
+"""Time between two of them. [s]"""
+
+
+@functools.lru_cache(maxsize=256)
+def _slopes(drive: CoboticDrive, parameter: str, place: tuple[float, float] = _SHIPPED) -> dict[str, float]:
+    """Percent of each loss per percent of a parameter, at a share of the slip force and a ratio."""
+    load, ratio = place
+    element = drive.transmission
+    duty = Duty(cylinder_speed=drive.cylinder_speed, link_force=load * element.slip_force, ratio=ratio)
+    return elasticities(element, parameter, duty)
+
+
+def _with_bearings(drive: CoboticDrive, model: str) -> CoboticDrive:
+    return replace(drive, transmission=with_friction_model(drive.transmission, model))
+
+
+def _elsewhere(machine: Machine, found: Callable[[CoboticDrive, tuple[float, float]], Found]) -> Iterator[Variant]:
+    """The same at other points, with the other reconstruction, and with the other model of bearings."""
+    drive = machine.drive
+    for load, ratio in _ELSEWHERE:
+        yield row("choice", f"at {load:.0%} of the slip force and {ratio:g}:1", found(drive, (load, ratio)))
+    yield row("value", "reconstruction B", found(machine.cobotic("cobotic-b"), _SHIPPED))
+    skf = _with_bearings(drive, "skf")
+    yield row("definition", "bearings by SKF's later friction model", found(skf, _SHIPPED))
+
+
+def s1(machine: Machine) -> Finding:
+    """Hysteresis loss factor."""
+
+    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
+        slope = _slopes(drive, "hysteresis_factor", place)["total"]
+        return Found(slope, "above 0 % of the loss per percent", yes(slope > 0))
+
+    shipped = found(machine.drive)
+    groups = machine.element.groups(machine.cylinder_speed)
+    bearing = float(groups.bearing_torque / (groups.bearing_torque + groups.rolling_torque))
+    why = (
+        f"One percent less of it takes {shipped.computed:.2f} % off the loss of the element at 8:1: axle bearings are "
+        f"{bearing:.0%} of the rolling loss, hysteresis is the rest."
+    )
+    return settle(shipped, why, _elsewhere(machine, found))
+
+
+def _turning(drive: CoboticDrive) -> dict[str, float]:
+    """Percent of each torque that holds the bell, per percent of mu, the slip force as it is."""
+    assert drive.steering is not None
+    before = drive.steering.friction_torques(drive.transmission)
+    after = drive.steering.friction_torques(with_friction(drive.transmission, 1.01 * drive.transmission.friction))
+    return {name: 100.0 * (float(after[name] / before[name]) - 1.0) for name in before}
+
+
+def s2(machine: Machine) -> Finding:
+    """Friction limit, the preload following so that the slip force stays."""
+
+    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
+        slopes, steering = _slopes(drive, "friction", place), _turning(drive)
+        falls = [slopes["rolling"], slopes["bearing"], *steering.values()]
+        verdict = yes(max(falls) < 0 < slopes["creep"])
+        return Found(slopes["total"], "all but creep below 0 % per percent, creep above", verdict)
+
+    slopes, steering = _slopes(machine.drive, "friction"), _turning(machine.drive)
+    why = (
+        f"Per percent of mu: hysteresis {slopes['rolling']:+.2f} %, bearings {slopes['bearing']:+.2f} %, creep "
+        f"{slopes['creep']:+.2f} %, in all {slopes['total']:+.2f} % at 8:1; to turn the patch {steering['patch']:+.2f} %, "
+        f"bell bearing {steering['bell']:+.2f} %, and the guideway's share in the preload falls with it."
+    )
+    return settle(found(machine.drive), why, _elsewhere(machine, found))
+
+
+def s3(machine: Machine) -> Finding:
+    """Modulus of both bodies."""
+
+    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
+        slope = _slopes(drive, "youngs_modulus", place)["creep"]
+        return Found(slope, "below 0 % of the creep loss per percent", yes(slope < 0))
+
+    slopes = _slopes(machine.drive, "youngs_modulus")
+    why = (
+        f"But only by {-slopes['creep']:.2f} % per percent, since a stiffer patch is also smaller; the smaller patch takes "
+        f"{-slopes['rolling']:.2f} % off the hysteresis."
+    )
+    return settle(found(machine.drive), why, _elsewhere(machine, found))
+
+
+def _bell_slope(drive: CoboticDrive, model: str) -> float:
+    """Percent of the bell bearing's torque at the start of a turn per percent of its size, by a friction model."""
+    assert drive.steering is not None
+    bearing = needed(drive.steering.bell_bearing, "steering.bell_bearing")
+    step = 0.01
+    sizes = {name: getattr(bearing, name) * (1.0 + step) ** power for name, power in SIZE_POWERS.items()}
+    before, after = (
+        float(replace(bearing, friction_model=model, **size).starting_moment(0.0, drive.transmission.preload))
+        for size in ({}, sizes)
+    )
+    return (after / before - 1.0) / step
+
+
+def s4(machine: Machine) -> Finding:
+    """Size of the axle bearings, by both friction models."""
+
+    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
+        slope = _slopes(drive, "axle_bore", place)["bearing"]
+        return Found(slope, "above 0 % of the bearing loss per percent", yes(slope > 0))
+
+    def bell(model: str) -> Found:
+        slope = _bell_slope(machine.drive, model)
+        return Found(slope, "above 0 % of the bell bearing's torque per percent", yes(slope > 0))
+
+    simple = _slopes(machine.drive, "axle_bore")["bearing"]
+    skf = _slopes(_with_bearings(machine.drive, "skf"), "axle_bore")["bearing"]
+    bells = {"a constant coefficient of friction": bell("coefficient"), "SKF's later friction model": bell("skf")}
+    variants = [
+        *_elsewhere(machine, found),
+        *(row("definition", f"bell bearing by {words}", tried) for words, tried in bells.items()),
+    ]
+    turns = " and ".join(f"{tried.computed:+.2f} %" for tried in bells.values())
+    why = (
+        f"By a constant coefficient of friction a percent of the size of the axle bearings is {simple:+.2f} % of their loss; by "
+        f"SKF's later model, at the same load, {skf:+.2f} %: its sliding torque falls with size and only its rolling torque "
+        f"rises. Of the bell bearing it is {turns} of the torque."
+    )
+    value = f"{simple:+.2f} and {skf:+.2f} % per percent of size"
+    return settle(found(machine.drive)._replace(computed=value), why, variants)
+
+
+def run_up_energy(drive: CoboticDrive, time: float = _RUN_UP_TIME) -> float:
+    """Energy from the supply to bring the cylinder to speed at constant acceleration, the link at rest. [J]"""
+    steps = 200
+    share = (np.arange(steps) + 0.5) / steps
+    speed, quickening = share * drive.cylinder_speed, drive.cylinder_speed / time
+    element = drive.transmission.deliver(cylinder_speed=speed, link_speed=0.0, link_force=0.0)
+    torque = element.torque + needed(drive.cylinder_inertia, "cylinder_inertia") * quickening
+    side = motor_side(
+        drive.motor, drive.gearhead, output_torque=torque, output_speed=speed, output_acceleration=quickening
+    )
+    power_in, _, _ = drive.amplifier.supply(side.power)
+    return float(np.mean(power_in)) * time
+
+
+@functools.lru_cache(maxsize=64)
+def _shaken(bench: Bench, drive: CoboticDrive, cylinder: str) -> tuple[np.ndarray, np.ndarray]:
+    """Power from the supply over part of the coarse plane, and where the drive works. [W]"""
+    plane = PLANES["coarse", "linear"]
+    found = dynamic_map(
+        drive,
+        plane.frequency[plane.frequency >= _SLOWEST],
+        plane.fraction,
+        power=bench.power,
+        load_mass=bench.load_mass,
+        samples=plane.samples,
+        cylinder=cylinder,  # type: ignore[arg-type]
+    )
+    return found.power_in, found.works
+
+
+def s5(machine: Machine) -> Finding:
+    """Bell, link and cylinder, each a percent lighter, in the power taken while shaking a mass."""
+
+    def mean_change(bench: Bench, drive: CoboticDrive, cylinder: str = "constant") -> float:
+        """Percent of the power from the supply, on average where the drive works before and after."""
+        (before, works), (after, still) = (_shaken(bench, one, cylinder) for one in (bench.cobotic, drive))
+        both = works & still
+        return 100.0 * float(np.mean((after / before - 1.0)[both])) if both.any() else float("nan")
+
+    def lighter(drive: CoboticDrive) -> CoboticDrive:
+        return replace(drive, cylinder_inertia=_LIGHTER * needed(drive.cylinder_inertia, "cylinder_inertia"))
+
+    def of_run_ups(bench: Bench) -> float:
+        """Percent of the power from the supply if the cylinder is brought to speed once in a while."""
+        power_in, works = _shaken(bench, bench.cobotic, "constant")
+        saved = run_up_energy(lighter(bench.cobotic)) - run_up_energy(bench.cobotic)
+        return 100.0 * saved / _RUN_UPS / float(np.mean(power_in[works]))
+
+    def found(name: str, case: str) -> Found:
+        bench = Bench.of(machine, name)
+        saved = {
+            words: mean_change(bench, bench.moved(parameter, _LIGHTER).cobotic)
+            for words, parameter in (("bell and steering motor", "steering_inertia"), ("link", "link_mass"))
+        }
+        saved["cylinder"] = {
+            "constant": lambda: mean_change(bench, lighter(bench.cobotic)),
+            "run-up": lambda: of_run_ups(bench),
+            "flywheel": lambda: mean_change(bench, lighter(bench.cobotic), "flywheel"),
+        }[case]()
+        words = ", ".join(f"{part} {change:+.2g} %" for part, change in saved.items())
+        return Found(words, "each below 0 % per percent lighter", yes(all(change < 0 for change in saved.values())))
+
+    cases = {
+        "constant": "cylinder at constant speed",
+        "run-up": f"cylinder brought to speed once every {_RUN_UPS:g} s",
+        "flywheel": "cylinder as a flywheel",
+    }
+    variants = [
+        row("value" if name == "cobotic-b" else "definition", f"{cases[case]}{letter}", found(name, case))
+        for name, letter in (("cobotic", ""), ("cobotic-b", ", reconstruction B"))
+        for case in cases
+        if (name, case) != ("cobotic", "constant")
+    ]
+    benches = {name: Bench.of(machine, name) for name in ("cobotic", "cobotic-b")}
+    flown = {name: mean_change(bench, lighter(bench.cobotic), "flywheel") for name, bench in benches.items()}
+    drive = machine.drive
+    inertia = needed(drive.cylinder_inertia, "cylinder_inertia")
+    stored = 0.5 * inertia * drive.cylinder_speed**2
+    whole = run_up_energy(drive)
+    saved = whole - run_up_energy(lighter(drive))
+    why = (
+        f"Percent of the power from the supply per percent of inertia or mass, on average from {_SLOWEST:g} to 30 Hz within "
+        "limits. At constant speed, as in the paper, the cylinder's inertia costs nothing. "
+        f"A run-up in {_RUN_UP_TIME:g} s takes {whole:.2f} J, of which {stored:.2f} J are stored in the cylinder; a percent less "
+        f"of it saves {1000 * saved:.1f} mJ, {1e6 * saved / _RUN_UPS:.0f} microwatts at one run-up every {_RUN_UPS:g} s. Where "
+        f"the cylinder stores braking energy as a flywheel, a percent less of it changes the power by "
+        f"{flown['cobotic']:+.1g} % (A) and {flown['cobotic-b']:+.1g} % (B)."
+    )
+    return settle(found("cobotic", "constant"), why, variants)
+
+
+def s6(machine: Machine) -> Finding:
+    """Ranking of the parameters by their effect on the loss at 8:1."""
+
+    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
+        slopes = {name: _slopes(drive, name, place)["total"] for name in _NAMES}
+        ranked = sorted(slopes, key=lambda name: -abs(slopes[name]))
+        words = ", ".join(f"{_NAMES[name]} {slopes[name]:+.2f}" for name in ranked)
+        return Found(words, "none: no ranking is printed", "undecidable")
+
+    why = (
+        "Percent of the element's loss per percent of the parameter, at half the slip force and 8:1, bearings by a constant "
+        "coefficient; the ranking that the paper refers to is not printed in it, so there is nothing to compare with."
+    )
+    variants = [
+        row("choice", "at 15 % of the slip force and 8:1", found(machine.drive, (0.15, 8.0))),
+        row("definition", "bearings by SKF's later friction model", found(_with_bearings(machine.drive, "skf"))),
+    ]
+    return settle(found(machine.drive), why, variants)
+
+
+CHECKS = {"S1": s1, "S2": s2, "S3": s3, "S4": s4, "S5": s5, "S6": s6}

@@ -1,0 +1,63 @@
+"""Dynamic maps on the planes of frequency and power that claims are judged on, each computed once."""
+
+from __future__ import annotations
+
+import functools
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from infinivar.analysis.cycles.performance import Definition
+from infinivar.analysis.cycles.shaking import SAMPLES, DynamicMap, dynamic_map
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
+
+Scale = Literal["linear", "logarithmic"]
+Cells = Literal["fine", "coarse"]
+
+LEAST_FRACTION = 0.01
+"""Where a logarithmic axis of power begins: two decades. [-]"""
+
+_FEWER_SAMPLES = 80
+
+
+class Plane(NamedTuple):
+    """Axes of a plane, [Hz] and fraction of the maximum power [-], and instants of a cycle."""
+
+    frequency: np.ndarray
+    fraction: np.ndarray
+    samples: int
+
+
+def _middles(count: int) -> np.ndarray:
+    return (np.arange(count) + 0.5) / count
+
+
+PLANES: dict[tuple[Cells, Scale], Plane] = {
+    ("fine", "linear"): Plane(np.geomspace(0.1, 30.0, 60), _middles(60), SAMPLES),
+    ("fine", "logarithmic"): Plane(np.geomspace(0.1, 30.0, 60), LEAST_FRACTION ** (1.0 - _middles(60)), _FEWER_SAMPLES),
+    ("coarse", "linear"): Plane(np.geomspace(0.1, 30.0, 24), _middles(16), _FEWER_SAMPLES),
+}
+"""The plane of Fig 17, the same with a logarithmic axis of power, and a coarser one for all but the shipped machine."""
+
+
+@functools.lru_cache(maxsize=512)
+def plane_map(
+    drive: CoboticDrive | ConventionalDrive,
+    power: float,
+    load_mass: float,
+    definition: Definition,
+    cells: Cells,
+    power_axis: Scale,
+) -> DynamicMap:
+    """Dynamic map of a drive on one of the planes; see `dynamic_map`."""
+    plane = PLANES[cells, power_axis]
+    return dynamic_map(
+        drive,
+        plane.frequency,
+        plane.fraction,
+        power=power,
+        load_mass=load_mass,
+        definition=definition,
+        samples=plane.samples,
+    )

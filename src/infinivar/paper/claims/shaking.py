@@ -1,0 +1,470 @@
+"""Checks of the claims about shaking a mass (section VI-C and Fig 17), and how far they depend on what the paper leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from infinivar._core.frozen import FrozenDict
+from infinivar.analysis.cycles.performance import PAPER, Definition
+from infinivar.analysis.cycles.shaking import DynamicMap
+from infinivar.limits import words_of
+from infinivar.paper.claims.bench import MOVES, TRACED, Bench, Pair
+from infinivar.paper.claims.claim import Machine
+from infinivar.paper.claims.planes import LEAST_FRACTION
+from infinivar.paper.claims.verdict import FACTOR, Finding, Found, Kind, Range, Variant, row, settle, yes
+
+FARTHEST = 30.0
+"""Ranges are looked for up to this factor, either way."""
+_EXCEPTIONS = 0.05
+""""In general" and "both show" leave room for this share of the cells."""
+_SIMILAR = 1.25
+"""Performances within this factor count as similar."""
+_DIFFERENCE = 0.1
+"""And so do those that differ by less than this. [-]"""
+_READING = 0.02
+"""Of a level in Fig 17. [-]"""
+_UPPER = 0.8
+"""Fraction of the power above which Fig 17 is "upper"."""
+_SIDE = 0.1
+"""Share of the frequency axis, at either end, that is "left" and "right"."""
+
+
+class Reading(NamedTuple):
+    """A definition of performance other than the shipped one, and whether the paper leaves it open or contradicts it."""
+
+    kind: Kind
+    words: str
+    definition: Definition
+
+
+DEFINITIONS = (
+    Reading("definition", "one DC bus: one motor's returned power feeds the other", Definition(common_bus=True)),
+    Reading("definition", "continuous torque bounds the peak, not the RMS", Definition(torque="peak")),
+    Reading("contrary", "braking energy stored at 80 %", Definition(returned="store", storage_efficiency=0.8)),
+    Reading("contrary", "no negative electrical power", Definition(returned="none")),
+    Reading("contrary", "round trip, burnt", Definition(measure="round trip")),
+    Reading(
+        "contrary",
+        "round trip, stored at 80 %",
+        Definition(measure="round trip", returned="store", storage_efficiency=0.8),
+    ),
+    Reading("contrary", "printed integral, which has no finite value", Definition(measure="printed")),
+)
+"""Other readings of "performance" than the paper's, which burns what comes back and counts energy both ways."""
+
+Check = Callable[[Pair], Found]
+
+AXES: Mapping[str, Mapping[str, str]] = FrozenDict(
+    {
+        f"logarithmic axis of power, from {LEAST_FRACTION:.0%}": {"power_axis": "logarithmic"},
+        "linear axis of frequency": {"frequency_axis": "linear"},
+        "both": {"power_axis": "logarithmic", "frequency_axis": "linear"},
+    }
+)
+"""Axes on which cells can be counted, other than those of the figure."""
+
+
+def better(pair: Pair, *, exceptions: float = _EXCEPTIONS) -> Found:
+    """D1: share of the region in which the cobotic drive works and does better, or works alone."""
+    ours, theirs = pair.cobotic, pair.conventional
+    ahead = ours.works & (~theirs.works | (ours.performance > theirs.performance))
+    share = pair.mean(ahead, pair.below)
+    return Found(f"in {share:.1%} of the region", f"in at least {1 - exceptions:.1%}", yes(share >= 1 - exceptions))
+
+
+def similar(pair: Pair, *, within: float = _SIMILAR, statistic: str = "median", least: float = 0.0) -> Found:
+    """D2: ratio of the performances from 1 to 10 Hz where both work."""
+    ours, theirs = pair.cobotic, pair.conventional
+    band = ((ours.frequency >= 1.0) & (ours.frequency <= 10.0))[:, None] & ours.works & theirs.works
+    band = band & (ours.fraction > least)[None, :]
+    threshold = f"within a factor of {within:.4g}"
+    if not band.any():
+        return Found("no cell where both work", threshold, "undecidable")
+    if statistic == "difference":
+        middle = pair.median(ours.performance - theirs.performance, band)
+        return Found(f"{middle:+.2f} (median difference)", f"within {_DIFFERENCE:g}", yes(abs(middle) <= _DIFFERENCE))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = ours.performance / theirs.performance
+        logarithm = np.log(ratio)
+    middle = {
+        "median": lambda: pair.median(ratio, band),
+        "mean": lambda: pair.mean(ratio, band),
+        "geometric mean": lambda: float(np.exp(pair.mean(logarithm, band))),
+    }[statistic]()
+    return Found(f"{middle:.2f} times as much ({statistic})", threshold, yes(1 / within <= middle <= within))
+
+
+def highest(pair: Pair, *, tolerance: float = _READING) -> Found:
+    """D3: largest performance of the cobotic drive within limits."""
+    value = float(np.nanmax(pair.cobotic.performance, initial=0.0))
+    return Found(value, f"within {tolerance:g} of 0.85", yes(abs(value - 0.85) <= tolerance))
+
+
+def corners(pair: Pair, *, upper: float = _UPPER, side: float = _SIDE, most: float = 0.5) -> Found:
+    """D4: who works in the upper corners of the plane."""
+    count = pair.cobotic.frequency.size
+    width = int(side * count)
+    high = pair.cobotic.fraction > upper
+    left, right = slice(0, width), slice(count - width, count)
+    ours, theirs = pair.cobotic.works[:, high], pair.conventional.works[:, high]
+    shares = [float(np.mean(works[part])) for part in (left, right) for works in (ours, theirs)]
+    words = "left {:.0%} and {:.0%}, right {:.0%} and {:.0%} of the cells (cobotic and conventional)".format(*shares)
+    threshold = (
+        f"left more than {most:.0%} and none, right none; above {upper:.0%} of the power, {side:.0%} of the frequencies"
+    )
+    return Found(words, threshold, yes(shares[0] > most and max(shares[1:]) == 0.0))
+
+
+def _parts(steady: DynamicMap, burnt: bool) -> dict[str, np.ndarray]:
+    """What a drive loses; the load's energy that its amplifier burns is not the drive's, unless it is asked for."""
+    return {name: loss for name, loss in steady.losses.items() if burnt or name != "amplifier"}
+
+
+def most_lost(
+    pair: Pair,
+    drive: str,
+    part: str,
+    *,
+    statistic: str = "mean",
+    burnt: bool = False,
+    of: str = "loss",
+) -> Found:
+    """D5 and D6: share of the parts whose names begin so in what a drive loses where it works below 10 Hz, above 10 %."""
+    steady: DynamicMap = getattr(pair, drive)
+    where = pair.below & steady.works
+    threshold = "more than 50 %" if of != "largest" else "more than any other part"
+    if not where.any():
+        return Found("works nowhere", threshold, "undecidable")
+    losses = _parts(steady, burnt)
+    asked = np.asarray(sum(loss for name, loss in losses.items() if name.startswith(part)))
+    whole = np.asarray(steady.power_in if of == "power" else sum(losses.values()))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = asked / whole
+    if of == "largest":
+        others = {name: pair.mean(loss / whole, where) for name, loss in losses.items() if not name.startswith(part)}
+        next_to = max(others, key=lambda name: others[name])
+        mean = pair.mean(share, where)
+        return Found(f"{mean:.1%}, {next_to} {others[next_to]:.1%}", threshold, yes(mean > others[next_to]))
+    middle = {
+        "mean": lambda: pair.mean(share, where),
+        "median": lambda: pair.median(share, where),
+        "of the sums": lambda: pair.mean(asked, where) / pair.mean(whole, where),
+    }[statistic]()
+    what = "the power drawn" if of == "power" else "its loss"
+    return Found(f"{middle:.1%} of {what}", threshold, yes(middle > 0.5))
+
+
+to_steering = partial(most_lost, drive="cobotic", part="steering")
+"""D5: the steering plant's share of the cobotic drive's loss."""
+to_resistance = partial(most_lost, drive="conventional", part="winding")
+"""D6: the winding's share of the conventional drive's loss."""
+
+
+def trends(pair: Pair, *, exceptions: float = _EXCEPTIONS, fast: float = 10.0, within: bool = False) -> Found:
+    """D7: share of cells from which performance rises with power, and of those at high frequency from which it falls."""
+    rising, falling = [], []
+    for steady in (pair.cobotic, pair.conventional):
+        known = steady.performance if within else steady.unlimited
+        up, along = np.diff(steady.performance, axis=1), np.diff(known, axis=0)
+        high = np.broadcast_to((steady.frequency[:-1] >= fast)[:, None], along.shape) & np.isfinite(along)
+        for found, change, where in ((rising, up > 0, np.isfinite(up)), (falling, along < 0, high)):
+            found.append(float(np.mean(change[where])) if where.any() else np.nan)
+    threshold = f"in at least {1 - exceptions:.1%}"
+    if not np.all(np.isfinite(rising + falling)):
+        return Found("one of them works nowhere", threshold, "undecidable")
+    words = "rises in {:.0%} and {:.0%}, falls in {:.0%} and {:.0%} of the cells".format(*rising, *falling)
+    return Found(f"{words} (cobotic and conventional)", threshold, yes(min(rising + falling) >= 1 - exceptions))
+
+
+def ranges(bench: Bench, check: Check) -> Iterator[Range]:
+    """How far each of the traced values may move before a check's verdict changes."""
+    verdict = check(bench.pair()).verdict
+
+    def edge(parameter: str, direction: int) -> float | None:
+        """Factor at which the verdict changes, by halving the way there in its logarithm; None if it does not."""
+        inside, outside = 0.0, float(np.log(FARTHEST))
+        if check(bench.moved(parameter, FARTHEST**direction).pair()).verdict == verdict:
+            return None
+        for _ in range(7):
+            middle = 0.5 * (inside + outside)
+            same = check(bench.moved(parameter, float(np.exp(direction * middle))).pair()).verdict == verdict
+            inside, outside = (middle, outside) if same else (inside, middle)
+        return float(np.exp(direction * inside))
+
+    for parameter in TRACED:
+        move = MOVES[parameter]
+        shipped = move.value(bench)
+        low, high = edge(parameter, -1), edge(parameter, 1)
+        scaled = (None if factor is None else float(f"{factor * shipped:.3g}") for factor in (low, high))
+        yield Range(move.words, move.unit, float(f"{shipped:.4g}"), *scaled)
+
+
+def open_values(bench: Bench, found: Callable[[Bench], Found]) -> Iterator[Variant]:
+    """What is found with each value that the paper does not print moved by `FACTOR`, one at a time."""
+    for parameter, move in MOVES.items():
+        for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}")):
+            yield row("value", f"{move.words} {words}", found(bench.moved(parameter, factor)))
+
+
+def _checked(
+    machine: Machine, check: Check, why: str, choices: Mapping[str, Check], axes: Mapping[str, Mapping[str, str]] = AXES
+) -> Finding:
+    """The finding on the plane of Fig 17 for reconstruction A, under every choice, definition and value.
+
+    Choices are tried with both reconstructions; definitions and values on a coarser plane, with the shipped choices.
+    """
+    bench, other = Bench.of(machine), Bench.of(machine, "cobotic-b")
+    variants = []
+    for letter, one in (("A", bench), ("B", other)):
+        figure = one.pair(cells="fine")
+        if letter == "B":
+            variants.append(row("value", "reconstruction B", check(figure)))
+        prefix, kind = ("", "choice") if letter == "A" else ("reconstruction B, ", "value")
+        tried = {words: check(one.pair(cells="fine", **scale)) for words, scale in axes.items()}  # type: ignore[arg-type]
+        tried |= {words: changed(figure) for words, changed in choices.items()}
+        variants += [row(kind, f"{prefix}{words}", found) for words, found in tried.items()]
+    variants.append(row("choice", "24 x 16 cells, not 60 x 60", check(bench.pair())))
+    variants += [row(kind, words, check(bench.pair(definition))) for kind, words, definition in DEFINITIONS]
+    variants += open_values(bench, lambda moved: check(moved.pair()))
+    return settle(check(bench.pair(cells="fine")), why, variants, ranges(bench, check))
+
+
+def _thresholds(check: Callable[..., Found], name: str, shipped: float, one: float = 0.0) -> dict[str, Check]:
+    """The check with half and with twice the threshold, counted from `one`."""
+    return {
+        words: partial(check, **{name: one + factor * (shipped - one)})
+        for words, factor in (("half the tolerance", 0.5), ("twice the tolerance", 2.0))
+    }
+
+
+def d1(machine: Machine) -> Finding:
+    """Who does better below 10 Hz and above 10 %."""
+    bench = Bench.of(machine)
+    pair = bench.pair(cells="fine")
+    alone = pair.mean(pair.cobotic.works & ~pair.conventional.works, pair.below)
+    both = pair.below & pair.cobotic.works & pair.conventional.works
+    least = float(np.min((pair.cobotic.performance / pair.conventional.performance)[both]))
+    why = (
+        f'"In general" is read as: with up to {_EXCEPTIONS:.0%} of exceptions. The cobotic drive works alone in {alone:.0%} of '
+        f"the region where either works; where both work it has at least {least:.2f} times the conventional one's performance."
+    )
+    return _checked(machine, better, why, _thresholds(better, "exceptions", _EXCEPTIONS))
+
+
+def d2(machine: Machine) -> Finding:
+    """How alike both are from 1 to 10 Hz."""
+    pair = Bench.of(machine).pair(cells="fine")
+    ours, theirs = pair.cobotic, pair.conventional
+    both = ((ours.frequency >= 1.0) & (ours.frequency <= 10.0))[:, None] & ours.works & theirs.works
+    shared = np.flatnonzero(both.any(axis=0))
+    low, high = (
+        pair.median(ours.performance / theirs.performance, both & (np.arange(ours.fraction.size) == column)[None, :])
+        for column in (shared[0], shared[-1])
+    )
+    why = (
+        f"The paper does not say how similar. The ratio of the performances is {low:.2f} at {ours.fraction[shared[0]]:.1%} of "
+        f"the power and {high:.2f} at {ours.fraction[shared[-1]]:.0%}, the most at which both work: what lies in the middle "
+        "depends on how the axis of power counts."
+    )
+    choices = {
+        **_thresholds(similar, "within", _SIMILAR, one=1.0),
+        **{
+            f"{statistic}, not median": partial(similar, statistic=statistic)
+            for statistic in ("mean", "geometric mean")
+        },
+        "difference, not ratio": partial(similar, statistic="difference"),
+        "only above 10 % of the power": partial(similar, least=0.1),
+    }
+    return _checked(machine, similar, why, choices)
+
+
+def d3(machine: Machine) -> Finding:
+    """The largest performance of the cobotic drive."""
+    bench = Bench.of(machine)
+    shipped = highest(bench.pair(cells="fine")).computed
+    trip = highest(bench.pair(Definition(measure="round trip"))).computed
+    why = (
+        f"{shipped:.2f} is more than the 0.75 of steady operation, because energy exchanged counts in both directions while "
+        f"braking draws no power; counted as a round trip it is {trip:.2f}."
+    )
+    return _checked(machine, highest, why, _thresholds(highest, "tolerance", _READING), axes={})
+
+
+def d4(machine: Machine) -> Finding:
+    """Who works in the upper corners."""
+    ours, theirs = Bench.of(machine).pair(cells="fine")[:2]
+    met = [steady.limit_at(*place) for place in ((0, -1), (-1, -1)) for steady in (ours, theirs)]
+    words = ["nothing" if found is None else words_of(found) for found in met]
+    stroke = 2.0 * ours.amplitude[0, -1]
+    why = (
+        f"In the last cell at the left what binds is {words[0]} (cobotic) and {words[1]} (conventional), at the right {words[2]} "
+        f"and {words[3]}; a stroke of {stroke:.0f} m at the left is not what a guideway allows, and is not counted here."
+    )
+    choices = {
+        "upper: above 60 % of the power": partial(corners, upper=0.6),
+        "upper: above 90 % of the power": partial(corners, upper=0.9),
+        "left and right: a fifth of the axis": partial(corners, side=0.2),
+        "works at the left: in any cell": partial(corners, most=0.0),
+        "works at the left: in nine cells of ten": partial(corners, most=0.9),
+    }
+    return _checked(machine, corners, why, choices, axes={})
+
+
+def _loss_choices(check: Callable[..., Found]) -> dict[str, Check]:
+    return {
+        "median, not mean": partial(check, statistic="median"),
+        "share of the sums, not mean of the shares": partial(check, statistic="of the sums"),
+        "braking energy that is burnt counted as a loss": partial(check, burnt=True),
+        "share of the power drawn, not of the loss": partial(check, of="power"),
+        '"most" as more than any other part': partial(check, of="largest"),
+    }
+
+
+def _listed(pair: Pair, drive: str) -> str:
+    """The largest parts of what a drive loses below 10 Hz and above 10 %, in words."""
+    steady: DynamicMap = getattr(pair, drive)
+    losses = _parts(steady, burnt=False)
+    whole, where = np.asarray(sum(losses.values())), pair.below & steady.works
+    shares = {name: pair.mean(loss / whole, where) for name, loss in losses.items()}
+    largest = sorted(shares, key=lambda name: -shares[name])[:3]
+    return ", ".join(f"{name} {shares[name]:.0%}" for name in largest)
+
+
+def d5(machine: Machine) -> Finding:
+    """Where the cobotic drive's power goes."""
+    pairs = [Bench.of(machine, name).pair(cells="fine") for name in ("cobotic", "cobotic-b")]
+    why = (
+        "Steering is bell bearing, turning patch, and the steering motor's winding and friction together. The largest single "
+        f"losses of A are {_listed(pairs[0], 'cobotic')}; of B {_listed(pairs[1], 'cobotic')}. A and B differ in the law of the "
+        "cylinder gearing's loss, and in the steering plant: the paper prints neither."
+    )
+    return _checked(machine, to_steering, why, _loss_choices(to_steering))
+
+
+def half_from(frequency: Sequence[float] | np.ndarray, shares: Sequence[float]) -> float | None:
+    """The least frequency from which on every known share is more than a half; None if there is none. [Hz]"""
+    start = None
+    for one, share in zip(frequency, shares, strict=True):
+        if share <= 0.5:
+            start = None
+        elif share > 0.5 and start is None:
+            start = float(one)
+    return start
+
+
+def d6(machine: Machine) -> Finding:
+    """Where the conventional drive's power goes."""
+    pair = Bench.of(machine).pair(cells="fine")
+    steady = pair.conventional
+    where = pair.below & steady.works
+    losses = _parts(steady, burnt=False)
+    share = steady.losses["winding"] / np.asarray(sum(losses.values()))
+    rising = [pair.mean(share, where & (steady.frequency == one)[:, None]) for one in steady.frequency]
+    start = half_from(steady.frequency, rising)
+    reached = f"up to {np.nanmax(rising):.0%}" if start is None else f"more than half from {start:.1f} Hz on"
+    why = (
+        f"The largest losses are {_listed(pair, 'conventional')}; drag at the load is assumed. The share of resistance rises "
+        f"with force, hence with frequency and power: it is {reached}."
+    )
+    return _checked(machine, to_resistance, why, _loss_choices(to_resistance))
+
+
+def d7(machine: Machine) -> Finding:
+    """How performance changes over the plane."""
+    why = (
+        "From cell to cell: rising with power within limits; falling from 10 Hz on, above what the paper calls mid-range, and "
+        "beyond limits of torque and voltage, too, as the conventional drive hardly works there."
+    )
+    choices = {
+        **_thresholds(trends, "exceptions", _EXCEPTIONS),
+        "high frequency: from 5 Hz on": partial(trends, fast=5.0),
+        "falling within limits only, from 5 Hz on": partial(trends, fast=5.0, within=True),
+    }
+    return _checked(machine, trends, why, choices, axes={})
+
+
+def _compared(
+    machine: Machine, found: Callable[..., Found], why: str, choices: Mapping[str, Callable[..., Found]]
+) -> Finding:
+    """The finding of a check that compares two maps of the cobotic drive, under choices, definitions and values."""
+    bench, other = Bench.of(machine), Bench.of(machine, "cobotic-b")
+    variants = [row("value", "reconstruction B", found(other))]
+    variants += [row("choice", words, changed(bench)) for words, changed in choices.items()]
+    variants += [
+        row(kind, words, found(bench, definition=definition))
+        for kind, words, definition in DEFINITIONS
+        if definition.returned == "burn" and definition.measure != "printed"
+    ]
+    variants += open_values(bench, found)
+    return settle(found(bench), why, variants)
+
+
+def raised(before: DynamicMap, after: DynamicMap) -> Found:
+    """D8: how far performance rises where the drive worked before."""
+    gained = (after.performance - before.performance)[before.works]
+    value = float(np.nanmax(after.performance, initial=0.0))
+    words = f"up to {value:.2f}, higher in {float(np.mean(gained > 0)):.0%} of the cells"
+    return Found(words, "lower in none", yes(bool(np.all(gained >= 0))))
+
+
+def d8(machine: Machine) -> Finding:
+    """Performance with braking energy recovered."""
+
+    def found(bench: Bench, *, definition: Definition = PAPER, efficiency: float = 1.0) -> Found:
+        recovered = replace(definition, returned="store", storage_efficiency=efficiency)
+        return raised(bench.pair(definition).cobotic, bench.pair(recovered).cobotic)
+
+    why = (
+        "Less is taken from the supply wherever any power comes back. Counted so, performance has no upper limit: a lossless "
+        "drive would take nothing."
+    )
+    choices = {f"stored at {share:.0%}": partial(found, efficiency=share) for share in (0.8, 0.5)}
+    return _compared(machine, found, why, choices)
+
+
+def d9(machine: Machine) -> Finding:
+    """Performance with less steering inertia, and with less link mass."""
+
+    def found(
+        bench: Bench, *, definition: Definition = PAPER, factor: float = 0.5, exceptions: float = _EXCEPTIONS
+    ) -> Found:
+        before = bench.pair(definition).cobotic
+        words, holds = [], True
+        for parameter, name in (("steering_inertia", "steering inertia"), ("link_mass", "link mass")):
+            after = bench.moved(parameter, factor).pair(definition).cobotic
+            both = before.works & after.works
+            gain = (after.performance / before.performance - 1.0)[both]
+            worse = float(np.mean(gain < 0.0)) if gain.size else float("nan")
+            wider = float(np.mean(after.works)) - float(np.mean(before.works))
+            words.append(
+                f"{factor:g} x the {name}: {np.min(gain, initial=np.inf):+.1%} to {np.max(gain, initial=-np.inf):+.1%}, "
+                f"worse in {worse:.0%} of the cells, works in {wider:+.1%} of the plane"
+            )
+            holds = holds and worse <= exceptions and wider >= 0
+        return Found("; ".join(words), f"worse in at most {exceptions:.1%} of the cells", yes(holds))
+
+    bus = Definition(common_bus=True)
+    before, after = (
+        one.pair(bus).cobotic for one in (Bench.of(machine), Bench.of(machine).moved("steering_inertia", 0.5))
+    )
+    both = before.works & after.works
+    gain = np.where(both, after.performance / before.performance - 1.0, 0.0)
+    row_of_worst, _ = np.unravel_index(np.argmin(gain), gain.shape)
+    why = (
+        "Changes of performance, cell by cell, where the drive works before and after; and of the plane in which it works. Where "
+        f"both motors share one DC bus, half the steering inertia changes it by {gain.min():+.1%} near "
+        f"{before.frequency[row_of_worst]:.1f} Hz."
+    )
+    choices = {f"{factor:g} times, not half": partial(found, factor=factor) for factor in (0.9, 0.25)}
+    choices |= _thresholds(found, "exceptions", _EXCEPTIONS)
+    return _compared(machine, found, why, choices)
+
+
+CHECKS = {
+    **{"D1": d1, "D2": d2, "D3": d3, "D4": d4, "D5": d5, "D6": d6, "D7": d7, "D8": d8, "D9": d9},
+}

@@ -1,0 +1,81 @@
+"""Reproduce the paper: check every claim that a computation can check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from infinivar.errors import InputError
+from infinivar.paper.claims import design, element, shaking, system
+from infinivar.paper.claims.claim import Claim, Machine, statements
+from infinivar.paper.claims.verdict import Finding
+
+CHECKS: dict[str, Callable[[Machine], Finding]] = {
+    **element.CHECKS,
+    **system.CHECKS,
+    **shaking.CHECKS,
+    **design.CHECKS,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reproduction:
+    """The paper's claims with their verdicts, and the machine they were checked on."""
+
+    claims: tuple[Claim, ...]
+    machine: Machine
+
+    def to_list(self) -> list[dict[str, Any]]:
+        """Claims as plain values: the fields of `Claim` but its figure; ranges and variants as lists of their fields."""
+        keys = (
+            "id",
+            "section",
+            "claim",
+            "paper",
+            "computed",
+            "unit",
+            "threshold",
+            "verdict",
+            "shown",
+            "by_construction",
+            "why",
+        )
+        return [
+            {
+                **{key: getattr(claim, key) for key in keys},
+                "ranges": [held._asdict() for held in claim.ranges],
+                "variants": [variant._asdict() for variant in claim.variants],
+            }
+            for claim in self.claims
+        ]
+
+
+def reproduce(figure: int | None = None, *, progress: Callable[[str, float], None] | None = None) -> Reproduction:
+    """Check the paper's claims on its machine as shipped (parameter set ``faulring2006``).
+
+    Parameters
+    ----------
+    figure : int or None   Only the claims that belong to this figure of the paper.
+    progress               Called with the claim at work and the share of the work done, 0 to 1.
+
+    Returns
+    -------
+    Reproduction
+
+    Raises
+    ------
+    InputError
+        If no claim belongs to the figure.
+    """
+    figures = sorted({said["figure"] for said in statements() if "figure" in said})
+    if figure is not None and figure not in figures:
+        raise InputError(f"figure {figure}: must be one of {', '.join(map(str, figures))}")
+    machine = Machine()
+    wanted = [said for said in statements() if figure is None or said.get("figure") == figure]
+    claims = []
+    for index, said in enumerate(wanted):
+        if progress is not None:
+            progress(f"claim {said['id']}", index / len(wanted))
+        claims.append(Claim(**{"figure": None, **said}, **CHECKS[said["id"]](machine)._asdict()))
+    return Reproduction(claims=tuple(claims), machine=machine)
