@@ -82,11 +82,11 @@ def test_report_reads_as_a_designer_would(walked):
         "Energy from the battery",
         "Limits and heat",
         "Holding still",
-        "worth",
-        "Prescribed against followed",
+        "Choice of cylinder speed",
+        "Prescribed and simulated motion",
     ):
         assert heading in page
-    assert "Wh an hour" in page
+    assert "Wh per hour" in page
     assert "Grimmer" in page
     figures = [f"report-{name}.{kind}" for name in ("maps", "losses", "duty-walking") for kind in ("png", "svg", "pdf")]
     tables = ["report.html", "results.json", "cobotic.nc", "geared.nc", "cobotic-walking.csv", "geared-walking.csv"]

@@ -34,7 +34,7 @@ def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
     assert by_path["gearhead.efficiency"]["range_stated"] is True
     assert by_path["gearhead.efficiency"]["elasticity"] < 0 < by_path["motor.resistance"]["elasticity"]
     page = (tmp_path / "out" / "sensitivity-loss.html").read_text("utf-8")
-    assert "What the paper recommends" in page
+    assert "Recommendations of the paper" in page
     for kind in ("png", "svg", "pdf"):
         assert (tmp_path / "out" / f"sensitivity-loss.{kind}").exists()
 
@@ -162,5 +162,5 @@ def test_a_comparison_says_how_many_builds_are_able(infinivar, write, tmp_path):
     assert found["weakest_margin"]["low"] < found["weakest_margin"]["median"] < found["weakest_margin"]["high"]
     assert found["duty"]["shake"]["energy_J"]["low"] < found["duty"]["shake"]["energy_J"]["high"]
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
-    assert "Builds within tolerances" in page
+    assert "Samples within tolerances" in page
     assert "dry steel" in page

@@ -1,4 +1,4 @@
-"""A bond graph as its field draws it: half arrows, causal strokes, modulating signals, sub-graphs in frames."""
+"""Drawing of a bond graph: half arrows, causal strokes, modulating signals, framed sub-graphs."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FRAME = "#8a8a8a"
 
 
 def data(graph: BondGraph) -> dict[str, Any]:
-    """Places, texts and causality.
+    """Positions, labels and causality.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def data(graph: BondGraph) -> dict[str, Any]:
 
 
 def _beside(element: Element) -> bool:
-    """Whether the symbol is part of the text line, as at one-ports."""
+    """Whether the symbol stands on the text line, as for one-ports."""
     return element.kind not in (*JUNCTIONS, *TWO_PORTS)
 
 
@@ -68,7 +68,7 @@ def _text(element: Element) -> str:
 
 
 def _width(text: str, size: float) -> float:
-    """Width of a text in print. [inch]"""
+    """Printed width of a text. [inch]"""
     from matplotlib.textpath import TextPath
 
     with style.styled():
@@ -76,7 +76,7 @@ def _width(text: str, size: float) -> float:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw into axes whose data are inches."""
+    """Draw into axes scaled in inches."""
     from matplotlib.patches import FancyBboxPatch
 
     elements = numbers["elements"]
@@ -110,7 +110,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def _free_angle(name: str, numbers: Mapping[str, Any]) -> float:
-    """Direction in which a junction has most room for its symbol. [rad]"""
+    """Direction with the most room for the symbol of a junction. [rad]"""
     elements = numbers["elements"]
     x, y = elements[name]["at"]
     others = [head if tail == name else tail for tail, head, _ in numbers["bonds"] if name in (tail, head)]
@@ -126,7 +126,7 @@ def _free_angle(name: str, numbers: Mapping[str, Any]) -> float:
 
 
 def _bond(ax: Axes, elements: Mapping[str, Any], tail: str, head: str, stroke: str) -> None:
-    """Line with a half arrow at its head and a bar where the effort acts."""
+    """Line with a half arrow at its head and a causal stroke at the end that receives the effort."""
     (x0, y0), (x1, y1) = _ends(elements[tail], elements[head])
     ax.plot([x0, x1], [y0, y1], color="black", linewidth=1.0, solid_capstyle="butt")
     length = math.hypot(x1 - x0, y1 - y0)
@@ -141,13 +141,13 @@ def _bond(ax: Axes, elements: Mapping[str, Any], tail: str, head: str, stroke: s
 
 
 def _ends(one: Mapping[str, Any], two: Mapping[str, Any]) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Ends of a line between two texts, short of both."""
+    """Ends of a line between two texts, clear of both."""
     (x0, y0), (x1, y1) = one["at"], two["at"]
     return _edge(one, x1 - x0, y1 - y0), _edge(two, x0 - x1, y0 - y1)
 
 
 def _edge(element: Mapping[str, Any], dx: float, dy: float) -> tuple[float, float]:
-    """Where the line in a direction leaves the text of an element."""
+    """Point at which a line in the given direction leaves the text of an element."""
     x, y = element["at"]
     if element.get("junction"):
         share = 0.19 / math.hypot(dx, dy)
@@ -158,7 +158,7 @@ def _edge(element: Mapping[str, Any], dx: float, dy: float) -> tuple[float, floa
 
 
 def _signals(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Dashed arrows from what is measured to what it modulates; one that goes to many spreads from their middle."""
+    """Dashed arrows from each measured variable to the elements that it modulates; arrows to several elements fan out."""
     elements = numbers["elements"]
     targets: dict[tuple[str, str], list[str]] = {}
     for symbol, source, target in numbers["signals"]:
@@ -203,7 +203,7 @@ def _spread(ax: Axes, elements: Mapping[str, Any], symbol: str, source: str, nam
 
 
 def _signal(ax: Axes, elements: Mapping[str, Any], symbol: str, source: str, name: str, before: int) -> None:
-    """One signal; `before` have come to the same element from the same side."""
+    """One signal; `before` others already enter the element from the same side."""
     target = elements[name]
     x1, y1 = target["at"]
     if not source:
@@ -224,7 +224,7 @@ def _signal(ax: Axes, elements: Mapping[str, Any], symbol: str, source: str, nam
 
 
 def draw_all(graph: BondGraph, title: str = "") -> Figure:
-    """The whole graph at its natural size."""
+    """Draw the whole graph at its natural size."""
     numbers = data(graph)
     points = [element["at"] for element in numbers["elements"].values()]
     boxes = [box for box, _ in numbers["frames"].values()]

@@ -1,4 +1,4 @@
-"""What a calibration found: efficiency over the ratio with the fitted curves, residuals, and correlations."""
+"""Results of a calibration: measured and fitted efficiency over the ratio, residuals, correlations."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def data(calibration: Calibration, count: int = 401) -> dict[str, Any]:
 
 
 def draw_efficiency(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Fig 7's form: efficiency over the reduction ratio."""
+    """Draw efficiency over the reduction ratio, in the form of Fig 7."""
     from matplotlib.ticker import StrMethodFormatter
 
     kinds = sorted({(curve["preload"], curve["load"]) for curve in numbers["curves"]}, reverse=True)
@@ -100,20 +100,20 @@ def draw_efficiency(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_residuals(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Residuals of the runs used, in standard deviations of the sensors."""
+    """Draw the residuals of the fitted runs, in standard deviations of the sensors."""
     residuals = numbers["residuals"]
     for column, marker, colour in zip(range(residuals.shape[1]), "osD", style.COLOURS, strict=False):
         values = np.where(numbers["pressed"], residuals[:, column], np.nan) if column == 0 else residuals[:, column]
         ax.plot(numbers["lines"], values, marker, color=colour, ms=3.5, label=_READINGS[column])
     ax.axhspan(-NORMAL_95, NORMAL_95, color="#e8edf2", zorder=0)
     reach = max(3.2, 1.15 * float(np.max(np.abs(residuals), initial=0.0)))
-    ax.set(xlabel="line of the data", ylabel="residual / standard deviation", ylim=(-reach, 1.45 * reach))
-    ax.set_title("Residuals; 95 % belong in the grey band")
+    ax.set(xlabel="line of the data file", ylabel="residual / standard deviation", ylim=(-reach, 1.45 * reach))
+    ax.set_title("Residuals (95 % expected in the grey band)")
     ax.legend(loc="upper center", ncols=3, fontsize=8)
 
 
 def draw_correlations(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Correlation matrix of what is told."""
+    """Draw the correlation matrix of the identifiable parameters."""
     names = [name.replace("_", "\n", 1) for name in numbers["names"]]
     matrix = numbers["correlations"]
     ax.imshow(matrix, cmap="coolwarm", vmin=-1, vmax=1)
@@ -128,7 +128,7 @@ def draw_correlations(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_all(calibration: Calibration) -> Figure:
-    """The three of them."""
+    """Draw all three panels."""
     numbers = data(calibration)
     with style.styled():
         made, axes = style.figure(10.5, 7.6, 2, 2, height_ratios=(1.25, 1.0), width_ratios=(1.6, 1.0))

@@ -1,4 +1,4 @@
-"""A wheel's contact at a glance: the patch, the creep curve by each law, the losses against preload."""
+"""The contact of a wheel: patch, creep curve of each law, losses over preload."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def data(sheet: ContactSheet, count: int = 41) -> dict[str, Any]:
 
 
 def draw_patch(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Rim of the patch, seen from above, for three steering angles."""
+    """Draw the outline of the patch, seen from above, at three steering angles."""
     around = np.linspace(0.0, 2.0 * math.pi, 181)
     for (degrees, (a, b, rotation)), colour in zip(numbers["patches"].items(), style.COLOURS, strict=False):
         x, y = a * np.cos(around), b * np.sin(around)
@@ -72,7 +72,7 @@ def draw_patch(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_creep(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Lateral force over slip force by each law; the one in use is bold."""
+    """Draw the force ratio over creepage for each law; the law in use is bold."""
     for (name, force), colour in zip(numbers["laws"].items(), style.COLOURS, strict=False):
         bold = name == numbers["law"]
         label = f"{name}{' (in use)' if bold else ''}"
@@ -86,7 +86,7 @@ def draw_creep(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_losses(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Losses of the element over preload at a fixed link force; where it slips or is over-stressed, and the present."""
+    """Draw the losses over preload at a fixed link force, with the slipping and over-stressed ranges and the present preload."""
     trend, duty = numbers["trend"], numbers["duty"]
     for name in ("creep", "rolling", "bearing"):
         label = {"rolling": "hysteresis", "bearing": "axle bearings"}.get(name, name)
@@ -106,7 +106,7 @@ def draw_losses(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_all(sheet: ContactSheet) -> Figure:
-    """The three panels."""
+    """Draw all three panels."""
     with style.styled():
         made, axes = style.figure(12.0, 4.2, 1, 3)
         numbers = data(sheet)

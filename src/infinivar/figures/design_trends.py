@@ -1,4 +1,4 @@
-"""Efficiency of the element against preload, friction, wheel and crown radius, and material: which way to change a design."""
+"""Efficiency of the element over preload, friction, wheel radius, crown radius and material."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ PANELS = {
 """Axis label, scale of its unit, and range in multiples of the present value."""
 
 CAPTION = (
-    "Efficiency of the element at a fixed link force (half of today's slip force) and three reduction ratios, when one "
-    "design parameter changes. Dashed grey: the present design. Shaded: the wheel slips or its contact yields. "
-    "Materials: wheel and cylinder of the same; pale bars are over-stressed, ceramics have no yield strength to check."
+    "Efficiency of the element at a fixed link force (half the present slip force) and three reduction ratios as one "
+    "design parameter varies. Dashed grey: present design. Shaded: the wheel slips or the contact yields. "
+    "Materials: wheel and cylinder of the same material; pale bars are over-stressed; ceramics have no yield strength."
 )
 
 
@@ -56,7 +56,7 @@ def data(drive: CoboticDrive, count: int = 31) -> dict[str, Any]:
 
 
 def draw(ax: Axes, name: str, by_ratio: Mapping[float, Trend], present: float) -> None:
-    """One parameter."""
+    """Draw the trend of one parameter."""
     label, scale, *_ = PANELS[name]
     ax.set_xscale("log")
     for (ratio, trend), colour in zip(by_ratio.items(), style.COLOURS, strict=False):
@@ -72,7 +72,7 @@ def draw(ax: Axes, name: str, by_ratio: Mapping[float, Trend], present: float) -
 
 
 def draw_materials(ax: Axes, trend: Trend) -> None:
-    """Bars of loss by material."""
+    """Draw the losses of each material as bars."""
     names = [str(name) for name in trend.values]
     left = np.zeros(len(names))
     for name in ("creep", "rolling", "bearing"):
@@ -91,7 +91,7 @@ def draw_materials(ax: Axes, trend: Trend) -> None:
 
 
 def draw_all(drive: CoboticDrive) -> Figure:
-    """Four parameters and the materials."""
+    """Draw all four parameters and the materials."""
     numbers = data(drive)
     with style.styled():
         made, axes = style.figure(11.5, 6.6, 2, 3)

@@ -1,4 +1,4 @@
-"""A duty cycle, drive beside drive: motion and power over the cycle, heat over the hours, and where the energy goes."""
+"""A duty cycle of all drives: motion and power over the cycle, temperatures over hours, energy by loss."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 # Panel by title of its axis: column and factor. The first two belong to the task, the others to each drive.
 _TASK = {"speed of\nload [m/s]": ("speed_m_s", 1.0), "force on\nload [N]": ("force_N", 1.0)}
 _DRIVES = {
-    "from supply\n[W]": ("power_from_supply_W", 1.0),
+    "supply\npower [W]": ("power_from_supply_W", 1.0),
     "motor\ncurrent [A]": ("motor_current_A", 1.0),
     "steering\nangle [deg]": ("steering_angle_rad", 180.0 / np.pi),
     "steering\ncurrent [A]": ("steering_current_A", 1.0),
 }
 _MOST_POINTS = 1000
 _HOTTEST = 1.3
-"""Factor over the highest permissible temperature up to which temperatures are drawn."""
+"""Temperatures are drawn up to this factor times the highest permissible one."""
 
 
 def data(found: DutyComparison) -> dict[str, Any]:
@@ -59,7 +59,7 @@ def data(found: DutyComparison) -> dict[str, Any]:
         "panels": panels,
         "heat": heat,
         "losses": {
-            "title": "where the energy of a cycle goes",
+            "title": "energy use per cycle",
             "unit": "J",
             "losses": {result.title: result.losses for result in results},
             "power_in": {result.title: result.energy for result in results},
@@ -83,7 +83,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:
 
 
 def draw_heat(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw the windings' temperatures from a cold start, and what they may have; a winding that runs away leaves the plot."""
+    """Draw winding temperatures from a cold start and their permissible values; a thermal runaway leaves the plot."""
     limits = []
     top = _HOTTEST * max(permissible for _, _, permissible in numbers["heat"].values())
     for key, (time, winding, permissible) in numbers["heat"].items():
@@ -106,21 +106,21 @@ def draw_heat(ax: Axes, numbers: Mapping[str, Any]) -> None:
             fontsize=7,
         )
     ax.set_xlabel("time from a cold start [min]")
-    ax.set_ylabel("winding [°C]")
-    ax.set_title("heat, the cycle repeated")
+    ax.set_ylabel("winding temperature [°C]")
+    ax.set_title("winding temperature, cycle repeated")
     ax.margins(x=0.02, y=0.12)  # a winding that runs away at once is beside the axis, not under it
     if limits:
         _literally(ax.legend(loc="upper left", bbox_to_anchor=(0.0, -0.11), fontsize=7))
 
 
 def _literally(legend: Any) -> None:
-    """Show titles as they are written: a dollar in one is no formula."""
+    """Show titles literally: a dollar sign does not start a formula."""
     for text in legend.get_texts():
         text.set_parse_math(False)
 
 
 def _up_to(time: np.ndarray, winding: np.ndarray, top: float) -> tuple[np.ndarray, np.ndarray] | None:
-    """A temperature until it passes `top`, and where it does; None if there is nothing to draw. [min], [°C]"""
+    """A temperature history up to `top`, and the point where it passes it; None if nothing can be drawn. [min], [°C]"""
     beyond = ~(winding <= top)
     end = int(np.argmax(beyond)) if beyond.any() else len(winding)
     if end == 0 or len(winding) < 2:
@@ -134,7 +134,7 @@ def _up_to(time: np.ndarray, winding: np.ndarray, top: float) -> tuple[np.ndarra
 
 
 def draw_all(found: DutyComparison) -> Figure:
-    """The figure: the cycle at the left, heat at the right, losses below."""
+    """Draw the cycle on the left, temperatures on the right, losses below."""
     numbers = data(found)
     panels = list(numbers["panels"])
     rows = len(panels)

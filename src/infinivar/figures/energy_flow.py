@@ -1,4 +1,4 @@
-"""Where the energy of a run came from and where it went: at its end, and as it grew."""
+"""Energy balance of a run: at its end and over time."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SMALL = 0.01
-"""Entries below this share of all energy are gathered."""
+"""Entries below this share of all energy are grouped."""
 
 _NOTHING = 1e-6
-"""Entries below this share are what the balance cannot tell from nothing."""
+"""Entries below this share are within the residual of the balance."""
 
-SOURCES = {"supply": "motor supply", "load": "work of the surroundings"}
-"""Words for sources whose titles in a graph are too short here."""
+SOURCES = {"supply": "motor supply", "load": "external work"}
+"""Longer names for sources whose titles in a graph are short."""
 
 # Other than losses: sources, and what they took back, in the same colour.
 _COLOURS = {
     "motor supply": "#3D4B66",
     "steering supply": "#8497B0",
-    "work of the surroundings": "#7A5230",
-    "work on the surroundings": "#7A5230",
+    "external work": "#7A5230",
+    "work on the load": "#7A5230",
     "back to motor supply": "#3D4B66",
     "back to steering supply": "#8497B0",
 }
 
 
 def balance(simulation: Simulation) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Energy that came in and that went out so far, by name, over time.
+    """Cumulative energy supplied and removed, by name, over time.
 
     Returns
     -------
@@ -46,23 +46,24 @@ def balance(simulation: Simulation) -> tuple[dict[str, Any], dict[str, Any]]:
     run = simulation.trajectory
     came, went = {}, dict(run.lost)
     stored = np.sum([energy - energy[0] for energy in run.stored.values()], axis=0)
-    went["stored"], came["taken from storage"] = np.maximum(stored, 0.0), np.maximum(-stored, 0.0)
+    went["stored"], came["released from storage"] = np.maximum(stored, 0.0), np.maximum(-stored, 0.0)
     for title, energy in run.supplied.items():
         name = SOURCES.get(title, title)
         came[name] = np.maximum(energy, 0.0)
-        went["work on the surroundings" if title == "load" else f"back to {name}"] = np.maximum(-energy, 0.0)
+        went["work on the load" if title == "load" else f"back to {name}"] = np.maximum(-energy, 0.0)
     return came, went
 
 
 def data(simulation: Simulation) -> dict[str, Any]:
-    """Energy that came in and that went out, at the end and over time.
+    """Energy supplied and removed, at the end and over time.
 
     Returns
     -------
     dict
         came, went: final energies by name [J], all positive, with equal sums to the residual; time [s]; grown: what went
         out so far, by name, over time [J]; supplied: what came from sources so far, over time [J]; closure [-].
-        What sources took back and what storages gave counts on the other side. The smallest are gathered as "n others".
+        Energy returned to a source or released from storage counts on the opposite side. The smallest entries are
+        grouped as "n others".
     """
     came, went = balance(simulation)
     final = [{name: energy[-1:] for name, energy in side.items()} for side in (came, went)]
@@ -71,13 +72,13 @@ def data(simulation: Simulation) -> dict[str, Any]:
         "went": {name: float(energy[0]) for name, energy in _gathered(final[1]).items()},
         "time": simulation.trajectory.time,
         "grown": _gathered(went),
-        "supplied": sum(energy for name, energy in came.items() if name != "taken from storage"),
+        "supplied": sum(energy for name, energy in came.items() if name != "released from storage"),
         "closure": simulation.trajectory.closure,
     }
 
 
 def _gathered(energies: Mapping[str, Any]) -> dict[str, Any]:
-    """Larger losses first, the small entries as one, then what is not lost: the order in which they are stacked."""
+    """Stacking order: losses by size, grouped small entries, then energy that is not lost."""
     sizes = {name: float(np.max(energy)) for name, energy in energies.items()}
     total = float(np.max(sum(energies.values())))
     names = sorted((name for name in energies if sizes[name] > _NOTHING * total), key=lambda name: -sizes[name])
@@ -89,15 +90,15 @@ def _gathered(energies: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _look(name: str) -> dict[str, Any]:
-    """How an area or a bar is filled; what storages hold is no loss and looks like none."""
-    if name in ("stored", "taken from storage"):
+    """Fill of an area or a bar; stored energy is hatched, as it is not a loss."""
+    if name in ("stored", "released from storage"):
         return {"facecolor": "white", "edgecolor": "#8A8A8A", "hatch": "/////", "linewidth": 0.5}
     colour = style.LOSS_COLOURS.get(name) or _COLOURS.get(name, "#DDDDDD")
     return {"facecolor": colour, "edgecolor": "white", "linewidth": 0.4}
 
 
 def draw_balance(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Two stacked columns of one height: what came in, where it went."""
+    """Draw two stacked columns of equal height: energy supplied and energy removed."""
     for place, side in enumerate(("came", "went")):
         energies = numbers[side]
         tops = np.cumsum([0.0, *energies.values()])
@@ -124,15 +125,15 @@ def draw_balance(ax: Axes, numbers: Mapping[str, Any]) -> None:
                 },
             )
     ax.set_xlim(-1.9, 2.9)
-    ax.set_xticks([0, 1], ["came in", "went out"])
+    ax.set_xticks([0, 1], ["supplied", "lost, stored or returned"])
     ax.tick_params(bottom=False)
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set_yticks([])
-    ax.set_title(f"Energy of the run; balance closed to {plain(numbers['closure'], 1)}", pad=14)
+    ax.set_title(f"Energy balance, residual {plain(numbers['closure'], 1)}", pad=14)
 
 
 def _apart(places: Any, least: float, total: float) -> list[float]:
-    """Rising heights, moved as little up and then down as texts need not to touch or to stand above the columns."""
+    """Rising label heights, shifted just enough that labels neither touch nor extend above the columns."""
     moved = list(places)
     for index in range(1, len(moved)):
         moved[index] = max(moved[index], moved[index - 1] + least)
@@ -144,7 +145,7 @@ def _apart(places: Any, least: float, total: float) -> list[float]:
 
 
 def draw_growth(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """What went out, stacked over time, with the energy supplied: it lies below where storages gave."""
+    """Draw cumulative energy removed, stacked, and energy supplied, which lies lower while storage releases energy."""
     time, bottom = numbers["time"], np.zeros_like(numbers["time"])
     for name, energy in numbers["grown"].items():
         look = _look(name)
@@ -154,7 +155,7 @@ def draw_growth(ax: Axes, numbers: Mapping[str, Any]) -> None:
         bottom = bottom + energy
     ax.plot(time, numbers["supplied"], color="black", linewidth=1.2, label="supplied")
     ax.set_xlabel("time [s]")
-    ax.set_ylabel("energy so far [J]")
+    ax.set_ylabel("cumulative energy [J]")
     ax.margins(x=0.0)
     handles, labels = ax.get_legend_handles_labels()
     # From top to bottom, as the areas lie.
@@ -162,7 +163,7 @@ def draw_growth(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_all(simulation: Simulation) -> Figure:
-    """The balance at the end, and how it came about."""
+    """Draw the balance at the end and over time."""
     numbers = data(simulation)
     with style.styled():
         made, axes = style.figure(11.5, 4.4, 1, 2, width_ratios=(1.25, 1))

@@ -1,4 +1,4 @@
-"""Where the power goes at the corners of the requirement: stacked bars, one a drive."""
+"""Losses at the corners of the required region: stacked bars, one per drive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def data(comparison: Comparison, corner: str) -> dict[str, Any]:
-    """Losses and power from the supply [W] by drive at a corner, and the limit exceeded if any; a title and the unit."""
+    """Losses and supply power [W] by drive at a corner, with the limit exceeded, if any, the title and the unit."""
     corners = {result.title: result.corners[corner] for result in comparison.results.values()}
     first = next(iter(corners.values()))
     return {
@@ -29,7 +29,7 @@ def data(comparison: Comparison, corner: str) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw horizontal stacked bars; drives outside a limit are pale and say which, those with an unknown loss have none."""
+    """Draw horizontal stacked bars; drives beyond a limit are pale and name it, drives with an unknown loss have no bar."""
     titles, unit = list(numbers["losses"]), numbers["unit"]
     # A sum of which a part is not known, as where the wheel slips, would be too small.
     known = {
@@ -76,7 +76,7 @@ def draw_all(comparison: Comparison) -> Figure:
 
 
 def legend(axes: Any) -> tuple[list[Any], list[str]]:
-    """Legend entries of all axes, each loss once, at full strength."""
+    """Legend entries of all axes, each loss once, in full colour."""
     from matplotlib.patches import Patch
 
     names = dict.fromkeys(label for ax in axes for label in ax.get_legend_handles_labels()[1])

@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 REQUIRED = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
-"""How the outline of the required region is drawn."""
+"""Line style of the outline of the required region."""
 
 LEVELS = np.arange(0.0, 1.01, 0.1)
 _LINES = (0.2, 0.4, 0.5, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9)
 _LOSS_STEPS, _LOSS_REACH = 7, 1.5
-"""Approximate number of colours of the loss, and the factor over its largest value in the required region up to which they go."""
+"""Approximate number of loss levels, and their upper end as a multiple of the largest loss in the required region."""
 _LOSS_COLOURS = ("YlOrBr", 0.02, 0.62)
-"""The pale part of a colour map: nothing in it looks like an efficiency, and the outline of the requirement stands out."""
+"""Pale part of a colour map, distinct from the colours of efficiency and from the outline of the required region."""
 _OUTSIDE = "#EDEDED"
 _TEXT_HALF_SIZE = (0.08, 0.125)  # of the map's height and width: regions that hold less get no text
 _WORDS = {
@@ -41,12 +41,12 @@ _WORDS = {
     Limit.SPEED: "beyond\nmotor speed",
     Limit.GEAR: "beyond\ngearhead torque",
     Limit.PEAK: "beyond motor\npeak torque",
-    Limit.REGENERATION: "cannot take\npower back",
+    Limit.REGENERATION: "supply cannot\nabsorb power",
 }
 
 
 class Drawn(NamedTuple):
-    """Filled contours of a map, for colour bars: of the efficiency, and of the loss if any is drawn."""
+    """Filled contours of a map, for colour bars: efficiency, and loss where drawn."""
 
     efficiency: Any
     loss: Any = None
@@ -85,7 +85,7 @@ def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
 
 
 def loss_levels(maps: Iterable[Mapping[str, Any]]) -> np.ndarray:
-    """Levels of the loss that maps have in common, from 0 on; none where no loss is drawn in the required region. [W]"""
+    """Loss levels shared by several maps, from 0; empty if no loss is drawn in the required region. [W]"""
     from matplotlib.ticker import MaxNLocator
 
     most = _LOSS_REACH * max((one["largest_loss"] for one in maps), default=0.0)
@@ -99,7 +99,7 @@ def draw(
     builds: BuildsMap | None = None,
     levels: np.ndarray | None = None,
 ) -> Drawn:
-    """Draw one map, with the band in which builds within tolerances have their limits, and given levels of the loss."""
+    """Draw one map, with the limit band of samples within tolerances and the given loss levels."""
     force, speed, limit = numbers["force"], numbers["speed"], numbers["limit"]
     ax.set_facecolor(_OUTSIDE)
     within = numbers["efficiency"]
@@ -142,7 +142,7 @@ def draw(
 
 
 def _draw_loss(ax: Axes, numbers: Mapping[str, Any], levels: np.ndarray) -> Any:
-    """Draw the loss where there is no efficiency to speak of; returns its filled contours, None where there is none."""
+    """Draw the loss where efficiency is undefined; returns its filled contours, or None."""
     if not np.isfinite(numbers["loss"]).any() or len(levels) < 2:
         return None
     from matplotlib import colormaps
@@ -159,14 +159,14 @@ def _draw_loss(ax: Axes, numbers: Mapping[str, Any], levels: np.ndarray) -> Any:
 
 
 def colour_bar(made: Figure, drawn: Drawn, beside: Any) -> None:
-    """Add the scale of the efficiency beside one or several axes, and that of the loss if any is drawn."""
+    """Add the colour bar of efficiency beside the axes, and that of loss where drawn."""
     if drawn.loss is not None:
-        made.colorbar(drawn.loss, ax=beside, label="loss [W] where the load drives\nand nothing comes back")
-    made.colorbar(drawn.efficiency, ax=beside, label="efficiency,\nuseful over spent power [-]", ticks=LEVELS[::2])
+        made.colorbar(drawn.loss, ax=beside, label="loss [W] where the load drives\nand no power returns")
+    made.colorbar(drawn.efficiency, ax=beside, label="efficiency,\nuseful / supplied power [-]", ticks=LEVELS[::2])
 
 
 def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarray) -> None:
-    """Write each binding limit where its region is widest."""
+    """Label each limit where its region is widest."""
     from scipy.ndimage import distance_transform_edt
 
     for code in np.unique(limit):
@@ -192,7 +192,7 @@ def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarr
 
 
 def draw_all(comparison: Comparison) -> Figure:
-    """Maps of all drives of a comparison, side by side, with one colour bar."""
+    """Draw the maps of all drives side by side with one colour bar."""
     results = list(comparison.results.values())
     columns = 2 if len(results) == 4 else min(3, len(results))
     rows = -(-len(results) // columns)

@@ -1,4 +1,4 @@
-"""Which parameters matter: a tornado of what each does over its range, and Sobol's indices beside it."""
+"""Tornado chart of the influence of each parameter over its range, with Sobol indices beside it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LOW, _HIGH = style.COLOURS[0], style.COLOURS[1]
 
 
 def data(sensitivity: Sensitivity) -> dict[str, Any]:
-    """Rows from the largest swing: name, range in words, outcome at both ends, and Sobol's indices (nan where not computed)."""
+    """Rows by decreasing swing: name, range in words, outcome at both ends, Sobol indices (nan where not computed)."""
     rows = sensitivity.influences[:LARGEST]
     return {
         "words": sensitivity.outcome.words,
@@ -36,7 +36,7 @@ def data(sensitivity: Sensitivity) -> dict[str, Any]:
 
 
 def draw_tornado(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Bars from the drive as it is to the outcome at either end of each parameter's range."""
+    """Draw bars from the nominal outcome to the outcome at either end of each parameter's range."""
     value, count = numbers["value"], len(numbers["names"])
     ends = np.concatenate([numbers["at_low"], numbers["at_high"], [value]])
     ends = ends[np.isfinite(ends)]
@@ -67,20 +67,20 @@ def draw_tornado(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_sobol(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """First and total indices of the same parameters."""
+    """Draw first-order and total indices of the same parameters."""
     rows = np.arange(len(numbers["names"]))
-    ax.barh(rows - 0.17, numbers["total"], height=0.32, color="#B9D7EA", label="with others (total)")
-    ax.barh(rows + 0.17, numbers["first"], height=0.32, color=_LOW, label="alone (first order)")
+    ax.barh(rows - 0.17, numbers["total"], height=0.32, color="#B9D7EA", label="total")
+    ax.barh(rows + 0.17, numbers["first"], height=0.32, color=_LOW, label="first order")
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_yticks([])
     ax.set_xlim(0.0, 1.0)
     ax.set_xlabel("share of the variance [-]")
-    ax.set_title("All together: Sobol's indices")
+    ax.set_title("All together: Sobol indices")
     ax.legend(loc="lower right")
 
 
 def draw_all(sensitivity: Sensitivity) -> Figure:
-    """Both, side by side."""
+    """Draw both side by side."""
     numbers = data(sensitivity)
     with style.styled():
         height = 1.5 + 0.36 * max(len(numbers["names"]), 2)

@@ -1,4 +1,4 @@
-"""Looks shared by all figures, and writing them to files."""
+"""Style shared by all figures, and writing figures to files."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ LOSS_COLOURS = {
     "steering bearing": "#A9D8F2",
     "steering patch": "#7FCDBB",
 }
-"""One colour a loss, the same in every figure."""
+"""One colour per loss, the same in every figure."""
 
 LINE_COLOURS = {**LOSS_COLOURS, "rolling": "#B8A800"}
-"""The same for lines on white, where the yellow of areas is too pale."""
+"""The same for lines on white, where the yellow used for areas is too pale."""
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -57,7 +57,7 @@ _SETTINGS: dict[Any, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """The project's figure style, for the time of a block."""
+    """Context in which figures have the style of the project."""
     import matplotlib
 
     with matplotlib.rc_context(), warnings.catch_warnings():
@@ -77,7 +77,7 @@ def figure(width: float, height: float, rows: int = 1, columns: int = 1, **optio
 
 
 def write(made: Figure, path: Path, formats: Sequence[str] = FORMATS) -> list[Path]:
-    """Write a figure once a format, next to each other; returns the files."""
+    """Write a figure in every format side by side; returns the files."""
     return [_write_one(made, path.with_suffix(f".{kind}"), kind) for kind in formats]
 
 
@@ -89,7 +89,7 @@ def _write_one(made: Figure, path: Path, kind: str) -> Path:
 
 
 def inline_svg(files: Sequence[Path]) -> str:
-    """The SVG among files as a data address that a page can hold without other files."""
+    """The SVG among the files as a data URL for embedding in a page."""
     import base64
 
     drawing = next(file for file in files if file.suffix == ".svg")
@@ -97,7 +97,7 @@ def inline_svg(files: Sequence[Path]) -> str:
 
 
 def name_limits(ax: Any, values: Any, limits: Sequence[Limit], where: str) -> None:
-    """Shade the stretches of an x axis in which a limit binds, each with its name at the "top" or "bottom"."""
+    """Shade the intervals of the x axis in which a limit is exceeded, labelled at the "top" or "bottom"."""
     height = {"top": 0.98, "bottom": 0.02}[where]
     start = 0
     for index in range(1, len(limits) + 1):
@@ -122,7 +122,7 @@ def name_limits(ax: Any, values: Any, limits: Sequence[Limit], where: str) -> No
 
 
 def plain_log_ticks(ax: Any) -> None:
-    """Numbers rather than powers of ten along a logarithmic x axis of less than two decades."""
+    """Label a logarithmic x axis of less than two decades with plain numbers instead of powers of ten."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))

@@ -1,4 +1,4 @@
-"""What a drive did over time: motion, forces, angles, currents and power, one under another."""
+"""Time history of a run: motion, forces, angles, currents and power in stacked panels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 _PANELS: tuple[tuple[str, float, dict[str, str]], ...] = (
     ("position\n[mm]", 1e3, {"position_m": "link", "wanted_position_m": "wanted"}),
     ("speed\n[m/s]", 1.0, {"speed_m_s": "link"}),
-    ("force on\nload [N]", 1.0, {"force_N": "from outside"}),
+    ("force on\nload [N]", 1.0, {"force_N": "external"}),
     ("steering\nangle [deg]", 180.0 / np.pi, {"steering_angle_rad": "wheel"}),
     ("cylinder\n[rad/s]", 1.0, {"cylinder_speed_rad_s": "cylinder"}),
     ("lateral over\nslip force [-]", 1.0, {"slip_ratio": "wheel"}),
@@ -39,14 +39,14 @@ _WHERE = {
 }
 
 _LEAST = 0.005
-"""Share of the run that is shaded at least, to be seen."""
+"""Smallest shaded share of the run, so that short events stay visible."""
 
 _GREYS = ("#DEDEDE", "#BEBEBE", "#9E9E9E", "#868686", "#707070", "#5C5C5C", "#4A4A4A")
-"""One a limit in a panel; there are no more limits than these in any."""
+"""One shade per limit in a panel; no panel has more limits than shades."""
 
 
 def data(simulation: Simulation) -> dict[str, Any]:
-    """Panels with their curves over time, and the stretches beyond a limit.
+    """Panels with their curves over time and the intervals beyond a limit.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def data(simulation: Simulation) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:
-    """Draw one panel: its curves, and in grey the stretches beyond a limit, named above so that no name hides a curve."""
+    """Draw the curves of one panel and, in grey, the intervals beyond a limit, labelled above the curves."""
     time, curves = numbers["time"], numbers["panels"][panel]
     for index, (words, values) in enumerate(curves.items()):
         if words == "wanted":
@@ -89,7 +89,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], panel: str) -> None:
 
 
 def _shade(ax: Axes, limits: Sequence[tuple[float, float, str]], least: float) -> list[Any]:
-    """Shade stretches, those of one limit alike and none narrower than the least; returns what a legend needs."""
+    """Shade intervals with one shade per limit and a minimum width; returns the legend entries."""
     lasting: dict[str, float] = {}
     for start, end, words in limits:
         lasting[words] = lasting.get(words, 0.0) + end - start
@@ -108,7 +108,7 @@ def _shade(ax: Axes, limits: Sequence[tuple[float, float, str]], least: float) -
 
 
 def draw_all(simulation: Simulation) -> Figure:
-    """All panels over one time axis."""
+    """Draw all panels over one time axis."""
     numbers = data(simulation)
     panels = list(numbers["panels"])
     with style.styled():

@@ -25,7 +25,7 @@ from infinivar.study.spreads import NORMAL_95
 
 
 def save(calibration: Calibration, directory: Path) -> list[Path]:
-    """Write report, figures, results and calibrated study; see `Calibration.save`."""
+    """Write report, figures, results and calibrated study; `calibration.html` comes first."""
     with all_or_nothing(directory, "calibrate") as scratch:
         figures = style.write(figure.draw_all(calibration), scratch / "calibration-figure")
         (scratch / "calibration.html").write_text(html(calibration, style.inline_svg(figures)), "utf-8")
@@ -48,7 +48,7 @@ def save_data(data: RigData, file: Path) -> None:
 
 
 def html(calibration: Calibration, image: str) -> str:
-    """The report as one page that needs no other file."""
+    """The report as one self-contained page."""
     fit = calibration.fit
     return render(
         "calibration.html",
@@ -70,7 +70,7 @@ def html(calibration: Calibration, image: str) -> str:
 def _expected(calibration: Calibration, name: str) -> str:
     deviation = calibration.plan.deviations[name]
     if math.isinf(deviation):
-        return "not told"
+        return "not identifiable"
     return with_interval(None, deviation, model.PARAMETERS[name])
 
 
@@ -93,17 +93,17 @@ def _runs(calibration: Calibration) -> Iterator[dict[str, Any]]:
 
 
 def _counted(runs: list[str]) -> list[str]:
-    """Each run once, with how often it is to be made."""
+    """Each run once, with its number of repetitions."""
     return [run if runs.count(run) == 1 else f"{run} ({runs.count(run)} times)" for run in dict.fromkeys(runs)]
 
 
 def toml(calibration: Calibration, directory: Path) -> str:
-    """A study that takes everything from the one calibrated but what was fitted."""
+    """A study that extends the calibrated one and replaces the fitted values."""
     study, rows, name = calibration.study, calibration.rows, calibration.name
     source = Path(calibration.data.name).name
     lines = [
         f"# {calibration.fit.law} creep law, {len(calibration.data) - len(calibration.left_out)} runs of {_plain(source)}.",
-        "# Any command of infinivar takes this file for a study.",
+        "# Every infinivar command accepts this file as a study.",
     ]
     if study.path is not None:
         lines.append(f"extends = {json.dumps(_relative(study.path, directory))}")
@@ -120,7 +120,7 @@ def toml(calibration: Calibration, directory: Path) -> str:
 
 
 def _by_table(rows: Sequence[Fitted], where: str) -> Iterator[tuple[Fitted, list[str]]]:
-    """Each row, with the lines that open its table if it is the first there."""
+    """TOML lines of each row, with the table header before the first row of a table."""
     table = ""
     for row in rows:
         head = row.path.rpartition(".")[0]

@@ -1,4 +1,4 @@
-"""The catalogue as text: a line a part, columns with their unit."""
+"""The catalogue as text: one line per part, columns with units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from infinivar.study.catalogue import bearings, gearheads, materials, motors
 
 
 def text() -> str:
-    """All parts that a study can take by `part`, for a terminal."""
+    """All parts that a study can name with `part`, for a terminal."""
     tables = (
         _table(
             "motor",
@@ -59,7 +59,7 @@ def text() -> str:
 def _table(
     kind: str, columns: dict[str, str], parts: Mapping[str, Any], values: Callable[[Any], tuple[float | None, ...]]
 ) -> Iterator[str]:
-    """One kind of part, blank where a value is not known."""
+    """Table of one kind of part, blank where a value is unknown."""
     yield f"{kind:<30}" + "".join(f"{name:>18}" for name in columns)
     for key, part in parts.items():
         cells = (

@@ -21,7 +21,7 @@ from infinivar.study.study import DEFAULT, Provenance
 
 
 def save(comparison: Comparison, directory: Path) -> list[Path]:
-    """Write report, figures, results and maps; report.html first, one NetCDF map a drive, one CSV a drive and duty cycle."""
+    """Write report, figures, results, one NetCDF map per drive, one CSV per drive and duty cycle; the report comes first."""
     with all_or_nothing(directory, "compare") as scratch:
         figures = {
             name: style.write(made, scratch / f"report-{name}")
@@ -46,7 +46,7 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
 
 
 def results(comparison: Comparison) -> dict[str, Any]:
-    """Everything the report says, as plain numbers."""
+    """All results of the report as plain numbers."""
     content = comparison.to_dict()
     for name, result in comparison.results.items():
         content["drives"][name]["corners"] = {
@@ -59,7 +59,7 @@ def results(comparison: Comparison) -> dict[str, Any]:
 
 
 def html(comparison: Comparison, images: Mapping[str, str]) -> str:
-    """The report as one page that needs no other file, with its figures by name: maps, losses and duty-NAME."""
+    """The report as one self-contained page with its figures by name: maps, losses and duty-NAME."""
     study = comparison.study
     return render(
         "comparison.html",
@@ -79,7 +79,7 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
 
 
 def provenance_tables(rows: tuple[Provenance, ...]) -> dict[str, list[dict[str, Any]]]:
-    """Provenance by owner, each value in words: as it is written, and in SI if that differs; defaults are not written."""
+    """Provenance by owner: each value as written, and in SI where that differs; defaults are omitted."""
     tables: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
         si = units.show(row.value, row.unit) if row.unit else ""

@@ -17,18 +17,18 @@ WIDTH = 118
 
 
 def text(sheet: ContactSheet) -> str:
-    """The sheet for a terminal: results by section, then what went in and where it comes from."""
+    """The sheet for a terminal: results by section, then inputs with their sources."""
     blocks = [f"{sheet.title}\n{'=' * len(sheet.title)}", _filled(sheet.verdict)]
     for section, lines in groupby(sheet.lines, key=lambda line: line.section):
         blocks.append("\n".join([section, *(_result(line) for line in lines)]))
     chosen = [row for row in sheet.given if row.where != DEFAULT]
-    blocks.append("\n".join(["What went in, and where it comes from", *_given(chosen)]))
-    defaults = [  # a long list of little interest: in running text
+    blocks.append("\n".join(["Inputs and their sources", *_given(chosen)]))
+    defaults = [  # rarely of interest: as running text
         f"{_words(_path(row))} {units.show(row.value, row.unit) if row.unit else row.value}"
         for row in sheet.given
         if row.where == DEFAULT
     ]
-    blocks.append(_filled(f"Left at the program's defaults: {', '.join(defaults)}."))
+    blocks.append(_filled(f"Default values: {', '.join(defaults)}."))
     blocks += [_filled(f"Reconstruction. {statement}") for statement in sheet.reconstruction]
     return "\n\n".join(blocks) + "\n"
 
@@ -40,7 +40,7 @@ def _result(line: Line) -> str:
 
 
 def _given(rows: Sequence[Provenance]) -> Iterator[str]:
-    """One line a value under the part it belongs to; a source is written where it changes."""
+    """One line per value under its part; a repeated source is written as "same"."""
     part = said = None
     for row in rows:
         *owner, field = _path(row).split(".")

@@ -1,4 +1,4 @@
-"""Numbers as pages show them: those of `infinivar.units.plain`, with powers of ten set as such."""
+"""Number formats of report pages: those of `infinivar.units.plain`, with typeset powers of ten."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _BEFORE_UNIT = re.compile(rf"(?:(?<=\d)|(?<=</sup>)) (?={_UNIT}(?!\w))")
 
 
 def si(value: float | None, digits: int = 3) -> Any:
-    """A number, "–" where there is none: "1500", "1.5 × 10" with its exponent raised."""
+    """A number such as "1500" or "1.5 × 10" with a raised exponent; "–" for nan."""
     return raised(units.plain(value, digits))
 
 
 def quantity(value: float | None, unit: str, digits: int = 3) -> Any:
-    """A number with its unit if it has one, "–" alone where there is none."""
+    """A number with its unit, if any; "–" alone for nan."""
     from markupsafe import Markup
 
     if value is None or math.isnan(value):
@@ -35,7 +35,7 @@ def quantity(value: float | None, unit: str, digits: int = 3) -> Any:
 
 
 def raised(text: str) -> Any:
-    """A plain number with its power of ten, if it has one, written as a power."""
+    """A plain number with its power of ten typeset."""
     from markupsafe import Markup
 
     mantissa, power, exponent = text.partition("e")
@@ -45,12 +45,12 @@ def raised(text: str) -> Any:
 
 
 def bound(page: str) -> str:
-    """A page in which no line ends between a number and its unit."""
+    """A page in which no line breaks between a number and its unit."""
     return _BEFORE_UNIT.sub(_BOUND, page)
 
 
 def watts(value: float) -> Any:
-    """A power to a hundredth of a watt, and to three digits where that would say nothing or too much."""
+    """A power to 0.01 W, or to three digits where that is too coarse or too fine."""
     if math.isnan(value):
         return "–"
     size = abs(value)
@@ -60,12 +60,12 @@ def watts(value: float) -> Any:
 
 
 def percent(share: float) -> str:
-    """A share to a tenth of a percent."""
+    """A share in percent, to 0.1 %."""
     return "–" if math.isnan(share) else units.percent(share, 1)
 
 
 def celsius(temperature: float | None) -> str:
-    """A temperature in kelvin as "92 °C", "–" where there is none."""
+    """A temperature in kelvin as "92 °C"; "–" for nan."""
     return "–" if temperature is None else units.celsius(temperature)
 
 
@@ -82,4 +82,4 @@ FILTERS: dict[str, Callable[..., Any]] = {
     "percent": percent,
     "celsius": celsius,
 }
-"""Of templates."""
+"""Filters for templates."""

@@ -1,4 +1,4 @@
-"""Putting results in place: one run at a time in a folder, and results replaced whole."""
+"""Writing results: one run at a time per folder, and all files of a result replaced together."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LOCK, _MANIFEST = ".infinivar.lock", ".infinivar.json"
 
 @contextlib.contextmanager
 def claimed(directory: Path) -> Iterator[None]:
-    """The directory, made if it is not there, for results of this run alone while the block lasts.
+    """Create the directory if needed and reserve it for this run while the block lasts.
 
     Raises
     ------
@@ -42,13 +42,13 @@ def claimed(directory: Path) -> Iterator[None]:
 
 
 def _why(directory: Path, problem: OSError) -> str:
-    """Why a folder cannot be made or written to."""
+    """Reason why a folder cannot be created or written to."""
     taken = next((place for place in (directory, *directory.parents) if place.is_file()), None)
     return str(problem.strerror) if taken is None else f"{printable(taken)} is a file, and a folder is wanted"
 
 
 def _remove_empty(directory: Path) -> None:
-    """Remove a folder that was made in vain."""
+    """Remove a folder that was created and stayed empty."""
     with contextlib.suppress(OSError):
         if [made.name for made in directory.iterdir()] == [_LOCK]:
             (directory / _LOCK).unlink()
@@ -57,7 +57,7 @@ def _remove_empty(directory: Path) -> None:
 
 @contextlib.contextmanager
 def all_or_nothing(directory: Path, kind: str) -> Iterator[Path]:
-    """Scratch folder whose files replace the results of the same kind once the block has ended without an error.
+    """Scratch folder whose files replace the results of the same kind when the block ends without error.
 
     Old results are taken away before new ones come, so that the two are never mixed; files of others stay.
 
@@ -100,7 +100,7 @@ def _replace(directory: Path, kind: str, made: Path, old: Path) -> None:
 
 
 def _manifest(directory: Path) -> dict[str, list[str]]:
-    """Files in the folder by the kind of results they are; nothing where that is not known."""
+    """Files in the folder by kind of result; empty if unknown."""
     try:
         known = json.loads((directory / _MANIFEST).read_text("utf-8"))
         return {
@@ -116,7 +116,7 @@ def _note(directory: Path, manifest: dict[str, list[str]]) -> None:
 
 
 def check_file(path: Path) -> None:
-    """Refuse a file that could not be written in the end.
+    """Raise an error early if the file cannot be written.
 
     Raises
     ------

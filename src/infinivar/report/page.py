@@ -1,4 +1,4 @@
-"""Rendering a template, and writing columns of numbers."""
+"""Rendering of templates, JSON and CSV files."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def _environment() -> Any:
 
 
 def render(template: str, **values: Any) -> str:
-    """The page that a template makes of the values; numbers are bound to their units."""
+    """Render a template with the values; numbers are bound to their units."""
     return bound(_environment().get_template(template).render(**values))
 
 
 def write_csv(columns: Mapping[str, Any], path: Path) -> None:
-    """Columns of numbers under their names."""
+    """Write columns of numbers under their names as CSV."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
@@ -40,7 +40,7 @@ def write_csv(columns: Mapping[str, Any], path: Path) -> None:
 
 
 def to_json(value: Any) -> str:
-    """JSON text in which nan is null, as the standard has no nan."""
+    """JSON text with nan as null, since JSON has no nan."""
     return json.dumps(_without_nan(value), indent=2, allow_nan=False) + "\n"
 
 

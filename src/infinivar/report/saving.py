@@ -1,4 +1,4 @@
-"""Save a result as a report: which module writes which type of result."""
+"""Save a result as a report: the module that writes each type of result."""
 
 from __future__ import annotations
 

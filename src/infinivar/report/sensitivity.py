@@ -12,7 +12,7 @@ from infinivar.report.page import render, to_json
 
 
 def save(sensitivity: Sensitivity, directory: Path) -> list[Path]:
-    """Write report, figures and JSON; see `Sensitivity.save`."""
+    """Write report, figures and JSON; the report comes first."""
     name = f"sensitivity-{sensitivity.outcome.name}"
     with all_or_nothing(directory, f"sensitivity {name}") as scratch:
         figures: list[Path] = []

@@ -13,7 +13,7 @@ from infinivar.report.page import render, to_json, write_csv
 def save(
     simulation: Simulation, directory: Path, name: str = "simulation", reconstruction: tuple[str, ...] = ()
 ) -> list[Path]:
-    """Write report, figures, NetCDF, CSV and JSON; see `Simulation.save`."""
+    """Write report, figures, NetCDF, CSV and JSON; the report comes first."""
     history, energy = time_history.draw_all(simulation), energy_flow.draw_all(simulation)
     with all_or_nothing(directory, f"simulate {name}") as scratch:
         (scratch / f"{name}.json").write_text(to_json(simulation.to_dict()), "utf-8")
@@ -31,7 +31,7 @@ def save(
 
 
 def html(simulation: Simulation, reconstruction: tuple[str, ...], history: str, energy: str) -> str:
-    """The report as one page that needs no other file."""
+    """The report as one self-contained page."""
     energies = simulation.to_dict()
     return render(
         "simulation.html",
