@@ -1,14 +1,15 @@
-"""The report of a reproduction: the paper's figures and its claims."""
+"""The report of a reproduction: the paper's figures in their order, each with its claims."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from infinivar.errors import InputError
 from infinivar.figures import style
 from infinivar.paper.claims.shaking import FARTHEST
 from infinivar.paper.claims.verdict import FACTOR, KINDS, Range, turned
-from infinivar.paper.figures import FIGURES
+from infinivar.paper.figures import FIGURES, missing_for
 from infinivar.paper.reproduce import Reproduction
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json
@@ -20,38 +21,59 @@ def check_figure(figure: int | None) -> None:
     Raises
     ------
     InputError
-        With the numbers of those that can.
+        If the paper has no such figure, or a library is missing that it needs; the message says which.
     """
-    if figure is not None and figure not in FIGURES:
-        raise InputError(f"--figure {figure}: must be one of {', '.join(map(str, FIGURES))}")
+    if figure is None:
+        return
+    if figure not in FIGURES:
+        raise InputError(f"--figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
+    if missing := missing_for(figure):
+        raise InputError(f"--figure {figure}: {missing}")
 
 
 def save(reproduction: Reproduction, directory: Path, figure: int | None = None) -> list[Path]:
-    """Write report, claims and figures; see `Reproduction.save`."""
+    """Write report, claims and figures; see `infinivar.report.save`. Figures that need a missing library are left out."""
     check_figure(figure)
     wanted = [figure] if figure is not None else list(FIGURES)
     names = ["reproduction.html", "claims.json"]
     with all_or_nothing(directory, names[0]) as scratch:
         figures = []
         for number in wanted:
-            files = style.write(FIGURES[number].draw_all(reproduction.machine), scratch / f"fig{number}")
+            drawn, missing = FIGURES[number], missing_for(number)
+            files = [] if missing else style.write(drawn.draw_all(reproduction.machine), scratch / f"fig{number}")
             names += [path.name for path in files]
-            figures.append({"number": number, "image": style.inline_svg(files), "caption": FIGURES[number].CAPTION})
+            figures.append(
+                {
+                    "number": number,
+                    "title": drawn.TITLE,
+                    "caption": drawn.CAPTION,
+                    "image": style.inline_svg(files) if files else "",
+                    "missing": missing,
+                }
+            )
         (scratch / names[0]).write_text(html(reproduction, figures), "utf-8")
         (scratch / names[1]).write_text(to_json(reproduction.to_list()), "utf-8")
     return [directory / name for name in names]
 
 
-def html(reproduction: Reproduction, figures: list[dict]) -> str:
-    """The report as one page that needs no other file."""
+def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:
+    """The report as one page that needs no other file.
+
+    Parameters
+    ----------
+    figures : list of dict   In order: number, title, caption, image (an address, or "" if it is not drawn) and missing
+        (then: what would have to be installed).
+    """
     claims = reproduction.claims
     verdicts = [claim.verdict for claim in claims]
     parameters: dict[tuple[str, str, float], dict[str, Range]] = {}
     for claim in claims:
         for reach in claim.ranges:
             parameters.setdefault((reach.parameter, reach.unit, reach.shipped), {})[claim.id] = reach
+    shown = {figure["number"] for figure in figures}
     return render(
         "reproduction.html",
+        package="infinivar.paper",
         claims=claims,
         counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},
         fitted=sum(claim.by_construction for claim in claims),
@@ -61,6 +83,8 @@ def html(reproduction: Reproduction, figures: list[dict]) -> str:
         parameters=parameters,
         factor=FACTOR,
         figures=figures,
+        by_figure={number: [claim for claim in claims if claim.figure == number] for number in shown},
+        without_figure=[claim for claim in claims if claim.figure not in shown],
         farthest=FARTHEST,
         reconstruction=reproduction.machine.study.reconstruction,
     )

@@ -10,6 +10,7 @@ from infinivar.errors import InputError
 from infinivar.paper.claims import design, element, shaking, system
 from infinivar.paper.claims.claim import Claim, Machine, statements
 from infinivar.paper.claims.verdict import Finding
+from infinivar.paper.figures import FIGURES
 
 CHECKS: dict[str, Callable[[Machine], Finding]] = {
     **element.CHECKS,
@@ -56,7 +57,7 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
 
     Parameters
     ----------
-    figure : int or None   Only the claims that belong to this figure of the paper.
+    figure : int or None   Only the claims that belong to this figure of the paper; some figures have none.
     progress               Called with the claim at work and the share of the work done, 0 to 1.
 
     Returns
@@ -66,11 +67,10 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     Raises
     ------
     InputError
-        If no claim belongs to the figure.
+        If the paper has no such figure.
     """
-    figures = sorted({said["figure"] for said in statements() if "figure" in said})
-    if figure is not None and figure not in figures:
-        raise InputError(f"figure {figure}: must be one of {', '.join(map(str, figures))}")
+    if figure is not None and figure not in FIGURES:
+        raise InputError(f"figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
     machine = Machine()
     wanted = [said for said in statements() if figure is None or said.get("figure") == figure]
     claims = []

@@ -13,22 +13,30 @@ from typing import Any
 from infinivar import __version__, references
 from infinivar.report.numbers import FILTERS, bound
 
+_PACKAGE = "infinivar.report"
+
 
 @functools.cache
-def _environment() -> Any:
+def _environment(package: str) -> Any:
     import jinja2
 
+    packages = dict.fromkeys((package, _PACKAGE))
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("infinivar.report"), autoescape=True, undefined=jinja2.StrictUndefined
+        loader=jinja2.ChoiceLoader([jinja2.PackageLoader(name) for name in packages]),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
     )
     environment.filters.update(FILTERS)
     environment.globals.update(version=__version__, cite=references.cite)
     return environment
 
 
-def render(template: str, **values: Any) -> str:
-    """Render a template with the values; numbers are bound to their units."""
-    return bound(_environment().get_template(template).render(**values))
+def render(template: str, *, package: str = _PACKAGE, **values: Any) -> str:
+    """Render a template with the values; numbers are bound to their units.
+
+    `package` has the folder `templates` with the template, which may extend those of this package.
+    """
+    return bound(_environment(package).get_template(template).render(**values))
 
 
 def write_csv(columns: Mapping[str, Any], path: Path) -> None:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+TITLE = "Lateral creep"
+
 CAPTION = (
     "Lateral force against creepage, both scaled so that the linear law is a straight line to slip. Exact rolling theory "
     "bends away early: at 60-70 % of the slip force (shaded) it creeps 1.3 to 1.4 times as much."

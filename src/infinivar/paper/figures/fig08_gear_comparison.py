@@ -21,6 +21,8 @@ LOADS = (0.15, 0.5, 0.95)
 _MARKERS = {"planetary": "o", "spur": "s", "koaxdrive": "D", "harmonic": "^", "worm": "v"}
 _FACES = {"high": (1.0, 26), "medium": (0.55, 22), "low": (0.0, 18)}  # opacity of the face, size
 
+TITLE = "The element against gears"
+
 CAPTION = (
     "Element efficiency (Eq 16) at three loads against catalogue gears, each at its rated load. Filled: catalogue pages "
     "read; half filled: models and tables of others; hollow: second-hand figures, weak evidence, worm and harmonic drives "

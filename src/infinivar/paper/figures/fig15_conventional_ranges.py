@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+TITLE = "Operating ranges of the conventional drives"
+
 CAPTION = (
     "What each conventional drive can do continuously. Colour and white lines: efficiency of Motor 2 on its gear; "
     "outlines: Motor 1 on three other gears, bounded on the right by continuous torque and above by supply voltage. "

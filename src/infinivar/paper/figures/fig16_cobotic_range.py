@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+TITLE = "Operating range of the cobotic drive"
+
 CAPTION = (
     "Where the cobotic drive can work, with its efficiency, in two reconstructions that differ above all in the cylinder "
     "gearing: a constant friction torque (left), or a loss in proportion to power (right). Dashed: the required region."

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+TITLE = "Performance at shaking a mass"
+
 CAPTION = (
     "Shaking the load by inverse dynamics: performance of the cobotic drive on Motor 1 (blue, full lines) in two "
     "reconstructions, and of the conventional drive on Motor 2 (red, dashed). Shaded: where one of them works alone, or neither; "

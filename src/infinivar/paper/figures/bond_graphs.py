@@ -1,0 +1,113 @@
+"""Figures 2, 6 and 10 to 14: the bond graphs, as `infinivar.drivetrain.graphs` builds and simulates them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from infinivar.bondgraph.graph import BondGraph
+from infinivar.drivetrain.graphs.plants import plant_graph
+from infinivar.figures import bond_graph
+from infinivar.paper.claims.claim import Machine
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlantFigure:
+    """Bond graph of a drive of the machine, or of one of its plants."""
+
+    drive: str
+    plant: str
+    TITLE: str
+    CAPTION: str
+
+    def graph(self, machine: Machine) -> BondGraph:
+        """The graph, closed by sources that stand for the neighbours of a plant."""
+        load_mass = machine.load_mass if self.plant == "system" else None
+        return plant_graph(machine.study.drives[self.drive], self.plant, load_mass=load_mass)
+
+    def data(self, machine: Machine) -> dict[str, Any]:
+        """Places, texts and causality of the elements."""
+        return bond_graph.data(self.graph(machine))
+
+    def draw(self, ax: Axes, numbers: Mapping[str, Any]) -> None:
+        """Draw into axes whose data are inches."""
+        bond_graph.draw(ax, numbers)
+
+    def draw_all(self, machine: Machine) -> Figure:
+        """The figure."""
+        return bond_graph.draw_all(self.graph(machine))
+
+
+BOND_GRAPHS = {
+    2: PlantFigure(
+        drive="cobotic",
+        plant="lossless",
+        TITLE="Bond graph of the lossless transmission",
+        CAPTION=(
+            "One transformer, modulated by the steering angle (Eqs 1 and 2). At angle 0 its modulus is zero: the link is locked. "
+            "The sources at both ends stand for the cylinder and the link plant."
+        ),
+    ),
+    6: PlantFigure(
+        drive="cobotic",
+        plant="transmission",
+        TITLE="Bond graph of the transmission plant with its losses",
+        CAPTION=(
+            "Creep, rolling and bearing losses added. The paper's text has the effort lost first and the flow after it; its "
+            "Eqs 3 to 6 need all four transformers, because creep and rolling speed each depend on both speeds, and both "
+            "losses act on both sides. A bar across a bond marks the end where the effort acts; dashed arrows are signals."
+        ),
+    ),
+    10: PlantFigure(
+        drive="cobotic",
+        plant="system",
+        TITLE="Bond graph of the cobotic system",
+        CAPTION=(
+            "The four plants of Figures 6 and 11 to 13 with the load. Two currents and a force from outside are its inputs. The "
+            "steering angle only modulates the transmission: no power flows between them."
+        ),
+    ),
+    11: PlantFigure(
+        drive="cobotic",
+        plant="steering",
+        TITLE="Bond graph of the steering plant",
+        CAPTION=(
+            "Current to steering angle: winding loss, inertia and friction of the motor, its gear without loss, the bell with "
+            "its inertia, the friction of its bearing and of the contact patch that turns on the spot. The motor's own friction is "
+            "not in the paper."
+        ),
+    ),
+    12: PlantFigure(
+        drive="cobotic",
+        plant="cylinder",
+        TITLE="Bond graph of the cylinder plant",
+        CAPTION=(
+            "Current to torque and speed of the cylinder: winding loss, inertia and friction of the motor, the gearhead with its "
+            "loss, the inertia of the cylinder. The source of effort stands for the transmission."
+        ),
+    ),
+    13: PlantFigure(
+        drive="cobotic",
+        plant="link",
+        TITLE="Bond graph of the link plant",
+        CAPTION=(
+            "Power from the transmission to the load, less the friction of the guideway and what accelerates the link. The source "
+            "of effort stands for the transmission and the load together."
+        ),
+    ),
+    14: PlantFigure(
+        drive="motor2-gear4",
+        plant="system",
+        TITLE="Bond graph of the conventional system",
+        CAPTION=(
+            "Motor 2 on its fixed ratio: winding loss, friction and inertia of motor, gearing, pulley and cable, and the pulley "
+            "that turns rotation into translation."
+        ),
+    ),
+}
+"""By the paper's number."""
