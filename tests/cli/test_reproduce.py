@@ -1,5 +1,6 @@
 """`infinivar reproduce`: claims with verdicts and reasons, figures that show something."""
 
+import importlib.util
 import json
 import re
 import struct
@@ -8,12 +9,17 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from folders import results
+from infinivar.paper.claims.claim import Machine, statements
+from infinivar.paper.figures import FIGURES as FIGURES_BY_NUMBER
+from infinivar.paper.report import save
+from infinivar.paper.reproduce import Reproduction
 from infinivar.units import plain
 
 KEYS = ["id", "section", "claim", "paper", "computed", "unit", "threshold", "verdict", "shown", "by_construction"]
 KEYS += ["why", "ranges", "variants"]
 VERDICTS = {"holds", "does not hold", "undecidable"}
-FIGURES = [5, 7, 8, 15, 16, 17]
+FIGURES = list(range(1, 18))
+BOND_GRAPHS = [2, 6, 10, 11, 12, 13, 14]
 
 
 def test_claims_are_complete(reproduced):
@@ -119,14 +125,16 @@ def test_figures_show_something(reproduced, number):
     png = (folder / f"fig{number}.png").read_bytes()
     assert png.startswith(b"\x89PNG\r\n")
     width, height = struct.unpack(">II", png[16:24])
-    assert 600 < width < 6000
-    assert 400 < height < 6000
+    # Bond graphs have their natural size: Figure 2 is one row, Figure 13 one junction.
+    graph = number in BOND_GRAPHS
+    assert (400 if graph else 600) < width < 6000
+    assert (200 if graph else 400) < height < 6000
     # A blank page of this size takes a few kilobytes.
-    assert len(png) > 50_000
+    assert len(png) > (5_000 if graph else 50_000)
     assert (folder / f"fig{number}.pdf").read_bytes().startswith(b"%PDF")
     drawing = ElementTree.parse(folder / f"fig{number}.svg").getroot()
     paths = [element for element in drawing.iter() if element.tag.endswith("}path")]
-    assert len(paths) > 50
+    assert len(paths) > (10 if graph else 50)
 
 
 def test_one_figure_and_its_claims(infinivar, tmp_path, reproduced):
@@ -143,6 +151,54 @@ def test_one_figure_and_its_claims(infinivar, tmp_path, reproduced):
     assert (tmp_path / "out" / "fig7.svg").read_bytes() == again.read_bytes()
 
 
+def test_a_figure_without_claims(infinivar, tmp_path):
+    outcome = infinivar("reproduce", "--figure", 3, "--out", "out", "--json")
+    assert (outcome.code, outcome.err, json.loads(outcome.out)) == (0, "", [])
+    assert results(tmp_path / "out") == ["claims.json", "fig3.pdf", "fig3.png", "fig3.svg", "reproduction.html"]
+    page = (tmp_path / "out" / "reproduction.html").read_text("utf-8")
+    assert "Figure 3: Velocities at the contact" in page
+    assert not any(words in page for words in ('class="claims"', "Of 0 claims", "What was tried"))
+
+
+def test_report_leads_through_the_figures_each_with_its_claims(reproduced):
+    """Figures in the paper's order; every claim stands once, under its figure, or after them if it has none."""
+    _, folder, claims = reproduced
+    page = (folder / "reproduction.html").read_text("utf-8")
+    heads = re.findall(r'<h2 id="figure-(\d+)">Figure (\d+): ([^<]+)</h2>', page)
+    assert [int(number) for number, _, _ in heads] == FIGURES
+    assert all(anchor == number and f'href="#figure-{anchor}"' in page for anchor, number, _ in heads)
+    parts = re.split(r'<h2 id="(figure-\d+|other-claims)">', page.split("<h2>How far")[0])
+    said = {
+        name: re.findall(r'class="said"><b>(\w+)</b>', part)
+        for name, part in zip(parts[1::2], parts[2::2], strict=True)
+    }
+    figures = {claim["id"]: claim.get("figure") for claim in statements()}
+    for claim in claims:
+        where = f"figure-{figures[claim['id']]}" if figures[claim["id"]] else "other-claims"
+        assert said[where].count(claim["id"]) == 1
+    assert sum(map(len, said.values())) == len(claims)
+    assert page.count("data:image/svg+xml") == len(FIGURES)
+
+
+def test_without_igraph_bond_graphs_are_left_out_with_a_word(infinivar, tmp_path, monkeypatch):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *rest: None if name == "igraph" else find(name, *rest)
+    )
+    outcome = infinivar("reproduce", "--figure", 13, "--out", "out")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err.startswith("infinivar: --figure 13: ")
+    assert "igraph" in outcome.err
+    assert "pip install" in outcome.err
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("infinivar.paper.report.FIGURES", {number: FIGURES_BY_NUMBER[number] for number in (3, 13)})
+    save(Reproduction(claims=(), machine=Machine()), tmp_path / "all")
+    assert results(tmp_path / "all") == ["claims.json", "fig3.pdf", "fig3.png", "fig3.svg", "reproduction.html"]
+    page = (tmp_path / "all" / "reproduction.html").read_text("utf-8")
+    assert page.count("data:image/svg+xml") == 1
+    assert "Figure 13 is a bond graph" in page
+
+
 def test_plain_output_is_one_line_a_claim(infinivar):
     outcome = infinivar("reproduce", "--figure", 8)
     assert (outcome.code, outcome.err) == (0, "")
@@ -152,11 +208,11 @@ def test_plain_output_is_one_line_a_claim(infinivar):
     assert claims[0].startswith("E8 ")
 
 
-@pytest.mark.parametrize("figure", ["99", "-7", "0", "1"])
+@pytest.mark.parametrize("figure", ["99", "-7", "0", "18"])
 def test_a_figure_that_is_not_there(infinivar, tmp_path, figure):
     outcome = infinivar("reproduce", "--figure", figure)
     assert (outcome.code, outcome.out) == (2, "")
-    assert outcome.err == f"infinivar: --figure {figure}: must be one of 5, 7, 8, 15, 16, 17\n"
+    assert outcome.err == f"infinivar: --figure {figure}: must be from 1 to 17\n"
     assert not list(tmp_path.iterdir())
 
 

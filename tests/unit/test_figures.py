@@ -1,4 +1,4 @@
-"""Figures: the loss where braking power is burnt, names that stand clear of one another, legends of what is drawn."""
+"""Figures: the paper's numbers, the loss where braking power is burnt, names that stand clear, legends of what is drawn."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -11,11 +11,22 @@ from numpy.testing import assert_allclose, assert_array_equal
 import infinivar as iv
 from infinivar.analysis.compare import work_through
 from infinivar.analysis.steady_map import steady_map
+from infinivar.contact import hertz
+from infinivar.drivetrain.graphs.plants import plant_graph
 from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import Limit
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.paper.claims.claim import Machine
-from infinivar.paper.figures import fig17_dynamic_performance
+from infinivar.paper.claims.claim import Machine, at_ratio, efficiency_by
+from infinivar.paper.figures import (
+    FIGURES,
+    bond_graphs,
+    fig01_steered_wheel,
+    fig03_velocities,
+    fig04_forces,
+    fig07_element_efficiency,
+    fig09_architectures,
+    fig17_dynamic_performance,
+)
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 
@@ -183,3 +194,200 @@ def test_no_bar_where_a_loss_is_not_known():
     assert notes == ["beyond wheel slip", "1540 J"]
     widths = [[bar.get_width() for bar in group] for group in ax.containers]
     assert widths == [[0.0, 1500.0], [0.0, 43.2]]
+
+
+@pytest.fixture(scope="module")
+def machine():
+    return Machine()
+
+
+def test_all_figures_of_the_paper_are_there_in_its_order():
+    assert list(FIGURES) == list(range(1, 18))
+    for number, drawn in FIGURES.items():
+        assert drawn.TITLE, number
+        assert not drawn.TITLE.endswith(".")
+        assert drawn.CAPTION.endswith("."), number
+
+
+def test_steered_wheel_is_to_scale(machine):
+    """Figure 1: radii, patch and speeds by hand from the parameter set."""
+    shown = fig01_steered_wheel.data(machine)
+    assert (shown["cylinder_radius"], shown["wheel_radius"], shown["crown_radius"]) == (0.05, 0.01, 0.008)
+    speeds = [snapshot["speed"] for snapshot in shown["snapshots"]]
+    assert_allclose(speeds, [0.0, 0.125, 1.0, -0.125, np.nan], atol=1e-12)
+    assert_allclose([snapshot["ratio"] for snapshot in shown["snapshots"]], [np.inf, 8.0, 1.0, 8.0, 0.0], rtol=1e-12)
+    # The patch at 0 and at a right angle has its axes along and across: Hertz with the sums of the curvatures.
+    e_star = 210e9 / (1 - 0.3**2) / 2
+    locked, decoupled = shown["snapshots"][0], shown["snapshots"][-1]
+    by_hand = hertz.ellipse(650.0, 1 / 0.01 + 1 / 0.05, 1 / 0.008, e_star)
+    assert_allclose([locked["a"], locked["b"], locked["turn"]], [by_hand.a, by_hand.b, 0.0], rtol=1e-9)
+    by_hand = hertz.ellipse(650.0, 1 / 0.01, 1 / 0.008 + 1 / 0.05, e_star)
+    assert_allclose(
+        [decoupled["a"], decoupled["b"], decoupled["turn"]], [by_hand.a, by_hand.b, 0.0], rtol=1e-9, atol=1e-12
+    )
+    # Opposite angles are mirror images.
+    forward, backward = shown["snapshots"][1], shown["snapshots"][3]
+    assert_allclose([forward["a"], forward["b"], forward["turn"]], [backward["a"], backward["b"], -backward["turn"]])
+
+
+@pytest.mark.parametrize("angle", [0.0, -0.124, -0.785, 1.3])
+def test_patch_is_drawn_as_the_surfaces_lie(machine, angle):
+    """Separation of both surfaces over the drawn plane: least curved along the long axis of the ellipse as drawn."""
+    element = machine.element
+    geometry = element.geometry
+    contact = geometry.press(wheel_radius=0.01, cylinder_radius=0.05, preload=650.0, steering_angle=angle)
+    lateral, rolling = fig01_steered_wheel.directions(angle)
+    around = np.array([0.0, 1.0])  # circumference of the cylinder, seen from above
+    curvature = np.outer(rolling, rolling) / 0.01 + np.outer(lateral, lateral) / 0.008 + np.outer(around, around) / 0.05
+    axes = np.linalg.eigh(curvature)[1]
+    heading = np.arctan2(rolling[1], rolling[0])
+    along = heading - float(contact.rotation)  # as draw_patch turns it
+    drawn = np.array([np.cos(along), np.sin(along)])
+    long_axis = drawn if contact.patch.a > contact.patch.b else np.array([-drawn[1], drawn[0]])
+    assert abs(long_axis @ axes[:, 0]) == pytest.approx(1.0, abs=1e-9)
+
+
+def test_silhouette_of_the_wheel():
+    """10 mm at the rim's middle and less towards its sides, by the crown; turned with the wheel."""
+    outline = fig01_steered_wheel.silhouette(10.0, 8.0, 4.0, 0.0)
+    assert np.abs(outline[:, 1]).max() == pytest.approx(10.0)
+    side = outline[np.isclose(np.abs(outline[:, 0]), 4.0)]
+    assert_allclose(np.abs(side[:, 1]), 10.0 - 8.0 + np.sqrt(64.0 - 16.0))
+    turned = fig01_steered_wheel.silhouette(10.0, 8.0, 4.0, -np.pi / 2)
+    assert np.abs(turned[:, 0]).max() == pytest.approx(10.0)
+
+
+def test_velocities_close(machine):
+    """Figure 3: link and surface speed are rolling and creep; components by the paper's equations, by hand."""
+    shown = fig03_velocities.data(machine)
+    vectors, amounts, phi = shown["vectors"], shown["amounts"], shown["angle"]
+    assert_allclose(vectors["link"] + vectors["cylinder"], vectors["rolling"] + vectors["lateral"], rtol=0, atol=1e-12)
+    assert phi == pytest.approx(-np.arctan(0.5), rel=1e-12)
+    assert amounts["cylinder"] == pytest.approx(0.05 * 14.0, rel=1e-12)
+    link, surface = amounts["link"], amounts["cylinder"]
+    assert amounts["lateral"] == pytest.approx(link * np.cos(phi) + surface * np.sin(phi), abs=1e-15)  # Eq 3
+    assert amounts["rolling"] == pytest.approx(link * np.sin(phi) - surface * np.cos(phi), abs=1e-15)  # Eq 4
+    for name, vector in vectors.items():
+        assert np.hypot(*vector) == pytest.approx(abs(amounts[name]), rel=1e-12)
+    assert vectors["rolling"] @ vectors["lateral"] == pytest.approx(0.0, abs=1e-15)
+    # Without creep the wheel would roll where it heads, and the tip would be on the ray of its rolling direction.
+    assert shown["ideal"] @ vectors["lateral"] == pytest.approx(0.0, abs=1e-15)
+
+
+def test_forces_close_and_powers_balance(machine):
+    """Figure 4: forces on the wheel add up, oppose the velocities of Figure 3, and their powers are the losses."""
+    shown, moving = fig04_forces.data(machine), fig03_velocities.data(machine)
+    vectors, amounts, phi = shown["vectors"], shown["amounts"], shown["angle"]
+    total = vectors["link"] + vectors["cylinder"]
+    assert_allclose(total, vectors["rolling"] + vectors["lateral"], rtol=0, atol=1e-12)
+    assert phi == moving["angle"]
+    assert amounts["link"] == pytest.approx(0.5 * 0.12 * 650.0, rel=1e-12)
+    lateral, rolling = amounts["lateral"], amounts["rolling"]
+    assert amounts["cylinder"] == pytest.approx(lateral * np.sin(phi) - rolling * np.cos(phi), rel=1e-12)  # Eq 5
+    assert amounts["link"] == pytest.approx(-lateral * np.cos(phi) - rolling * np.sin(phi), rel=1e-12)  # Eq 6
+    sliding = moving["vectors"]["link"] + moving["vectors"]["cylinder"]
+    assert -(total @ sliding) == pytest.approx(shown["power"]["lateral"] + shown["power"]["rolling"], rel=1e-12)
+    powers = {name: amounts[name] * moving["amounts"][name] for name in amounts}
+    assert_allclose([powers[name] for name in powers], [shown["power"][name] for name in powers], rtol=1e-12)
+    assert powers["cylinder"] - powers["link"] == pytest.approx(powers["lateral"] + powers["rolling"], rel=1e-12)
+
+
+def test_element_efficiency_curves_are_eqs_16_and_17(machine):
+    """Figure 7's curves by the printed equations, which the element does not use."""
+    shown = fig07_element_efficiency.data(machine, count=50)
+    groups = machine.element.groups(14.0)
+    r, slip = 0.01, 78.0
+    h, k = r * float(groups.rolling_force), r * float(groups.creep_stiffness)
+    phi = np.arctan(1.0 / shown["ratio"])
+    for load in fig07_element_efficiency.LOADS:
+        f = load * slip
+        cos, sin = np.cos(phi), np.sin(phi)
+        top = -r * cos**2 * f * (sin * (h - k) + r * f)
+        expected = top / ((r * sin * f + h) * (k * cos**2 + r * sin * f + sin**2 * h))
+        lateral = f / cos + h / r * np.tan(phi)
+        within = (lateral <= slip) & (expected > 0)
+        assert within.sum() > 20
+        assert_allclose(shown["linear"][load][within], expected[within], rtol=1e-9)
+        factor = np.where(lateral > 0.7 * slip, 1.0 - ((lateral - 0.7 * slip) / (0.3 * slip)) ** 2, 1.0)
+        inside = within & (lateral < 0.999 * slip) & (expected * factor > 0.01)
+        assert_allclose(shown["faulring"][load][inside], (expected * factor)[inside], rtol=1e-6)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_simulated_measurements_stand_on_their_curves(machine, seed):
+    """Figure 7's points: the paper's ratios and loads, intervals that hold the true efficiency, the same in every run."""
+    found = fig07_element_efficiency.measured(machine, seed)
+    assert list(found) == [0.15, 0.5]
+    pulls = []
+    for load, points in found.items():
+        assert_allclose(points["ratio"], [1.0, 2.0, 4.0, 8.0, 20.0, 50.0, 100.0], rtol=1e-9)
+        true = efficiency_by(machine.element, load, points["ratio"])
+        step = 1e-3 * points["ratio"]
+        slope = (efficiency_by(machine.element, load, points["ratio"] + step) - true) / step
+        spread = np.hypot(points["efficiency_deviation"], slope * points["ratio_deviation"])
+        assert np.all((spread > 0) & (spread < 0.03))
+        pulls += ((points["efficiency"] - true) / spread).tolist()
+        # By hand: an encoder's zero off by 0.2 mrad turns 100:1 into 98:1 or 102:1.
+        assert points["ratio_deviation"][-1] == pytest.approx(2.0, rel=0.01)
+    assert np.abs(pulls).max() < 3.5
+    assert np.mean(np.abs(pulls) < 2.0) > 0.7  # errors of a session are common to its points
+    assert np.abs(pulls).max() > 0.2  # they are measurements, not the curve
+    again = fig07_element_efficiency.measured(machine, seed)
+    assert_array_equal(again[0.5]["efficiency"], found[0.5]["efficiency"])
+
+
+def test_architectures_balance_power(machine):
+    """Figure 9: what enters leaves at the load or as a named loss, part by part, at 50 N and 12 W."""
+    shown = fig09_architectures.data(machine)
+    assert shown["force"] * shown["speed"] == pytest.approx(12.0, rel=1e-12)
+    for letter, architecture in shown["architectures"].items():
+        point = machine.moving(fig09_architectures.DRIVES[letter]).operate(speed=0.24, force=50.0)
+        named = [loss for _, lost, _ in architecture["stages"] for loss in lost]
+        assert sorted(named) == sorted(point.losses)
+        last = architecture["stages"][-1][2]
+        assert last == pytest.approx(architecture["power_out"], rel=1e-12)
+        assert architecture["power_out"] == pytest.approx(12.0, rel=1e-12)
+        lost = sum(watts for _, parts, _ in architecture["stages"] for watts in parts.values())
+        assert architecture["power_in"] - lost == pytest.approx(12.0, rel=1e-12)
+        assert architecture["efficiency"] == pytest.approx(12.0 / architecture["power_in"], rel=1e-12)
+    # What leaves the wheel is the element's own, and by hand: 50 N and the guideway's 0.65 N at 0.24 m/s.
+    stages = {part: left for part, _, left in shown["architectures"]["A"]["stages"]}
+    assert stages["cylinder\nand wheel"] == pytest.approx(50.65 * 0.24, rel=1e-12)
+    assert at_ratio(machine.element, 50.65 / 78.0, 2.0).power_out > 0
+
+
+@pytest.mark.parametrize("number", bond_graphs.BOND_GRAPHS)
+def test_bond_graphs_of_the_paper_are_those_that_are_simulated(machine, number):
+    pytest.importorskip("igraph")
+    drawn = bond_graphs.BOND_GRAPHS[number]
+    shown = drawn.data(machine)
+    mass = {"load_mass": machine.load_mass} if drawn.plant == "system" else {}
+    graph = plant_graph(machine.study.drives[drawn.drive], drawn.plant, **mass)
+    assert set(shown["elements"]) == {element.name for element in graph.elements}
+    assert len(shown["bonds"]) == len(graph.bonds)
+    kinds = {element.kind for element in graph.elements}
+    assert kinds  # the losses of the transmission are in Figure 6 and not in Figure 2
+    assert any("f_u" in element["text"] for element in shown["elements"].values()) == (number in (6, 10))
+
+
+def texts_of(made):
+    return [
+        text for ax in made.axes for text in (*ax.texts, ax.title) if text.get_text().strip() and text.get_visible()
+    ]
+
+
+@pytest.mark.parametrize("number", [1, 3, 4, 9])
+def test_words_of_drawn_figures_do_not_collide(machine, number):
+    """Texts neither overlap one another nor leave the page."""
+    made = FIGURES[number].draw_all(machine)
+    with style.styled():
+        texts = texts_of(made)
+        boxes = boxes_of(made, texts)
+    assert len(boxes) > 5
+    for place, box in enumerate(boxes):
+        for other, second in zip(texts[place + 1 :], boxes[place + 1 :], strict=True):
+            assert not box.overlaps(second), (texts[place].get_text(), other.get_text())
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.x1 <= made.bbox.x1
+        assert box.y1 <= made.bbox.y1

@@ -78,8 +78,8 @@ BOND_GRAPHS = {
         TITLE="Bond graph of the steering plant",
         CAPTION=(
             "Current to steering angle: winding loss, inertia and friction of the motor, its gear without loss, the bell with "
-            "its inertia, the friction of its bearing and of the contact patch that turns on the spot. The motor's own friction is "
-            "not in the paper."
+            "its inertia, the friction of its bearing and of the contact patch that turns on the spot. The motor's own friction "
+            "is not in the paper."
         ),
     ),
     12: PlantFigure(
@@ -96,8 +96,8 @@ BOND_GRAPHS = {
         plant="link",
         TITLE="Bond graph of the link plant",
         CAPTION=(
-            "Power from the transmission to the load, less the friction of the guideway and what accelerates the link. The source "
-            "of effort stands for the transmission and the load together."
+            "Power from the transmission to the load, less the friction of the guideway and what accelerates the link. The "
+            "source of effort stands for the transmission and the load together."
         ),
     ),
     14: PlantFigure(
