@@ -194,44 +194,56 @@ def write(app) -> None:
             path.write_text(text, "utf-8")
 
 
+def figure_of_paper(number: int, title: str, caption: str, claims: list) -> str:
+    """Image, caption and claims of one figure of the paper; number 0 for claims without a figure."""
+    text = [f"![{title}](reference/generated/fig{number}.svg)\n", f"{caption}\n"] if number else []
+    for claim in claims:
+        verdict = claim.verdict + (" by construction" if claim.by_construction else "")
+        found = f"{_claimed(claim.computed, claim.unit)} (threshold: {claim.threshold})"
+        said = f"Paper, section {claim.section}: {_claimed(claim.paper, claim.unit)}. Computed: {found}. {claim.why}"
+        text.append(f"{claim.id} {claim.claim}: **{verdict}**\n: {said}\n")
+    return "\n".join(text)
+
+
+def _claimed(value, unit: str) -> str:
+    return value if isinstance(value, str) else "none" if value is None else units.show(value, unit, 4)
+
+
 def draw(app) -> None:
-    """Draw the paper's figures, and those of its contact."""
+    """Draw the paper's figures, each with its claims, and those of its contact."""
     from infinivar.analysis.contact_sheet import contact_sheet
     from infinivar.figures import contact_design, design_trends, style
-    from infinivar.paper.claims.claim import Machine
     from infinivar.paper.figures import FIGURES
 
-    machine, folder = Machine(), Path(app.srcdir) / "reference" / "generated"
-    for number, module in FIGURES.items():
-        style.write(module.draw_all(machine), folder / f"fig{number}", ("svg",))
+    reproduction, folder = infinivar.reproduce(), Path(app.srcdir) / "reference" / "generated"
+    machine = reproduction.machine
+    for number, drawn in FIGURES.items():
+        style.write(drawn.draw_all(machine), folder / f"fig{number}", ("svg",))
+        claims = [claim for claim in reproduction.claims if claim.figure == number]
+        (folder / f"paper_fig{number}.md").write_text(
+            figure_of_paper(number, drawn.TITLE, drawn.CAPTION, claims), "utf-8"
+        )
+    others = [claim for claim in reproduction.claims if claim.figure not in FIGURES]
+    (folder / "paper_claims_without_figure.md").write_text(figure_of_paper(0, "", "", others), "utf-8")
     style.write(contact_design.draw_all(contact_sheet(machine.study, "cobotic")), folder / "contact_design", ("svg",))
     style.write(design_trends.draw_all(machine.drive), folder / "design_trends", ("svg",))
     (folder / "design_trends_caption.md").write_text(f"{design_trends.CAPTION}\n", "utf-8")
 
 
 def draw_motion(app) -> None:
-    """Draw the bond graphs of the paper, the one of the tutorial, and a simulation."""
+    """Draw the bond graph of the tutorial and a simulation; those of the paper are among its figures."""
     import re
 
     import infinivar as iv
-    from infinivar.drivetrain.graphs.plants import plant_graph
     from infinivar.figures import bond_graph, energy_flow, style, time_history
 
     folder = Path(app.srcdir) / "reference" / "generated"
     study = shipped_study("faulring2006")
-    cobotic, geared = study.drives["cobotic"], study.drives["motor2-gear4"]
+    cobotic = study.drives["cobotic"]
     tutorial: dict = {}
     page = (Path(app.srcdir) / "simulation.md").read_text("utf-8")
     exec(re.search(r"^```python\n(.*?)^```", page, re.S | re.M)[1], tutorial)
-    graphs = {
-        "graph_motor": tutorial["motor"],
-        "graph2": plant_graph(cobotic, "lossless"),
-        "graph6": plant_graph(cobotic, "transmission"),
-        "graph10": plant_graph(cobotic, load_mass=study.requirement.load_mass),
-        "graph14": plant_graph(geared, load_mass=study.requirement.load_mass),
-    }
-    for name, graph in graphs.items():
-        style.write(bond_graph.draw_all(graph), folder / name, ("svg",))
+    style.write(bond_graph.draw_all(tutorial["motor"]), folder / "graph_motor", ("svg",))
     reach = iv.simulate(cobotic, study.scenarios["reach"])
     style.write(energy_flow.draw_all(reach), folder / "energy_reach", ("svg",))
     style.write(time_history.draw_all(reach), folder / "history_reach", ("svg",))
