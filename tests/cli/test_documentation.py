@@ -45,7 +45,7 @@ def shown_and_real(text, folder):
 
 
 DAILY = ("theory", "contact", "errata", "study-file")
-SLOW = ("tutorial", "simulation", "duty-cycles", "calibration")
+SLOW = ("tutorial", "simulation", "duty-cycles", "calibration", "figures")
 
 
 @pytest.mark.parametrize(

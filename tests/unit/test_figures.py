@@ -1,5 +1,6 @@
 """Figures: the paper's numbers, the loss where braking power is burnt, names that stand clear, legends of what is drawn."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -207,6 +208,12 @@ def test_all_figures_of_the_paper_are_there_in_its_order():
         assert drawn.TITLE, number
         assert not drawn.TITLE.endswith(".")
         assert drawn.CAPTION.endswith("."), number
+
+
+def test_the_page_of_figures_leads_through_them_in_order():
+    page = (Path(__file__).parents[2] / "docs" / "figures.md").read_text("utf-8")
+    heads = re.findall(r"^## Figure (\d+): (.+)\n\n```\{include\} reference/generated/paper_fig(\d+)\.md$", page, re.M)
+    assert heads == [(str(number), drawn.TITLE, str(number)) for number, drawn in FIGURES.items()]
 
 
 def test_steered_wheel_is_to_scale(machine):

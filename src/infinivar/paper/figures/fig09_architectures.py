@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from infinivar.drivetrain.drive import needed
 from infinivar.figures import style
 from infinivar.paper.claims.claim import Machine
+from infinivar.paper.figures.fig01_steered_wheel import arrow
 from infinivar.units import plain
 
 if TYPE_CHECKING:
@@ -45,12 +46,13 @@ STAGES = {
 }
 """Parts in the order of the flow of power, with the losses of each."""
 
-_BOX = 0.92
-"""Half the width of a part, where parts are `_STEP` apart."""
+_BOX, _HALF = 0.92, 0.82
+"""Half the width and height of a part, where parts are `_STEP` apart."""
 _STEP = 3.4
-_SCALE = 0.055
+_SCALE = 0.07
 """Height of a band for a watt."""
-_HEIGHTS = {"A": (-2.5, 1.8), "B": (-2.2, 0.8)}
+_HEIGHTS = {"A": (-2.9, 2.15), "B": (-2.5, 0.95)}
+_INK, _FILL = "#333333", "#DDE3EA"
 _NAMED = 0.005
 """Losses below are not named. [W]"""
 
@@ -89,7 +91,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], letter: str) -> None:
     """Draw one architecture from left to right: battery, parts, load."""
     shown = numbers["architectures"][letter]
     at, power = 0.0, shown["power_in"]
-    _battery(ax, at)
+    _part(ax, at, "battery")
     for part, lost, left in shown["stages"]:
         _flow(ax, at, power)
         at += _STEP
@@ -100,6 +102,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], letter: str) -> None:
     _part(ax, at + _STEP, "load")
     if letter == "A":
         _steering(ax, at)
+    ax.set_aspect("equal")  # a watt is as wide downwards as it is high
     ax.set(xlim=(-1.4, 6 * _STEP + 1.3), ylim=_HEIGHTS[letter])
     ax.axis("off")
     where = f"{plain(numbers['force'], 3)} N, {plain(numbers['speed'], 3)} m/s"
@@ -124,79 +127,133 @@ def _losses(ax: Axes, at: float, power: float, lost: Mapping[str, float]) -> Non
     for loss, watts in lost.items():
         ax.add_patch(
             Rectangle(
-                (left, -1.25), _SCALE * watts, 1.25, facecolor=style.LOSS_COLOURS[loss], edgecolor="none", zorder=0
+                (left, -1.42), _SCALE * watts, 1.42, facecolor=style.LOSS_COLOURS[loss], edgecolor="none", zorder=0
             )
         )
         left += _SCALE * watts
     said = "\n".join(f"{loss} {watts:.2f} W" for loss, watts in lost.items() if watts >= _NAMED)
-    ax.text(at, -1.33, said, ha="center", va="top", fontsize=7.5, linespacing=1.25)
+    ax.text(at, -1.5, said, ha="center", va="top", fontsize=7.5, linespacing=1.25)
 
 
 def _part(ax: Axes, at: float, name: str) -> None:
+    """Box of a part with its icon."""
+    _box(ax, at, 0.0, _BOX, _HALF)
+    for icon in _ICONS[name](at, 0.27):
+        ax.add_patch(icon)
+    ax.text(at, -0.48, name, ha="center", va="center", fontsize=7.5, linespacing=0.95)
+
+
+def _box(ax: Axes, x: float, y: float, half_width: float, half_height: float) -> None:
     from matplotlib.patches import FancyBboxPatch
 
+    corner, size = (x - half_width, y - half_height), (2 * half_width, 2 * half_height)
     ax.add_patch(
-        FancyBboxPatch(
-            (at - _BOX, -0.62),
-            2 * _BOX,
-            1.24,
-            boxstyle="round,pad=0,rounding_size=0.12",
-            facecolor="white",
-            edgecolor="#333333",
-        )
+        FancyBboxPatch(corner, *size, boxstyle="round,pad=0,rounding_size=0.12", facecolor="white", edgecolor=_INK)
     )
-    ax.text(at, 0, name, ha="center", va="center", fontsize=8.5)
 
 
-def _battery(ax: Axes, at: float) -> None:
+def _battery_icon(x: float, y: float) -> list[Any]:
     from matplotlib.patches import Rectangle
 
-    ax.add_patch(Rectangle((at - _BOX, -0.62), 2 * _BOX - 0.15, 1.24, facecolor="white", edgecolor="#333333"))
-    ax.add_patch(Rectangle((at + _BOX - 0.15, -0.25), 0.15, 0.5, facecolor="#333333", edgecolor="#333333"))
-    ax.text(at - 0.08, 0, "battery", ha="center", va="center", fontsize=8.5)
+    return [
+        Rectangle((x - 0.45, y - 0.22), 0.85, 0.44, facecolor="white", edgecolor=_INK),
+        Rectangle((x + 0.4, y - 0.1), 0.09, 0.2, facecolor=_INK, edgecolor=_INK),
+    ]
+
+
+def _amplifier_icon(x: float, y: float) -> list[Any]:
+    from matplotlib.patches import Polygon
+
+    corners = [(x - 0.35, y - 0.33), (x - 0.35, y + 0.33), (x + 0.4, y)]
+    return [Polygon(corners, facecolor="white", edgecolor=_INK)]
+
+
+def _motor_icon(x: float, y: float) -> list[Any]:
+    from matplotlib.patches import Rectangle
+
+    return [
+        Rectangle((x - 0.5, y - 0.3), 0.75, 0.6, facecolor=_FILL, edgecolor=_INK),
+        Rectangle((x + 0.25, y - 0.05), 0.3, 0.1, facecolor=_INK, edgecolor=_INK),
+    ]
+
+
+def _gear_icon(x: float, y: float) -> list[Any]:
+    from matplotlib.patches import Circle
+
+    return [
+        Circle((x - 0.38, y), 0.17, facecolor=_FILL, edgecolor=_INK),
+        Circle((x + 0.15, y), 0.36, facecolor=_FILL, edgecolor=_INK),
+    ]
+
+
+def _cylinder_icon(x: float, y: float) -> list[Any]:
+    from matplotlib.patches import Rectangle
+
+    return [
+        Rectangle((x - 0.6, y - 0.3), 1.2, 0.6, facecolor=_FILL, edgecolor=_INK),
+        Rectangle(
+            (x - 0.07, y - 0.22), 0.14, 0.44, angle=30, rotation_point="center", facecolor="white", edgecolor=_INK
+        ),
+    ]
+
+
+def _link_icon(x: float, y: float) -> list[Any]:
+    from matplotlib.patches import Rectangle
+
+    return [
+        Rectangle((x - 0.7, y - 0.08), 1.4, 0.16, facecolor=_FILL, edgecolor=_INK),
+        *(
+            Rectangle((x + side - 0.13, y - 0.24), 0.26, 0.48, facecolor="white", edgecolor=_INK)
+            for side in (-0.4, 0.4)
+        ),
+    ]
+
+
+def _pulley_icon(x: float, y: float) -> list[Any]:
+    from matplotlib.patches import Circle, Rectangle
+
+    return [
+        Circle((x - 0.25, y), 0.33, facecolor=_FILL, edgecolor=_INK),
+        Rectangle((x - 0.25, y + 0.32), 0.95, 0.02, facecolor=_INK, edgecolor=_INK),
+    ]
+
+
+def _load_icon(x: float, y: float) -> list[Any]:
+    from matplotlib.patches import Rectangle
+
+    return [Rectangle((x - 0.38, y - 0.28), 0.76, 0.56, facecolor="#8A94A1", edgecolor=_INK)]
+
+
+_ICONS: dict[str, Callable[[float, float], list[Any]]] = {
+    "battery": _battery_icon,
+    "amplifier": _amplifier_icon,
+    "Motor 1": _motor_icon,
+    "Motor 2": _motor_icon,
+    "gearhead": _gear_icon,
+    "cylinder\nand wheel": _cylinder_icon,
+    "link": _link_icon,
+    "pulley\nand cable": _pulley_icon,
+    "load": _load_icon,
+}
 
 
 def _steering(ax: Axes, link: float) -> None:
     """The steering motor above the wheel, which it turns, fed by the battery."""
-    wheel, motor = link - _STEP, link - 2 * _STEP
-    height = 1.35
-    ax.plot([0, 0, motor - _BOX - 0.25], [0.62, height, height], color="#333333", lw=1.0, ls=(0, (4, 2)))
-    ax.text(0.5 * (motor - _BOX), height + 0.06, "steering: 0 W in steady motion", ha="center", va="bottom", fontsize=8)
-    from matplotlib.patches import FancyBboxPatch
-
-    ax.add_patch(
-        FancyBboxPatch(
-            (motor - _BOX - 0.25, height - 0.36),
-            2 * _BOX + 0.5,
-            0.72,
-            boxstyle="round,pad=0,rounding_size=0.12",
-            facecolor="white",
-            edgecolor="#333333",
-        )
-    )
-    ax.text(motor, height, "steering motor", ha="center", va="center", fontsize=8.5)
-    ax.annotate(
-        "",
-        xy=(wheel, 0.62),
-        xytext=(motor + _BOX + 0.25, height),
-        arrowprops={
-            "arrowstyle": "-|>",
-            "connectionstyle": "angle,angleA=0,angleB=90,rad=3",
-            "color": "#333333",
-            "lw": 1.0,
-            "ls": (0, (4, 2)),
-            "shrinkA": 0,
-            "shrinkB": 0,
-        },
-    )
-    ax.text(wheel + 0.12, height - 0.28, "angle $\\phi$", fontsize=8, va="center")
+    wheel, motor, height, half = link - _STEP, link - 2 * _STEP, 1.6, _BOX + 0.25
+    ax.plot([0, 0, motor - half], [_HALF, height, height], color=_INK, lw=1.0, ls=(0, (4, 2)))
+    ax.text(0.5 * (motor - half), height + 0.06, "steering: 0 W in steady motion", ha="center", va="bottom", fontsize=8)
+    _box(ax, motor, height, half, 0.34)
+    ax.text(motor, height, "steering motor", ha="center", va="center", fontsize=8)
+    ax.plot([motor + half, wheel, wheel], [height, height, _HALF + 0.3], color=_INK, lw=1.0, ls=(0, (4, 2)))
+    arrow(ax, (wheel, _HALF + 0.3), (wheel, _HALF), _INK, lw=1.0)
+    ax.text(wheel + 0.14, 0.5 * (height + _HALF), "angle $\\phi$", fontsize=8, va="center")
 
 
 def draw_all(machine: Machine) -> Figure:
     """The figure."""
     numbers = data(machine)
     with style.styled():
-        made, axes = style.figure(9.6, 4.1, 2, 1, gridspec_kw={"height_ratios": [4.3, 3.0]})
+        made, axes = style.figure(10.4, 4.2, 2, 1, gridspec_kw={"height_ratios": [5.05, 3.45]})
         for ax, letter in zip(axes, numbers["architectures"], strict=True):
             draw(ax, numbers, letter)
     return made
