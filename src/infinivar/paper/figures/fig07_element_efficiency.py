@@ -27,9 +27,9 @@ TITLE = "Efficiency of the element"
 
 CAPTION = (
     "Efficiency of the element by reduction ratio. Solid: linear creep (Eq 16). Dashed: with the paper's correction above "
-    "70 % of the slip force (Eq 17), which holds the 0.95 curve below a third. Crosses: the three points that the text "
-    "prints for half load; 50 % at 1:1 does not follow from the equations. Curves end at the slip force; the link speed that "
-    "Eq 17 leaves means a creepage beyond full slip soon after 70 % of it, where the program's limits name slip. "
+    "70 % of the slip force (Eq 17), which keeps the 0.95 curve below one third. Crosses: the three points that the text "
+    "prints for half load; 50 % at 1:1 does not follow from the equations. Curves end at the slip force; not far above 70 % "
+    "of it, the link speed by Eq 17 implies a creepage beyond full slip, which the program reports as slip. "
     "Circles: a simulated experiment, not the paper's data: the paper's protocol on the program's virtual rig, with the sensors' "
     "noise and errors, reduced by Eq 18. Weight and guideway friction, which is taken as known, make up the load; bars are 95 % "
     "intervals of the efficiency and of the ratio."

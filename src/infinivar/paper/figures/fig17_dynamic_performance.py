@@ -21,9 +21,10 @@ TITLE = "Performance at shaking a mass"
 CAPTION = (
     "Shaking the load by inverse dynamics: performance of the cobotic drive on Motor 1 (blue, full lines) in two "
     "reconstructions, and of the conventional drive on Motor 2 (red, dashed). Shaded: where one of them works alone, or neither; "
-    "the words above name what binds either at full power. Dotted: strokes from end to end. Performance is energy "
-    "exchanged with the load over energy taken from the supply, per cycle; negative electrical power is burnt, each motor's "
-    "by itself; continuous torques bound the root mean square, voltages the peak; power is RMS, as in the paper's footnote 8."
+    "the words above name the tightest limit of each at full power. Dotted: strokes from end to end. Performance is energy "
+    "exchanged with the load over energy taken from the supply, per cycle; negative electrical power is dissipated, for each "
+    "motor separately; continuous torques limit the root mean square, voltages the peak; power is RMS, as in "
+    "the paper's footnote 8."
 )
 
 _COBOTIC, _CONVENTIONAL = style.COLOURS[0], style.COLOURS[1]
