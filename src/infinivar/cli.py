@@ -133,7 +133,7 @@ def reproduce(
     as_json: Json = False,
 ) -> None:
     """Draw the paper's figures and check its claims."""
-    from infinivar.paper.report import check_figure
+    from infinivar.paper.report import check_figure, left_out
     from infinivar.paper.reproduce import reproduce as run
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
@@ -148,6 +148,8 @@ def reproduce(
     else:
         for claim in result.claims:
             say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
+        if figure is None and (missing := left_out()):
+            say(missing)
         say(f"Report: {files[0]}")
 
 

@@ -11,7 +11,7 @@ import pytest
 from folders import results
 from infinivar.paper.claims.claim import Machine, statements
 from infinivar.paper.figures import FIGURES as FIGURES_BY_NUMBER
-from infinivar.paper.report import save
+from infinivar.paper.report import left_out, save
 from infinivar.paper.reproduce import Reproduction
 from infinivar.units import plain
 
@@ -191,6 +191,7 @@ def test_without_igraph_bond_graphs_are_left_out_with_a_word(infinivar, tmp_path
     assert "igraph" in outcome.err
     assert "pip install" in outcome.err
     assert not list(tmp_path.iterdir())
+    assert left_out().startswith("Figures 2, 6, 10, 11, 12, 13 and 14 are left out. ")
     monkeypatch.setattr("infinivar.paper.report.FIGURES", {number: FIGURES_BY_NUMBER[number] for number in (3, 13)})
     save(Reproduction(claims=(), machine=Machine()), tmp_path / "all")
     assert results(tmp_path / "all") == ["claims.json", "fig3.pdf", "fig3.png", "fig3.svg", "reproduction.html"]

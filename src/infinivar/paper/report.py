@@ -31,6 +31,15 @@ def check_figure(figure: int | None) -> None:
         raise InputError(f"--figure {figure}: {missing}")
 
 
+def left_out() -> str:
+    """Figures that cannot be drawn here, with what to install for them, in a sentence; empty if there are none."""
+    numbers = [number for number in FIGURES if missing_for(number)]
+    if not numbers:
+        return ""
+    *first, last = map(str, numbers)
+    return f"Figures {', '.join(first)} and {last} are left out. {missing_for(numbers[0])}"
+
+
 def save(reproduction: Reproduction, directory: Path, figure: int | None = None) -> list[Path]:
     """Write report, claims and figures; see `infinivar.report.save`. Figures that need a missing library are left out."""
     check_figure(figure)
