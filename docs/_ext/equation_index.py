@@ -130,21 +130,34 @@ def _marked(test: ast.FunctionDef) -> list[str]:
     return found
 
 
-def _public(name: str) -> bool:
-    return not any(part.startswith("_") for part in name.split("."))
+def _documented(package: Path = ROOT / "src" / "infinivar") -> dict[str, str]:
+    """Names of the package itself by where they are defined, from its list of public names."""
+    tree = ast.parse((package / "__init__.pyi").read_text("utf-8"))
+    imports = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module]
+    return {
+        f"{package.name}.{node.module}.{alias.name}": f"{package.name}.{alias.asname or alias.name}"
+        for node in imports
+        for alias in node.names
+    }
+
+
+def _shown(name: str, documented: dict[str, str]) -> str:
+    """A function as a link to its page, if it has one; a private one by its full name."""
+    short = name.partition(".")[2]
+    if any(part.startswith("_") for part in name.split(".")):
+        return f"`{short}`"
+    owner = next((defined for defined in documented if name == defined or name.startswith(f"{defined}.")), None)
+    target = name if owner is None else documented[owner] + name.removeprefix(owner)
+    return f"{{py:obj}}`{short} <{target}>`"
 
 
 def _table(kind: str, meanings: dict[int, str]) -> str:
     """Markdown table of one kind of place: what it is, where it is implemented, what checks it."""
-    code, tests = implementations(), checks()
+    code, tests, documented = implementations(), checks(), _documented()
     lines = ["| | what it is | in the program | checked by |", "| --- | --- | --- | --- |"]
     for number, meaning in meanings.items():
         place = f"{kind} {number}"
-        functions = [
-            f"{{py:obj}}`~{entry.name}`" if _public(entry.name) else f"`{entry.name.removeprefix('infinivar.')}`"
-            for entry in code
-            if entry.place == place
-        ]
+        functions = [_shown(entry.name, documented) for entry in code if entry.place == place]
         marked = [f"`{entry.name.removeprefix('tests/')}`" for entry in tests if entry.place == place]
         cells = (place.replace(" ", "\N{NO-BREAK SPACE}"), meaning, "<br>".join(functions), "<br>".join(marked))
         lines.append("| " + " | ".join(cells) + " |")
