@@ -58,6 +58,8 @@ sphinx_gallery_conf = {
     "min_reported_time": 60,
     "reset_modules": ("matplotlib", "example_rules.reset"),
     "reset_modules_order": "both",
+    # An example that is unchanged may show something else when the program has changed.
+    "run_stale_examples": True,
     "image_srcset": ["2x"],
 }
 

@@ -143,8 +143,12 @@ def _documented(package: Path = ROOT / "src" / "infinivar") -> dict[str, str]:
 
 def _shown(name: str, documented: dict[str, str]) -> str:
     """A function as a link to its page, if it has one; a private one by its full name."""
-    short = name.partition(".")[2]
-    if any(part.startswith("_") for part in name.split(".")):
+    parts = name.split(".")
+    module = next(
+        place for place in range(len(parts), 0, -1) if ROOT.joinpath("src", *parts[:place]).with_suffix(".py").exists()
+    )
+    short = ".".join(parts[module - 1 :])
+    if any(part.startswith("_") for part in parts):
         return f"`{short}`"
     owner = next((defined for defined in documented if name == defined or name.startswith(f"{defined}.")), None)
     target = name if owner is None else documented[owner] + name.removeprefix(owner)
@@ -158,7 +162,7 @@ def _table(kind: str, meanings: dict[int, str]) -> str:
     for number, meaning in meanings.items():
         place = f"{kind} {number}"
         functions = [_shown(entry.name, documented) for entry in code if entry.place == place]
-        marked = [f"`{entry.name.removeprefix('tests/')}`" for entry in tests if entry.place == place]
+        marked = [f"`{entry.name.partition('::')[2]}`" for entry in tests if entry.place == place]
         cells = (place.replace(" ", "\N{NO-BREAK SPACE}"), meaning, "<br>".join(functions), "<br>".join(marked))
         lines.append("| " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
