@@ -28,13 +28,13 @@ left.semilogx(speed, 1e3 * simple.moment(radial, axial, speed).total * np.ones_l
 for viscosity in (10e-6, 30e-6, 100e-6):
     skf = iv.Bearing(**bearing, friction_model="skf", viscosity=viscosity)
     left.semilogx(speed, 1e3 * skf.moment(radial, axial, speed).total, label=rf"SKF, {1e6 * viscosity:.0f} mm$^2$/s")
-left.set(xlabel="speed [rad/s]", ylabel="friction torque [mN m]", ylim=(0, None))
-left.legend(loc="lower right", bbox_to_anchor=(1.0, 0.35))
+left.set(xlabel="speed [rad/s]", ylabel="friction torque [mN m]", ylim=(0, 10))
+left.legend(loc="upper left")
 
 skf = iv.Bearing(**bearing, friction_model="skf", viscosity=30e-6)
 parts = skf.moment(radial, axial, speed)
 right.stackplot(speed, 1e3 * parts.rolling, 1e3 * parts.sliding, labels=["rolling", "sliding"], alpha=0.8)
-right.set(xscale="log", xlabel="speed [rad/s]", ylabel=r"SKF, 30 mm$^2$/s [mN m]")
+right.set(xscale="log", xlabel="speed [rad/s]", ylabel=r"SKF, 30 mm$^2$/s [mN m]", ylim=(0, 10))
 right.legend(loc="upper left")
 plt.show()
 
