@@ -2,7 +2,7 @@
 
 A function says where its law comes from in its docstring, ``Source: faulring2006, Eq 12; johnson1985, section 9.4.``,
 one equation at a time, so that a search for it finds the law. A test says what it checks by a marker,
-``@pytest.mark.source("faulring2006", "Eq 12")``. Both are read from the source text: nothing is imported or run.
+``@pytest.mark.source("faulring2006", "Eq 12")``; one that uses the module of a figure checks that figure. All is read from the source text: nothing is imported or run.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def implementations(package: Path = ROOT / "src" / "infinivar") -> list[Entry]:
 
 
 def checks(tests: Path = ROOT / "tests") -> list[Entry]:
-    """Every test that is marked with what it checks."""
+    """Every test that is marked with what it checks, or that uses the module of a figure."""
     found = []
     for path in sorted(tests.rglob("test_*.py")):
         for node in ast.parse(path.read_text("utf-8")).body:
@@ -116,7 +116,7 @@ def checks(tests: Path = ROOT / "tests") -> list[Entry]:
                 continue
             where = f"{path.relative_to(tests.parent).as_posix()}::{node.name}"
             summary = (ast.get_docstring(node) or "").partition("\n")[0]
-            found += [Entry(place, where, summary) for place in _marked(node)]
+            found += [Entry(place, where, summary) for place in dict.fromkeys((*_marked(node), *_drawn(node)))]
     return found
 
 
@@ -128,6 +128,12 @@ def _marked(test: ast.FunctionDef) -> list[str]:
             paper, *named = (ast.literal_eval(argument) for argument in mark.args)
             found += named if paper == PAPER else []
     return found
+
+
+def _drawn(test: ast.FunctionDef) -> list[str]:
+    """Figures whose modules a test uses."""
+    names = {node.id for node in ast.walk(test) if isinstance(node, ast.Name)}
+    return [f"Fig {int(found[1])}" for name in sorted(names) if (found := _FIGURE_FILE.fullmatch(f"{name}.py"))]
 
 
 def _documented(package: Path = ROOT / "src" / "infinivar") -> dict[str, str]:
