@@ -2,7 +2,8 @@
 
 A function says where its law comes from in its docstring, ``Source: faulring2006, Eq 12; johnson1985, section 9.4.``,
 one equation at a time, so that a search for it finds the law. A test says what it checks by a marker,
-``@pytest.mark.source("faulring2006", "Eq 12")``; one that uses the module of a figure checks that figure. All is read from the source text: nothing is imported or run.
+``@pytest.mark.source("faulring2006", "Eq 12")``; one that uses the module of a figure checks that figure. All is read from
+the source text: nothing is imported or run.
 """
 
 from __future__ import annotations
