@@ -1,4 +1,4 @@
-"""Velocities and forces of a steered wheel between a turning surface and the link that carries it: Eq 3 to Eq 6."""
+"""Velocities and forces of a steered wheel between a turning surface and the link that carries it: Eq 3, Eq 4, Eq 5, Eq 6."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ class RotaryLinearIVT:
 
     @property
     def slip_force(self) -> float:
-        """Slip limit mu P, the lateral force at which the wheel slides, with the friction limit at rest. [N]"""
+        """Slip limit of the lateral force, mu P, with the friction limit at rest. [N]"""
         return self.friction * self.preload
 
     @property
