@@ -24,8 +24,10 @@ def efficiency(power_in: Array, power_out: Array) -> Array:
     Returns
     -------
     (...,) float   power_out / power_in where the source drives, power_in / power_out where the load drives the source;
-        0 where power is spent and none comes out; nan where both sides feed the losses, where nothing flows, and
-        where an input is nan. [-]
+        0 where all power supplied is lost; nan where both sides feed the losses, where no power flows, and where an
+        input is nan. [-]
+
+    Source: faulring2006, Eq 15, extended to all four quadrants.
     """
     xp = namespace(power_in, power_out)
     forward = (power_in > 0) & (power_out >= 0)

@@ -119,6 +119,7 @@ def test_files_agree_with_what_is_printed(reproduced):
     assert results(folder) == sorted(["claims.json", "reproduction.html", *figures])
 
 
+@pytest.mark.source("faulring2006", "Fig 5", "Fig 7", "Fig 8", "Fig 15", "Fig 16", "Fig 17")
 @pytest.mark.parametrize("number", FIGURES)
 def test_figures_show_something(reproduced, number):
     _, folder, _ = reproduced

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from designs import POINTS, elements, laws, seeds, states
 from hypothesis import given
 from hypothesis import strategies as st
@@ -45,6 +46,7 @@ def test_passive_and_closed_at_prescribed_speed(element, seed):
     assert np.all(np.abs(point.lateral_force) <= element.slip_force * (1 + ROUNDING))
 
 
+@pytest.mark.source("faulring2006", "Eq 3", "Eq 4", "Eq 5", "Eq 6")
 @given(elements(), seeds)
 def test_satisfies_kinematics_and_balance(element, seed):
     """The explicit solution is one of Eqs 3 to 6, evaluated independently."""
@@ -62,6 +64,23 @@ def test_satisfies_kinematics_and_balance(element, seed):
     assert_allclose(tau[ok], point.torque[ok], rtol=0, atol=ROUNDING * element.slip_force * element.cylinder_radius)
 
 
+@pytest.mark.source("faulring2006", "Eq 8", "Eq 13", "Eq 14")
+@given(elements(law=st.just("linear")), seeds)
+def test_losses_are_those_of_the_velocities(element, seed):
+    """Creep loses (|v|/C) fu^2, hysteresis tau_in |thetadot| and the bearings tau_wa |thetadot|, with v = r thetadot."""
+    speed, angle, force = states(element, seed)
+    point = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
+    ok = point.limit == Limit.OK
+    v = point.link_speed * np.sin(angle) - element.cylinder_radius * speed * np.cos(angle)
+    turning = np.abs(v) / element.wheel_radius
+    creep = np.abs(v) / element.creep_stiffness * point.lateral_force**2
+    scale = element.slip_force * (np.abs(v) + np.abs(point.link_speed))
+    assert_allclose(point.losses["creep"][ok], creep[ok], rtol=0, atol=ROUNDING * scale[ok].max())
+    assert_allclose(point.losses["rolling"][ok], (element.rolling_torque * turning)[ok], rtol=1e-9)
+    assert_allclose(point.losses["bearing"][ok], (element.bearing_torque * turning)[ok], rtol=1e-9)
+
+
+@pytest.mark.source("faulring2006", "Eq 7")
 @given(elements(law=st.just("linear")), seeds)
 def test_linear_law_holds(element, seed):
     """fu = C u/|v| wherever the wheel does not slip."""
@@ -140,6 +159,7 @@ def closed_form(element, angle, force):
     return above / ((r * sine * fl + h) * (k * cosine**2 + r * sine * fl + sine**2 * h))
 
 
+@pytest.mark.source("faulring2006", "Eq 15", "Eq 16")
 @given(elements(law=st.just("linear")), seeds)
 def test_equation_16_in_the_driving_quadrant(element, seed):
     speed, angle, force = states(element, seed)
@@ -150,6 +170,7 @@ def test_equation_16_in_the_driving_quadrant(element, seed):
     assert_allclose(point.efficiency[drives], expected[drives], rtol=0, atol=1e-12)
 
 
+@pytest.mark.source("faulring2006", "Eq 1", "Eq 2")
 @given(elements(law=st.just("linear")), seeds)
 def test_lossless_limit_is_equations_1_and_2(element, seed):
     """Without rolling loss and with a rigid contact: ldot = -R omega tan(phi), fl = -tau/(R tan(phi))."""

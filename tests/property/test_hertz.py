@@ -156,6 +156,7 @@ def test_moments_of_the_patch(load, size, ratio, coefficient):
     assert moment == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.source("faulring2006", "Eq 10", "Eq 11", "Eq 12")
 @given(loads, st.floats(1e-5, 1e-2), st.floats(0, 1))
 def test_hysteresis_is_the_work_on_the_front_half(load, a, factor):
     """Both closed forms against the integral of pressure times distance over the half patch ahead."""

@@ -26,6 +26,7 @@ def embedded(plant, flow=False):
     return bg.join("whole", {"d": drive, "p": plant, "l": load}, ["d.shaft > p.surface", "p.link > l.end"])
 
 
+@pytest.mark.source("faulring2006", "Fig 2", "Eq 1", "Eq 2")
 def test_fig_2_gives_eqs_1_and_2(study):
     """faulring2006, Eqs 1 and 2: ldot/omega = -R tan(phi), fl/tau = -1/(R tan(phi))."""
     equations = derive(embedded(plants.lossless_transmission(study.drives["cobotic"].transmission)))
@@ -35,6 +36,7 @@ def test_fig_2_gives_eqs_1_and_2(study):
     assert sympy.simplify(equations.efforts[out] / equations.efforts[into] + 1 / (R * sympy.tan(PHI))) == 0
 
 
+@pytest.mark.source("faulring2006", "Fig 6", "Eq 3", "Eq 4", "Eq 5", "Eq 6")
 def test_fig_6_gives_eqs_3_to_6(study):
     """faulring2006, Eqs 3-6: creep and rolling velocity, torque and link force, in passive form."""
     element = study.drives["cobotic"].transmission
@@ -51,6 +53,7 @@ def test_fig_6_gives_eqs_3_to_6(study):
     assert sympy.simplify(fl - (-fu * sympy.cos(PHI) - fr * sympy.sin(PHI))) == 0
 
 
+@pytest.mark.source("faulring2006", "Eq 3", "Eq 4", "Eq 5", "Eq 6")
 def test_the_steady_element_has_the_same_equations(study):
     """The functions that the steady map calls and the graph say the same, expression by expression."""
     plant = plants.transmission_plant(study.drives["cobotic"].transmission, cylinder_speed=14.0)
@@ -64,6 +67,7 @@ def test_the_steady_element_has_the_same_equations(study):
     assert sympy.expand(fl - equations.efforts[Bond("p.link", "l.end")]) == 0
 
 
+@pytest.mark.source("faulring2006", "Fig 10")
 def test_states_of_fig_10(study):
     """Three energies are free: those of load and link, of bell and steering motor, of cylinder and its motor.
 
@@ -83,6 +87,7 @@ def test_states_of_fig_10(study):
     }
 
 
+@pytest.mark.source("faulring2006", "Fig 10", "Fig 11", "Fig 12", "Fig 13")
 def test_inertias_of_fig_10_add_up(study):
     """Each motor's inertia acts on its gear's output with the square of the ratio."""
     equations = derive(plants.cobotic_graph(study.drives["cobotic"], load_mass=0.8))
@@ -93,6 +98,7 @@ def test_inertias_of_fig_10_add_up(study):
     assert sympy.simplify(steering.diff(current) - constant * n / (bell + motor * n**2)) == 0
 
 
+@pytest.mark.source("faulring2006", "Fig 14")
 def test_states_of_fig_14(study):
     """One energy is free: motor, pulley and load turn together. The load's position is a state for its controller."""
     equations = derive(plants.conventional_graph(study.drives["motor2-gear4"], load_mass=0.8))

@@ -28,6 +28,7 @@ def _half_load(element, ratio):
     return float(np.nan_to_num(at_ratio(element, 0.5, ratio).efficiency))
 
 
+@pytest.mark.source("faulring2006", "Fig 7")
 def test_half_load_points(element):
     """IV-B: 50 % at 100:1 and 94 % near 8:1. Whole percents read off a plot: half of rounding, as much of reading."""
     assert at_ratio(element, 0.5, 100.0).efficiency == pytest.approx(0.50, abs=0.01)
@@ -71,6 +72,7 @@ def test_one_to_one_is_not_half(element):
     assert efficiency_by(with_eq17, 0.5, 0.66) == pytest.approx(0.50, abs=0.03)
 
 
+@pytest.mark.source("faulring2006", "Eq 17")
 def test_equation_17_at_95_percent(element):
     """Eq 17 leaves 1 - (0.25/0.3)^2 = 0.306 of Eq 16 at |fu| = 0.95 mu P; the curve peaks at about 0.26."""
     factor, _ = creep.faulring_flow_factor(np.float64(0.95))
@@ -79,6 +81,7 @@ def test_equation_17_at_95_percent(element):
     assert np.nanmax(curve) == pytest.approx(0.26, abs=0.01)
 
 
+@pytest.mark.source("faulring2006", "Eq 17", "Fig 7")
 def test_equation_17_scales_equation_16(element):
     """In the driving quadrant the efficiency with Eq 17 is that of Eq 16 times the factor: torque stays."""
     ratio = np.geomspace(1.6, 60, 50)
@@ -89,6 +92,7 @@ def test_equation_17_scales_equation_16(element):
     np.testing.assert_array_equal(reduced.torque, linear.torque)
 
 
+@pytest.mark.source("faulring2006", "Fig 5")
 def test_exact_creep_against_the_linear_law():
     """Exact rolling theory (kalker1990) starts on the linear law and creeps about 1.3 times as much at 0.6 mu P.
 
@@ -103,6 +107,7 @@ def test_exact_creep_against_the_linear_law():
     assert excess_creep(0.7) == pytest.approx([1.34, 1.37, 1.40], abs=0.02)
 
 
+@pytest.mark.source("faulring2006", "Eq 9")
 def test_creep_experiment_of_equation_9(element):
     """Eq 9: at phi = 0, C = -(R omega/ldot) fl, up to the creep's own effect on the rolling speed (none at phi = 0)."""
     point = element.operate(cylinder_speed=14.0, steering_angle=0.0, link_force=20.0)

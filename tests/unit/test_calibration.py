@@ -37,6 +37,7 @@ def test_bond_graph_settles_to_the_steady_solution(exact):
     assert not exact[0].left_out
 
 
+@pytest.mark.source("faulring2006", "Eq 9")
 def test_eq_9_gives_the_true_creep_stiffness(exact, drive):
     found, _ = reduce.creep_stiffness(drive, RIG, exact[0].data, drive.guideway.friction_force(650.0))
     locked = found[np.isfinite(found)]
@@ -44,6 +45,7 @@ def test_eq_9_gives_the_true_creep_stiffness(exact, drive):
     assert_allclose(locked, drive.transmission.groups(14.0).creep_stiffness, rtol=1e-9)
 
 
+@pytest.mark.source("faulring2006", "Eq 18")
 def test_eq_18_gives_the_true_efficiency(exact, drive):
     data, friction = exact[0].data, drive.guideway.friction_force(650.0)
     found = reduce.efficiencies(drive, RIG, data, guideway_friction=friction, nominal=math.nan)

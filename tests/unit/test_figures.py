@@ -109,6 +109,7 @@ def overlapping(boxes):
     ]
 
 
+@pytest.mark.source("faulring2006", "Fig 17")
 def test_names_of_limits_stand_clear_in_figure_17():
     """Names, the bars under them, titles and the plots themselves: none of their boxes overlap, none leaves the page."""
     with style.styled():

@@ -208,7 +208,7 @@ def simulate(
     AuditError
         If the energy balance does not close at the default tolerance: a fault of the program.
 
-    Source: faulring2006, section V and Figs 10-14.
+    Source: faulring2006, section V, Fig 10 and Fig 14.
     """
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")

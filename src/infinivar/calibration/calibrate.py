@@ -252,7 +252,7 @@ def calibrate(
     Runs that no rig can give, and outliers, are left out and named, unless they are more than a third of all or most of
     the runs with a setting in common.
 
-    Source: faulring2006, Eqs 9 and 18, sections III and IV-B; weighted nonlinear least squares.
+    Source: faulring2006, sections III and IV-B; weighted nonlinear least squares.
     """
     drive = cobotic(study, name)
     if not isinstance(data, RigData):

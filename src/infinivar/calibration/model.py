@@ -138,7 +138,7 @@ def predict(
     -------
     Readings   Of runs with the wheel lifted off no travel is expected. nan where the wheel would slip.
 
-    Source: faulring2006, Eqs 3-8, 12-14 and 18.
+    Source: `RotaryLinearIVT.operate` and `load_on_wheel`.
     """
     errors = errors or Errors()
     known, pressed = drive.transmission, data.pressed

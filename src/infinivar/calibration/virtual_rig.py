@@ -95,7 +95,7 @@ def protocol(
     ParameterError
         If a value is outside its range.
 
-    Source: faulring2006, sections III-A (locked runs, Eq 9) and IV-B.
+    Source: faulring2006, sections III-A (locked runs) and IV-B.
     """
     for name, values, right in (
         ("ratios", ratios, "> 0"),

@@ -23,7 +23,7 @@ def line_torque(load: Array, half_width: Array, hysteresis_factor: Array) -> Arr
     -------
     (...,) float   About the axle of either body, >= 0; it opposes rolling whatever the speed. [N m]
 
-    Source: faulring2006, Eqs 10-13 (there the half-width is b); johnson1985, section 9.4.
+    Source: faulring2006, Eq 10, Eq 11, Eq 12 and Eq 13 (there the half-width is b); johnson1985, section 9.4.
     """
     return hysteresis_factor * 2.0 / (3.0 * math.pi) * load * half_width
 

@@ -37,7 +37,7 @@ def linear_creepage(force_ratio: Array) -> Array:
     -------
     (...,) float   Scaled creepage. [-]
 
-    Source: faulring2006, Eq 7, with the sign of Eq 8.
+    Source: faulring2006, Eq 7, in passive form.
     """
     return force_ratio
 

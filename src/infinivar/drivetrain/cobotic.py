@@ -126,7 +126,7 @@ class SteeringPlant:
 class CoboticDrive:
     """Motor and gearhead turn a cylinder at constant speed; a steered wheel takes off what the link needs.
 
-    Source: faulring2006, Figs 10-13.
+    Source: faulring2006, Fig 10, Fig 11, Fig 12 and Fig 13.
     """
 
     motor: Motor = component("Cylinder motor")
@@ -176,7 +176,7 @@ class CoboticDrive:
         -------
         DrivePoint   Inputs broadcast. Where the wheel would slip there is no steady motion and all powers are nan.
 
-        Source: faulring2006, section VI-B and Figs 10, 12, 13.
+        Source: faulring2006, section VI-B, Fig 10, Fig 12 and Fig 13.
         """
         xp = namespace(self, speed, force)
         speed, force = finite_floats(xp, speed=speed, force=force)
@@ -317,7 +317,7 @@ class CoboticDrive:
         ParameterError
             If a value is missing that motion needs, or the creep law has a flow loss.
 
-        Source: faulring2006, section VI-C and Figs 10-13.
+        Source: faulring2006, section VI-C.
         """
         steering = needed(self.steering, "steering")
         xp = namespace(self, course.speed)

@@ -136,7 +136,7 @@ def motor_side(
     ParameterError
         If the speed changes and the rotor inertia is not known.
 
-    Source: faulring2006, Figs 12 and 14.
+    Source: faulring2006, Fig 12 and Fig 14.
     """
     gear = gearhead.operate(
         output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor.continuous_torque

@@ -144,7 +144,7 @@ class Motor:
             current [A], voltage [V], electrical power [W] (negative where the motor generates), losses "winding" and
             "motor friction" [W], utilisation of the thermal and voltage limits, and of the permissible speed if given.
 
-        Source: faulring2006, Figs 12 and 14 (gyrator and resistance); friction and continuous torque: data sheets,
+        Source: faulring2006, Fig 12 and Fig 14 (gyrator and resistance); friction and continuous torque: data sheets,
         maxon2020.
         """
         xp = namespace(self, torque, speed)

@@ -17,7 +17,7 @@ class Requirement:
 
     Without `power` the whole rectangle is required.
 
-    Source: faulring2006, section VI (the shaded regime of Figs 15 and 16).
+    Source: faulring2006, section VI (the shaded region of Fig 15 and Fig 16).
     """
 
     force: float = quantity("N", "> 0", "Largest force on the load")

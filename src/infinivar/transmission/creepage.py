@@ -4,7 +4,7 @@ What `RotaryLinearIVT.operate` gives for steady motion, as constitutive laws of 
 velocity v. Creepage is creep over rolling speed, which means nothing where nothing rolls: below a rolling speed of
 ``stick_speed`` the contact is a viscous one that yields at ``stick_speed/K`` at most.
 
-Source: faulring2006, Eqs 3-8 and 12-14, in passive form.
+Source: faulring2006, sections II and III, in passive form.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def lateral_force(
     -------
     (...,) float   f_u, with the sign of u; its size is the slip force in gross slip. [N]
 
-    Source: faulring2006, Eq 7 with the sign of Eq 8; other laws as in `infinivar.contact.creep`.
+    Source: faulring2006, Eq 7, in passive form; other laws as in `infinivar.contact.creep`.
     """
     return slip_force * law.force(scaled_creepage(creep_speed, rolling_speed, slip_force, creep_stiffness, stick_speed))
 

@@ -60,7 +60,7 @@ class LossGroups(NamedTuple):
 PRELOAD_POWERS = {"creep_stiffness": 2.0 / 3.0, "rolling_torque": 4.0 / 3.0, "bearing_torque": 1.0}
 """With which power of the preload measured groups grow: semi-axes grow with its cube root.
 
-Source: johnson1985, section 4.2; faulring2006, Eqs 7 and 12; bearings with a constant coefficient of friction.
+Source: johnson1985, section 4.2; faulring2006, sections III-A and III-B; bearings with a constant coefficient of friction.
 """
 
 

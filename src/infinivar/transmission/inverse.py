@@ -39,7 +39,7 @@ def steering_tangent(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, l
     -------
     (...,) float   T; nan where no angle gives the motion. [-]
 
-    Source: faulring2006, Eqs 3-8, solved for the angle; see the theory page.
+    Source: inverse of `RotaryLinearIVT.operate`; derivation in the theory page.
     """
     return (_by_angle if law.straight else _by_creepage)(xp, law, groups, slope, load)
 

@@ -1,4 +1,4 @@
-"""Velocities and forces of a steered wheel between a turning surface and the link that carries it: Eqs 3 to 6."""
+"""Velocities and forces of a steered wheel between a turning surface and the link that carries it: Eq 3, Eq 4, Eq 5, Eq 6."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def relative_velocities(link_speed: Array, surface_speed: Array, cosine: Array, 
     -------
     u, v : (...,) float   [m s^-1]; inputs broadcast.
 
-    Source: faulring2006, Eqs 3 and 4.
+    Source: faulring2006, Eq 3 and Eq 4.
     """
     return link_speed * cosine + surface_speed * sine, link_speed * sine - surface_speed * cosine
 
@@ -46,7 +46,7 @@ def contact_balance(
     -------
     tau, fl : (...,) float   [N m], [N]; inputs broadcast.
 
-    Source: faulring2006, Eqs 5 and 6.
+    Source: faulring2006, Eq 5 and Eq 6.
     """
     tau = cylinder_radius * (lateral_force * sine - rolling_force * cosine)
     return tau, -lateral_force * cosine - rolling_force * sine

@@ -51,7 +51,7 @@ def steering_rates(
     ParameterError
         If the creep law has a flow loss.
 
-    Source: faulring2006, Eqs 3-8, solved for the angle and differentiated; see the theory page.
+    Source: time derivatives of `inverse.steering_tangent`; derivation in the theory page.
     """
     xp = namespace(element, tangent, *cylinder_speed, *link_speed, *link_force)
     groups = element.groups(cylinder_speed.value)
@@ -90,7 +90,7 @@ def tangent_rates(
     -------
     rate, curvature : (...,) float   [s^-1], [s^-2]; nan where `tangent` is.
 
-    Source: faulring2006, Eqs 3-8, solved for the angle and differentiated; see the theory page.
+    Source: time derivatives of `inverse.steering_tangent`; derivation in the theory page.
     """
     stiffness, group = groups.creep_group, groups.rolling_group
     q, f = slope, load

@@ -13,7 +13,7 @@ wheel that rolls the way the cylinder drives it (``s v < 0``) moves the link at
 ``ldot = R |omega| (e - s t)/(1 + s e t)``, ``t = tan(phi)``: forward operation is explicit, and its inverse is one
 Newton iteration in ``t``.
 
-Source: faulring2006, Eqs 3-8 and 12-14, in passive form (see the errata in the documentation).
+Source: faulring2006, sections II and III, in passive form (see the errata and the equation index in the documentation).
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class RotaryLinearIVT:
 
     @property
     def slip_force(self) -> float:
-        """Lateral force at which the wheel slides, mu P, with the friction limit at rest. [N]"""
+        """Slip limit of the lateral force, mu P, with the friction limit at rest. [N]"""
         return self.friction * self.preload
 
     @property
@@ -204,7 +204,7 @@ class RotaryLinearIVT:
         ParameterError
             If both or neither of `link_force` and `link_speed` are given, or a steering angle is beyond a right angle.
 
-        Source: faulring2006, Eqs 3-8 and 12-14, in passive form.
+        Source: faulring2006, Eq 16, which is this solution for a linear creep law in the driving quadrant.
         """
         if (link_force is None) == (link_speed is None):
             raise ParameterError("give either link_force or link_speed")
@@ -428,6 +428,10 @@ class RotaryLinearIVT:
     def _point(
         self, xp, groups: LossGroups, omega: Array, steering: Steering, *, slip_demand: Array, **state: Array
     ) -> OperatingPoint:
+        """Operating point with its losses in the contact and the axle bearings.
+
+        Source: faulring2006, Eq 8 (creep), Eq 13 (rolling), Eq 14 (bearing).
+        """
         turned = xp.abs(state["rolling_speed"]) / self.wheel_radius
         utilisation = {Limit.SLIP: slip_demand}
         if not isinstance(self.steering_range, float) or self.steering_range < math.pi / 2:

@@ -32,7 +32,7 @@ CONVENTIONAL_STICK_SPEED = 1e-5
 def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
     """The ideal element: one transformer that the steering angle modulates.
 
-    Source: faulring2006, Fig 2 and Eqs 1, 2.
+    Source: faulring2006, Fig 2, Eq 1 and Eq 2.
     """
     return BondGraph(
         "Lossless transmission",
@@ -66,7 +66,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
     ParameterError
         If the creep law is no law of force and creepage ("faulring").
 
-    Source: faulring2006, Fig 6 and Eqs 3-8, 12-14, in passive form.
+    Source: faulring2006, Fig 6, in passive form.
     """
     law = creep.law_in_motion(ivt.creep_law)
     groups = ivt.groups(cylinder_speed)
@@ -350,7 +350,7 @@ def plant_graph(
     ParameterError
         If there is no such plant or electrical side, or the drive lacks a value that motion needs.
 
-    Source: faulring2006, Figs 2, 6, 10-14.
+    Source: those of the plants of this module.
     """
     require(electrical in ("current", "voltage"), "electrical", repr(electrical), "current or voltage")
     side = cast(Electrical, electrical)

@@ -38,7 +38,7 @@ def with_groups(element: RotaryLinearIVT, rolling_group: float, creep_group: flo
 def fitted(element: RotaryLinearIVT, at_100: float, at_8: float, ratio: float = 8.0) -> RotaryLinearIVT:
     """The element with H and K at which it has these efficiencies at half load, at 100:1 and near 8:1.
 
-    Source: faulring2006, section IV-B and Eq 16.
+    Source: faulring2006, section IV-B.
     """
     from scipy.optimize import fsolve
 
