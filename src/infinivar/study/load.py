@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set
-from infinivar.study.spreads import Uncertainty, uncertainty_from
+from infinivar.study.spreads import uncertainty_from
 from infinivar.study.study import Provenance, Study
 
 _TOP = (
@@ -35,6 +36,9 @@ _MOST = 12
 
 _MOST_BYTES = 4_000_000
 """Of a study: a hundred times the largest there is."""
+
+_LONGEST_DESCRIPTION = 10_000
+"""Letters."""
 
 
 def load_study(path: str | Path) -> Study:
@@ -80,69 +84,18 @@ def _read(path: Path) -> Raw:
 
 
 def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) -> Study:
-    """Study from the nested tables of a study file; `origin` stands as the source of values that name none."""
-    for key in raw:
-        if key not in _TOP:
-            raise StudyError(f"{printable(key)} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
-    for key, longest in (("title", LONGEST_TITLE), ("description", 10_000)):
-        said = raw.get(key, "")
-        if not isinstance(said, str) or len(said) > longest:
-            raise StudyError(f"{key} = {quoted(said)} must be text of up to {longest} letters")
-        if not said.replace("\n", "" if key == "description" else "\n").isprintable() and said:
-            raise StudyError(f"{key} = {quoted(said)} must be text without control characters")
-    for key in ("scenarios", "duty"):
-        if not isinstance(raw.get(key, {}), dict):
-            raise StudyError(f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]")
-    for key in ("requirement", "drives"):
-        if not isinstance(raw.get(key), dict) or not raw[key]:
-            said = f"= {quoted(raw[key])} must be" if raw.get(key) else "is missing: write"
-            raise StudyError(f"{key} {said} a table [{key}{'.NAME' if key == 'drives' else ''}]")
-
-    problems: list[str] = []
-    rows: list[Provenance] = []
-    remarks = Remarks()
-    drives, titles, requirement = {}, {}, None
-    try:
-        tree = over_base(annotated(raw["requirement"], "requirement", origin), "requirement", remarks)
-        requirement = built(Requirement, tree, "requirement", "requirement", rows)
-    except StudyError as found:
-        problems += found.lines
-    for drive, description in raw["drives"].items():
-        where = f"drives.{drive}"
-        try:
-            _check_name("drives", drive, raw["drives"])
-            if not isinstance(description, dict):
-                raise StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
-            tree = over_base(annotated(description, where, origin), where, remarks)
-            kind = _type_of(tree, where)
-            titles[drive] = tree.pop("title", drive)
-            drives[drive] = built(DRIVES[kind], tree, where, drive, rows)
-            remarks.warnings.extend(f"{where}.transmission: {said}" for said in _overstress(drives[drive]))
-        except StudyError as found:
-            problems += found.lines
-    scenarios: dict[str, Any] = {}
-    duty: dict[str, Any] = {}
+    """Study from the nested tables of a study file; `origin` is the source of values that name none."""
+    _check_top(raw)
+    loading = _Loading(raw, origin, path)
+    requirement = loading.requirement()
+    drives, titles = loading.drives()
     load_mass = requirement.load_mass if requirement else None
-    for group, kind, made in (("scenarios", Scenario, scenarios), ("duty", DutyCycle, duty)):
-        for task, description in raw.get(group, {}).items():
-            try:
-                _check_name(group, task, raw[group])
-                one = _task(description, group, kind, task, origin, path)
-                walks = isinstance(one, DutyCycle) and one.shape == "walking"  # its torque moves the leg's mass, too
-                made[task] = one if one.load_mass is not None or walks else replace(one, load_mass=load_mass)
-            except StudyError as found:
-                problems += found.lines
-    rig, spread = Rig(), Uncertainty()
-    try:
-        if "rig" in raw:
-            rig = built(Rig, annotated(_table(raw["rig"], "rig"), "rig", origin), "rig", "rig", rows)
-    except StudyError as found:
-        problems += found.lines
-    if not problems:  # spreads are those of values that hold
-        spread = uncertainty_from(raw.get("uncertainty", {}), raw.get("correlations", []), drives, origin)
-    remarks.warnings.extend(f"duty.{task}: {said}" for task, one in duty.items() for said in one.warnings)
-    if problems or requirement is None:
-        raise StudyError(*problems)
+    scenarios = loading.tasks("scenarios", Scenario, load_mass)
+    duty = loading.tasks("duty", DutyCycle, load_mass)
+    rig = loading.rig()
+    if loading.faults or requirement is None:
+        raise StudyError(*loading.faults)
+    warnings = [*loading.remarks.warnings, *(f"duty.{task}: {said}" for task in duty for said in duty[task].warnings)]
     return Study(
         name=name,
         title=raw.get("title", name),
@@ -153,12 +106,99 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         scenarios=scenarios,
         duty=duty,
         rig=rig,
-        uncertainty=spread,
-        provenance=tuple(rows),
-        reconstruction=tuple(remarks.reconstruction.values()),
-        warnings=tuple(remarks.warnings),
+        # Spreads refer to values of the drives, so they are read only when these have no faults.
+        uncertainty=uncertainty_from(raw.get("uncertainty", {}), raw.get("correlations", []), drives, origin),
+        provenance=tuple(loading.rows),
+        reconstruction=tuple(loading.remarks.reconstruction.values()),
+        warnings=tuple(warnings),
         path=path,
     )
+
+
+def _check_top(raw: Raw) -> None:
+    """Keys, texts and tables at the top of a study; the first fault is raised."""
+    for key in raw:
+        if key not in _TOP:
+            raise StudyError(f"{printable(key)} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
+    _check_text(raw, "title", LONGEST_TITLE)
+    _check_text(raw, "description", _LONGEST_DESCRIPTION, lines=True)
+    for key in ("scenarios", "duty"):
+        if not isinstance(raw.get(key, {}), dict):
+            raise StudyError(f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]")
+    for key, table in (("requirement", "requirement"), ("drives", "drives.NAME")):
+        if not raw.get(key):
+            raise StudyError(f"{key} is missing: write a table [{table}]")
+        if not isinstance(raw[key], dict):
+            raise StudyError(f"{key} = {quoted(raw[key])} must be a table [{table}]")
+
+
+def _check_text(raw: Raw, key: str, longest: int, *, lines: bool = False) -> None:
+    text = raw.get(key, "")
+    if not isinstance(text, str) or len(text) > longest:
+        raise StudyError(f"{key} = {quoted(text)} must be text of up to {longest} letters")
+    if not (text.replace("\n", "") if lines else text).isprintable():
+        raise StudyError(f"{key} = {quoted(text)} must be text without control characters")
+
+
+@dataclass(slots=True)
+class _Loading:
+    """A study being loaded, section by section: faults are collected, so that all are reported at once."""
+
+    raw: Raw
+    origin: str
+    path: Path | None
+    faults: list[str] = field(default_factory=list)
+    rows: list[Provenance] = field(default_factory=list)
+    remarks: Remarks = field(default_factory=Remarks)
+
+    @contextlib.contextmanager
+    def collecting(self) -> Iterator[None]:
+        """Collect the faults raised within; what is left undone there is missing from the study."""
+        try:
+            yield
+        except StudyError as found:
+            self.faults += found.lines
+
+    def requirement(self) -> Requirement | None:
+        with self.collecting():
+            tree = over_base(
+                annotated(self.raw["requirement"], "requirement", self.origin), "requirement", self.remarks
+            )
+            return built(Requirement, tree, "requirement", "requirement", self.rows)
+        return None
+
+    def drives(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Drives and their titles, by name."""
+        drives, titles = {}, {}
+        for drive, description in self.raw["drives"].items():
+            where = f"drives.{drive}"
+            with self.collecting():
+                _check_name("drives", drive, self.raw["drives"])
+                tree = over_base(annotated(_table(description, where), where, self.origin), where, self.remarks)
+                kind = _type_of(tree, where)
+                titles[drive] = tree.pop("title", drive)
+                drives[drive] = built(DRIVES[kind], tree, where, drive, self.rows)
+                self.remarks.warnings.extend(f"{where}.transmission: {said}" for said in _overstress(drives[drive]))
+        return drives, titles
+
+    def tasks(self, group: str, kind: type, load_mass: float | None) -> dict[str, Any]:
+        """Scenarios or duty cycles by name; one that states no load mass gets the requirement's."""
+        made = {}
+        for task, description in self.raw.get(group, {}).items():
+            with self.collecting():
+                _check_name(group, task, self.raw[group])
+                one = _task(description, group, kind, task, self.origin, self.path)
+                walks = isinstance(one, DutyCycle) and one.shape == "walking"  # its torque moves the leg's mass, too
+                made[task] = one if one.load_mass is not None or walks else replace(one, load_mass=load_mass)
+        return made
+
+    def rig(self) -> Rig:
+        with self.collecting():
+            if "rig" in self.raw:
+                return built(
+                    Rig, annotated(_table(self.raw["rig"], "rig"), "rig", self.origin), "rig", "rig", self.rows
+                )
+        return Rig()
 
 
 def _table(value: object, where: str) -> Raw:
@@ -180,10 +220,8 @@ def _task(
 ) -> Scenario | DutyCycle:
     """Scenario or duty cycle from its table; files that it names lie beside the study."""
     where = f"{group}.{name}"
-    if not isinstance(description, dict):
-        raise StudyError(f"{where} = {quoted(description)} must be a table [{where}]")
     # What is asked for is no fact with a source, so nothing is noted of where its values come from.
-    tree = over_base(annotated(description, where, origin), where, Remarks())
+    tree = over_base(annotated(_table(description, where), where, origin), where, Remarks())
     for table in (tree, tree.get("motion", {}), tree.get("force", {})):
         file = table.get("file")
         if path is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
