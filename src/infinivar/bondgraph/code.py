@@ -11,14 +11,14 @@ import functools
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
-
-from infinivar.bondgraph.graph import BondGraphError
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 if TYPE_CHECKING:
-    import sympy
-
     from infinivar.bondgraph.equations import Equations
+
+
+FUNCTIONS = ("where", "clip", "abs", "sign", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh")
+"""What generated code calls, of an array namespace."""
 
 
 class FloatNamespace:
@@ -66,40 +66,34 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
     """
     import sympy
 
-    # Every law once, under its own symbol, then what is wanted; what depends on parameters only is done once for all,
-    # shared terms are found across all of them.
-    parameters = [sympy.Symbol(symbol, real=True) for symbol in equations.graph.parameters]
-    constants = _Constants(set(parameters))
-    values = [constants.out_of(value) for value in (*(law.value for law in equations.laws), *wanted.values())]
-    shared, found = sympy.cse(values, symbols=sympy.numbered_symbols("x_"), order="none")
-    reduced: list[Any] = list(found)
-    laws = [(law.symbol, value) for law, value in zip(equations.laws, reduced, strict=False)]
-    expressions = reduced[len(laws) :]
+    from infinivar.bondgraph.printing import printer
 
+    parameters = [sympy.Symbol(symbol, real=True) for symbol in equations.graph.parameters]
+    reduced = _reduced(equations, wanted, parameters)
     states = [state.symbol for state in equations.states]
     inputs, rates = list(equations.inputs.values()), list(equations.rates.values())
-    print_ = _printer(
-        {symbol: f"s{i}" for i, symbol in enumerate(states)}
-        | {symbol: f"u{i}" for i, symbol in enumerate(inputs)}
-        | {symbol: f"du{i}" for i, symbol in enumerate(rates)}
-        | {symbol: f"p{i}" for i, symbol in enumerate(parameters)}
-        | {symbol: f"law{i}" for i, (symbol, _) in enumerate(laws)}
-        | {symbol: f"x{i}" for i, (symbol, _) in enumerate(shared)}
-        | {symbol: f"c{i}" for i, symbol in enumerate(constants.found.values())}
+    text = printer(
+        _numbered(
+            s=states,
+            u=inputs,
+            du=rates,
+            p=parameters,
+            law=[symbol for symbol, _ in reduced.laws],
+            x=[symbol for symbol, _ in reduced.shared],
+            c=[symbol for symbol, _ in reduced.constants],
+        )
     )
-
-    needed: set[Any] = set().union(*(result.free_symbols for result in expressions))
-    steps = _in_order([*shared, *laws], needed)
-    body = [f"{print_(symbol)} = {print_(value)}" for symbol, value in steps]
-    before = [f"{print_(symbol)} = {print_(value)}" for value, symbol in constants.found.items()]
-    used = set().union(needed, *(value.free_symbols for value in (*constants.found, *(value for _, value in steps))))
-    results = [print_(result) for result in expressions]
-    called = set(re.findall(r"\b([a-z]+)\(", " ".join([*before, *body, *results])))
+    needed: set[Any] = set().union(*(result.free_symbols for result in reduced.results))
+    steps = _in_order([*reduced.shared, *reduced.laws], needed)
+    once = [f"{text(symbol)} = {text(value)}" for symbol, value in reduced.constants]
+    body = [f"{text(symbol)} = {text(value)}" for symbol, value in steps]
+    results = [text(result) for result in reduced.results]
+    used = needed.union(*(value.free_symbols for _, value in (*reduced.constants, *steps)))
     lines = [
         "def make(xp, parameters):",
-        *(f"    {function} = xp.{function}" for function in _FUNCTIONS if function in called),
+        *(f"    {function} = xp.{function}" for function in _called([*once, *body, *results])),
         *(f"    p{i} = parameters[{symbol.name!r}]" for i, symbol in enumerate(parameters) if symbol in used),
-        *(f"    {line}" for line in before),
+        *(f"    {line}" for line in once),
         f"    def {name}(states, inputs, rates):",
         *_unpack("s", states, "states"),
         *_unpack("u", inputs, "inputs"),
@@ -110,6 +104,44 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
         "",
     ]
     return "\n".join(lines)
+
+
+_Step: TypeAlias = tuple[Any, Any]
+"""A symbol and the expression that it stands for."""
+
+
+class _Reduced(NamedTuple):
+    """Expressions cut into steps: those of parameters only, those shared by several, the laws, and what is wanted."""
+
+    constants: list[_Step]
+    shared: list[_Step]
+    laws: list[_Step]
+    results: list[Any]
+
+
+def _reduced(equations: Equations, wanted: Mapping[str, Any], parameters: Sequence[Any]) -> _Reduced:
+    """Every law once, under its own symbol, then what is wanted; shared terms are found across all of them."""
+    import sympy
+
+    constants = _Constants(set(parameters))
+    values = [constants.out_of(value) for value in (*(law.value for law in equations.laws), *wanted.values())]
+    shared, found = sympy.cse(values, symbols=sympy.numbered_symbols("x_"), order="none")
+    rest: list[Any] = list(found)
+    laws = [(law.symbol, value) for law, value in zip(equations.laws, rest, strict=False)]
+    return _Reduced(
+        [(symbol, value) for value, symbol in constants.found.items()], list(shared), laws, rest[len(laws) :]
+    )
+
+
+def _numbered(**groups: Sequence[Any]) -> dict[Any, str]:
+    """Names of symbols in the text: the letters of their group and a number."""
+    return {symbol: f"{letters}{i}" for letters, group in groups.items() for i, symbol in enumerate(group)}
+
+
+def _called(lines: Sequence[str]) -> list[str]:
+    """Functions of the namespace that the lines call."""
+    called = set(re.findall(r"\b([a-z]+)\(", " ".join(lines)))
+    return [function for function in FUNCTIONS if function in called]
 
 
 @functools.lru_cache(maxsize=64)
@@ -194,68 +226,3 @@ class _Constants:
             return expression
         # A name that nobody gives, and the same every time: code should not change from run to run.
         return self.found.setdefault(expression, sympy.Symbol(f"constant {len(self.found)}", real=True))
-
-
-_ATOM = 1000
-"""Precedence of names and numbers: anything else gets parentheses."""
-
-_FUNCTIONS = ("where", "clip", "abs", "sign", "sqrt", "exp", "log", "sin", "cos", "tan", "asin", "acos", "atan", "tanh")
-
-
-def _printer(names: Mapping[sympy.Symbol, str]) -> Callable[[Any], str]:
-    """Prints expressions as Python over the names of an array namespace."""
-    import sympy
-    from sympy.printing.pycode import AbstractPythonCodePrinter
-
-    half = sympy.Rational(1, 2)
-
-    class Printer(AbstractPythonCodePrinter):
-        def _print_Symbol(self, expr: Any) -> str:  # noqa: N802
-            return names[expr]
-
-        def _print_Piecewise(self, expr: Any) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]  # noqa: N802
-            *first, (last, _) = expr.args
-            text = self._print(last)
-            for value, condition in reversed(first):
-                text = f"where({self._print(condition)}, {self._print(value)}, {text})"
-            return text
-
-        def _print_Pow(self, expr: Any, rational: bool = False) -> str:  # noqa: N802
-            base, exponent = expr.args
-            if exponent == half:
-                return f"sqrt({self._print(base)})"
-            if exponent == -half:
-                return f"(1.0/sqrt({self._print(base)}))"
-            inner = self.parenthesize(base, _ATOM, strict=True)
-            if exponent == 2:
-                return f"({inner}*{inner})"
-            if exponent == -1:
-                return f"(1.0/{inner})"
-            return f"({inner}**{self.parenthesize(exponent, _ATOM, strict=True)})"
-
-        def _print_And(self, expr: Any) -> str:  # noqa: N802
-            return " & ".join(f"({self._print(part)})" for part in expr.args)
-
-        def _print_Or(self, expr: Any) -> str:  # noqa: N802
-            return " | ".join(f"({self._print(part)})" for part in expr.args)
-
-        def _print_Rational(self, expr: Any) -> str:  # noqa: N802
-            return f"({expr.p}/{expr.q})"
-
-        def _print_Float(self, expr: Any) -> str:  # noqa: N802
-            return repr(float(expr))
-
-        def _print_Integer(self, expr: Any) -> str:  # noqa: N802
-            return f"{int(expr)}.0"
-
-        def _print_Abs(self, expr: Any) -> str:  # noqa: N802
-            return f"abs({self._print(expr.args[0])})"
-
-        def _print_Function(self, expr: Any) -> str:  # noqa: N802
-            known = type(expr).__name__
-            if known not in _FUNCTIONS:
-                raise BondGraphError(f"the function {known} in a law has no name in the array namespace")
-            return f"{known}({', '.join(map(self._print, expr.args))})"
-
-    printer = Printer()
-    return lambda expression: str(printer.doprint(expression))

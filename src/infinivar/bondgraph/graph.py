@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import itertools
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -321,42 +321,66 @@ def _bonds(chain: str | Bond) -> list[Bond]:
 
 
 def _check(graph: BondGraph) -> None:
-    def refuse(message: str) -> None:
-        raise BondGraphError(f"{graph.name}: {message}")
+    fault = next(_faults(graph), None)
+    if fault is not None:
+        raise BondGraphError(f"{graph.name}: {fault}")
+    _ = graph.parameters
 
+
+def _faults(graph: BondGraph) -> Iterator[str]:
+    """Everything that keeps a graph from having a meaning; later checks rely on earlier ones finding nothing."""
+    yield from _faults_of_names(graph)
+    signals = {signal.name for signal in graph.signals}
+    for element in graph.elements:
+        yield from _faults_of_ports(element, graph.bonds_of(element.name))
+        yield from _faults_of_values(element, signals)
+
+
+def _faults_of_names(graph: BondGraph) -> Iterator[str]:
+    """Names that repeat, and bonds and signals that name no element."""
     counts = Counter(element.name for element in graph.elements)
-    names = list(counts)
     for name, count in counts.items():
         if count > 1:
-            refuse(f"{count} elements are called {name!r}")
+            yield f"{count} elements are called {name!r}"
     for bond in graph.bonds:
         for end in (bond.tail, bond.head):
             if end not in counts:
-                refuse(f"the bond {bond.tail} > {bond.head} names {end!r}, which is no element{nearest(end, names)}")
+                yield f"the bond {bond.tail} > {bond.head} names {end!r}, which is no element{nearest(end, counts)}"
         if bond.tail == bond.head:
-            refuse(f"a bond leads from {bond.tail} to itself")
-    signals = {signal.name for signal in graph.signals}
+            yield f"a bond leads from {bond.tail} to itself"
     for signal in graph.signals:
         if signal.of and signal.of not in counts:
-            refuse(f"the signal {signal.name!r} measures {signal.of!r}, which is no element{nearest(signal.of, names)}")
-    for element in graph.elements:
-        kind, at = element.kind, graph.bonds_of(element.name)
-        arriving = sum(bond.head == element.name for bond in at)
-        if kind in TWO_PORTS and (len(at), arriving) != (2, 1):
-            refuse(f"{kind} {element.name!r} needs one bond that arrives and one that leaves")
-        if kind in (*SOURCES, *STORAGES) and len(at) != 1:
-            refuse(f"{kind} {element.name!r} needs one bond, has {len(at)}")
-        if kind == "R" and not at:
-            refuse(f"R {element.name!r} has no bond")
-        if kind in (*STORAGES, "R") and arriving != len(at):
-            refuse(f"the bond of {kind} {element.name!r} must point towards it: it takes power")
-        if kind == "R" and element.law is None and len(at) != 1:
-            refuse(f"R {element.name!r} has {len(at)} bonds and no law that relates them")
-        for signal in element.signals:
-            if signal not in signals:
-                refuse(f"{kind} {element.name!r} needs the signal {signal!r}{nearest(signal, signals)}")
-        if element.parameter is not None and (kind not in TWO_PORTS) and not element.parameter.value > 0:
-            refuse(f"{kind} {element.name!r} must be > 0, got {element.parameter.value}")
-        if element.parameter is not None and kind in TWO_PORTS and not abs(element.parameter.value) > 0:
-            refuse(f"the modulus of {kind} {element.name!r} must not be 0")
-    _ = graph.parameters
+            yield f"the signal {signal.name!r} measures {signal.of!r}, which is no element{nearest(signal.of, counts)}"
+
+
+def _faults_of_ports(element: Element, bonds: Sequence[Bond]) -> Iterator[str]:
+    """Bonds in the wrong number or direction."""
+    kind, name = element.kind, element.name
+    arriving = sum(bond.head == name for bond in bonds)
+    if kind in TWO_PORTS:
+        if (len(bonds), arriving) != (2, 1):
+            yield f"{kind} {name!r} needs one bond that arrives and one that leaves"
+    elif kind == "R":
+        if not bonds:
+            yield f"R {name!r} has no bond"
+    elif kind not in JUNCTIONS and len(bonds) != 1:
+        yield f"{kind} {name!r} needs one bond, has {len(bonds)}"
+    if kind in (*STORAGES, "R") and arriving != len(bonds):
+        yield f"the bond of {kind} {name!r} must point towards it: it takes power"
+    if kind == "R" and element.law is None and len(bonds) != 1:
+        yield f"R {name!r} has {len(bonds)} bonds and no law that relates them"
+
+
+def _faults_of_values(element: Element, signals: Collection[str]) -> Iterator[str]:
+    """Signals that nobody declares, and a parameter out of range."""
+    kind, name, parameter = element.kind, element.name, element.parameter
+    for signal in element.signals:
+        if signal not in signals:
+            yield f"{kind} {name!r} needs the signal {signal!r}{nearest(signal, signals)}"
+    if parameter is None:
+        return
+    if kind in TWO_PORTS:
+        if not abs(parameter.value) > 0:
+            yield f"the modulus of {kind} {name!r} must not be 0"
+    elif not parameter.value > 0:
+        yield f"{kind} {name!r} must be > 0, got {parameter.value}"
