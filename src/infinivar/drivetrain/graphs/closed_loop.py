@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from infinivar._core.fields import given
 from infinivar.bondgraph.graph import BondGraph
@@ -88,42 +88,66 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
 
 
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
-    imposed = scenario.link == "imposed"
-    voltage = scenario.electrical == "voltage"
     stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
     graph = plants.cobotic_graph(
         drive,
         load_mass=scenario.load_mass,
         electrical=scenario.electrical,
-        imposed_motion=imposed,
+        imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,
     )
-    speed = 0.0 if scenario.cylinder == "at rest" else drive.cylinder_speed
-    begin = scenario.path.at(0.0)
-    running = scenario.cylinder == "running" and speed != 0.0
-    held = {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}.get(scenario.steering)
-    follow = held is None
-    if follow and scenario.link == "free":
-        raise ParameterError(
-            "steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it"
-        )
-    moves = follow or imposed
-    angle = (
-        held
-        if held is not None
-        else -math.atan(begin.speed / (drive.transmission.cylinder_radius * drive.cylinder_speed))
+    held = _held_angle(scenario)
+    running = scenario.cylinder == "running" and drive.cylinder_speed != 0.0
+    idle = float(drive.operate(speed=0.0, force=0.0).states["motor_current_A"]) if running else 0.0
+    return Machine(
+        graph,
+        _load_inputs(scenario),
+        _cobotic_start(drive, scenario, graph, held, running, idle),
+        _cobotic_controller(drive, scenario, stick_speed, held, idle),
     )
-    steering = drive.steering
+
+
+def _held_angle(scenario: Scenario) -> float | None:
+    """Steering angle that the scenario prescribes; None if the wheel is steered to follow the motion. [rad]"""
+    if scenario.steering == "controlled":
+        if scenario.link == "free":
+            raise ParameterError(
+                "steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it"
+            )
+        return None
+    return {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}[scenario.steering]
+
+
+def _cobotic_start(
+    drive: CoboticDrive, scenario: Scenario, graph: BondGraph, held: float | None, running: bool, idle: float
+) -> dict[str, float]:
+    """Initial states: a cylinder that runs is at speed, and a link that follows moves as its motion begins."""
+    begin = scenario.path.at(0.0)
+    imposed, follow = scenario.link == "imposed", held is None
+    full_speed = drive.transmission.cylinder_radius * drive.cylinder_speed
+    initial = {
+        "cylinder.J_c": drive.cylinder_speed if running else 0.0,
+        "phi": -math.atan(begin.speed / full_speed) if held is None else held,
+        "l": begin.position if follow or imposed else 0.0,
+    }
+    if not imposed:
+        link = next(e.name for e in graph.elements if e.name in ("load_mass", "link.m_l"))
+        initial[link] = begin.speed if running and follow else 0.0
+    if scenario.electrical == "voltage":
+        initial["cylinder.L"] = idle
+    return initial
+
+
+def _cobotic_controller(
+    drive: CoboticDrive, scenario: Scenario, stick_speed: float, held: float | None, idle: float
+) -> controllers.CoboticController:
+    settings, steering, gear, motor = drive.control, drive.steering, drive.gearhead.ratio, drive.motor
     assert steering is not None  # or there were no graph
-    gear, motor = drive.gearhead.ratio, drive.motor
-    idle = drive.operate(speed=0.0, force=0.0).states["motor_current_A"] if running else 0.0
-    settings = drive.control
-    controller = controllers.CoboticController(
+    return controllers.CoboticController(
         sample_time=1.0 / settings.sample_rate,
         cylinder=controllers.speed_loop(
             settings.cylinder_bandwidth,
-            (drive.cylinder_inertia or 0.0)
-            + gear**2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0)),
+            (drive.cylinder_inertia or 0.0) + gear**2 * _motor_inertia(drive),
             gear * motor.torque_constant,
             settings.current_limit or _stall(motor),
         ),
@@ -138,22 +162,15 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
         ),
         link_gain=2.0 * math.pi * settings.link_bandwidth,
         surface_radius=drive.transmission.cylinder_radius,
-        cylinder_speed=speed,
+        cylinder_speed=0.0 if scenario.cylinder == "at rest" else drive.cylinder_speed,
         run_up_time=scenario.run_up_time or 0.0,
         largest_angle=drive.transmission.steering_range,
         held_angle=held,
         path=scenario.path,
         standstill=_standstill(settings.rest_error, stick_speed, 0.1),  # what is left of it goes on all the time
-        started={"cylinder": float(idle)},
-        outputs=("I_c", "I_s") if voltage else ("cylinder.source", "steering.source"),
+        started={"cylinder": idle},
+        outputs=("I_c", "I_s") if scenario.electrical == "voltage" else ("cylinder.source", "steering.source"),
     )
-    initial = {"cylinder.J_c": speed if running else 0.0, "phi": angle, "l": begin.position if moves else 0.0}
-    link = next(e.name for e in graph.elements if e.name in ("load_mass", "link.m_l"))
-    if not imposed:
-        initial[link] = begin.speed if running and follow else 0.0
-    if voltage:
-        initial["cylinder.L"] = float(idle)
-    return Machine(graph, _load_inputs(scenario), initial, controller)
 
 
 def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
@@ -164,8 +181,6 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         if value != usual:
             raise ParameterError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
     stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
-    # Controllers sample: however soon friction sticks, they take less than this as hardly moving.
-    hardly = max(stick_speed, plants.STICK_SPEED)
     graph = plants.conventional_graph(
         drive,
         load_mass=scenario.load_mass,
@@ -173,46 +188,81 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,
     )
-    motor, ratio, radius = drive.motor, drive.gearhead.ratio, drive.pulley.radius
-    inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
-    rotor = (ratio / radius) ** 2 * ((motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0))
-    gain = motor.torque_constant * ratio / radius
-    gear, passes = drive.gearhead, (1.0, 1.0)
-    if gear.loss_model == "proportional":
-        passes = 1.0 / gear.efficiency, given(gear.backdriving_efficiency, gear.efficiency)
-    # Friction while the load is moved and while it moves the motor: what a gear passes on differently lies behind it.
-    raised = float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"])
-    lowered = passes[1] * _HEAVY / gain - float(drive.operate(speed=-1.0, force=_HEAVY).states["motor_current_A"])
-    friction = (raised - lowered) / (passes[0] - passes[1]) if passes[0] != passes[1] else 0.0
-    follow = scenario.link != "free"
-    begin = scenario.path.at(0.0)
-    controller = controllers.ConventionalController(
-        sample_time=1.0 / drive.control.sample_rate,
-        speed=controllers.speed_loop(
-            drive.control.speed_bandwidth,
-            inertia + rotor,
-            gain,
-            drive.control.current_limit or _stall(motor),
-        ),
-        link_gain=2.0 * math.pi * drive.control.link_bandwidth,
-        inertia=inertia / gain,
-        rotor=rotor / gain,
-        friction=friction,
-        motor_friction=raised - passes[0] * friction,
-        driving=passes[0],
-        driven=passes[1],
-        full_speed=hardly,
-        path=scenario.path if follow else None,
-        standstill=_standstill(drive.control.rest_error, hardly, 0.5),
-        holding=functools.partial(_holding, drive),
-        output="I_n" if scenario.electrical == "voltage" else "source",
+    return Machine(
+        graph,
+        _load_inputs(scenario),
+        _conventional_start(drive, scenario, graph),
+        _conventional_controller(drive, scenario, stick_speed),
     )
+
+
+def _conventional_start(drive: ConventionalDrive, scenario: Scenario, graph: BondGraph) -> dict[str, float]:
+    """Initial states: a link that is followed moves as its motion begins."""
+    follow, begin = scenario.link != "free", scenario.path.at(0.0)
     initial = {"l": begin.position if follow else 0.0}
     if scenario.link != "imposed":
+        ratio, radius = drive.gearhead.ratio, drive.pulley.radius
         first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
         scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
         initial[first.name] = begin.speed * scale if follow else 0.0
-    return Machine(graph, _load_inputs(scenario), initial, controller)
+    return initial
+
+
+def _conventional_controller(
+    drive: ConventionalDrive, scenario: Scenario, stick_speed: float
+) -> controllers.ConventionalController:
+    settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, drive.pulley.radius
+    inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
+    rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
+    gain = motor.torque_constant * ratio / radius
+    gear = _gear_friction(drive, gain)
+    # Controllers sample: however soon friction sticks, they take less than this as hardly moving.
+    hardly = max(stick_speed, plants.STICK_SPEED)
+    return controllers.ConventionalController(
+        sample_time=1.0 / settings.sample_rate,
+        speed=controllers.speed_loop(
+            settings.speed_bandwidth, inertia + rotor, gain, settings.current_limit or _stall(motor)
+        ),
+        link_gain=2.0 * math.pi * settings.link_bandwidth,
+        inertia=inertia / gain,
+        rotor=rotor / gain,
+        friction=gear.friction,
+        motor_friction=gear.motor_friction,
+        driving=gear.driving,
+        driven=gear.driven,
+        full_speed=hardly,
+        path=scenario.path if scenario.link != "free" else None,
+        standstill=_standstill(settings.rest_error, hardly, 0.5),
+        holding=functools.partial(_holding, drive),
+        output="I_n" if scenario.electrical == "voltage" else "source",
+    )
+
+
+class _GearFriction(NamedTuple):
+    """Motor current per current that the load asks for, in either direction; currents that friction takes. [-], [A]"""
+
+    driving: float
+    driven: float
+    friction: float
+    motor_friction: float
+
+
+def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
+    """Friction on either side of the gear, from currents while the load is moved and while it moves the motor."""
+    gear = drive.gearhead
+    driving = driven = 1.0
+    if gear.loss_model == "proportional":
+        driving, driven = 1.0 / gear.efficiency, given(gear.backdriving_efficiency, gear.efficiency)
+    raised = float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"])
+    lowered = driven * _HEAVY / gain - float(drive.operate(speed=-1.0, force=_HEAVY).states["motor_current_A"])
+    # What the gear passes on differently in the two directions lies behind it.
+    friction = (raised - lowered) / (driving - driven) if driving != driven else 0.0
+    return _GearFriction(driving, driven, friction, raised - driving * friction)
+
+
+def _motor_inertia(drive: CoboticDrive | ConventionalDrive) -> float:
+    """Of rotor and gearhead, at the motor shaft; 0 where not stated. [kg m^2]"""
+    return (drive.motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0)
 
 
 def _standstill(error: float, stick_speed: float, slow: float) -> controllers.Standstill:
