@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
@@ -211,27 +211,46 @@ def open_values(bench: Bench, found: Callable[[Bench], Found]) -> Iterator[Varia
             yield row("value", f"{move.words} {words}", found(bench.moved(parameter, factor)))
 
 
-def _checked(
-    machine: Machine, check: Check, why: str, choices: Mapping[str, Check], axes: Mapping[str, Mapping[str, str]] = AXES
-) -> Finding:
-    """The finding on the plane of Fig 17 for reconstruction A, under every choice, definition and value.
+@dataclass(frozen=True, slots=True)
+class _OnPlane:
+    """A claim about both drives on the plane of Fig 17: called with a machine, it gives the finding.
 
-    Choices are tried with both reconstructions; definitions and values on a coarser plane, with the shipped choices.
+    Attributes
+    ----------
+    check     Decides on one pair of maps.
+    why       What explains the verdict, from the numbers of the machine.
+    choices   The check with other choices that the paper leaves open, by their words.
+    axes      Other axes on which cells can be counted.
     """
-    bench, other = Bench.of(machine), Bench.of(machine, "cobotic-b")
-    variants = []
-    for letter, one in (("A", bench), ("B", other)):
-        figure = one.pair(cells="fine")
-        if letter == "B":
-            variants.append(row("value", "reconstruction B", check(figure)))
-        prefix, kind = ("", "choice") if letter == "A" else ("reconstruction B, ", "value")
-        tried = {words: check(one.pair(cells="fine", **scale)) for words, scale in axes.items()}  # type: ignore[arg-type]
-        tried |= {words: changed(figure) for words, changed in choices.items()}
-        variants += [row(kind, f"{prefix}{words}", found) for words, found in tried.items()]
-    variants.append(row("choice", "24 x 16 cells, not 60 x 60", check(bench.pair())))
-    variants += [row(kind, words, check(bench.pair(definition))) for kind, words, definition in DEFINITIONS]
-    variants += open_values(bench, lambda moved: check(moved.pair()))
-    return settle(check(bench.pair(cells="fine")), why, variants, ranges(bench, check))
+
+    check: Check
+    why: Callable[[Machine], str]
+    choices: Mapping[str, Check]
+    axes: Mapping[str, Mapping[str, str]] = AXES
+
+    def __call__(self, machine: Machine) -> Finding:
+        """The finding for reconstruction A, under every choice, definition and value.
+
+        Choices are tried with both reconstructions; definitions and values on a coarser plane, with the shipped choices.
+        """
+        check, bench = self.check, Bench.of(machine)
+        figure, other = bench.pair(cells="fine"), Bench.of(machine, "cobotic-b")
+        variants = [
+            *(row("choice", words, found) for words, found in self.tried(bench)),
+            row("value", "reconstruction B", check(other.pair(cells="fine"))),
+            *(row("value", f"reconstruction B, {words}", found) for words, found in self.tried(other)),
+            row("choice", "24 x 16 cells, not 60 x 60", check(bench.pair())),
+            *(row(kind, words, check(bench.pair(definition))) for kind, words, definition in DEFINITIONS),
+            *open_values(bench, lambda moved: check(moved.pair())),
+        ]
+        return settle(check(figure), self.why(machine), variants, ranges(bench, check))
+
+    def tried(self, bench: Bench) -> Iterator[tuple[str, Found]]:
+        """What is found on other axes and with other choices."""
+        for words, scale in self.axes.items():
+            yield words, self.check(bench.pair(cells="fine", **scale))  # type: ignore[arg-type]
+        for words, changed in self.choices.items():
+            yield words, changed(bench.pair(cells="fine"))
 
 
 def _thresholds(check: Callable[..., Found], name: str, shipped: float, one: float = 0.0) -> dict[str, Check]:
@@ -240,79 +259,6 @@ def _thresholds(check: Callable[..., Found], name: str, shipped: float, one: flo
         words: partial(check, **{name: one + factor * (shipped - one)})
         for words, factor in (("half the tolerance", 0.5), ("twice the tolerance", 2.0))
     }
-
-
-def d1(machine: Machine) -> Finding:
-    """Who does better below 10 Hz and above 10 %."""
-    bench = Bench.of(machine)
-    pair = bench.pair(cells="fine")
-    alone = pair.mean(pair.cobotic.works & ~pair.conventional.works, pair.below)
-    both = pair.below & pair.cobotic.works & pair.conventional.works
-    least = float(np.min((pair.cobotic.performance / pair.conventional.performance)[both]))
-    why = (
-        f'"In general" is read as: with up to {_EXCEPTIONS:.0%} of exceptions. The cobotic drive works alone in {alone:.0%} of '
-        f"the region where either works; where both work it has at least {least:.2f} times the conventional one's performance."
-    )
-    return _checked(machine, better, why, _thresholds(better, "exceptions", _EXCEPTIONS))
-
-
-def d2(machine: Machine) -> Finding:
-    """How alike both are from 1 to 10 Hz."""
-    pair = Bench.of(machine).pair(cells="fine")
-    ours, theirs = pair.cobotic, pair.conventional
-    both = ((ours.frequency >= 1.0) & (ours.frequency <= 10.0))[:, None] & ours.works & theirs.works
-    shared = np.flatnonzero(both.any(axis=0))
-    low, high = (
-        pair.median(ours.performance / theirs.performance, both & (np.arange(ours.fraction.size) == column)[None, :])
-        for column in (shared[0], shared[-1])
-    )
-    why = (
-        f"The paper does not say how similar. The ratio of the performances is {low:.2f} at {ours.fraction[shared[0]]:.1%} of "
-        f"the power and {high:.2f} at {ours.fraction[shared[-1]]:.0%}, the most at which both work: what lies in the middle "
-        "depends on how the axis of power counts."
-    )
-    choices = {
-        **_thresholds(similar, "within", _SIMILAR, one=1.0),
-        **{
-            f"{statistic}, not median": partial(similar, statistic=statistic)
-            for statistic in ("mean", "geometric mean")
-        },
-        "difference, not ratio": partial(similar, statistic="difference"),
-        "only above 10 % of the power": partial(similar, least=0.1),
-    }
-    return _checked(machine, similar, why, choices)
-
-
-def d3(machine: Machine) -> Finding:
-    """The largest performance of the cobotic drive."""
-    bench = Bench.of(machine)
-    shipped = highest(bench.pair(cells="fine")).computed
-    trip = highest(bench.pair(Definition(measure="round trip"))).computed
-    why = (
-        f"{shipped:.2f} is more than the 0.75 of steady operation, because energy exchanged counts in both directions while "
-        f"braking draws no power; counted as a round trip it is {trip:.2f}."
-    )
-    return _checked(machine, highest, why, _thresholds(highest, "tolerance", _READING), axes={})
-
-
-def d4(machine: Machine) -> Finding:
-    """Who works in the upper corners."""
-    ours, theirs = Bench.of(machine).pair(cells="fine")[:2]
-    met = [steady.limit_at(*place) for place in ((0, -1), (-1, -1)) for steady in (ours, theirs)]
-    words = ["nothing" if found is None else words_of(found) for found in met]
-    stroke = 2.0 * ours.amplitude[0, -1]
-    why = (
-        f"In the last cell at the left what binds is {words[0]} (cobotic) and {words[1]} (conventional), at the right {words[2]} "
-        f"and {words[3]}; a stroke of {stroke:.0f} m at the left is not what a guideway allows, and is not counted here."
-    )
-    choices = {
-        "upper: above 60 % of the power": partial(corners, upper=0.6),
-        "upper: above 90 % of the power": partial(corners, upper=0.9),
-        "left and right: a fifth of the axis": partial(corners, side=0.2),
-        "works at the left: in any cell": partial(corners, most=0.0),
-        "works at the left: in nine cells of ten": partial(corners, most=0.9),
-    }
-    return _checked(machine, corners, why, choices, axes={})
 
 
 def _loss_choices(check: Callable[..., Found]) -> dict[str, Check]:
@@ -335,15 +281,67 @@ def _listed(pair: Pair, drive: str) -> str:
     return ", ".join(f"{name} {shares[name]:.0%}" for name in largest)
 
 
-def d5(machine: Machine) -> Finding:
+def _why_better(machine: Machine) -> str:
+    """Who does better below 10 Hz and above 10 %."""
+    bench = Bench.of(machine)
+    pair = bench.pair(cells="fine")
+    alone = pair.mean(pair.cobotic.works & ~pair.conventional.works, pair.below)
+    both = pair.below & pair.cobotic.works & pair.conventional.works
+    least = float(np.min((pair.cobotic.performance / pair.conventional.performance)[both]))
+    return (
+        f'"In general" is read as: with up to {_EXCEPTIONS:.0%} of exceptions. The cobotic drive works alone in {alone:.0%} of '
+        f"the region where either works; where both work it has at least {least:.2f} times the conventional one's performance."
+    )
+
+
+def _why_similar(machine: Machine) -> str:
+    """How alike both are from 1 to 10 Hz."""
+    pair = Bench.of(machine).pair(cells="fine")
+    ours, theirs = pair.cobotic, pair.conventional
+    both = ((ours.frequency >= 1.0) & (ours.frequency <= 10.0))[:, None] & ours.works & theirs.works
+    shared = np.flatnonzero(both.any(axis=0))
+    low, high = (
+        pair.median(ours.performance / theirs.performance, both & (np.arange(ours.fraction.size) == column)[None, :])
+        for column in (shared[0], shared[-1])
+    )
+    return (
+        f"The paper does not say how similar. The ratio of the performances is {low:.2f} at {ours.fraction[shared[0]]:.1%} of "
+        f"the power and {high:.2f} at {ours.fraction[shared[-1]]:.0%}, the most at which both work: what lies in the middle "
+        "depends on how the axis of power counts."
+    )
+
+
+def _why_highest(machine: Machine) -> str:
+    """The largest performance of the cobotic drive."""
+    bench = Bench.of(machine)
+    shipped = highest(bench.pair(cells="fine")).computed
+    trip = highest(bench.pair(Definition(measure="round trip"))).computed
+    return (
+        f"{shipped:.2f} is more than the 0.75 of steady operation, because energy exchanged counts in both directions while "
+        f"braking draws no power; counted as a round trip it is {trip:.2f}."
+    )
+
+
+def _why_corners(machine: Machine) -> str:
+    """Who works in the upper corners."""
+    ours, theirs = Bench.of(machine).pair(cells="fine")[:2]
+    met = [steady.limit_at(*place) for place in ((0, -1), (-1, -1)) for steady in (ours, theirs)]
+    words = ["nothing" if found is None else words_of(found) for found in met]
+    stroke = 2.0 * ours.amplitude[0, -1]
+    return (
+        f"In the last cell at the left what binds is {words[0]} (cobotic) and {words[1]} (conventional), at the right {words[2]} "
+        f"and {words[3]}; a stroke of {stroke:.0f} m at the left is not what a guideway allows, and is not counted here."
+    )
+
+
+def _why_steering(machine: Machine) -> str:
     """Where the cobotic drive's power goes."""
     pairs = [Bench.of(machine, name).pair(cells="fine") for name in ("cobotic", "cobotic-b")]
-    why = (
+    return (
         "Steering is bell bearing, turning patch, and the steering motor's winding and friction together. The largest single "
         f"losses of A are {_listed(pairs[0], 'cobotic')}; of B {_listed(pairs[1], 'cobotic')}. A and B differ in the law of the "
         "cylinder gearing's loss, and in the steering plant: the paper prints neither."
     )
-    return _checked(machine, to_steering, why, _loss_choices(to_steering))
 
 
 def half_from(frequency: Sequence[float] | np.ndarray, shares: Sequence[float]) -> float | None:
@@ -357,7 +355,7 @@ def half_from(frequency: Sequence[float] | np.ndarray, shares: Sequence[float]) 
     return start
 
 
-def d6(machine: Machine) -> Finding:
+def _why_resistance(machine: Machine) -> str:
     """Where the conventional drive's power goes."""
     pair = Bench.of(machine).pair(cells="fine")
     steady = pair.conventional
@@ -367,41 +365,45 @@ def d6(machine: Machine) -> Finding:
     rising = [pair.mean(share, where & (steady.frequency == one)[:, None]) for one in steady.frequency]
     start = half_from(steady.frequency, rising)
     reached = f"up to {np.nanmax(rising):.0%}" if start is None else f"more than half from {start:.1f} Hz on"
-    why = (
+    return (
         f"The largest losses are {_listed(pair, 'conventional')}; drag at the load is assumed. The share of resistance rises "
         f"with force, hence with frequency and power: it is {reached}."
     )
-    return _checked(machine, to_resistance, why, _loss_choices(to_resistance))
 
 
-def d7(machine: Machine) -> Finding:
+def _why_trends(machine: Machine) -> str:
     """How performance changes over the plane."""
-    why = (
+    return (
         "From cell to cell: rising with power within limits; falling from 10 Hz on, above what the paper calls mid-range, and "
         "beyond limits of torque and voltage, too, as the conventional drive hardly works there."
     )
-    choices = {
-        **_thresholds(trends, "exceptions", _EXCEPTIONS),
-        "high frequency: from 5 Hz on": partial(trends, fast=5.0),
-        "falling within limits only, from 5 Hz on": partial(trends, fast=5.0, within=True),
-    }
-    return _checked(machine, trends, why, choices, axes={})
 
 
-def _compared(
-    machine: Machine, found: Callable[..., Found], why: str, choices: Mapping[str, Callable[..., Found]]
-) -> Finding:
-    """The finding of a check that compares two maps of the cobotic drive, under choices, definitions and values."""
-    bench, other = Bench.of(machine), Bench.of(machine, "cobotic-b")
-    variants = [row("value", "reconstruction B", found(other))]
-    variants += [row("choice", words, changed(bench)) for words, changed in choices.items()]
-    variants += [
-        row(kind, words, found(bench, definition=definition))
-        for kind, words, definition in DEFINITIONS
-        if definition.returned == "burn" and definition.measure != "printed"
-    ]
-    variants += open_values(bench, found)
-    return settle(found(bench), why, variants)
+@dataclass(frozen=True, slots=True)
+class _OnMaps:
+    """A claim that compares two maps of the cobotic drive: called with a machine, it gives the finding.
+
+    Attributes are those of `_OnPlane`; `check` makes its maps from a bench, and takes the definition of performance.
+    """
+
+    check: Callable[..., Found]
+    why: Callable[[Machine], str]
+    choices: Mapping[str, Callable[..., Found]]
+
+    def __call__(self, machine: Machine) -> Finding:
+        """The finding under choices, definitions and values."""
+        check, bench, other = self.check, Bench.of(machine), Bench.of(machine, "cobotic-b")
+        variants = [
+            row("value", "reconstruction B", check(other)),
+            *(row("choice", words, changed(bench)) for words, changed in self.choices.items()),
+            *(
+                row(kind, words, check(bench, definition=definition))
+                for kind, words, definition in DEFINITIONS
+                if definition.returned == "burn" and definition.measure != "printed"
+            ),
+            *open_values(bench, check),
+        ]
+        return settle(check(bench), self.why(machine), variants)
 
 
 def raised(before: DynamicMap, after: DynamicMap) -> Found:
@@ -412,42 +414,40 @@ def raised(before: DynamicMap, after: DynamicMap) -> Found:
     return Found(words, "lower in none", yes(bool(np.all(gained >= 0))))
 
 
-def d8(machine: Machine) -> Finding:
-    """Performance with braking energy recovered."""
+def recovered(bench: Bench, *, definition: Definition = PAPER, efficiency: float = 1.0) -> Found:
+    """D8: performance with braking energy burnt, and stored."""
+    stored = replace(definition, returned="store", storage_efficiency=efficiency)
+    return raised(bench.pair(definition).cobotic, bench.pair(stored).cobotic)
 
-    def found(bench: Bench, *, definition: Definition = PAPER, efficiency: float = 1.0) -> Found:
-        recovered = replace(definition, returned="store", storage_efficiency=efficiency)
-        return raised(bench.pair(definition).cobotic, bench.pair(recovered).cobotic)
 
-    why = (
+def _why_recovered(machine: Machine) -> str:
+    return (
         "Less is taken from the supply wherever any power comes back. Counted so, performance has no upper limit: a lossless "
         "drive would take nothing."
     )
-    choices = {f"stored at {share:.0%}": partial(found, efficiency=share) for share in (0.8, 0.5)}
-    return _compared(machine, found, why, choices)
 
 
-def d9(machine: Machine) -> Finding:
-    """Performance with less steering inertia, and with less link mass."""
+def lighter(
+    bench: Bench, *, definition: Definition = PAPER, factor: float = 0.5, exceptions: float = _EXCEPTIONS
+) -> Found:
+    """D9: how performance changes with less steering inertia and with less link mass."""
+    before = bench.pair(definition).cobotic
+    words, holds = [], True
+    for parameter, name in (("steering_inertia", "steering inertia"), ("link_mass", "link mass")):
+        after = bench.moved(parameter, factor).pair(definition).cobotic
+        both = before.works & after.works
+        gain = (after.performance / before.performance - 1.0)[both]
+        worse = float(np.mean(gain < 0.0)) if gain.size else float("nan")
+        wider = float(np.mean(after.works)) - float(np.mean(before.works))
+        words.append(
+            f"{factor:g} x the {name}: {np.min(gain, initial=np.inf):+.1%} to {np.max(gain, initial=-np.inf):+.1%}, "
+            f"worse in {worse:.0%} of the cells, works in {wider:+.1%} of the plane"
+        )
+        holds = holds and worse <= exceptions and wider >= 0
+    return Found("; ".join(words), f"worse in at most {exceptions:.1%} of the cells", yes(holds))
 
-    def found(
-        bench: Bench, *, definition: Definition = PAPER, factor: float = 0.5, exceptions: float = _EXCEPTIONS
-    ) -> Found:
-        before = bench.pair(definition).cobotic
-        words, holds = [], True
-        for parameter, name in (("steering_inertia", "steering inertia"), ("link_mass", "link mass")):
-            after = bench.moved(parameter, factor).pair(definition).cobotic
-            both = before.works & after.works
-            gain = (after.performance / before.performance - 1.0)[both]
-            worse = float(np.mean(gain < 0.0)) if gain.size else float("nan")
-            wider = float(np.mean(after.works)) - float(np.mean(before.works))
-            words.append(
-                f"{factor:g} x the {name}: {np.min(gain, initial=np.inf):+.1%} to {np.max(gain, initial=-np.inf):+.1%}, "
-                f"worse in {worse:.0%} of the cells, works in {wider:+.1%} of the plane"
-            )
-            holds = holds and worse <= exceptions and wider >= 0
-        return Found("; ".join(words), f"worse in at most {exceptions:.1%} of the cells", yes(holds))
 
+def _why_lighter(machine: Machine) -> str:
     bus = Definition(common_bus=True)
     before, after = (
         one.pair(bus).cobotic for one in (Bench.of(machine), Bench.of(machine).moved("steering_inertia", 0.5))
@@ -455,16 +455,63 @@ def d9(machine: Machine) -> Finding:
     both = before.works & after.works
     gain = np.where(both, after.performance / before.performance - 1.0, 0.0)
     row_of_worst, _ = np.unravel_index(np.argmin(gain), gain.shape)
-    why = (
+    return (
         "Changes of performance, cell by cell, where the drive works before and after; and of the plane in which it works. Where "
         f"both motors share one DC bus, half the steering inertia changes it by {gain.min():+.1%} near "
         f"{before.frequency[row_of_worst]:.1f} Hz."
     )
-    choices = {f"{factor:g} times, not half": partial(found, factor=factor) for factor in (0.9, 0.25)}
-    choices |= _thresholds(found, "exceptions", _EXCEPTIONS)
-    return _compared(machine, found, why, choices)
 
 
-CHECKS = {
-    **{"D1": d1, "D2": d2, "D3": d3, "D4": d4, "D5": d5, "D6": d6, "D7": d7, "D8": d8, "D9": d9},
+CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
+    "D1": _OnPlane(better, _why_better, _thresholds(better, "exceptions", _EXCEPTIONS)),
+    "D2": _OnPlane(
+        similar,
+        _why_similar,
+        {
+            **_thresholds(similar, "within", _SIMILAR, one=1.0),
+            "mean, not median": partial(similar, statistic="mean"),
+            "geometric mean, not median": partial(similar, statistic="geometric mean"),
+            "difference, not ratio": partial(similar, statistic="difference"),
+            "only above 10 % of the power": partial(similar, least=0.1),
+        },
+    ),
+    "D3": _OnPlane(highest, _why_highest, _thresholds(highest, "tolerance", _READING), axes={}),
+    "D4": _OnPlane(
+        corners,
+        _why_corners,
+        {
+            "upper: above 60 % of the power": partial(corners, upper=0.6),
+            "upper: above 90 % of the power": partial(corners, upper=0.9),
+            "left and right: a fifth of the axis": partial(corners, side=0.2),
+            "works at the left: in any cell": partial(corners, most=0.0),
+            "works at the left: in nine cells of ten": partial(corners, most=0.9),
+        },
+        axes={},
+    ),
+    "D5": _OnPlane(to_steering, _why_steering, _loss_choices(to_steering)),
+    "D6": _OnPlane(to_resistance, _why_resistance, _loss_choices(to_resistance)),
+    "D7": _OnPlane(
+        trends,
+        _why_trends,
+        {
+            **_thresholds(trends, "exceptions", _EXCEPTIONS),
+            "high frequency: from 5 Hz on": partial(trends, fast=5.0),
+            "falling within limits only, from 5 Hz on": partial(trends, fast=5.0, within=True),
+        },
+        axes={},
+    ),
+    "D8": _OnMaps(
+        recovered,
+        _why_recovered,
+        {f"stored at {share:.0%}": partial(recovered, efficiency=share) for share in (0.8, 0.5)},
+    ),
+    "D9": _OnMaps(
+        lighter,
+        _why_lighter,
+        {
+            **{f"{factor:g} times, not half": partial(lighter, factor=factor) for factor in (0.9, 0.25)},
+            **_thresholds(lighter, "exceptions", _EXCEPTIONS),
+        },
+    ),
 }
+"""Claims about Fig 17: what decides them, what explains the verdict, and which other choices are tried."""
