@@ -226,7 +226,7 @@ class _OnPlane:
     check: Check
     why: Callable[[Machine], str]
     choices: Mapping[str, Check]
-    axes: Mapping[str, Mapping[str, str]] = AXES
+    axes: Mapping[str, Mapping[str, str]]
 
     def __call__(self, machine: Machine) -> Finding:
         """The finding for reconstruction A, under every choice, definition and value.
@@ -463,7 +463,7 @@ def _why_lighter(machine: Machine) -> str:
 
 
 CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
-    "D1": _OnPlane(better, _why_better, _thresholds(better, "exceptions", _EXCEPTIONS)),
+    "D1": _OnPlane(better, _why_better, _thresholds(better, "exceptions", _EXCEPTIONS), axes=AXES),
     "D2": _OnPlane(
         similar,
         _why_similar,
@@ -474,6 +474,7 @@ CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
             "difference, not ratio": partial(similar, statistic="difference"),
             "only above 10 % of the power": partial(similar, least=0.1),
         },
+        axes=AXES,
     ),
     "D3": _OnPlane(highest, _why_highest, _thresholds(highest, "tolerance", _READING), axes={}),
     "D4": _OnPlane(
@@ -488,8 +489,8 @@ CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
         },
         axes={},
     ),
-    "D5": _OnPlane(to_steering, _why_steering, _loss_choices(to_steering)),
-    "D6": _OnPlane(to_resistance, _why_resistance, _loss_choices(to_resistance)),
+    "D5": _OnPlane(to_steering, _why_steering, _loss_choices(to_steering), axes=AXES),
+    "D6": _OnPlane(to_resistance, _why_resistance, _loss_choices(to_resistance), axes=AXES),
     "D7": _OnPlane(
         trends,
         _why_trends,
