@@ -19,14 +19,15 @@ _TOGETHER = 64
 
 
 def low_discrepancy(count: int, dimensions: int, seed: int = 0) -> np.ndarray:
-    """Points of Sobol's sequence in the unit cube, shifted at random; none is 0 or 1. (count, dimensions)
+    """Points of a Sobol sequence in the unit cube, scrambled at random; none is 0 or 1. (count, dimensions)
 
-    Source: sobol1967, with the shift of cranley1976.
+    Scrambled points stay as evenly spread as the sequence; shifted ones do not, so a mean over them converges more slowly.
+
+    Source: sobol1967, with the scrambling of matousek1998, by SciPy.
     """
     from scipy.stats import qmc
 
-    shift = np.random.default_rng(seed).random(dimensions)
-    points = (qmc.Sobol(dimensions, scramble=False).random(count) + shift) % 1.0
+    points = qmc.Sobol(dimensions, scramble=True, rng=seed).random(count)
     return np.clip(points, 1e-12, 1.0 - 1e-12)
 
 
@@ -38,7 +39,7 @@ def draw(spreads: Sequence[Spread], correlation: np.ndarray, count: int, seed: i
     spreads : sequence of Spread   k of them.
     correlation : (k, k) float     Of the normal scores: for normal spreads that of the values. [-]
     count : int                    A power of two.
-    seed : int                     Of the random shift.
+    seed : int                     Of the scrambling.
     """
     from scipy.special import ndtr, ndtri
 
