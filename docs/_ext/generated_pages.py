@@ -8,6 +8,7 @@ from sphinx.errors import ExtensionError
 
 import infinivar
 from infinivar import units
+from infinivar._core.bounds import words
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.parts import catalogue
@@ -67,7 +68,7 @@ def fields_of(part: type) -> str:
                 f"`{key}`",
                 "not given" if field is None else _default(field),
                 write,
-                meta.get("bound", ""),
+                words(meta["bound"]) if "bound" in meta else "",
                 meta["meaning"],
             )
         )

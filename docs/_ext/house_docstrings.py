@@ -8,6 +8,8 @@ values, which reStructuredText would take for substitutions.
 import dataclasses
 import re
 
+from infinivar._core.bounds import words
+
 _HEADER = re.compile(r"^\s*-{3,}$")
 _ONE_LINE = re.compile(r"^(?P<indent>\s*)(?P<name>\S.*?)\s{2,}(?P<meaning>\S.*)$")
 _LONG_NAME = re.compile(r"^(?P<indent>\s*)(?P<name>[a-z_]+) (?P<meaning>[A-Z].*)$")
@@ -59,8 +61,8 @@ def describe_fields(part: type) -> list[str]:
     described = [field for field in dataclasses.fields(part) if "meaning" in field.metadata]
     lines = ["", "Fields", "------"] if described else []
     for field in described:
-        unit, bound = field.metadata.get("unit", ""), field.metadata.get("bound", "")
-        limits = f", {bound}" if bound else ""
+        unit, bound = field.metadata.get("unit", ""), field.metadata.get("bound")
+        limits = f", {words(bound)}" if bound else ""
         shown = "" if not unit else " [-]" if unit == "1" else f" [{unit}]"
         if field.default is None:
             limits += ", optional"

@@ -8,61 +8,26 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 import types
 import typing
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from infinivar._core.bounds import Bound, fits, within, words
 from infinivar.errors import ParameterError, nearest, require
 
-_BOUNDS = {
-    "> 0": lambda value: value > 0,
-    ">= 0": lambda value: value >= 0,
-    "> 0 and <= 1": lambda value: (value > 0) & (value <= 1),
-    ">= 0 and <= 1": lambda value: (value >= 0) & (value <= 1),
-    "> 0 and <= 1e-3": lambda value: (value > 0) & (value <= 1e-3),
-    ">= 0 and <= 0.5": lambda value: (value >= 0) & (value <= 0.5),
-    "> 0 and <= pi/2": lambda value: (value > 0) & (value <= math.pi / 2 * (1 + 1e-12)),
-    "!= 0": lambda value: value != 0,
-    "finite": lambda value: value == value,
-}
 
-
-def quantity(unit: str, bound: str, meaning: str, *, default: Any = dataclasses.MISSING) -> Any:
+def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING) -> Any:
     """Dataclass field for a physical quantity in SI.
 
     Parameters
     ----------
     unit : str      SI unit of the float, "1" for none.
-    bound : str     One of "> 0", ">= 0", "> 0 and <= 1", ">= 0 and <= 1", "> 0 and <= 1e-3", ">= 0 and <= 0.5",
-        "> 0 and <= pi/2", "!= 0", "finite".
+    bound           Of `annotated_types`, such as ``Gt(0)``, or of `infinivar._core.bounds`.
     meaning : str   One line for schemas and reference pages.
     default         Value if left out; required if missing. None marks "not given".
     """
-    assert bound in _BOUNDS, bound
     return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
-
-
-def permitted(bound: str, value: float) -> tuple[float, float]:
-    """Ends of what a field may be, on the side of zero on which its value is."""
-    low, high = (
-        -math.inf,
-        {"1": 1.0, "1e-3": 1e-3, "0.5": 0.5, "pi/2": 0.5 * math.pi}.get(bound.rpartition("<= ")[2], math.inf),
-    )
-    least = 1e-9 * abs(value)  # of what must not be zero
-    if bound == "!= 0":
-        return (least, math.inf) if value > 0 else (-math.inf, -least)
-    if bound.startswith("> 0"):
-        low = least
-    elif bound.startswith(">= 0"):
-        low = 0.0
-    return low, high
-
-
-def fits(bound: str, value: float) -> bool:
-    """Whether a number is what a field may be."""
-    return math.isfinite(value) and bool(_BOUNDS[bound](value))
 
 
 def given(value: Any, otherwise: Any) -> Any:
@@ -75,22 +40,22 @@ def component(meaning: str, **default: Any) -> Any:
     return dataclasses.field(**default, metadata={"meaning": meaning})
 
 
-def check_value(field: str, value: Any, unit: str, bound: str) -> None:
+def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
     """Raise ParameterError with field, value and unit unless every element is finite and within the bound.
 
     Values that are neither numbers nor NumPy arrays (those of a tracing array library) are not looked at.
     """
     shown = "" if unit == "1" else unit
     if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
-        require(False, field, repr(value), f"a number {bound}", shown)
+        require(False, field, repr(value), f"a number {words(bound)}", shown)
     if isinstance(value, (int, float)):
-        require(fits(bound, value), field, value, bound, shown)
+        require(fits(bound, value), field, value, words(bound), shown)
     elif type(value).__module__ == "numpy":
         import numpy as np
 
         value = np.asarray(value)
-        wrong = ~(np.isfinite(value) & _BOUNDS[bound](value))
-        require(not wrong.any(), field, value[wrong][:1], bound, shown)
+        wrong = ~(np.isfinite(value) & within(bound, value))
+        require(not wrong.any(), field, value[wrong][:1], words(bound), shown)
 
 
 @functools.cache

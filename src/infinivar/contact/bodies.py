@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from annotated_types import Gt, Interval
+
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check, component, quantity
 
@@ -19,15 +21,15 @@ class Material:
     """
 
     name: str = component("Name for reports", default="material")
-    youngs_modulus: float = quantity("Pa", "> 0", "Young's modulus E")
-    poisson: float = quantity("1", ">= 0 and <= 0.5", "Poisson's ratio nu")
-    yield_strength: float | None = quantity("Pa", "> 0", "Yield strength in tension", default=None)
+    youngs_modulus: float = quantity("Pa", Gt(0), "Young's modulus E")
+    poisson: float = quantity("1", Interval(ge=0, le=0.5), "Poisson's ratio nu")
+    yield_strength: float | None = quantity("Pa", Gt(0), "Yield strength in tension", default=None)
     hardness: float | None = quantity(
-        "Pa", "> 0", "Indentation hardness as a pressure (HV times 9.807 MPa)", default=None
+        "Pa", Gt(0), "Indentation hardness as a pressure (HV times 9.807 MPa)", default=None
     )
     hysteresis_factor: float = quantity(
         "1",
-        ">= 0 and <= 1",
+        Interval(ge=0, le=1),
         "Hysteresis loss factor alpha_fr: share of the strain energy lost in rolling",
         default=0.01,
     )
@@ -51,8 +53,8 @@ class Material:
 class Wheel:
     """Crowned wheel: a torus piece that rolls on its largest circle."""
 
-    rolling_radius: Array = quantity("m", "> 0", "Rolling radius r")
-    crown_radius: Array = quantity("m", "> 0", "Crown radius: of the profile across the rolling direction")
+    rolling_radius: Array = quantity("m", Gt(0), "Rolling radius r")
+    crown_radius: Array = quantity("m", Gt(0), "Crown radius: of the profile across the rolling direction")
     material: Material = component("Material of the wheel")
 
     def __post_init__(self) -> None:
@@ -64,7 +66,7 @@ class Wheel:
 class Cylinder:
     """Straight cylinder on which the wheel rolls."""
 
-    radius: Array = quantity("m", "> 0", "Cylinder radius R")
+    radius: Array = quantity("m", Gt(0), "Cylinder radius R")
     material: Material = component("Material of the cylinder")
 
     def __post_init__(self) -> None:

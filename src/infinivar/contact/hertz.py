@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from annotated_types import Gt
+
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, newton
 from infinivar._core.fields import check_value
 from infinivar.contact.bodies import Cylinder, Wheel, plane_strain_modulus
@@ -68,9 +70,9 @@ def line(load_per_length: Array, radius: Array, e_star: Array) -> tuple[Array, A
 
     Source: johnson1985, section 4.2(c).
     """
-    check_value("load_per_length", load_per_length, "N/m", "> 0")
-    check_value("radius", radius, "m", "> 0")
-    check_value("e_star", e_star, "Pa", "> 0")
+    check_value("load_per_length", load_per_length, "N/m", Gt(0))
+    check_value("radius", radius, "m", Gt(0))
+    check_value("e_star", e_star, "Pa", Gt(0))
     xp = namespace(load_per_length, radius, e_star)
     load, radius, e_star = as_floats(xp, load_per_length, radius, e_star)
     half_width = xp.sqrt(4.0 / math.pi * load * radius / e_star)
@@ -107,10 +109,10 @@ def ellipse(load: Array, curvature_x: Array, curvature_y: Array, e_star: Array) 
 
     Source: johnson1985, section 4.2(b).
     """
-    check_value("load", load, "N", "> 0")
-    check_value("curvature_x", curvature_x, "1/m", "> 0")
-    check_value("curvature_y", curvature_y, "1/m", "> 0")
-    check_value("e_star", e_star, "Pa", "> 0")
+    check_value("load", load, "N", Gt(0))
+    check_value("curvature_x", curvature_x, "1/m", Gt(0))
+    check_value("curvature_y", curvature_y, "1/m", Gt(0))
+    check_value("e_star", e_star, "Pa", Gt(0))
     xp = namespace(load, curvature_x, curvature_y, e_star)
     load, c_x, c_y, e_star = xp.broadcast_arrays(*as_floats(xp, load, curvature_x, curvature_y, e_star))
     wanted = xp.log(c_x) - xp.log(c_y)

@@ -15,6 +15,8 @@ import tomllib
 from importlib import resources
 from typing import Any, NamedTuple
 
+from annotated_types import Gt, Interval
+
 from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar._core.fields import check_value
 
@@ -78,8 +80,8 @@ def coefficients(a_over_b: Array, poisson: Array) -> KalkerCoefficients:
 
     Source: kalker1990, Table E.3 and its asymptotes; C33 as told in `data/kalker.toml`.
     """
-    check_value("a_over_b", a_over_b, "1", "> 0")
-    check_value("poisson", poisson, "1", ">= 0 and <= 0.5")
+    check_value("a_over_b", a_over_b, "1", Gt(0))
+    check_value("poisson", poisson, "1", Interval(ge=0, le=0.5))
     xp = namespace(a_over_b, poisson)
     ratio, nu = xp.broadcast_arrays(*as_floats(xp, a_over_b, poisson))
     valid = (ratio > 0) & (nu >= 0) & (nu <= 0.5)
@@ -162,10 +164,10 @@ def combined(shear_modulus_1: Array, poisson_1: Array, shear_modulus_2: Array, p
 
     Source: kalker1990, the combined elastic constants.
     """
-    check_value("shear_modulus_1", shear_modulus_1, "Pa", "> 0")
-    check_value("shear_modulus_2", shear_modulus_2, "Pa", "> 0")
-    check_value("poisson_1", poisson_1, "1", ">= 0 and <= 0.5")
-    check_value("poisson_2", poisson_2, "1", ">= 0 and <= 0.5")
+    check_value("shear_modulus_1", shear_modulus_1, "Pa", Gt(0))
+    check_value("shear_modulus_2", shear_modulus_2, "Pa", Gt(0))
+    check_value("poisson_1", poisson_1, "1", Interval(ge=0, le=0.5))
+    check_value("poisson_2", poisson_2, "1", Interval(ge=0, le=0.5))
     xp = namespace(shear_modulus_1, poisson_1, shear_modulus_2, poisson_2)
     g1, nu1, g2, nu2 = xp.broadcast_arrays(*as_floats(xp, shear_modulus_1, poisson_1, shear_modulus_2, poisson_2))
     # The softer body counts more. As a step from nu2, rounding leaves equal ratios equal.

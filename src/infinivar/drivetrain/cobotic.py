@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from annotated_types import Ge, Gt
+
 from infinivar._core.array_namespace import Array, finite_floats, namespace
+from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.contact import creep, spin
 from infinivar.contact.friction import coulomb
@@ -34,19 +37,19 @@ class SteeringPlant:
     """
 
     motor: Motor = component("Steering motor")
-    ratio: float = quantity("1", "> 0", "Reduction between steering motor and bell")
-    bell_inertia: float = quantity("kg m^2", "> 0", "Inertia of the bell that holds the wheel, about its steering axis")
-    sliding_friction: float = quantity("1", "> 0", "Sliding friction mu_s of the patch that turns on the spot")
+    ratio: float = quantity("1", Gt(0), "Reduction between steering motor and bell")
+    bell_inertia: float = quantity("kg m^2", Gt(0), "Inertia of the bell that holds the wheel, about its steering axis")
+    sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the patch that turns on the spot")
     patch_half_length: float | None = quantity(
         "m",
-        "> 0",
+        Gt(0),
         "Lateral half-length b of the contact patch, where no geometry of the contact gives it",
         default=None,
     )
     bell_bearing: Bearing | None = component("Bearing of the bell, which carries the preload", default=None)
     bell_friction: float | None = quantity(
         "m",
-        ">= 0",
+        Ge(0),
         "Measured friction torque of the bell bearing over preload, c_b, instead of bell_bearing",
         default=None,
     )
@@ -132,13 +135,13 @@ class CoboticDrive:
     motor: Motor = component("Cylinder motor")
     gearhead: Gearhead = component("Gearhead between motor and cylinder")
     transmission: RotaryLinearIVT = component("The rotational-to-linear element")
-    cylinder_speed: float = quantity("rad/s", "!= 0", "Speed at which the cylinder is kept")
+    cylinder_speed: float = quantity("rad/s", NonZero(), "Speed at which the cylinder is kept")
     guideway: Guideway = component("Guideway of the link", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the cylinder motor", default_factory=Amplifier)
     cylinder_inertia: float | None = quantity(
-        "kg m^2", "> 0", "Inertia of the cylinder about its axis; motion that changes its speed needs it", default=None
+        "kg m^2", Gt(0), "Inertia of the cylinder about its axis; motion that changes its speed needs it", default=None
     )
-    link_mass: float | None = quantity("kg", "> 0", "Mass of the moving link without load", default=None)
+    link_mass: float | None = quantity("kg", Gt(0), "Mass of the moving link without load", default=None)
     steering: SteeringPlant | None = component("Steering plant", default=None)
     control: CoboticControl = component("Controllers, for simulation in time", default_factory=CoboticControl)
 

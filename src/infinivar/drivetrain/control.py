@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from annotated_types import Gt
+
 from infinivar._core.fields import check, quantity
 from infinivar.errors import ParameterError
 
@@ -13,18 +15,18 @@ from infinivar.errors import ParameterError
 class CoboticControl:
     """Loops of a cobotic drive: cylinder speed, steering angle, and link position above it."""
 
-    sample_rate: float = quantity("Hz", "> 0", "Rate at which controllers sample", default=1000.0)
-    cylinder_bandwidth: float = quantity("Hz", "> 0", "Bandwidth of the cylinder's speed loop", default=4.0)
-    steering_bandwidth: float = quantity("Hz", "> 0", "Bandwidth of the steering servo", default=25.0)
-    link_bandwidth: float = quantity("Hz", "> 0", "Bandwidth of the link's position loop", default=4.0)
+    sample_rate: float = quantity("Hz", Gt(0), "Rate at which controllers sample", default=1000.0)
+    cylinder_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the cylinder's speed loop", default=4.0)
+    steering_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the steering servo", default=25.0)
+    link_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the link's position loop", default=4.0)
     current_limit: float | None = quantity(
-        "A", "> 0", "Largest current of the cylinder motor; stall current if left out", default=None
+        "A", Gt(0), "Largest current of the cylinder motor; stall current if left out", default=None
     )
     steering_current_limit: float | None = quantity(
-        "A", "> 0", "Largest current of the steering motor; stall current if left out", default=None
+        "A", Gt(0), "Largest current of the steering motor; stall current if left out", default=None
     )
     rest_error: float = quantity(
-        "m", "> 0", "How far from its goal a load that is to stand still may be left at rest", default=1e-4
+        "m", Gt(0), "How far from its goal a load that is to stand still may be left at rest", default=1e-4
     )
 
     def __post_init__(self) -> None:
@@ -37,14 +39,14 @@ class CoboticControl:
 class ConventionalControl:
     """Loops of a conventional drive: motor speed, and load position above it."""
 
-    sample_rate: float = quantity("Hz", "> 0", "Rate at which controllers sample", default=1000.0)
-    speed_bandwidth: float = quantity("Hz", "> 0", "Bandwidth of the speed loop", default=25.0)
-    link_bandwidth: float = quantity("Hz", "> 0", "Bandwidth of the load's position loop", default=4.0)
+    sample_rate: float = quantity("Hz", Gt(0), "Rate at which controllers sample", default=1000.0)
+    speed_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the speed loop", default=25.0)
+    link_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the load's position loop", default=4.0)
     current_limit: float | None = quantity(
-        "A", "> 0", "Largest current of the motor; stall current if left out", default=None
+        "A", Gt(0), "Largest current of the motor; stall current if left out", default=None
     )
     rest_error: float = quantity(
-        "m", "> 0", "How far from its goal a load that is to stand still may be left at rest", default=1e-4
+        "m", Gt(0), "How far from its goal a load that is to stand still may be left at rest", default=1e-4
     )
 
     def __post_init__(self) -> None:

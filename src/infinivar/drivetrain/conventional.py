@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from annotated_types import Gt
+
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain.control import ConventionalControl
@@ -29,7 +31,7 @@ class ConventionalDrive:
     guideway: Guideway = component("Guideway of the load, cable drag included", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
     output_inertia: float | None = quantity(
-        "kg m^2", "> 0", "Inertia of gear, pulley and cable at the gear output", default=None
+        "kg m^2", Gt(0), "Inertia of gear, pulley and cable at the gear output", default=None
     )
     control: ConventionalControl = component("Controllers, for simulation in time", default_factory=ConventionalControl)
 

@@ -10,7 +10,9 @@ from importlib import resources
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from annotated_types import Ge, Gt, Interval
 
+from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check, check_choice, component, quantity
 from infinivar.errors import require
 from infinivar.motion import recording
@@ -92,39 +94,39 @@ class DutyCycle:
     title: str = component("Name for reports", default="")
     shape: DutyShape = component("hold, sinusoid, reaches, tremor, walking or file", default="hold")
     distance: float | None = quantity(
-        "m", "> 0", "Amplitude, way of a reach, or RMS displacement of tremor", default=None
+        "m", Gt(0), "Amplitude, way of a reach, or RMS displacement of tremor", default=None
     )
-    frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
-    time: float | None = quantity("s", "> 0", "Time of the hold, or of one reach", default=None)
-    pause: float | None = quantity("s", ">= 0", "Stay after each reach", default=None)
-    low_frequency: float | None = quantity("Hz", "> 0", "Lower end of the tremor's band", default=None)
-    high_frequency: float | None = quantity("Hz", "> 0", "Upper end of the tremor's band", default=None)
+    frequency: float | None = quantity("Hz", Gt(0), "Frequency of the sinusoid", default=None)
+    time: float | None = quantity("s", Gt(0), "Time of the hold, or of one reach", default=None)
+    pause: float | None = quantity("s", Ge(0), "Stay after each reach", default=None)
+    low_frequency: float | None = quantity("Hz", Gt(0), "Lower end of the tremor's band", default=None)
+    high_frequency: float | None = quantity("Hz", Gt(0), "Upper end of the tremor's band", default=None)
     joint: Joint | None = component("Joint that walks: ankle, knee or hip", default=None)
-    body_mass: float | None = quantity("kg", "> 0", "Mass of the person who walks", default=None)
-    stride_time: float | None = quantity("s", "> 0", "Time of a stride, two steps", default=None)
-    lever_arm: float | None = quantity("m", "> 0", "Arm at which the drive acts on the joint", default=None)
+    body_mass: float | None = quantity("kg", Gt(0), "Mass of the person who walks", default=None)
+    stride_time: float | None = quantity("s", Gt(0), "Time of a stride, two steps", default=None)
+    lever_arm: float | None = quantity("m", Gt(0), "Arm at which the drive acts on the joint", default=None)
     share: float | None = quantity(
-        "1", "> 0 and <= 1", "Share of the joint's torque that the drive gives", default=None
+        "1", Interval(gt=0, le=1), "Share of the joint's torque that the drive gives", default=None
     )
     file: str | None = component(
         "CSV file with the columns time and position or speed, and force, units in the header", default=None
     )
-    cutoff: float | None = quantity("Hz", "> 0", "Nothing of a recording above this frequency is kept", default=None)
+    cutoff: float | None = quantity("Hz", Gt(0), "Nothing of a recording above this frequency is kept", default=None)
     resolution: float | None = quantity(
         "m",
-        "> 0",
+        Gt(0),
         "A recorded load is at rest while, for a wave of the cutoff, it moves no further than this to either side; "
         "as the recording's steps and noise show if left out",
         default=None,
     )
-    force: float | None = quantity("N", "finite", "Constant force on the load from outside", default=None)
+    force: float | None = quantity("N", FINITE, "Constant force on the load from outside", default=None)
     load_mass: float | None = quantity(
         "kg",
-        ">= 0",
+        Ge(0),
         "Mass of the load; the requirement's if left out, none where walking, whose torque has it",
         default=None,
     )
-    ambient: float = quantity("K", "> 0", "Temperature around the motors", default=298.15)
+    ambient: float = quantity("K", Gt(0), "Temperature around the motors", default=298.15)
     period: float = field(init=False, repr=False, compare=False, default=math.nan)
     warnings: tuple[str, ...] = field(init=False, repr=False, compare=False, default=())
     _motion: Series | _BackAndForth | Recording = field(init=False, repr=False, compare=False, default=_NOTHING)

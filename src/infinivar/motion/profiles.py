@@ -8,6 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Protocol
 
+from annotated_types import Ge, Gt
+
+from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, check_choice, component, quantity
 from infinivar.motion.tables import read_columns
 
@@ -81,11 +84,13 @@ class MotionProfile:
     """
 
     shape: MotionShape = component("hold, cruise, sinusoid, step, reach (least jerk) or file", default="hold")
-    distance: float | None = quantity("m", "!= 0", "Amplitude of the sinusoid, length of step or reach", default=None)
-    speed: float | None = quantity("m/s", "!= 0", "Speed of the cruise", default=None)
-    frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
-    time: float | None = quantity("s", "> 0", "Time that the reach takes", default=None)
-    start: float = quantity("s", ">= 0", "When it begins", default=0.0)
+    distance: float | None = quantity(
+        "m", NonZero(), "Amplitude of the sinusoid, length of step or reach", default=None
+    )
+    speed: float | None = quantity("m/s", NonZero(), "Speed of the cruise", default=None)
+    frequency: float | None = quantity("Hz", Gt(0), "Frequency of the sinusoid", default=None)
+    time: float | None = quantity("s", Gt(0), "Time that the reach takes", default=None)
+    start: float = quantity("s", Ge(0), "When it begins", default=0.0)
     file: str | None = component(
         "CSV file with the columns time and position, units in its header, SI without", default=None
     )
@@ -176,9 +181,9 @@ class ForceProfile:
     """
 
     shape: ForceShape = component("constant, sinusoid, step or file", default="constant")
-    size: float | None = quantity("N", "!= 0", "Force, or amplitude of the sinusoid", default=None)
-    frequency: float | None = quantity("Hz", "> 0", "Frequency of the sinusoid", default=None)
-    start: float = quantity("s", ">= 0", "When it begins", default=0.0)
+    size: float | None = quantity("N", NonZero(), "Force, or amplitude of the sinusoid", default=None)
+    frequency: float | None = quantity("Hz", Gt(0), "Frequency of the sinusoid", default=None)
+    start: float = quantity("s", Ge(0), "When it begins", default=0.0)
     file: str | None = component(
         "CSV file with the columns time and force, units in its header, SI without", default=None
     )

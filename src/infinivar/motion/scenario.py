@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from annotated_types import Gt, Interval
+
+from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, check_choice, component, quantity
 from infinivar.errors import ParameterError
 from infinivar.motion.profiles import ForcePath, ForceProfile, MotionPath, MotionProfile
@@ -30,32 +33,32 @@ class Scenario:
     """
 
     title: str = component("Name for reports", default="")
-    duration: float = quantity("s", "> 0", "How long the run is")
+    duration: float = quantity("s", Gt(0), "How long the run is")
     output_step: float | None = quantity(
-        "s", "> 0", "Time between results; a thousandth of the run if left out", default=None
+        "s", Gt(0), "Time between results; a thousandth of the run if left out", default=None
     )
     link: Literal["controlled", "imposed", "free"] = component("Who moves the link", default="controlled")
     motion: MotionProfile | MotionPath | None = component(
         "Motion of the link; it holds still if left out", default=None
     )
     force: ForceProfile | ForcePath | None = component("Force on the load from outside; none if left out", default=None)
-    load_mass: float | None = quantity("kg", "> 0", "Mass of the load; the requirement's if left out", default=None)
+    load_mass: float | None = quantity("kg", Gt(0), "Mass of the load; the requirement's if left out", default=None)
     steering: Literal["controlled", "locked", "decoupled", "held"] = component(
         "What the steering does", default="controlled"
     )
-    steering_angle: float | None = quantity("rad", "!= 0", "Angle at which the steering is held", default=None)
+    steering_angle: float | None = quantity("rad", NonZero(), "Angle at which the steering is held", default=None)
     cylinder: Literal["running", "run-up", "at rest"] = component("What the cylinder does", default="running")
-    run_up_time: float | None = quantity("s", "> 0", "Time in which the cylinder is to reach its speed", default=None)
+    run_up_time: float | None = quantity("s", Gt(0), "Time in which the cylinder is to reach its speed", default=None)
     electrical: Literal["current", "voltage"] = component(
         "What the amplifier imposes: a current, or a voltage, with the winding's inductance", default="current"
     )
     stick_speed: float | None = quantity(
         "m/s",
-        "> 0",
+        Gt(0),
         "Speed of the link below which friction sticks; if left out 0.1 mm/s, 0.01 mm/s on a conventional drive",
         default=None,
     )
-    tolerance: float = quantity("1", "> 0 and <= 1e-3", "Relative tolerance of the integration", default=1e-10)
+    tolerance: float = quantity("1", Interval(gt=0, le=1e-3), "Relative tolerance of the integration", default=1e-10)
     method: Literal["LSODA", "Radau", "BDF", "CVODES"] = component("Solver; CVODES needs CasADi", default="LSODA")
 
     def __post_init__(self) -> None:

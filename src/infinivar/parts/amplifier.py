@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from annotated_types import Ge, Interval
+
 from infinivar._core.array_namespace import Array, namespace, signed_infinity
 from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import require
@@ -30,10 +32,10 @@ class Amplifier:
 
     regeneration: Regeneration = component("What happens to negative electrical power", default="burn")
     storage_efficiency: float | None = quantity(
-        "1", ">= 0 and <= 1", "Share of negative power that the supply gets back; needed with store", default=None
+        "1", Interval(ge=0, le=1), "Share of negative power that the supply gets back; needed with store", default=None
     )
-    efficiency: float = quantity("1", "> 0 and <= 1", "Power out over power in, either way", default=1.0)
-    standby_power: float = quantity("W", ">= 0", "Power drawn whether or not the motor runs", default=0.0)
+    efficiency: float = quantity("1", Interval(gt=0, le=1), "Power out over power in, either way", default=1.0)
+    standby_power: float = quantity("W", Ge(0), "Power drawn whether or not the motor runs", default=0.0)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""

@@ -13,7 +13,10 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from annotated_types import Ge, Gt, Interval
+
 from infinivar._core.array_namespace import Array, as_floats, namespace, safe_divide
+from infinivar._core.bounds import QUARTER_TURN
 from infinivar._core.fields import check, component, quantity
 from infinivar.errors import require
 
@@ -124,29 +127,29 @@ class Bearing:
     name: str = component("Name for reports", default="bearing")
     type: BearingType = component("Kind of bearing, single row and with a cage", default="deep_groove")
     series: Series = component("Series of a deep groove bearing, which the skf model needs", default="other")
-    bore: float = quantity("m", "> 0", "Bore diameter d")
-    outside_diameter: float = quantity("m", "> 0", "Outside diameter D")
-    dynamic_rating: float = quantity("N", "> 0", "Basic dynamic load rating C")
-    static_rating: float = quantity("N", "> 0", "Basic static load rating C0")
-    calculation_factor: float = quantity("1", "> 0", "Factor f0 of a deep groove bearing's axial load", default=12.3)
+    bore: float = quantity("m", Gt(0), "Bore diameter d")
+    outside_diameter: float = quantity("m", Gt(0), "Outside diameter D")
+    dynamic_rating: float = quantity("N", Gt(0), "Basic dynamic load rating C")
+    static_rating: float = quantity("N", Gt(0), "Basic static load rating C0")
+    calculation_factor: float = quantity("1", Gt(0), "Factor f0 of a deep groove bearing's axial load", default=12.3)
     contact_angle: float = quantity(
-        "rad", "> 0 and <= pi/2", "Of angular contact bearings, 20 to 45 deg", default=math.radians(40)
+        "rad", Interval(gt=0, le=QUARTER_TURN), "Of angular contact bearings, 20 to 45 deg", default=math.radians(40)
     )
     friction_model: FrictionModel = component("skf (ball bearings) or coefficient (simple)", default="skf")
     friction_coefficient: float | None = quantity(
-        "1", ">= 0", "Of the simple model; left out, the catalogue's for the type", default=None
+        "1", Ge(0), "Of the simple model; left out, the catalogue's for the type", default=None
     )
-    viscosity: float = quantity("m^2/s", "> 0", "Kinematic, of the (base) oil as it is in the bearing", default=100e-6)
+    viscosity: float = quantity("m^2/s", Gt(0), "Kinematic, of the (base) oil as it is in the bearing", default=100e-6)
     lubrication: Lubrication = component("grease, oil_air, or oil_bath with the oil low", default="grease")
-    oil_level: float | None = quantity("m", "> 0", "Depth H of an oil bath in the bearing", default=None)
-    drag_factor: float | None = quantity("1", ">= 0", "Factor V_M of an oil bath, from SKF's diagram", default=None)
-    boundary_friction: float = quantity("1", ">= 0", "Sliding coefficient without a film, turning", default=0.12)
-    starting_friction: float = quantity("1", ">= 0", "Sliding coefficient at rest", default=0.15)
+    oil_level: float | None = quantity("m", Gt(0), "Depth H of an oil bath in the bearing", default=None)
+    drag_factor: float | None = quantity("1", Ge(0), "Factor V_M of an oil bath, from SKF's diagram", default=None)
+    boundary_friction: float = quantity("1", Ge(0), "Sliding coefficient without a film, turning", default=0.12)
+    starting_friction: float = quantity("1", Ge(0), "Sliding coefficient at rest", default=0.15)
     ehl_friction: float = quantity(
-        "1", ">= 0", "Sliding coefficient with a full film; synthetic oil 0.04, transmission fluid 0.1", default=0.05
+        "1", Ge(0), "Sliding coefficient with a full film; synthetic oil 0.04, transmission fluid 0.1", default=0.05
     )
-    seal_torque: float = quantity("N m", ">= 0", "Constant moment of contact seals", default=0.0)
-    mass: float | None = quantity("kg", "> 0", "Mass", default=None)
+    seal_torque: float = quantity("N m", Ge(0), "Constant moment of contact seals", default=0.0)
+    mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical, and models without constants."""
@@ -362,7 +365,7 @@ class BearingPair:
 
     bearing: Bearing = component("Each of the two bearings")
     span: float | None = quantity(
-        "m", "> 0", "Distance of the bearings; left out, nothing tilts the axle", default=None
+        "m", Gt(0), "Distance of the bearings; left out, nothing tilts the axle", default=None
     )
 
     def __post_init__(self) -> None:

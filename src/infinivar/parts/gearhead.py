@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from annotated_types import Gt, Interval
+
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, check_choice, component, given, quantity
 from infinivar.contact.friction import coulomb
@@ -82,21 +84,21 @@ class Gearhead:
     """
 
     name: str = component("Name for reports", default="gearhead")
-    ratio: float = quantity("1", "> 0", "Reduction ratio, motor speed over output speed")
-    efficiency: float = quantity("1", "> 0 and <= 1", "Efficiency at rated torque")
+    ratio: float = quantity("1", Gt(0), "Reduction ratio, motor speed over output speed")
+    efficiency: float = quantity("1", Interval(gt=0, le=1), "Efficiency at rated torque")
     loss_model: LossModel = component("coulomb (constant torque) or proportional (to power)", default="coulomb")
     backdriving_efficiency: float | None = quantity(
         "1",
-        ">= 0 and <= 1",
+        Interval(ge=0, le=1),
         "Efficiency while the load drives, of the proportional loss model; 0 is self-locking; as `efficiency` if left out",
         default=None,
     )
     rated_torque: float | None = quantity(
-        "N m", "> 0", "Motor-side torque at which the efficiency holds; the motor's continuous torque", default=None
+        "N m", Gt(0), "Motor-side torque at which the efficiency holds; the motor's continuous torque", default=None
     )
-    continuous_torque: float | None = quantity("N m", "> 0", "Permissible continuous output torque", default=None)
-    inertia: float | None = quantity("kg m^2", "> 0", "Inertia at the motor side", default=None)
-    mass: float | None = quantity("kg", "> 0", "Mass", default=None)
+    continuous_torque: float | None = quantity("N m", Gt(0), "Permissible continuous output torque", default=None)
+    inertia: float | None = quantity("kg m^2", Gt(0), "Inertia at the motor side", default=None)
+    mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""

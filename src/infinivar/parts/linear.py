@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from annotated_types import Ge, Gt
+
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check, quantity
 from infinivar.contact.friction import coulomb
@@ -19,8 +21,8 @@ class Pulley:
         If a field is outside its range; the message names field, value and unit.
     """
 
-    radius: float = quantity("m", "> 0", "Effective radius at the cable")
-    friction_torque: float = quantity("N m", ">= 0", "Coulomb friction torque of pulley and bearings", default=0.0)
+    radius: float = quantity("m", Gt(0), "Effective radius at the cable")
+    friction_torque: float = quantity("N m", Ge(0), "Coulomb friction torque of pulley and bearings", default=0.0)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""
@@ -55,8 +57,8 @@ class Guideway:
         If a field is outside its range; the message names field, value and unit.
     """
 
-    friction: float = quantity("N", ">= 0", "Friction force that does not depend on preload", default=0.0)
-    coefficient: float = quantity("1", ">= 0", "Friction coefficient c_l, force over preload", default=0.0)
+    friction: float = quantity("N", Ge(0), "Friction force that does not depend on preload", default=0.0)
+    coefficient: float = quantity("1", Ge(0), "Friction coefficient c_l, force over preload", default=0.0)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""

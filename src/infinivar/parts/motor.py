@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from annotated_types import Ge, Gt
+
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact.friction import coulomb
@@ -37,27 +39,27 @@ class Motor:
     """
 
     name: str = component("Name for reports", default="motor")
-    voltage: float = quantity("V", "> 0", "Supply voltage available to the motor")
-    resistance: float = quantity("ohm", "> 0", "Terminal resistance, windings at data-sheet temperature")
-    torque_constant: float = quantity("N m/A", "> 0", "Torque constant K, also the back-emf constant in V s/rad")
-    no_load_current: float = quantity("A", ">= 0", "No-load current; K times it is the friction torque")
-    continuous_torque: float = quantity("N m", "> 0", "Torque at the shaft that the motor bears continuously")
+    voltage: float = quantity("V", Gt(0), "Supply voltage available to the motor")
+    resistance: float = quantity("ohm", Gt(0), "Terminal resistance, windings at data-sheet temperature")
+    torque_constant: float = quantity("N m/A", Gt(0), "Torque constant K, also the back-emf constant in V s/rad")
+    no_load_current: float = quantity("A", Ge(0), "No-load current; K times it is the friction torque")
+    continuous_torque: float = quantity("N m", Gt(0), "Torque at the shaft that the motor bears continuously")
     peak_torque: float | None = quantity(
         "N m",
-        "> 0",
+        Gt(0),
         "Torque at the shaft that it bears for a moment; only voltage limits it if left out",
         default=None,
     )
-    inductance: float | None = quantity("H", "> 0", "Terminal inductance", default=None)
-    rotor_inertia: float | None = quantity("kg m^2", "> 0", "Rotor inertia", default=None)
-    max_speed: float | None = quantity("rad/s", "> 0", "Permissible speed", default=None)
-    mass: float | None = quantity("kg", "> 0", "Mass", default=None)
-    diameter: float | None = quantity("m", "> 0", "Outer diameter", default=None)
-    winding_to_housing: float | None = quantity("K/W", "> 0", "Thermal resistance winding to housing", default=None)
-    housing_to_ambient: float | None = quantity("K/W", "> 0", "Thermal resistance housing to ambient", default=None)
-    winding_time_constant: float | None = quantity("s", "> 0", "Thermal time constant of the winding", default=None)
-    housing_time_constant: float | None = quantity("s", "> 0", "Thermal time constant of the motor", default=None)
-    max_winding_temperature: float | None = quantity("K", "> 0", "Permissible winding temperature", default=None)
+    inductance: float | None = quantity("H", Gt(0), "Terminal inductance", default=None)
+    rotor_inertia: float | None = quantity("kg m^2", Gt(0), "Rotor inertia", default=None)
+    max_speed: float | None = quantity("rad/s", Gt(0), "Permissible speed", default=None)
+    mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
+    diameter: float | None = quantity("m", Gt(0), "Outer diameter", default=None)
+    winding_to_housing: float | None = quantity("K/W", Gt(0), "Thermal resistance winding to housing", default=None)
+    housing_to_ambient: float | None = quantity("K/W", Gt(0), "Thermal resistance housing to ambient", default=None)
+    winding_time_constant: float | None = quantity("s", Gt(0), "Thermal time constant of the winding", default=None)
+    housing_time_constant: float | None = quantity("s", Gt(0), "Thermal time constant of the motor", default=None)
+    max_winding_temperature: float | None = quantity("K", Gt(0), "Permissible winding temperature", default=None)
 
     def __post_init__(self) -> None:
         """Refuse what is not physical."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from annotated_types import Gt
+
 from infinivar._core.fields import check, component, quantity
 
 _SLOWEST = 1e-9
@@ -20,13 +22,13 @@ class Requirement:
     Source: faulring2006, section VI (the shaded region of Fig 15 and Fig 16).
     """
 
-    force: float = quantity("N", "> 0", "Largest force on the load")
-    speed: float = quantity("m/s", "> 0", "Largest speed of the load")
+    force: float = quantity("N", Gt(0), "Largest force on the load")
+    speed: float = quantity("m/s", Gt(0), "Largest speed of the load")
     power: float | None = quantity(
-        "W", "> 0", "Largest power at any one time; force times speed if left out", default=None
+        "W", Gt(0), "Largest power at any one time; force times speed if left out", default=None
     )
-    load_mass: float | None = quantity("kg", "> 0", "Mass of the load, in addition to the drive's own", default=None)
-    travel: float | None = quantity("m", "> 0", "Way that the load can go, from end to end", default=None)
+    load_mass: float | None = quantity("kg", Gt(0), "Mass of the load, in addition to the drive's own", default=None)
+    travel: float | None = quantity("m", Gt(0), "Way that the load can go, from end to end", default=None)
     quadrants: Literal[1, 2, 4] = component(
         "1: driving one way; 2: driving and braking; 4: both directions of each", default=1
     )

@@ -15,9 +15,11 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import pydantic
+from annotated_types import Gt
 
 from infinivar import units
-from infinivar._core.fields import check_value, fits, permitted
+from infinivar._core.bounds import Bound, fits, permitted, words
+from infinivar._core.fields import check_value
 from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -113,7 +115,7 @@ def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Any
     ]
 
 
-def example(unit: str, bound: str) -> str:
+def example(unit: str, bound: Bound) -> str:
     """A well-written value of a field."""
     usual = units.EXAMPLES[unit]
     if fits(bound, units.parse(usual, unit)):
@@ -121,7 +123,7 @@ def example(unit: str, bound: str) -> str:
     return units.show(0.1 * permitted(bound, 1.0)[1], unit)
 
 
-def _quantity(unit: str, bound: str) -> Any:
+def _quantity(unit: str, bound: Bound) -> Any:
     well = example(unit, bound)
 
     def read(raw: Any, written_unit: str | None) -> float:
@@ -133,7 +135,7 @@ def _quantity(unit: str, bound: str) -> Any:
         try:
             check_value("", value, unit, bound)
         except ParameterError as problem:
-            wanted = f"{bound} {unit}" if unit != "1" else bound
+            wanted = f"{words(bound)} {unit}" if unit != "1" else words(bound)
             raise InputError(f"must be {wanted}, such as {well}") from problem
         return value
 
@@ -208,7 +210,7 @@ def table(part: type) -> type[pydantic.BaseModel]:
         )
     if part is Motor:
         meaning = "Identical motors on one shaft (may be fractional): scales torque, currents, inertia and mass"
-        fields["scale"] = (_quantity("1", "> 0"), pydantic.Field(None, description=meaning))
+        fields["scale"] = (_quantity("1", Gt(0)), pydantic.Field(None, description=meaning))
     summary = (part.__doc__ or "").strip().split("\n")[0]
     config = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True)
     return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from infinivar import units
-from infinivar._core.fields import check_value, permitted, quantities_of, value_at
+from infinivar._core.bounds import permitted, words
+from infinivar._core.fields import check_value, quantities_of, value_at
 from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, ParameterError, nearest, printable
@@ -196,7 +197,7 @@ def _spread(
             try:
                 check_value("", end, unit, bound)
             except ParameterError:
-                raise InputError(f"reaches {units.show(end, unit)}, but the value must be {bound}") from None
+                raise InputError(f"reaches {units.show(end, unit)}, but the value must be {words(bound)}") from None
     return Spread(
         owner=drive, path=path, unit=unit, value=value, low=low, high=high, deviation=deviation, kind=kind, where=where
     )

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from annotated_types import Gt, Interval
+
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact import friction as friction_law
@@ -123,22 +125,22 @@ class ContactGeometry:
         If a field is outside its range; the message names field, value and unit.
     """
 
-    crown_radius: float = quantity("m", "> 0", "Crown radius of the wheel, across its rolling direction")
+    crown_radius: float = quantity("m", Gt(0), "Crown radius of the wheel, across its rolling direction")
     wheel_material: Material = component("Material of the wheel")
     cylinder_material: Material = component("Material of the cylinder")
     axle_bearing: Bearing = component("One of the two equal bearings of the wheel's axle")
-    bearing_span: float | None = quantity("m", "> 0", "Distance between the axle bearings", default=None)
+    bearing_span: float | None = quantity("m", Gt(0), "Distance between the axle bearings", default=None)
     lateral_share: float = quantity(
-        "1", ">= 0 and <= 1", "Lateral force over slip force at which bearing friction is taken", default=0.5
+        "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is taken", default=0.5
     )
     fast_friction_ratio: float = quantity(
-        "1", "> 0 and <= 1", "Friction limit at high speed over that at rest; 1 is constant friction", default=1.0
+        "1", Interval(gt=0, le=1), "Friction limit at high speed over that at rest; 1 is constant friction", default=1.0
     )
     friction_decay_speed: float | None = quantity(
-        "m/s", "> 0", "Surface speed over which the friction limit falls", default=None
+        "m/s", Gt(0), "Surface speed over which the friction limit falls", default=None
     )
     wear_coefficient: float | None = quantity(
-        "1", "> 0", "Archard's wear coefficient k of the dry contact", default=None
+        "1", Gt(0), "Archard's wear coefficient k of the dry contact", default=None
     )
 
     def __post_init__(self) -> None:

@@ -22,7 +22,10 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
+from annotated_types import Ge, Gt, Interval
+
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
+from infinivar._core.bounds import QUARTER_TURN
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact import creep
 from infinivar.errors import AuditError, ParameterError
@@ -68,24 +71,24 @@ class RotaryLinearIVT:
         If a field is outside its range; the message names field, value and unit.
     """
 
-    cylinder_radius: float = quantity("m", "> 0", "Cylinder radius R")
-    wheel_radius: float = quantity("m", "> 0", "Rolling radius r of the wheel")
-    preload: float = quantity("N", "> 0", "Normal force P that presses the wheel on the cylinder")
-    friction: float = quantity("1", "> 0", "Rolling friction limit mu: the contact slips at mu P")
+    cylinder_radius: float = quantity("m", Gt(0), "Cylinder radius R")
+    wheel_radius: float = quantity("m", Gt(0), "Rolling radius r of the wheel")
+    preload: float = quantity("N", Gt(0), "Normal force P that presses the wheel on the cylinder")
+    friction: float = quantity("1", Gt(0), "Rolling friction limit mu: the contact slips at mu P")
     geometry: ContactGeometry | None = component(
         "Shapes, materials and bearings, from which creep stiffness and torques follow", default=None
     )
     creep_stiffness: float | None = quantity(
-        "N", "> 0", "Measured creep stiffness C = C22 G a b, lateral force over creepage", default=None
+        "N", Gt(0), "Measured creep stiffness C = C22 G a b, lateral force over creepage", default=None
     )
     rolling_torque: float | None = quantity(
-        "N m", ">= 0", "Measured hysteresis torque of the rolling contact, about the wheel axle", default=None
+        "N m", Ge(0), "Measured hysteresis torque of the rolling contact, about the wheel axle", default=None
     )
     bearing_torque: float | None = quantity(
-        "N m", ">= 0", "Measured friction torque of the wheel's axle bearings", default=None
+        "N m", Ge(0), "Measured friction torque of the wheel's axle bearings", default=None
     )
     steering_range: float = quantity(
-        "rad", "> 0 and <= pi/2", "Largest steering angle to either side", default=math.pi / 2
+        "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle to either side", default=math.pi / 2
     )
     creep_law: str = component(
         "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach or fastsim",

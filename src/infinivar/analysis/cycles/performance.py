@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
+from annotated_types import Interval
 
 from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -54,7 +55,9 @@ class Definition:
 
     measure: Measure = component("exchange, round trip or printed", default="exchange")
     returned: Regeneration = component("What happens to negative electrical power", default="burn")
-    storage_efficiency: float | None = quantity("1", ">= 0 and <= 1", "Share of it stored and given back", default=None)
+    storage_efficiency: float | None = quantity(
+        "1", Interval(ge=0, le=1), "Share of it stored and given back", default=None
+    )
     common_bus: bool = component("Whether the motors share one DC bus", default=False)
     torque: Literal["rms", "peak"] = component("What the continuous torque bounds", default="rms")
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from annotated_types import Gt
 
 from infinivar._core.fields import check_value
 from infinivar._core.frozen import FrozenDict
@@ -171,8 +172,8 @@ def dynamic_map(
     Source: faulring2006, section VI-C and Fig 17.
     """
     frequency, fraction = _axis("frequency", frequency), _axis("fraction", fraction)
-    check_value("power", power, "W", "> 0")
-    check_value("load_mass", load_mass, "kg", "> 0")
+    check_value("power", power, "W", Gt(0))
+    check_value("load_mass", load_mass, "kg", Gt(0))
     if samples < 4 or samples % 4:
         raise InputError(f"samples must be a multiple of 4, got {samples}")
     distance = amplitude(power * fraction[None, :], load_mass, frequency[:, None])

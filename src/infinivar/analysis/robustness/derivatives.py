@@ -10,7 +10,8 @@ import numpy as np
 
 from infinivar._core import complex_step
 from infinivar._core.array_namespace import Array
-from infinivar._core.fields import permitted, quantities_of, value_at, with_values
+from infinivar._core.bounds import permitted
+from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.errors import InputError
 

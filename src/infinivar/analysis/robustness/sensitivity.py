@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar._core.fields import permitted, quantities_of, value_at
+from infinivar._core.bounds import permitted
+from infinivar._core.fields import quantities_of, value_at
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import Method, gradient, values_of
