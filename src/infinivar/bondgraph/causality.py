@@ -65,25 +65,38 @@ class _Procedure:
         self.cause: dict[Bond, str] = {}
 
     def run(self) -> Causality:
-        elements = self.graph.elements
-        for element in elements:
+        """Sources, then storages, laws, linear resistances and last what no element decides: each step settles what follows."""
+        self.settle_sources()
+        independent, dependent = self.settle_storages()
+        for element in self.graph.elements:
+            if element.kind == "R" and element.law is not None:
+                self.settle_law(element)
+        looped = self.settle_rest()
+        self.check()
+        return Causality(self.stroke, tuple(independent), tuple(dependent), tuple(looped))
+
+    def settle_sources(self) -> None:
+        for element in self.graph.elements:
             if element.kind in SOURCES:
                 (bond,) = self.at[element.name]
                 self.settle(bond, element.name, bond.other(element.name) if element.kind == "Se" else element.name)
+
+    def settle_storages(self) -> tuple[list[str], list[str]]:
+        """Storages that keep integral causality, and those that what is settled already deprives of it."""
         independent, dependent = [], []
-        for element in elements:
+        for element in self.graph.elements:
             if element.kind in STORAGES:
                 (bond,) = self.at[element.name]
                 wanted = self.integral(element, bond)
                 if bond not in self.stroke:
                     self.settle(bond, element.name, wanted)
                 (independent if self.stroke[bond] == wanted else dependent).append(element.name)
-        for element in elements:
-            if element.kind == "R" and element.law is not None:
-                self.settle_law(element)
+        return independent, dependent
+
+    def settle_rest(self) -> list[str]:
+        """Elements that had a choice: a linear resistance, or as a last resort a junction, takes what is left."""
         looped = []
-        for element in elements:
-            # A linear resistance, or as a last resort a junction, takes what is left.
+        for element in self.graph.elements:
             for bond in self.at[element.name]:
                 if bond not in self.stroke and element.kind == "R":
                     looped.append(element.name)
@@ -92,8 +105,7 @@ class _Procedure:
             if bond not in self.stroke:
                 looped.append(bond.tail)
                 self.settle(bond, bond.tail, bond.head)
-        self.check()
-        return Causality(self.stroke, tuple(independent), tuple(dependent), tuple(looped))
+        return looped
 
     @staticmethod
     def integral(element: Element, bond: Bond) -> str:
@@ -127,25 +139,29 @@ class _Procedure:
 
     def follows(self, element: Element) -> list[tuple[Bond, str]]:
         """What an element decides by itself about its open bonds, given those that are settled."""
-        bonds, name = self.at[element.name], element.name
-        open_bonds = [bond for bond in bonds if bond not in self.stroke]
+        open_bonds = [bond for bond in self.at[element.name] if bond not in self.stroke]
         if not open_bonds:
             return []
         if element.kind in TWO_PORTS:
-            (other,) = [bond for bond in bonds if bond not in open_bonds] or [None]
-            if other is None:
-                return []
-            bond = open_bonds[0]
-            in_here = (self.stroke[other] == name) == (element.kind == "GY")
-            return [(bond, name if in_here else bond.other(name))]
-        if element.kind not in JUNCTIONS:
+            return self.follows_through(element, open_bonds)
+        return self.follows_at_junction(element, open_bonds) if element.kind in JUNCTIONS else []
+
+    def follows_through(self, element: Element, open_bonds: list[Bond]) -> list[tuple[Bond, str]]:
+        """A two-port with one bond settled decides the other."""
+        name = element.name
+        settled = [bond for bond in self.at[name] if bond not in open_bonds]
+        if not settled:
             return []
-        # One bond decides: at a 0-junction the one that brings the effort, at a 1-junction the one that takes it away.
-        strong = [bond for bond in bonds if bond in self.stroke and self.decides(element, bond)]
-        if strong:
-            return [(bond, bond.other(name) if element.kind == "0" else name) for bond in open_bonds]
+        in_here = (self.stroke[settled[0]] == name) == (element.kind == "GY")
+        return [(open_bonds[0], name if in_here else open_bonds[0].other(name))]
+
+    def follows_at_junction(self, element: Element, open_bonds: list[Bond]) -> list[tuple[Bond, str]]:
+        """One bond decides: at a 0-junction the one that brings the effort, at a 1-junction the one that takes it away."""
+        name, zero = element.name, element.kind == "0"
+        if any(bond in self.stroke and self.decides(element, bond) for bond in self.at[name]):
+            return [(bond, bond.other(name) if zero else name) for bond in open_bonds]
         if len(open_bonds) == 1:
-            return [(open_bonds[0], name if element.kind == "0" else open_bonds[0].other(name))]
+            return [(open_bonds[0], name if zero else open_bonds[0].other(name))]
         return []
 
     def decides(self, element: Element, bond: Bond) -> bool:

@@ -78,9 +78,9 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
             u=inputs,
             du=rates,
             p=parameters,
-            law=[symbol for symbol, _ in reduced.laws],
-            x=[symbol for symbol, _ in reduced.shared],
-            c=[symbol for symbol, _ in reduced.constants],
+            law=list(dict(reduced.laws)),
+            x=list(dict(reduced.shared)),
+            c=list(dict(reduced.constants)),
         )
     )
     needed: set[Any] = set().union(*(result.free_symbols for result in reduced.results))

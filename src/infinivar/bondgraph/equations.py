@@ -173,8 +173,9 @@ class _Derivation:
 
     def run(self) -> Equations:
         derivatives = [self._rate(state) for state in self.states]
-        for bond in self.graph.bonds:
-            self.effort(bond), self.flow(bond)
+        for bond in self.graph.bonds:  # finds every law on the way
+            self.effort(bond)
+            self.flow(bond)
         signals = {name: self.signal_value(name) for name in self.signal}
         solved = self._solve(derivatives)
 
@@ -184,14 +185,7 @@ class _Derivation:
         laws = ordered(self.graph.name, self._law_values(plain))
         efforts = {bond: plain(self.effort(bond)) for bond in self.graph.bonds}
         flows = {bond: plain(self.flow(bond)) for bond in self.graph.bonds}
-        power = {
-            element.name: sum(
-                (efforts[bond] * flows[bond] * (1 if (bond.head == element.name) != (element.kind in SOURCES) else -1))
-                for bond in self.at[element.name]
-            )
-            for element in self.graph.elements
-            if element.kind in (*SOURCES, *STORAGES, "R")
-        }
+        power = self._powers(efforts, flows)
         return Equations(
             graph=self.graph,
             causality=self.causality,
@@ -211,6 +205,15 @@ class _Derivation:
                 if e.kind == "R" or (e.kind in SOURCES and e.losses is not None)
             },
         )
+
+    def _powers(self, efforts: Mapping[Bond, Expression], flows: Mapping[Bond, Expression]) -> dict[str, Expression]:
+        """Power that each source gives, and that each storage and resistance takes."""
+
+        def taken(name: str) -> Expression:
+            return sum(efforts[bond] * flows[bond] * (1 if bond.head == name else -1) for bond in self.at[name])
+
+        powers = {e.name: taken(e.name) for e in self.graph.elements if e.kind in (*SOURCES, *STORAGES, "R")}
+        return {name: -power if self.element[name].kind in SOURCES else power for name, power in powers.items()}
 
     # Efforts and flows, each from the end that decides it.
 

@@ -86,15 +86,17 @@ def _core(graph: BondGraph, names: list[str], neighbours: Mapping[str, list[str]
     kept = {name for name in names if kinds[name] in (*JUNCTIONS, *TWO_PORTS)} | set(sources)
     inner = ports | set(sources)
     while True:
-        blind = set()
-        for name in kept - inner:
-            onward = [other for other in neighbours[name] if other in kept]
-            # It ends here if it hangs on one junction only; what is left of a chain without ports keeps its last one.
-            if len(onward) == 1 and kinds[onward[0]] in JUNCTIONS and len(neighbours[name]) > 1:
-                blind.add(name)
+        blind = {name for name in kept - inner if _ends_blindly(name, kept, kinds, neighbours)}
+        # What is left of a chain without ports keeps its last junction.
         if not blind or len(blind) == len(kept):
             return [name for name in names if name in kept]
         kept -= blind
+
+
+def _ends_blindly(name: str, kept: set[str], kinds: Mapping[str, str], neighbours: Mapping[str, list[str]]) -> bool:
+    """Whether a branch ends here: of what is kept, one junction alone holds it."""
+    onward = [other for other in neighbours[name] if other in kept]
+    return len(onward) == 1 and kinds[onward[0]] in JUNCTIONS and len(neighbours[name]) > 1
 
 
 def _ends_a_chain(graph: BondGraph, name: str, kinds: Mapping[str, str], neighbours: Mapping[str, list[str]]) -> bool:
@@ -112,14 +114,7 @@ def _ends_a_chain(graph: BondGraph, name: str, kinds: Mapping[str, str], neighbo
 
 def _columns(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> dict[str, int]:
     """Steps from where power enters."""
-    entering = [
-        name
-        for name in core
-        if name in ports and any(b.head == name and b.tail not in neighbours for b in graph.bonds_of(name))
-    ]
-    begins = [name for name in core if not any(b.head == name and b.tail in core for b in graph.bonds_of(name))]
-    sources = [name for name in begins if graph[name].kind in SOURCES]
-    columns = {(sources or entering or begins or core)[0]: 0}
+    columns = {_first(graph, core, neighbours, ports): 0}
     waiting = list(columns)
     while waiting:
         name = waiting.pop(0)
@@ -130,6 +125,15 @@ def _columns(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[st
     for name in core:  # a part that hangs together with the rest by signals only
         columns.setdefault(name, 0)
     return columns
+
+
+def _first(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> str:
+    """Where power enters: at a source, at a port that receives it from another sub-graph, or where nothing arrives."""
+    givers = {name: {bond.tail for bond in graph.bonds_of(name) if bond.head == name} for name in core}
+    begins = [name for name in core if givers[name].isdisjoint(core)]
+    sources = [name for name in begins if graph[name].kind in SOURCES]
+    entering = [name for name in core if name in ports and givers[name] - neighbours.keys()]
+    return (sources or entering or begins or core)[0]
 
 
 def _rows(core: list[str], columns: Mapping[str, int], neighbours: Mapping[str, list[str]]) -> dict[str, float]:
@@ -186,17 +190,9 @@ def _hang(
 def _offsets(graph: BondGraph, placed: Mapping[str, Mapping[str, Point]]) -> dict[str, Point]:
     """Where each sub-graph's own origin goes."""
     group_of = {name: group for group, places in placed.items() for name in places}
-    joins = [
-        (group_of[bond.tail], group_of[bond.head]) for bond in graph.bonds if group_of[bond.tail] != group_of[bond.head]
-    ]
-    heads = {head for _, head in joins}
-    order = [group for group in placed if group not in heads and any(group == tail for tail, _ in joins)]
-    order = order or [next(iter(placed))]
-    for group in order:  # grows while it is walked
-        order += [head for tail, head in joins if tail == group and head not in order]
     offsets: dict[str, Point] = {}
     right = 0.0
-    for group in order:
+    for group in _along(graph, list(placed), group_of):
         left, _, end, _ = _box(list(placed[group].values()))
         offsets[group] = (right - left, 0.0)
         right += end - left + _GAP
@@ -204,6 +200,17 @@ def _offsets(graph: BondGraph, placed: Mapping[str, Mapping[str, Point]]) -> dic
         if group not in offsets:
             offsets[group] = _above(graph, placed, offsets, group, group_of)
     return offsets
+
+
+def _along(graph: BondGraph, groups: list[str], group_of: Mapping[str, str]) -> list[str]:
+    """Sub-graphs that bonds join, in the direction of power."""
+    ends = [(group_of[bond.tail], group_of[bond.head]) for bond in graph.bonds]
+    joins = [(tail, head) for tail, head in ends if tail != head]
+    tails, heads = {tail for tail, _ in joins}, {head for _, head in joins}
+    order = [group for group in groups if group in tails - heads] or groups[:1]
+    for group in order:  # grows while it is walked
+        order += [head for tail, head in joins if tail == group and head not in order]
+    return order
 
 
 def _above(

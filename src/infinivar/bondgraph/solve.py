@@ -80,9 +80,7 @@ def solve(
     import numpy as np
 
     made = model(graph)
-    times = np.asarray(times, dtype=float)
-    if times.ndim != 1 or len(times) < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0):
-        raise BondGraphError(f"{graph.name}: times must be two or more that increase")
+    times = _increasing(graph, times)
     if not 0.0 < rtol < 1.0:
         raise BondGraphError(f"{graph.name}: rtol must be > 0 and < 1, got {rtol}")
     parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
@@ -111,6 +109,15 @@ def solve(
         with contextlib.suppress(ClosureError):
             return attempt(energies_too=False)
     return attempt(energies_too=True)
+
+
+def _increasing(graph: BondGraph, times: Any) -> Any:
+    import numpy as np
+
+    times = np.asarray(times, dtype=float)
+    if times.ndim != 1 or len(times) < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0):
+        raise BondGraphError(f"{graph.name}: times must be two or more that increase")
+    return times
 
 
 def _nothing_moves(now: Sequence[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
