@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,6 +12,7 @@ from infinivar.calibration import model
 from infinivar.calibration.fit import Fit
 from infinivar.calibration.words import combined
 from infinivar.parts.gearhead import coulomb_torque
+from infinivar.parts.linear import Guideway
 from infinivar.transmission.rotary_linear import MEASURED
 
 if TYPE_CHECKING:
@@ -62,13 +64,8 @@ def rows(found: Calibration) -> list[Fitted]:
     if grouped and drive.steering is not None and contact is not None:
         add("steering.patch_half_length", float(contact.patch.b), "m", "")
     if "guideway_friction" in fit.names:
-        value, guide, preload = fit.values["guideway_friction"], drive.guideway, drive.transmission.preload
-        whole = guide.friction_force(preload)
-        share = guide.coefficient * preload / whole if whole > 0 else 0.0
-        if share > 0:
-            add("guideway.coefficient", value * share / preload, "1", "guideway_friction", share / preload)
-        if share < 1:
-            add("guideway.friction", value * (1.0 - share), "N", "guideway_friction", 1.0 - share)
+        for path, unit, share in _guideway(drive.guideway, drive.transmission.preload):
+            add(path, fit.values["guideway_friction"] * share, unit, "guideway_friction", share)
     if "torque_constant" in fit.names:
         add("motor.torque_constant", fit.values["torque_constant"], "N m/A", "torque_constant")
     if "resistance" in fit.names:
@@ -76,6 +73,16 @@ def rows(found: Calibration) -> list[Fitted]:
     if "nominal_torque" in fit.names:
         rows += _nominal(found, source)
     return rows
+
+
+def _guideway(guide: Guideway, preload: float) -> Iterator[tuple[str, str, float]]:
+    """Fields that make up the friction of the guideway, their units, and their size per friction."""
+    whole = guide.friction_force(preload)
+    share = guide.coefficient * preload / whole if whole > 0 else 0.0
+    if share > 0:
+        yield "guideway.coefficient", "1", share / preload
+    if share < 1:
+        yield "guideway.friction", "N", 1.0 - share
 
 
 def _in_a_sum(fit: Fit, parameter: str, source: str) -> tuple[str, float | None]:

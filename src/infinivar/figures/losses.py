@@ -46,18 +46,21 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
             bar.set_alpha(alpha)
         left = [start + value for start, value in zip(left, values, strict=True)]
     for row, title in enumerate(titles):
-        limit = numbers["limit"][title]
-        note = f"{plain(left[row], 3)} {unit}" if left[row] > 0 else ""
-        if numbers["power_in"][title] < 0:
-            note = f"{note}, {plain(-numbers['power_in'][title], 3)} {unit} go back"
-        if limit != Limit.OK:
-            note = f"{note}  beyond {limit.words}".strip()
+        note = _note(left[row], numbers["power_in"][title], numbers["limit"][title], unit)
         ax.text(left[row], row, f" {note}", va="center", fontsize=7.5)
     ax.set_xlim(0.0, max(left) * 1.45 or 1.0)
     ax.set_yticks(range(len(titles)), titles, parse_math=False)
     ax.set_ylim(len(titles) - 0.5, -0.5)
     ax.set_xlabel(f"loss [{unit}]")
     ax.set_title(numbers["title"])
+
+
+def _note(loss: float, power_in: float, limit: Limit, unit: str) -> str:
+    """Text beside a bar: the loss, power returned, and the limit exceeded."""
+    note = f"{plain(loss, 3)} {unit}" if loss > 0 else ""
+    if power_in < 0:
+        note = f"{note}, {plain(-power_in, 3)} {unit} go back"
+    return note if limit == Limit.OK else f"{note}  beyond {limit.words}".strip()
 
 
 def draw_all(comparison: Comparison) -> Figure:

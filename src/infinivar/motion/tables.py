@@ -112,12 +112,16 @@ def _places(
         except InputError as problem:
             raise InputError(f"{path}: line 1, column {name}: {problem}") from problem
         found[name] = place, factor
+    _check_columns(path, header, found, required)
+    return found
+
+
+def _check_columns(path: Path, header: list[str], found: Mapping[str, object], required: tuple[str, ...]) -> None:
     if not found.keys() >= set(required):
         missing = " and ".join(name for name in required if name not in found)
         count = f"{len(header)} column{'' if len(header) == 1 else 's'}"
         have = f"; of its {count} it names {', '.join(found)}" if found else f"; it has {count}, none of these"
         raise InputError(f"{path}: line 1 must name the columns {' and '.join(required)}: {missing} missing{have}")
-    return found
 
 
 def _number(path: Path, line: int, row: list[str], place: int, name: str) -> float:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from infinivar import units
-from infinivar._core.bounds import permitted, words
-from infinivar._core.fields import check_value, quantities_of, value_at
+from infinivar._core.bounds import fits, permitted, words
+from infinivar._core.fields import quantities_of, value_at
 from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.drive import Drive
-from infinivar.errors import InputError, ParameterError, nearest, printable
+from infinivar.errors import InputError, nearest, printable
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import KINDS, ORIGIN, SPREAD
 from infinivar.units import plain
@@ -102,7 +102,7 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
         raise StudyError(f"uncertainty = {quoted(raw)} must be tables [uncertainty.DRIVE]")
     draws = raw.get("draws", DRAWS)
     problems: list[str] = []
-    if isinstance(draws, bool) or not isinstance(draws, int) or not _LEAST <= draws <= _MOST or draws & (draws - 1):
+    if not _is_count(draws):
         problems.append(f"uncertainty.draws = {quoted(draws)} must be a power of two from {_LEAST} to {_MOST}")
     spreads: dict[str, tuple[Spread, ...]] = {}
     for drive, tree in raw.items():
@@ -113,18 +113,10 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
             problems.append(
                 f"{where}: there is no such drive{nearest(drive, drives)}; the study has {', '.join(drives)}"
             )
-            continue
-        if not isinstance(tree, dict):
+        elif not isinstance(tree, dict):
             problems.append(f"{where} = {quoted(tree)} must be a table [{where}]")
-            continue
-        fields = quantities_of(drives[drive])
-        found = []
-        for path, written, kind, source in leaves(tree, "", "assumed", origin):
-            try:
-                found.append(_spread(drive, path, written, kind, source, drives[drive], fields))
-            except InputError as problem:
-                problems.append(f"{where}.{printable(path)}{_said(written)} {problem}")
-        spreads[drive] = tuple(found)
+        else:
+            spreads[drive] = tuple(_spreads(drive, tree, origin, drives[drive], problems))
     pairs: dict[tuple[str, str, str], float] = {}
     if not problems:
         try:
@@ -138,6 +130,23 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
         if np.linalg.eigvalsh(made.correlation(drive)).min(initial=1.0) <= 1e-10:
             raise StudyError(f"correlations of {drive} exclude one another: their matrix is not positive definite")
     return made
+
+
+def _is_count(draws: Any) -> bool:
+    """Whether it is a number of builds that the sequence of samples allows."""
+    if isinstance(draws, bool) or not isinstance(draws, int):
+        return False
+    return _LEAST <= draws <= _MOST and draws & (draws - 1) == 0
+
+
+def _spreads(drive: str, tree: Mapping[str, Any], origin: str, owner: Drive, problems: list[str]) -> Iterator[Spread]:
+    """Spreads of one drive; a fault goes to the problems."""
+    fields = quantities_of(owner)
+    for path, written, kind, source in leaves(tree, "", "assumed", origin):
+        try:
+            yield _spread(drive, path, written, kind, source, owner, fields)
+        except InputError as problem:
+            problems.append(f"uncertainty.{printable(drive)}.{printable(path)}{_said(written)} {problem}")
 
 
 def is_group(table: Any) -> bool:
@@ -164,14 +173,7 @@ def leaves(
 def _spread(
     drive: str, path: str, written: Any, kind: Any, where: Any, owner: Drive, fields: Mapping[str, Any]
 ) -> Spread:
-    if path not in fields:
-        raise InputError(f"is no value that drives.{drive} has{nearest(path, fields)}")
-    if path.startswith("control."):
-        raise InputError("means nothing: neither steady operation nor prescribed motion depends on controllers")
-    if kind not in KINDS:
-        raise InputError(f"must have a kind of {', '.join(KINDS)}, got {quoted(kind)}")
-    if not isinstance(where, str):
-        raise InputError(f"must have its source as text in where, got {quoted(where)}")
+    _check_spread(drive, path, kind, where, fields)
     unit, bound = fields[path].metadata["unit"], fields[path].metadata["bound"]
     value = float(value_at(owner, path))
     table = written if isinstance(written, dict) else {"tolerance": written}
@@ -182,25 +184,38 @@ def _spread(
     if set(given) not in ({"tolerance"}, {"deviation"}, {"low", "high"}):
         raise InputError(f"must be given one way: {_WRITE}")
     deviation = given.get("deviation")
-    if "low" in given:
-        low, high = given["low"], given["high"]
-        if not low < high:
-            raise InputError("must have low below high")
-        if not low <= value <= high:
-            raise InputError(f"leaves out the value itself, {units.show(value, unit)}")
-    elif deviation is None:
-        low, high = value - given["tolerance"], value + given["tolerance"]
-    else:
-        low, high = permitted(bound, value)
+    low, high = _range(given, unit, value) if deviation is None else permitted(bound, value)
     if deviation is None:
         for end in (low, high):
-            try:
-                check_value("", end, unit, bound)
-            except ParameterError:
-                raise InputError(f"reaches {units.show(end, unit)}, but the value must be {words(bound)}") from None
+            if not fits(bound, end):
+                raise InputError(f"reaches {units.show(end, unit)}, but the value must be {words(bound)}")
     return Spread(
         owner=drive, path=path, unit=unit, value=value, low=low, high=high, deviation=deviation, kind=kind, where=where
     )
+
+
+def _check_spread(drive: str, path: str, kind: Any, where: Any, fields: Mapping[str, Any]) -> None:
+    """Refuse a spread of no known value or of no proper origin."""
+    if path not in fields:
+        raise InputError(f"is no value that drives.{drive} has{nearest(path, fields)}")
+    if path.startswith("control."):
+        raise InputError("means nothing: neither steady operation nor prescribed motion depends on controllers")
+    if kind not in KINDS:
+        raise InputError(f"must have a kind of {', '.join(KINDS)}, got {quoted(kind)}")
+    if not isinstance(where, str):
+        raise InputError(f"must have its source as text in where, got {quoted(where)}")
+
+
+def _range(given: Mapping[str, float], unit: str, value: float) -> tuple[float, float]:
+    """Ends of a spread in which every value is as likely."""
+    if "tolerance" in given:
+        return value - given["tolerance"], value + given["tolerance"]
+    low, high = given["low"], given["high"]
+    if not low < high:
+        raise InputError("must have low below high")
+    if not low <= value <= high:
+        raise InputError(f"leaves out the value itself, {units.show(value, unit)}")
+    return low, high
 
 
 def _size(written: Any, unit: str, value: float, key: str) -> float:
@@ -222,16 +237,24 @@ def _pairs(raw: Any, spreads: Mapping[str, tuple[Spread, ...]]) -> Iterator[tupl
         where = f"correlations (number {place})"
         if set(row) != {"drive", "between", "value"}:
             raise InputError(f"{where} must have drive, between and value, got {', '.join(map(printable, row))}")
-        drive, between, value = row["drive"], row["between"], row["value"]
-        known = [spread.path for spread in spreads.get(drive, ())] if isinstance(drive, str) else []
-        if not known:
-            raise InputError(f"{where}: drive = {quoted(drive)} must be one with a table [uncertainty.DRIVE]")
-        pair = isinstance(between, list) and len(between) == 2 and all(one in known for one in between)
-        if not pair or between[0] == between[1]:
-            raise InputError(f"{where}: between = {quoted(between)} must be two of {', '.join(known)}")
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not -1 < value < 1:
-            raise InputError(f"{where}: value = {quoted(value)} must be above -1 and below 1")
-        yield (drive, between[0], between[1]), float(value)
+        try:
+            yield _pair(row["drive"], row["between"], row["value"], spreads)
+        except InputError as problem:
+            raise InputError(f"{where}: {problem}") from None
+
+
+def _pair(
+    drive: Any, between: Any, value: Any, spreads: Mapping[str, tuple[Spread, ...]]
+) -> tuple[tuple[str, str, str], float]:
+    known = [spread.path for spread in spreads.get(drive, ())] if isinstance(drive, str) else []
+    if not known:
+        raise InputError(f"drive = {quoted(drive)} must be one with a table [uncertainty.DRIVE]")
+    pair = isinstance(between, list) and len(between) == 2 and all(one in known for one in between)
+    if not pair or between[0] == between[1]:
+        raise InputError(f"between = {quoted(between)} must be two of {', '.join(known)}")
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not -1 < value < 1:
+        raise InputError(f"value = {quoted(value)} must be above -1 and below 1")
+    return (drive, between[0], between[1]), float(value)
 
 
 def _said(written: Any) -> str:

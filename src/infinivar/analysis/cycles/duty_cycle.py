@@ -160,29 +160,35 @@ class DutyResult:
     @property
     def verdict(self) -> str:
         """One line a designer can act on."""
-        clauses = []
-        if self.exceeded:
-            worst = self.exceeded[0]
-            clauses.append(f"cannot do it: {words_of(worst)} is {_times(self.demands[worst])} what is allowed")
-            clauses += [f"{words_of(key)} {_times(self.demands[key])}" for key in self.exceeded[1:3]]
-        hot = [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None and not found.bears]
-        clauses += hot if self.exceeded else [f"cannot go on: {clause}" for clause in hot[:1]] + hot[1:]
+        known = {what: found for what, found in self.heat.items() if found is not None}
+        hot = {what: found for what, found in known.items() if not found.bears}
+        clauses = self._on_limits(hot)
         if math.isnan(self.power_in):
             return "; ".join(clauses)
         held = [
-            f"{what} winding at {celsius(min(found.mean_winding, found.permissible))}"
-            for what, found in self.heat.items()
-            if found is not None and not found.bears
+            f"{what} winding at {celsius(min(found.mean_winding, found.permissible))}" for what, found in hot.items()
         ]
         at = f" with {' and '.join(held)}" if held else ""
         clauses.append(f"{plain(self.energy, 3)} J a cycle, {plain(self.power_in, 3)} W on average{at}")
         if self.feasible:
+            clauses += [f"{what} {found.verdict}" for what, found in known.items()]
+        return "; ".join([*clauses, *self._on_help()])
+
+    def _on_limits(self, hot: Mapping[str, Heat]) -> list[str]:
+        """Limits exceeded and windings too hot; the tightest limit where there are none."""
+        if self.feasible:
             key, margin = self.tightest
             weakest = "nothing loads it" if margin == math.inf else f"weakest margin: {words_of(key)}, {margin:.2f}"
-            clauses.insert(0, f"does it; {weakest}")
-            clauses += [f"{what} {found.verdict}" for what, found in self.heat.items() if found is not None]
-        clauses += self._on_help()
-        return "; ".join(clauses)
+            return [f"does it; {weakest}"]
+        burning = [f"{what} {found.verdict}" for what, found in hot.items()]
+        if not self.exceeded:
+            return [f"cannot go on: {clause}" for clause in burning[:1]] + burning[1:]
+        worst = self.exceeded[0]
+        return [
+            f"cannot do it: {words_of(worst)} is {_times(self.demands[worst])} what is allowed",
+            *(f"{words_of(key)} {_times(self.demands[key])}" for key in self.exceeded[1:3]),
+            *burning,
+        ]
 
     def _on_help(self) -> list[str]:
         """What the verdict owes to friction that helps to hold, if anything."""

@@ -73,25 +73,37 @@ def outcome(
     InputError
         If there is no such kind or duty cycle.
     """
-    required = study.requirement
-    if kind in ("efficiency", "loss"):
-        corner_speed, corner_force = required.corners()["maximum force"]
-        at = (corner_speed if speed is None else speed, corner_force if force is None else force)
-        place = f"at {plain(at[1], 3)} N and {plain(at[0], 3)} m/s"
-        outside = functools.partial(_beyond_at, speed=at[0], force=at[1])
-        if kind == "efficiency":
-            words, of = f"efficiency {place}", lambda d: efficiency(d, *at)
-            return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside)
-        return Outcome(name=kind, unit="W", words=f"loss {place}", better=-1, of=lambda d: loss(d, *at), beyond=outside)
-    if kind in ("margin", "coverage"):
-        words, of = {
-            "margin": ("weakest margin in the required region", lambda d: margin(d, required)),
-            "coverage": ("share of the required region covered", lambda d: coverage(d, required)),
-        }[kind]
-        outside = functools.partial(_beyond_over, required=required)
-        return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside, of_limits=True)
     if kind not in KINDS:
         raise InputError(f"{kind!r} is not one of {', '.join(KINDS)}{nearest(kind, KINDS)}")
+    if kind in ("efficiency", "loss"):
+        return _at_point(study.requirement, kind, speed, force)
+    if kind in ("margin", "coverage"):
+        return _over_region(study.requirement, kind)
+    return _over_cycle(study, kind, duty)
+
+
+def _at_point(required: Requirement, kind: str, speed: float | None, force: float | None) -> Outcome:
+    corner_speed, corner_force = required.corners()["maximum force"]
+    at = (corner_speed if speed is None else speed, corner_force if force is None else force)
+    place = f"at {plain(at[1], 3)} N and {plain(at[0], 3)} m/s"
+    outside = functools.partial(_beyond_at, speed=at[0], force=at[1])
+    if kind == "efficiency":
+        of = functools.partial(efficiency, speed=at[0], force=at[1])
+        return Outcome(name=kind, unit="1", words=f"efficiency {place}", better=1, of=of, beyond=outside)
+    of = functools.partial(loss, speed=at[0], force=at[1])
+    return Outcome(name=kind, unit="W", words=f"loss {place}", better=-1, of=of, beyond=outside)
+
+
+def _over_region(required: Requirement, kind: str) -> Outcome:
+    words, of = {
+        "margin": ("weakest margin in the required region", functools.partial(margin, required=required)),
+        "coverage": ("share of the required region covered", functools.partial(coverage, required=required)),
+    }[kind]
+    outside = functools.partial(_beyond_over, required=required)
+    return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside, of_limits=True)
+
+
+def _over_cycle(study: Study, kind: str, duty: str | None) -> Outcome:
     if duty is None and len(study.duty) == 1:
         duty = next(iter(study.duty))
     if duty is None or duty not in study.duty:
@@ -99,12 +111,13 @@ def outcome(
         said = "say which duty cycle" if duty is None else f"there is no duty cycle {duty!r}{nearest(duty, study.duty)}"
         raise InputError(f"{kind}: {said}; the study has {known}")
     motion = study.duty[duty]
-    outside = functools.partial(_beyond_in, duty=motion, travel=required.travel)
+    outside = functools.partial(_beyond_in, duty=motion, travel=study.requirement.travel)
     if kind == "energy":
-        words = f"energy from the supply a cycle of {motion.title or duty}"
-        return Outcome(name=kind, unit="J", words=words, better=-1, of=lambda d: energy(d, motion), beyond=outside)
+        words, of = f"energy from the supply a cycle of {motion.title or duty}", functools.partial(energy, duty=motion)
+        return Outcome(name=kind, unit="J", words=words, better=-1, of=of, beyond=outside)
     words = f"highest winding temperature above the surroundings in {motion.title or duty}"
-    return Outcome(name=kind, unit="K", words=words, better=-1, of=lambda d: temperature(d, motion), beyond=outside)
+    of = functools.partial(temperature, duty=motion)
+    return Outcome(name=kind, unit="K", words=words, better=-1, of=of, beyond=outside)
 
 
 def _beyond_at(drive: AnyDrive, speed: float, force: float) -> str:

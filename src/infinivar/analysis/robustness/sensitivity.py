@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import Field, dataclass, replace
 from typing import Any, NamedTuple
 
@@ -171,20 +171,24 @@ class Sensitivity:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What a reader has to know."""
-        said = []
+        return (*self._on_limits(), *self._on_ranges(), *self._on_indices())
+
+    def _on_limits(self) -> Iterator[str]:
         if self.beyond:
             what = (
                 "do all of it within its limits"
                 if self.outcome.of_limits
                 else ("do this within its limits, so that these numbers are of no machine")
             )
-            said.append(f"The drive cannot {what}: {self.beyond}.")
+            yield f"The drive cannot {what}: {self.beyond}."
+
+    def _on_ranges(self) -> Iterator[str]:
         if not self.influences:
-            said.append("No parameter changes it over its range.")
+            yield "No parameter changes it over its range."
         assumed = [row for row in self.influences if not row.stated]
         if assumed:
             share = "All parameters" if len(assumed) == len(self.influences) else f"{len(assumed)} parameters"
-            said.append(
+            yield (
                 f"{share} are moved by {ASSUMED}, as far as permitted, since the study states no range of theirs: "
                 f"write [uncertainty.{self.name}] to say how far each may really be off."
             )
@@ -193,15 +197,16 @@ class Sensitivity:
         for still, why in ((False, "change nothing here"), (True, "are not ranked: 1 % of zero is none")):
             named = ", ".join(spread.path for spread in idle if (spread.value == 0) == still)
             if named:
-                said.append(f"Ranges that the study states and that {why}: {named}.")
+                yield f"Ranges that the study states and that {why}: {named}."
+
+    def _on_indices(self) -> Iterator[str]:
         if self.impossible > 0:
-            said.append(
+            yield (
                 f"{plain(100 * self.impossible, 2)} % of the samples cannot do it. They count as the worst of the others in "
                 "Sobol's indices."
             )
         if any(owner == self.name for owner, _, _ in self.study.uncertainty.correlations):
-            said.append("Sobol's indices take the parameters as independent: the study's correlations do not enter.")
-        return tuple(said)
+            yield "Sobol's indices take the parameters as independent: the study's correlations do not enter."
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
@@ -268,9 +273,7 @@ def sensitivity(
 
     Source: sobol2001 for the indices; squire1998 for the derivatives.
     """
-    drive = study.drive(name)
-    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-        raise InputError(f"drives.{name}: a drive of type {type(drive).__name__} has no outcomes")
+    drive = _modelled(study, name)
     asked = outcomes.outcome(study, kind, speed=speed, force=force, duty=duty)
     tell = progress or (lambda title, share: None)
     tell("derivatives", 0.0)
@@ -278,11 +281,7 @@ def sensitivity(
         paths, value, elasticities = _elasticities(asked, drive, method)
     except ParameterError as problem:
         raise InputError(f"drives.{name}: {problem}") from problem
-    if math.isnan(value):
-        raise InputError(f"drives.{name}: {asked.words}: the drive cannot do it, so there is nothing to compare")
-    if math.isinf(value):
-        why = asked.beyond(drive) or "it grows without bound"
-        raise InputError(f"drives.{name}: {asked.words}: has no end, so there is nothing to rank: {why}")
+    _check_finite(asked, drive, name, value)
     stated = {spread.path: spread for spread in study.uncertainty.spreads.get(name, ())}
     fields = quantities_of(drive)
     spreads = [stated.get(path) or _assumed(drive, name, path, fields[path]) for path in paths]
@@ -311,6 +310,22 @@ def sensitivity(
         impossible=impossible,
         beyond=asked.beyond(drive),
     )
+
+
+def _modelled(study: Study, name: str) -> AnyDrive:
+    drive = study.drive(name)
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+        raise InputError(f"drives.{name}: a drive of type {type(drive).__name__} has no outcomes")
+    return drive
+
+
+def _check_finite(asked: Outcome, drive: AnyDrive, name: str, value: float) -> None:
+    """Refuse an outcome that is no number: nothing can be ranked by it."""
+    if math.isnan(value):
+        raise InputError(f"drives.{name}: {asked.words}: the drive cannot do it, so there is nothing to compare")
+    if math.isinf(value):
+        why = asked.beyond(drive) or "it grows without bound"
+        raise InputError(f"drives.{name}: {asked.words}: has no end, so there is nothing to rank: {why}")
 
 
 def _elasticities(asked: Outcome, drive: AnyDrive, method: Method) -> tuple[list[str], float, np.ndarray]:
