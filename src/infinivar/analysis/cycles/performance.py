@@ -197,16 +197,6 @@ def closure(point: MovingPoint) -> np.ndarray:
     return np.abs(np.mean(missing, axis=-1)) / (moved + 1e-300)
 
 
-def returned_to_start(point: MovingPoint) -> np.ndarray:
-    """Energy that the drive's inertias keep over a cycle, over the energy moved: the error of sampling. [-]
-
-    A periodic motion gives back what it stored, but for the jumps of the steering angle at reversals, which are left out.
-    """
-    kept = sum(np.mean(np.broadcast_to(flow, np.shape(point.power_out)), axis=-1) for flow in point.stored.values())
-    moved = np.mean(np.abs(point.power_in) + np.abs(point.power_out), axis=-1)
-    return np.abs(kept) / (moved + 1e-300)
-
-
 def audit(point: MovingPoint, where: str) -> float:
     """Largest closure error over all cycles that are possible.
 
