@@ -1,44 +1,40 @@
 """The command line run inside the test process, and one shared run of each slow command."""
 
-import contextlib
-import io
 import json
-import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from infinivar.cli import main
+from commands import run
+from infinivar.figures import style
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
 
 
-@dataclass(frozen=True)
-class Outcome:
-    code: int
-    out: str
-    err: str
-
-
-def run(*arguments, folder: Path) -> Outcome:
-    """What `infinivar ARGUMENTS` does when typed in a folder."""
-    out, err, argv, code = io.StringIO(), io.StringIO(), sys.argv, 0
-    sys.argv = ["infinivar", *map(str, arguments)]
-    try:
-        with contextlib.chdir(folder), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-            try:
-                main()
-            except SystemExit as stop:
-                code = stop.code or 0
-    finally:
-        sys.argv = argv
-    return Outcome(code, out.getvalue(), err.getvalue())
+BLANK = {
+    "png": b"\x89PNG\r\n\x1a\n",
+    "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>',
+    "pdf": b"%PDF-1.4\n",
+}
 
 
 @pytest.fixture
-def infinivar(tmp_path):
-    """`infinivar(...)` runs the command line in a fresh folder, which is `tmp_path`, or in the `folder` given."""
+def infinivar(tmp_path, request, monkeypatch):
+    """`infinivar(...)` runs the command line in a fresh folder, which is `tmp_path`, or in the `folder` given.
+
+    Rendering takes most of the time of most commands. Figures are drawn in every test, but rendered only where the test has
+    the mark `renders`, in the formats that it names, or in all; the other files are blank.
+    """
+    mark, write = request.node.get_closest_marker("renders"), style._write_one
+    formats = () if mark is None else mark.args or style.FORMATS
+
+    def write_or_leave_blank(made, path, kind):
+        if kind in formats:
+            return write(made, path, kind)
+        path.write_bytes(BLANK[kind])
+        return path
+
+    monkeypatch.setattr(style, "_write_one", write_or_leave_blank)
     return lambda *arguments, folder=tmp_path: run(*arguments, folder=folder)
 
 

@@ -37,6 +37,7 @@ def edited(measured, folder, change):
     return folder / "rig.csv"
 
 
+@pytest.mark.renders("svg")
 def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     done = infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "8", "--loads", "0.2,0.5", "--out", "rig.csv")
     assert done.code == 0, done.err

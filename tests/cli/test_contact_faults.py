@@ -178,6 +178,7 @@ def test_parts_of_a_base_can_be_changed(write, tmp_path, table):
 
 
 @pytest.mark.parametrize("preload", ["1e-9 N", "1e6 N"])
+@pytest.mark.renders("svg")
 def test_the_absurd_has_a_sheet_too(infinivar, write, preload):
     """No nan, no traceback: where nothing moves the sheet has a dash and says why."""
     done = infinivar("contact", write(put('"400 N"', f'"{preload}"')), "--out", "result")

@@ -9,20 +9,33 @@ import contextlib
 import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+from commands import run
+
 ROOT = Path(__file__).parents[2]
 BLOCK = re.compile(r"^```(\w+)[^\n]*\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 FILE = re.compile(r"# (\S+\.toml)(, continued)?\n")
 
 
+def typed(line, folder):
+    """What a line typed in a folder prints: by this process if it is a command of ours alone, by a shell otherwise."""
+    program, *arguments = shlex.split(line)
+    if program == "infinivar" and not set(line) & set("|<>;&$*`"):
+        outcome = run(*arguments, folder=folder)
+        return outcome.out + outcome.err
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    done = subprocess.run(line, shell=True, capture_output=True, text=True, env=environment, cwd=folder)
+    return done.stdout + done.stderr
+
+
 def shown_and_real(text, folder):
     """Pairs of what a page shows and what happened, for every block that shows output."""
-    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     namespace: dict = {}
     printed = None
     for language, body in BLOCK.findall(text):
@@ -39,8 +52,7 @@ def shown_and_real(text, folder):
         elif language == "console":
             real = ""
             for line in re.findall(r"^\$ .*$", body, re.MULTILINE):
-                run = subprocess.run(line[2:], shell=True, capture_output=True, text=True, env=environment, cwd=folder)
-                real += f"{line}\n{run.stdout}{run.stderr}"
+                real += f"{line}\n{typed(line[2:], folder)}"
             yield body, real
 
 

@@ -107,7 +107,9 @@ def test_cycles_come_as_tables(walked):
 
 def test_reach_and_hold(infinivar, tmp_path, monkeypatch):
     """Held under load the geared motor burns what a locked wheel does not; the cylinder that idles burns more than either."""
-    monkeypatch.setattr("infinivar.analysis.cycles.tracking.LONGEST", 4.0)  # simulating it takes most of the time
+    # Simulating it and searching for cylinder speeds take most of the time.
+    monkeypatch.setattr("infinivar.analysis.cycles.tracking.LONGEST", 4.0)
+    monkeypatch.setattr("infinivar.analysis.compare.policies", lambda drive, duty: ())
     outcome = infinivar("compare", STUDIES / "reach_and_hold.toml", "--out", ".")
     assert (outcome.code, outcome.err) == (0, "")
     assert "Lift 200 mm in 0.6 s, hold for 1.5 s, lower, wait:" in outcome.out
@@ -119,6 +121,7 @@ def test_reach_and_hold(infinivar, tmp_path, monkeypatch):
     assert held["cobotic"]["parked_W"] == 0.0 < held["geared"]["power_W"] < held["cobotic"]["power_W"]
 
 
+@pytest.mark.renders("svg")
 def test_a_drive_that_cannot_do_the_cycle_decides(infinivar, write, tmp_path):
     (tmp_path / "motion.csv").write_text(wave().replace("50", "50"), "utf-8")
     study = RECORDED.format(more='cutoff = "5 Hz"\nforce = "-100 N"').replace('"20 N"', '"2 N"')

@@ -20,6 +20,7 @@ efficiency = { deviation = 0.02 }
 """
 
 
+@pytest.mark.renders
 def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
     done = infinivar(
         "sensitivity", write(STUDY), "--of", "loss", "--force", "20 N", "--speed", "0.3 m/s", "--out", "out"
@@ -111,6 +112,7 @@ def test_a_temperature_without_end(infinivar, write, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.renders("svg")
 def test_a_temperature_without_end_within_a_range(infinivar, write, tmp_path):
     done = infinivar("sensitivity", write(HOT % 440), "--of", "temperature", "--out", "out")
     assert done.code == 1, done.err
@@ -153,6 +155,7 @@ def test_questions_that_mean_nothing(infinivar, write, tmp_path, options, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.renders("svg")
 def test_a_comparison_says_how_many_builds_are_able(infinivar, write, tmp_path):
     done = infinivar("compare", write(STUDY), "--out", "out", "--json")
     assert done.code in (0, 1), done.err

@@ -27,6 +27,7 @@ force = { size = "-90 N" }
 """
 
 
+@pytest.mark.renders
 def test_simulate_writes_report_and_data(infinivar, write, tmp_path):
     outcome = infinivar("simulate", write(STUDY), "--drive", "cobotic", "--scenario", "reach")
     assert outcome.code == 0, outcome.err
@@ -196,12 +197,14 @@ pulley = {{ radius = "8 mm" }}""",
 
 
 @pytest.mark.parametrize("plant", ["system", "lossless", "transmission", "steering", "cylinder", "link"])
+@pytest.mark.renders("svg")
 def test_graph_draws_every_plant(infinivar, write, tmp_path, plant):
     outcome = infinivar("graph", write(STUDY), "cobotic", "--plant", plant, "--out", "fig.svg")
     assert outcome.code == 0, outcome.err
     assert (tmp_path / "fig.svg").read_text("utf-8").startswith("<?xml")
 
 
+@pytest.mark.renders("png", "pdf")
 def test_graph_writes_equations(infinivar, write, tmp_path):
     outcome = infinivar("graph", write(STUDY), "geared", "--out", "fig14.pdf", "--equations", "fig14.tex")
     assert outcome.out == "Written: fig14.pdf, fig14.tex\n"

@@ -16,6 +16,13 @@ ROUNDING = 1e-12
 """Of the power or speed at hand: a few hundred float64 roundings, with the creep a thousandth of the rolling speed."""
 
 
+def within_limits(point, least=0.5):
+    """Where a point is within limits, which must be at more than a share of the points, or nothing is tested there."""
+    ok = point.limit == Limit.OK
+    assert ok.mean() > least, f"only {ok.mean():.0%} of the points are within limits"
+    return ok
+
+
 def assert_passive(point):
     """Every loss is at least zero, and together they are what goes in and does not come out."""
     scale = np.maximum(np.abs(point.power_in), np.abs(point.power_out))
@@ -52,7 +59,7 @@ def test_satisfies_kinematics_and_balance(element, seed):
     """The explicit solution is one of Eqs 3 to 6, evaluated independently."""
     speed, angle, force = states(element, seed)
     point = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
-    ok = point.limit == Limit.OK
+    ok = within_limits(point)
     surface = element.cylinder_radius * speed
     u, v = relative_velocities(point.link_speed, surface, np.cos(angle), np.sin(angle))
     scale = np.abs(surface) + np.abs(point.link_speed)
@@ -86,7 +93,7 @@ def test_linear_law_holds(element, seed):
     """fu = C u/|v| wherever the wheel does not slip."""
     speed, angle, force = states(element, seed)
     point = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
-    ok = point.limit == Limit.OK
+    ok = within_limits(point)
     law = element.creep_stiffness * point.creep_speed / np.abs(point.rolling_speed)
     assert_allclose(law[ok], point.lateral_force[ok], rtol=1e-9, atol=1e-12 * element.slip_force)
 
@@ -96,7 +103,7 @@ def test_steer_inverts_operate(element, seed):
     # Beyond |tan phi| = K two angles give one motion; states stop short of it.
     speed, angle, force = states(element, seed, largest_angle=np.arctan(0.5 * element.groups(1.0).creep_group))
     point = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
-    ok = point.limit == Limit.OK
+    ok = within_limits(point)
     found = element.steer(cylinder_speed=speed, link_speed=point.link_speed, link_force=force)
     # The tangent is found to rounding, and grows as 1/cos^2 towards the decoupled wheel while the angle does not.
     assert_allclose(found[ok], angle[ok], rtol=0, atol=1e-10)
@@ -107,7 +114,7 @@ def test_steer_finds_the_same_motion_nearer_to_locked(element, seed):
     """With Eq 17 the link slows again before slip, so two angles can give one motion."""
     speed, angle, force = states(element, seed, largest_angle=1.3)
     point = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
-    ok = point.limit == Limit.OK
+    ok = within_limits(point)
     found = element.steer(cylinder_speed=speed, link_speed=point.link_speed, link_force=force)
     again = element.operate(cylinder_speed=speed, steering_angle=found, link_force=force)
     scale = np.abs(point.link_speed) + element.cylinder_radius * np.abs(speed)
@@ -121,7 +128,7 @@ def test_steer_finds_the_same_motion_nearer_to_locked(element, seed):
 def test_speed_and_force_modes_agree(element, seed):
     speed, angle, force = states(element, seed, largest_angle=1.3)
     forward = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
-    ok = forward.limit == Limit.OK
+    ok = within_limits(forward)
     back = element.operate(cylinder_speed=speed[ok], steering_angle=angle[ok], link_speed=forward.link_speed[ok])
     # Force follows from a creep that is 1/K of the rolling speed: rounding grows by K/cos(phi).
     assert_allclose(back.link_force, force[ok], rtol=0, atol=1e-10 * element.slip_force)
@@ -177,7 +184,7 @@ def test_lossless_limit_is_equations_1_and_2(element, seed):
     rigid = replace(element, rolling_torque=0.0, bearing_torque=0.0, creep_stiffness=1e12 * element.slip_force)
     speed, angle, force = states(rigid, seed)
     point = rigid.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
-    ok = point.limit == Limit.OK
+    ok = within_limits(point)
     radius = element.cylinder_radius
     ideal = -radius * speed * np.tan(angle)
     # The creep left is 1e-12 of the rolling speed, which is the link speed's hypotenuse.
@@ -191,7 +198,7 @@ def test_deliver_is_steer_then_operate(element, seed):
     link = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force).link_speed
     point = element.deliver(cylinder_speed=speed, link_speed=link, link_force=force)
     steered = element.steer(cylinder_speed=speed, link_speed=link, link_force=force)
-    ok = point.limit == Limit.OK
+    ok = within_limits(point)
     assert_allclose(point.steering_angle[ok], steered[ok], rtol=0, atol=1e-12)
     assert not np.any(np.isnan(point.power_in[ok]))
     assert np.all(np.isnan(steered[~ok]))
@@ -204,7 +211,8 @@ def test_cylinder_at_rest_holds_until_slip(element, law, seed):
     random = np.random.default_rng(seed)
     angle, force = random.uniform(-1.5, 1.5, POINTS), random.uniform(-2, 2, POINTS) * element.slip_force
     point = element.operate(cylinder_speed=np.zeros(POINTS), steering_angle=angle, link_force=force)
-    ok = point.limit == Limit.OK
+    ok = within_limits(point, 0.2)
+    assert np.any(~ok)
     assert_array_equal(ok, np.abs(point.lateral_force) <= element.slip_force)
     assert np.all(point.link_speed[ok] == 0)
     assert all(np.all(loss[ok] == 0) for loss in point.losses.values())

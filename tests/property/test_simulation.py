@@ -95,16 +95,24 @@ def scenarios(draw, cobotic):
 
 
 @given(cobotic_drives(), scenarios(cobotic=True))
-@settings(max_examples=20)
+@settings(max_examples=10)
 def test_energy_of_a_cobotic_drive_closes(drive, scenario):
     """Closure is also what `simulate` refuses to miss; here every loss grows, too, and every power is there."""
     check_energy(drive, scenario)
 
 
 @given(conventional_drives(), scenarios(cobotic=False))
-@settings(max_examples=20)
+@settings(max_examples=10)
 def test_energy_of_a_conventional_drive_closes(drive, scenario):
     check_energy(drive, scenario)
+
+
+@pytest.mark.slow
+@given(cobotic_drives(), scenarios(cobotic=True), conventional_drives(), scenarios(cobotic=False))
+@settings(max_examples=40)
+def test_energy_of_more_drives_closes(cobotic, its_scenario, conventional, scenario):
+    check_energy(cobotic, its_scenario)
+    check_energy(conventional, scenario)
 
 
 def check_energy(drive, scenario):
@@ -136,9 +144,17 @@ def settled(drive, scenario):
     return result.columns
 
 
-@pytest.mark.parametrize(("name", "count"), [("cobotic", 60), ("cobotic-b", 40)])
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        ("cobotic", 16),
+        ("cobotic-b", 8),
+        pytest.param("cobotic", 60, marks=pytest.mark.slow),
+        pytest.param("cobotic-b", 40, marks=pytest.mark.slow),
+    ],
+)
 def test_a_settled_cobotic_drive_is_the_steady_map(name, count):
-    """100 points to 1e-4: bond graph in time against the element's own steady solution.
+    """24 points, 100 with -m slow, to 1e-4: bond graph in time against the element's own steady solution.
 
     The wheel is held at the angle that the steady map steers to; the load is pushed back by the force; link speed, motor
     current and power of the supply must come out. The load's stick speed of 1e-4 m/s adds 1e-8 to the creep at most.
@@ -157,12 +173,13 @@ def test_a_settled_cobotic_drive_is_the_steady_map(name, count):
         compare(settled(drive, scenario), speed, steady)
 
 
-def test_a_settled_conventional_drive_is_the_steady_map():
+@pytest.mark.parametrize("count", [25, pytest.param(100, marks=pytest.mark.slow)])
+def test_a_settled_conventional_drive_is_the_steady_map(count):
     drive = replace(
         SHIPPED.drives["motor2-gear4"],
         control=ConventionalControl(speed_bandwidth=40.0, link_bandwidth=15.0, sample_rate=500.0),
     )
-    for speed, force, steady in points(drive, 2, 100):
+    for speed, force, steady in points(drive, 2, count):
         scenario = Scenario(
             duration=0.25,
             output_step=0.05,
@@ -180,7 +197,7 @@ def compare(found, speed, steady):
 
 
 @given(seeds)
-@settings(max_examples=10)
+@settings(max_examples=5)
 def test_both_directions_are_alike(seed):
     """Motion, force and cylinder turned round give the mirrored run."""
     random = np.random.default_rng(seed)

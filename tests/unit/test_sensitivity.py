@@ -72,8 +72,8 @@ class Thing:
 
 class TestDerivatives:
     @pytest.mark.parametrize(
-        "name", ["efficiency", "loss", pytest.param("temperature", marks=pytest.mark.slow)]
-    )  # JAX compiles a duty cycle for some seconds
+        "name", ["efficiency", *(pytest.param(name, marks=pytest.mark.slow) for name in ("loss", "temperature"))]
+    )  # JAX compiles for some seconds; the loss goes through the same equations as the efficiency
     def test_three_ways_agree_at_a_thousand_designs(self, drive, thousand, name):
         """Complex step and JAX are exact to rounding; differences with a step of 2e-3, thrice extrapolated, to 1e-8."""
         function = {
@@ -326,17 +326,17 @@ class TestSensitivity:
         after, before = (float(outcomes.loss(one, 0.24, 50.0)) for one in (moved, drive))
         assert_allclose(1000.0 * (after / before - 1.0), row.elasticity, rtol=2e-3)
 
-    def test_measured_losses_follow_the_preload(self, drive):
+    @pytest.mark.parametrize("method", ["complex", "difference", pytest.param("jax", marks=pytest.mark.slow)])
+    def test_measured_losses_follow_the_preload(self, drive, method):
         """A drive with the losses that follow from its geometry answers a change of preload as the geometry does."""
         measured, at = measured_twin(drive), np.array([[600.0], [650.0], [700.0]])
-        for method in METHODS:
-            (value, slope), (same, alike) = (
-                gradient(lambda d: outcomes.loss(d, 0.24, 50.0), one, ["transmission.preload"], at=at, method=method)
-                for one in (drive, measured)
-            )
-            # All powers are exact: Hertz's, and bearings with a constant coefficient of friction.
-            assert_allclose(same, value, rtol=1e-12)
-            assert_allclose(alike, slope, rtol=1e-8)
+        (value, slope), (same, alike) = (
+            gradient(lambda d: outcomes.loss(d, 0.24, 50.0), one, ["transmission.preload"], at=at, method=method)
+            for one in (drive, measured)
+        )
+        # All powers are exact: Hertz's, and bearings with a constant coefficient of friction.
+        assert_allclose(same, value, rtol=1e-12)
+        assert_allclose(alike, slope, rtol=1e-8)
         for part in ("patch", "bell"):
             less, more, less_too, more_too = (
                 one.pressed(preload).steering.friction_torques(one.pressed(preload).transmission)[part]
