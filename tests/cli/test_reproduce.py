@@ -138,7 +138,7 @@ def test_figures_show_something(reproduced, number):
     assert len(paths) > (10 if graph else 50)
 
 
-@pytest.mark.renders("svg")
+@pytest.mark.renders  # in all formats: laying out one goes on from the one before
 def test_one_figure_and_its_claims(infinivar, tmp_path, reproduced):
     outcome = infinivar("reproduce", "--figure", 7, "--out", "out", "--json")
     assert (outcome.code, outcome.err) == (0, "")
