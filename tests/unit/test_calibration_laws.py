@@ -41,7 +41,9 @@ def contains(choice, known, name="creep_stiffness"):
     return low <= known[name] <= high
 
 
-@pytest.mark.parametrize("sessions", [2, pytest.param(100, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "sessions", [2, pytest.param(20, marks=pytest.mark.slow), pytest.param(100, marks=pytest.mark.full)]
+)
 @pytest.mark.parametrize("law", LAWS)
 def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions):
     """A wrong law is preferred in one session of 1300 at most: none of 500 with a probability of 0.7."""
@@ -154,7 +156,12 @@ LOW, HIGH = (0.15, 0.5), (0.2, 0.5, 0.8)
         (0.2, HIGH, 3),
         (1.0, LOW, 3),
         (5.0, HIGH, 3),
-        *(pytest.param(ratio, loads, 60, marks=pytest.mark.slow) for ratio in (0.2, 1.0, 5.0) for loads in (LOW, HIGH)),
+        *(
+            pytest.param(ratio, loads, sessions, marks=mark)
+            for ratio in (0.2, 1.0, 5.0)
+            for loads in (LOW, HIGH)
+            for sessions, mark in ((15, pytest.mark.slow), (60, pytest.mark.full))
+        ),
     ],
 )
 def test_intervals_contain_the_truth_under_a_law_that_is_no_candidate(drive, monkeypatch, a_over_b, loads, sessions):
