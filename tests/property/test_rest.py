@@ -95,7 +95,10 @@ def agree(random, folder, names):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed):
-    """2 %: what smoothing at 10 Hz, rows 10 ms apart and controllers that stop a load leave; 40 motions with -m slow, 200 with -m full."""
+    """2 %: what smoothing at 10 Hz, rows 10 ms apart and controllers that stop a load leave.
+
+    40 motions with -m slow, 200 with -m full.
+    """
     by_file, simulated, as_turning = agree(np.random.default_rng(seed), tmp_path, ("cobotic", "geared"))
     assert max(by_file) < 0.02
     assert simulated
