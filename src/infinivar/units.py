@@ -86,8 +86,8 @@ _COMMON: dict[str, _Entry] = {
     **_prefixed("Pa", "GMkm", 0, (-1, 1, -2, 0, 0)),
     **_prefixed("Hz", "GMkm", 0, _PER_SECOND),
     **_prefixed("rad", "muµμ", 0, _ANGLE),
-    **{word: (math.pi / 180.0, 0, _ANGLE) for word in ("deg", "°")},
-    **{word: (2.0 * math.pi, 0, _ANGLE) for word in ("rev", "turn")},
+    **dict.fromkeys(("deg", "°"), (math.pi / 180.0, 0, _ANGLE)),
+    **dict.fromkeys(("rev", "turn"), (2.0 * math.pi, 0, _ANGLE)),
     "rpm": (math.pi / 30.0, 0, _PER_SECOND),
     "min": (60.0, 0, _SECOND),
     "h": (3600.0, 0, _SECOND),
@@ -97,7 +97,7 @@ _COMMON: dict[str, _Entry] = {
 """Units that nearly every study is written in. Reading them here spares loading pint, which takes longer than the rest of a
 study; whatever is not here goes to pint, and a test holds every line against it."""
 
-_POWER = re.compile(r"([^\W\d_]+|°)(?:\^([1-9])|([²³]))?")
+_POWER = re.compile(r"([^\W\d_²³]+|°)(?:\^([1-9])|([²³]))?")
 _SUPERSCRIPTS = {"²": 2, "³": 3}
 
 

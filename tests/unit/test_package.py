@@ -21,6 +21,13 @@ def test_import_loads_nothing_heavy():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
+def test_loading_a_study_loads_no_library_but_numpy():
+    """The unit registry, the schema and the solvers would each take longer than the study itself."""
+    heavy = ("pint", "pydantic", "scipy", "sympy", "xarray", "pandas", "matplotlib")
+    code = f"import sys, infinivar as iv; iv.load_study('hand_controller'); print([m for m in {heavy} if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
 def test_public_names_resolve():
     for name in iv.__all__:
         assert getattr(iv, name) is not None
