@@ -13,13 +13,12 @@ from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, numbers
 
+DRIVE = "Name of a cobotic drive; the first if left out."
+
 
 def rig(
     study: StudyFile,
-    drive: Annotated[
-        str | None,
-        typer.Option("--drive", help="Name of a cobotic drive; the first if left out.", autocompletion=drives_of_study),
-    ] = None,
+    drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
     out: Annotated[Path, typer.Option("--out", parser=named_path, metavar="PATH", help="CSV file to write.")] = Path(
         "rig.csv"
     ),
@@ -66,9 +65,7 @@ def calibrate(
     study: Annotated[
         Path, typer.Option("--study", help="Study file that has the drive and the rig.", show_default=False)
     ],
-    drive: Annotated[
-        str | None, typer.Option("--drive", help="Name of a cobotic drive; the first if left out.")
-    ] = None,
+    drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
     fit: Annotated[
         str, typer.Option("--fit", help="What to fit; torque_constant and resistance, too, on request.")
     ] = "creep_stiffness,rolling_torque,bearing_torque,guideway_friction,nominal_torque",
@@ -84,7 +81,8 @@ def calibrate(
 ) -> None:
     """Fit a drive's losses to measured data.
 
-    Writes a report, results and the calibrated study. Exit code 1 if the data do not tell all that was to be fitted.
+    Writes a report, results and the calibrated study.
+    Exit code 1 if the data do not tell all that was to be fitted.
     """
     from infinivar.calibration.calibrate import calibrate as run
     from infinivar.report.output import claimed

@@ -117,7 +117,8 @@ def contact(
 ) -> None:
     """Print the calculation sheet of each wheel contact.
 
-    Writes the sheets of the cobotic drives, too, with their figures. Exit code 1 if a contact is over-stressed.
+    Writes the sheets of the cobotic drives, too, with their figures.
+    Exit code 1 if a contact is over-stressed.
     """
     from infinivar.analysis.contact_sheet import contact_sheets
     from infinivar.report import contact as report
