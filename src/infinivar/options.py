@@ -34,8 +34,10 @@ def _names(context: typer.Context, group: str, incomplete: str) -> list[str]:
     """Names in a group of the study on the line; none where it cannot be read, as completion has nowhere to say why."""
     from infinivar.study.load import load_study
 
+    # While an option still waits for its value, Click leaves the arguments before it aside.
+    words = [word for word in context.args if not word.startswith("-")]
     try:
-        study = load_study(context.params.get("study") or "")
+        study = load_study(context.params.get("study") or "".join(words[:1]))
     except InputError:
         return []
     return [name for name in getattr(study, group) if name.startswith(incomplete)]
