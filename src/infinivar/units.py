@@ -56,43 +56,41 @@ EXAMPLES = {
 # Powers of m, kg, s, A and K.
 _NEWTON, _JOULE, _WATT = (1, 1, -2, 0, 0), (2, 1, -2, 0, 0), (2, 1, -3, 0, 0)
 _SECOND, _PER_SECOND, _ANGLE = (0, 0, 1, 0, 0), (0, 0, -1, 0, 0), (0, 0, 0, 0, 0)
-_Entry = tuple[float, int, tuple[int, ...]]
-"""Factor to SI as a number times a power of ten, kept apart so that decimal prefixes stay exact, and the dimension."""
+_Entry = tuple[float, tuple[int, ...]]
+"""Factor to SI, and the dimension."""
 
-_PREFIXES = {"": 0, "G": 9, "M": 6, "k": 3, "c": -2, "m": -3, "u": -6, "µ": -6, "μ": -6, "n": -9}
+_PREFIXES = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9}
 
 
-def _prefixed(symbols: str, prefixes: str, power: int, dimension: tuple[int, ...]) -> dict[str, _Entry]:
+def _prefixed(symbols: str, prefixes: str, dimension: tuple[int, ...]) -> dict[str, _Entry]:
     """Units of one dimension with the prefixes that they are written with, and without any."""
-    return {
-        prefix + symbol: (1.0, power + _PREFIXES[prefix], dimension)
-        for symbol in symbols.split()
-        for prefix in ("", *prefixes)
-    }
+    return {prefix + symbol: (_PREFIXES[prefix], dimension) for symbol in symbols.split() for prefix in ("", *prefixes)}
 
 
 _COMMON: dict[str, _Entry] = {
-    **_prefixed("m", "kcmuµμn", 0, (1, 0, 0, 0, 0)),
-    **_prefixed("g", "kmuµμ", -3, (0, 1, 0, 0, 0)),
-    **_prefixed("s", "muµμn", 0, _SECOND),
-    **_prefixed("A", "kmuµμ", 0, (0, 0, 0, 1, 0)),
-    **_prefixed("K", "m", 0, (0, 0, 0, 0, 1)),
-    **_prefixed("N", "MkmuµμnG", 0, _NEWTON),
-    **_prefixed("J", "MkmuµμG", 0, _JOULE),
-    **_prefixed("W", "MkmuµμG", 0, _WATT),
-    **_prefixed("V", "kmuµμ", 0, (2, 1, -3, -1, 0)),
-    **_prefixed("ohm Ω", "Mkmuµμ", 0, (2, 1, -3, -2, 0)),
-    **_prefixed("H", "muµμn", 0, (2, 1, -2, -2, 0)),
-    **_prefixed("Pa", "GMkm", 0, (-1, 1, -2, 0, 0)),
-    **_prefixed("Hz", "GMkm", 0, _PER_SECOND),
-    **_prefixed("rad", "muµμ", 0, _ANGLE),
-    **dict.fromkeys(("deg", "°"), (math.pi / 180.0, 0, _ANGLE)),
-    **dict.fromkeys(("rev", "turn"), (2.0 * math.pi, 0, _ANGLE)),
-    "rpm": (math.pi / 30.0, 0, _PER_SECOND),
-    "min": (60.0, 0, _SECOND),
-    "h": (3600.0, 0, _SECOND),
-    "Wh": (3600.0, 0, _JOULE),
-    "kWh": (3600.0, 3, _JOULE),
+    **_prefixed("m", "kcmuµμn", (1, 0, 0, 0, 0)),
+    "kg": (1.0, (0, 1, 0, 0, 0)),
+    "g": (1e-3, (0, 1, 0, 0, 0)),
+    "mg": (1e-6, (0, 1, 0, 0, 0)),
+    **_prefixed("s", "muµμn", _SECOND),
+    **_prefixed("A", "kmuµμ", (0, 0, 0, 1, 0)),
+    **_prefixed("K", "m", (0, 0, 0, 0, 1)),
+    **_prefixed("N", "MkmuµμnG", _NEWTON),
+    **_prefixed("J", "MkmuµμG", _JOULE),
+    **_prefixed("W", "MkmuµμG", _WATT),
+    **_prefixed("V", "kmuµμ", (2, 1, -3, -1, 0)),
+    **_prefixed("ohm Ω", "Mkmuµμ", (2, 1, -3, -2, 0)),
+    **_prefixed("H", "muµμn", (2, 1, -2, -2, 0)),
+    **_prefixed("Pa", "GMkm", (-1, 1, -2, 0, 0)),
+    **_prefixed("Hz", "GMkm", _PER_SECOND),
+    **_prefixed("rad", "muµμ", _ANGLE),
+    **dict.fromkeys(("deg", "°"), (math.pi / 180.0, _ANGLE)),
+    **dict.fromkeys(("rev", "turn"), (2.0 * math.pi, _ANGLE)),
+    "rpm": (math.pi / 30.0, _PER_SECOND),
+    "min": (60.0, _SECOND),
+    "h": (3600.0, _SECOND),
+    "Wh": (3600.0, _JOULE),
+    "kWh": (3.6e6, _JOULE),
 }
 """Units that nearly every study is written in. Reading them here spares loading pint, which takes longer than the rest of a
 study; whatever is not here goes to pint, and a test holds every line against it."""
@@ -107,7 +105,7 @@ def _common(text: str) -> _Entry | None:
     A product behind a stroke ("J/kg K") is left to pint, which has its own rules for that.
     """
     above, *below = text.split("/")
-    factor, ten, dimension = 1.0, 0, (0, 0, 0, 0, 0)
+    factor, dimension = 1.0, (0, 0, 0, 0, 0)
     for part, sign in ((above, 1), *((part, -1) for part in below)):
         words = part.split()
         if not words or (sign < 0 and len(words) > 1):
@@ -116,11 +114,12 @@ def _common(text: str) -> _Entry | None:
             found = _POWER.fullmatch(word)
             if found is None or found[1] not in _COMMON:
                 return None
-            one, tens, powers = _COMMON[found[1]]
-            power = sign * int(found[2] or _SUPERSCRIPTS.get(found[3], 1))
-            factor, ten = factor * one**power, ten + tens * power
-            dimension = tuple(had + power * more for had, more in zip(dimension, powers, strict=True))
-    return factor, ten, dimension
+            one, powers = _COMMON[found[1]]
+            power = int(found[2] or _SUPERSCRIPTS.get(found[3], 1))
+            for _ in range(power):  # one after the other rounds as pint does
+                factor = factor * one if sign > 0 else factor / one
+            dimension = tuple(had + sign * power * more for had, more in zip(dimension, powers, strict=True))
+    return factor, dimension
 
 
 @functools.cache
@@ -144,8 +143,8 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
     if si_unit == "K" and unit in ("degC", "°C"):
         return 1.0, ZERO_CELSIUS
     source, target = _common(unit), _common(si_unit)
-    if source is not None and target is not None and source[2] == target[2]:
-        return source[0] / target[0] * float(f"1e{source[1] - target[1]}"), 0.0
+    if source is not None and target is not None and source[1] == target[1]:
+        return source[0] / target[0], 0.0
     return _factor_by_pint(unit, si_unit)
 
 
