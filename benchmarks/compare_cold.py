@@ -1,7 +1,7 @@
 """``infinivar compare`` from a cold start against importing the libraries it stands on.
 
 Ours is the whole command in a fresh process: read the shipped study, compute and audit the maps of its drives, draw,
-write report, results and NetCDF files. Theirs only imports NumPy, SciPy's optimizers, xarray and pyplot: what a script
+write report, results and NetCDF files. Theirs only imports NumPy, SciPy's optimizers and pyplot: what a script
 that did the same would wait for before its first line. The ratio tells how much waiting the program adds.
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from benchmarks._measure import STUDY, Line, in_turn, ratio_line, wall_time
 
 PAIRS = 7
-IMPORTS = "import numpy, scipy.optimize, xarray, matplotlib.pyplot"
+IMPORTS = "import numpy, scipy.optimize, matplotlib.pyplot"
 
 
 def _compare() -> float:

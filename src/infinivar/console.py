@@ -24,7 +24,7 @@ def run(command: Callable[[], Any]) -> None:
         try:
             command()
         finally:
-            _flush()
+            flush()
     except InputError as problem:
         complain(str(problem))
         sys.exit(BAD_INPUT)
@@ -49,7 +49,7 @@ def _usable_streams() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _flush() -> None:
+def flush() -> None:
     """Hand over what was printed. A reader that has gone, such as head, wants no more: that is no failure."""
     try:
         sys.stdout.flush()
@@ -67,7 +67,7 @@ def write(text: str) -> None:
     try:
         sys.stdout.write(text)
     except BrokenPipeError:
-        _flush()
+        flush()
 
 
 def complain(text: str) -> None:

@@ -9,7 +9,58 @@ import typer
 
 from infinivar.errors import InputError
 
-StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
+
+def _studies(incomplete: str) -> list[str]:
+    """Completions of a study: names of shipped ones, study files and folders."""
+    from infinivar.study.shipped import shipped_studies
+
+    folder, _, begun = incomplete.rpartition("/")
+    lead = incomplete[: len(incomplete) - len(begun)]
+    try:
+        there = sorted(Path(folder or (lead or ".")).iterdir())
+    except OSError:
+        there = []
+    files = [f"{lead}{path.name}{'/' if path.is_dir() else ''}" for path in there]
+    return [
+        name
+        for name in [*shipped_studies(), *files]
+        if name.startswith(incomplete)
+        and name.endswith(("/", ".toml") if "." in name or "/" in name else name)
+        and not name.rpartition("/")[2].startswith(".")
+    ]
+
+
+def _names(context: typer.Context, group: str, incomplete: str) -> list[str]:
+    """Names in a group of the study on the line; none where it cannot be read, as completion has nowhere to say why."""
+    from infinivar.study.load import load_study
+
+    # While an option still waits for its value, Click leaves the arguments before it aside.
+    words = [word for word in context.args if not word.startswith("-")]
+    try:
+        study = load_study(context.params.get("study") or "".join(words[:1]))
+    except InputError:
+        return []
+    return [name for name in getattr(study, group) if name.startswith(incomplete)]
+
+
+def drives_of_study(context: typer.Context, incomplete: str) -> list[str]:
+    """Completions of a drive."""
+    return _names(context, "drives", incomplete)
+
+
+def scenarios_of_study(context: typer.Context, incomplete: str) -> list[str]:
+    """Completions of a scenario."""
+    return _names(context, "scenarios", incomplete)
+
+
+StudyFile = Annotated[
+    Path,
+    typer.Argument(
+        help="Study file (TOML), or the name of a shipped study, such as hand_controller.",
+        show_default=False,
+        autocompletion=_studies,
+    ),
+]
 
 
 def named_path(text: str | Path) -> Path:

@@ -53,6 +53,75 @@ EXAMPLES = {
 """A well-written value for every unit the study file uses."""
 
 
+# Powers of m, kg, s, A and K.
+_NEWTON, _JOULE, _WATT = (1, 1, -2, 0, 0), (2, 1, -2, 0, 0), (2, 1, -3, 0, 0)
+_SECOND, _PER_SECOND, _ANGLE = (0, 0, 1, 0, 0), (0, 0, -1, 0, 0), (0, 0, 0, 0, 0)
+_Entry = tuple[float, tuple[int, ...]]
+"""Factor to SI, and the dimension."""
+
+_PREFIXES = {"": 1.0, "G": 1e9, "M": 1e6, "k": 1e3, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6, "n": 1e-9}
+
+
+def _prefixed(symbols: str, prefixes: str, dimension: tuple[int, ...]) -> dict[str, _Entry]:
+    """Units of one dimension with the prefixes that they are written with, and without any."""
+    return {prefix + symbol: (_PREFIXES[prefix], dimension) for symbol in symbols.split() for prefix in ("", *prefixes)}
+
+
+_COMMON: dict[str, _Entry] = {
+    **_prefixed("m", "kcmuµμn", (1, 0, 0, 0, 0)),
+    "kg": (1.0, (0, 1, 0, 0, 0)),
+    "g": (1e-3, (0, 1, 0, 0, 0)),
+    "mg": (1e-6, (0, 1, 0, 0, 0)),
+    **_prefixed("s", "muµμn", _SECOND),
+    **_prefixed("A", "kmuµμ", (0, 0, 0, 1, 0)),
+    **_prefixed("K", "m", (0, 0, 0, 0, 1)),
+    **_prefixed("N", "MkmuµμnG", _NEWTON),
+    **_prefixed("J", "MkmuµμG", _JOULE),
+    **_prefixed("W", "MkmuµμG", _WATT),
+    **_prefixed("V", "kmuµμ", (2, 1, -3, -1, 0)),
+    **_prefixed("ohm Ω", "Mkmuµμ", (2, 1, -3, -2, 0)),
+    **_prefixed("H", "muµμn", (2, 1, -2, -2, 0)),
+    **_prefixed("Pa", "GMkm", (-1, 1, -2, 0, 0)),
+    **_prefixed("Hz", "GMkm", _PER_SECOND),
+    **_prefixed("rad", "muµμ", _ANGLE),
+    **dict.fromkeys(("deg", "°"), (math.pi / 180.0, _ANGLE)),
+    **dict.fromkeys(("rev", "turn"), (2.0 * math.pi, _ANGLE)),
+    "rpm": (math.pi / 30.0, _PER_SECOND),
+    "min": (60.0, _SECOND),
+    "h": (3600.0, _SECOND),
+    "Wh": (3600.0, _JOULE),
+    "kWh": (3.6e6, _JOULE),
+}
+"""Units that nearly every study is written in. Reading them here spares loading pint, which takes longer than the rest of a
+study; whatever is not here goes to pint, and a test holds every line against it."""
+
+_POWER = re.compile(r"([^\W\d_²³]+|°)(?:\^([1-9])|([²³]))?")
+_SUPERSCRIPTS = {"²": 2, "³": 3}
+
+
+def _common(text: str) -> _Entry | None:
+    """Factor and dimension of a product of common units, divided or not; None where pint is needed.
+
+    A product behind a stroke ("J/kg K") is left to pint, which has its own rules for that.
+    """
+    above, *below = text.split("/")
+    factor, dimension = 1.0, (0, 0, 0, 0, 0)
+    for part, sign in ((above, 1), *((part, -1) for part in below)):
+        words = part.split()
+        if not words or (sign < 0 and len(words) > 1):
+            return None
+        for word in words:
+            found = _POWER.fullmatch(word)
+            if found is None or found[1] not in _COMMON:
+                return None
+            one, powers = _COMMON[found[1]]
+            power = int(found[2] or _SUPERSCRIPTS.get(found[3], 1))
+            for _ in range(power):  # one after the other rounds as pint does
+                factor = factor * one if sign > 0 else factor / one
+            dimension = tuple(had + sign * power * more for had, more in zip(dimension, powers, strict=True))
+    return factor, dimension
+
+
 @functools.cache
 def _registry() -> Any:
     import pint
@@ -71,11 +140,21 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
     InputError
         If the unit is unknown or of another kind.
     """
+    if si_unit == "K" and unit in ("degC", "°C"):
+        return 1.0, ZERO_CELSIUS
+    source, target = _common(unit), _common(si_unit)
+    if source is not None and target is not None and source[1] == target[1]:
+        return source[0] / target[0], 0.0
+    return _factor_by_pint(unit, si_unit)
+
+
+def _factor_by_pint(unit: str, si_unit: str) -> tuple[float, float]:
+    """The same for any unit there is; every message about a unit comes from here."""
+    if unit in _PURE:
+        raise InputError(f"has the unit {unit!r} where {si_unit} is needed; {_example(si_unit)}")
     import pint
 
     registry = _registry()
-    if unit in _PURE:
-        raise InputError(f"has the unit {unit!r} where {si_unit} is needed; {_example(si_unit)}")
     try:
         if _STRANGE.search(unit) or len(unit) > 60:
             raise ValueError
@@ -118,46 +197,53 @@ def parse(text: object, si_unit: str, example: str | None = None) -> float:
         If a unit is missing, unknown or of another kind, or the number is not finite; the message says what is right.
     """
     hint = _example(si_unit, example)
+    number, unit = _split(text, si_unit, hint)
+    wrong = _misspelt(unit, si_unit)
+    if wrong is not None:
+        raise InputError(f"{wrong}; {hint}")
+    scale, offset = (_PURE[unit], 0.0) if si_unit == "1" else _factor(unit, si_unit)
+    value = number * scale + offset
+    if not math.isfinite(value):
+        raise InputError(f"must be a finite number; {hint}")
+    if value and not 1 / _LARGEST <= abs(value) <= _LARGEST:
+        raise InputError(f"must be between {1 / _LARGEST:g} and {_LARGEST:g} in SI units; {hint}")
+    return value
+
+
+def _split(text: object, si_unit: str, hint: str) -> tuple[float, str]:
+    """Number and unit as written; no unit where there is a bare number."""
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
         raise InputError(f"must be a number{'' if si_unit == '1' else ' with a unit'}; {hint}")
-    if isinstance(text, (int, float)):
-        if si_unit != "1":
-            raise InputError(f"needs a unit; {hint}")
-        try:
-            value, unit = float(text), ""
-        except OverflowError:
-            value, unit = math.inf, ""
-    else:
-        match = _NUMBER.match(text)
-        if match is None:
+    if isinstance(text, str):
+        found = _NUMBER.match(text)
+        if found is None:
             raise InputError(f"must begin with a number; {hint}")
-        value, unit = float(match[1]), match[2]
+        return float(found[1]), found[2]
+    try:
+        return float(text), ""
+    except OverflowError:
+        return math.inf, ""
+
+
+def _misspelt(unit: str, si_unit: str) -> str | None:
+    """What is wrong with the way a unit is written, whether or not a library of units knows it; None if nothing is."""
     if unit.startswith(","):
-        raise InputError(f"must have a point before its decimals, not a comma; {hint}")
+        return "must have a point before its decimals, not a comma"
     if si_unit == "1":
-        if unit not in _PURE:
-            raise InputError(f"has the unit {unit[:60]!r} where a pure number is needed; {hint}")
-        result = value * _PURE[unit]
-    elif not unit:
-        raise InputError(f"needs a unit; {hint}")
-    elif _RUN_TOGETHER.search(unit):
-        raise InputError(f"has the unit {unit!r}: separate the units of a product; {hint}")
-    elif si_unit != "Hz" and re.search("[Hh](ert)?z", unit):
-        raise InputError(f"must name the angle, which {unit!r} does not; {hint}")
-    elif si_unit == "Hz" and _NAMES_AN_ANGLE.search(unit):
-        raise InputError(f"must count cycles, not an angle; {hint}")
-    elif si_unit in ("rad", "rad/s") and not _NAMES_AN_ANGLE.search(unit):
+        return None if unit in _PURE else f"has the unit {unit[:60]!r} where a pure number is needed"
+    if not unit:
+        return "needs a unit"
+    if _RUN_TOGETHER.search(unit):
+        return f"has the unit {unit!r}: separate the units of a product"
+    if si_unit == "Hz":
+        return "must count cycles, not an angle" if _NAMES_AN_ANGLE.search(unit) else None
+    if re.search("[Hh](ert)?z", unit):
+        return f"must name the angle, which {unit!r} does not"
+    if si_unit in ("rad", "rad/s") and not _NAMES_AN_ANGLE.search(unit):
         # 1/s and Hz convert to rad/s as if a turn were a radian: too likely a mistake to let through.
         choices = "rpm, rev/s, deg/s or rad/s" if si_unit == "rad/s" else "deg, rad or rev"
-        raise InputError(f"must name the angle ({choices}); {hint}")
-    else:
-        scale, offset = _factor(unit, si_unit)
-        result = value * scale + offset
-    if not math.isfinite(result):
-        raise InputError(f"must be a finite number; {hint}")
-    if result and not 1 / _LARGEST <= abs(result) <= _LARGEST:
-        raise InputError(f"must be between {1 / _LARGEST:g} and {_LARGEST:g} in SI units; {hint}")
-    return result
+        return f"must name the angle ({choices})"
+    return None
 
 
 def plain(value: float | None, digits: int = 4) -> str:

@@ -357,3 +357,54 @@ def test_the_report_does_not_depend_on_matplotlib_settings(write, tmp_path):
         env={**os.environ, "MPLBACKEND": "TkAgg"},
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_verdicts_come_before_the_report_is_drawn(infinivar, monkeypatch):
+    """Whoever waits for the drawing has read the verdicts by then."""
+    from infinivar.report import saving
+
+    def never(*arguments, **options):
+        raise OSError(28, "No space left on device", "report.html")
+
+    monkeypatch.setattr(saving, "save", never)
+    outcome = infinivar("compare", "hand_controller", "--drive", "cobotic")
+    assert outcome.code == 2
+    assert "covers 100 % of the required region" in outcome.out
+    assert "Report" not in outcome.out
+
+
+def test_only_the_drives_asked_for(infinivar, tmp_path, compared):
+    outcome = infinivar("compare", "hand_controller", "--drive", "motor1-gear3", "--drive", "cobotic", "--json")
+    found, (_, _, every) = json.loads(outcome.out), compared
+    assert list(found["drives"]) == ["cobotic", "motor1-gear3"]
+    assert all(found["drives"][name] == every["drives"][name] for name in found["drives"])
+    stored = json.loads((tmp_path / "out" / "results.json").read_text("utf-8"))
+    assert {row["owner"] for row in stored["provenance"]} == {"requirement", "cobotic", "motor1-gear3"}
+    assert not (tmp_path / "out" / "motor1-gear1.nc").exists()
+
+
+def test_a_drive_that_is_not_there(infinivar, tmp_path):
+    outcome = infinivar("compare", "hand_controller", "--drive", "cobotics")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "hand_controller: there is no drive 'cobotics' (did you mean 'cobotic'?); the study has " in outcome.err
+    assert not list(tmp_path.iterdir())
+
+
+def test_quick_leaves_out_what_it_says_and_changes_no_number(infinivar, tmp_path, walked):
+    """Verdicts and numbers are those of the full run; nothing is written, and the last line says what is missing."""
+    _, _, full = walked
+    quick = json.loads(infinivar("compare", "knee_walking", "--quick", "--json").out)
+    assert quick.pop("files") == []
+    assert quick["drives"] == full["drives"]
+    for task, found in quick["duty"].items():
+        for name, drive in found["drives"].items():
+            assert drive.pop("cylinder") == []
+            assert drive.pop("simulated") == {"left_out": "left out of a quick comparison"}
+            assert drive.items() <= full["duty"][task]["drives"][name].items()
+    assert quick.get("builds") is None
+    outcome = infinivar("compare", "knee_walking", "--quick")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.split("\n")[-2].startswith(
+        "Quick run: verdicts only, the same as those of a full run. Left out: "
+    )
+    assert not list(tmp_path.iterdir())

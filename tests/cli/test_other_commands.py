@@ -5,11 +5,13 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
 
 import infinivar as iv
+from folders import results
 from infinivar.parts.bearing import Bearing
 from infinivar.study.catalogue import bearings, gearheads, materials, motors
 from infinivar.study.shipped import parameter_set
@@ -87,8 +89,6 @@ def test_schema_refers_only_to_what_it_defines(schema):
 
 
 def test_schema_accepts_what_compare_accepts(schema, infinivar, tmp_path):
-    import tomllib
-
     infinivar("init", "mine")
     shipped = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
     for path in (shipped, tmp_path / "mine.toml"):
@@ -135,12 +135,40 @@ def test_schema_refuses_what_compare_refuses(schema, change):
 def test_init_writes_a_study_that_compare_takes(infinivar, tmp_path):
     outcome = infinivar("init", "my_hand-controller")
     assert (outcome.code, outcome.err) == (0, "")
-    assert [path.name for path in tmp_path.iterdir()] == ["my_hand-controller.toml"]
+    assert results(tmp_path) == ["infinivar.schema.json", "my_hand-controller.toml"]
     assert iv.load_study(tmp_path / "my_hand-controller.toml").title == "My hand controller"
     # It names the next command; take it at its word.
     command = re.search(r"infinivar (compare .*)\n", outcome.out)[1].split()
     assert infinivar(*command).code == 0
     assert (tmp_path / "out" / "report.html").is_file()
+
+
+@pytest.mark.parametrize("like", [(), ("--like", "knee_walking")], ids=["template", "shipped"])
+def test_init_names_the_schema_that_it_writes(infinivar, schema, tmp_path, like):
+    """The first line is the directive of Taplo, relative to the study: editors find the schema, and the study keeps it."""
+    (tmp_path / "folder").mkdir()
+    assert infinivar("init", "folder/mine", *like).code == 0
+    study = tmp_path / "folder" / "mine.toml"
+    directive = study.read_text("utf-8").split("\n")[0]
+    assert re.fullmatch(r"#:schema \./\S+", directive)
+    named = study.parent / directive.removeprefix("#:schema ")
+    assert json.loads(named.read_text("utf-8")) == schema
+    assert valid(tomllib.loads(study.read_text("utf-8")), schema, schema)
+
+
+def test_init_leaves_a_schema_that_is_there(infinivar, tmp_path):
+    (tmp_path / "infinivar.schema.json").write_text("{}", "utf-8")
+    assert infinivar("init", "mine").code == 0
+    assert (tmp_path / "infinivar.schema.json").read_text("utf-8") == "{}"
+
+
+def test_init_copies_a_shipped_study(infinivar, tmp_path):
+    assert infinivar("init", "mine", "--like", "hand_controller").code == 0
+    assert iv.load_study(tmp_path / "mine.toml").drives == iv.load_study("hand_controller").drives
+    outcome = infinivar("init", "other", "--like", "hand_controler")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "(did you mean 'hand_controller'?); shipped are hand_controller, " in outcome.err
+    assert not (tmp_path / "other.toml").exists()
 
 
 @pytest.mark.parametrize("name", ["mine", "mine.toml"])
@@ -169,10 +197,10 @@ def test_init_either_refuses_a_name_or_writes_a_good_study(infinivar, tmp_path, 
     """No name, however odd, gives a file that cannot be read, a hidden file, or a traceback."""
     (tmp_path / "folder").mkdir()
     outcome = infinivar("init", name)
-    made = [path for path in tmp_path.rglob("*") if path.name != "folder"]
+    made = [path for path in tmp_path.rglob("*") if path.name not in ("folder", "infinivar.schema.json")]
     if outcome.code == 2:
         assert len(outcome.err.splitlines()) == 1
-        assert made == []
+        assert results(tmp_path) == ["folder"]
         return
     assert (outcome.code, outcome.err, len(made)) == (0, "", 1)
     assert not made[0].name.startswith(".")
@@ -254,3 +282,45 @@ def test_a_full_disk_is_one_message(tmp_path):
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
     assert "No space left" in done.stderr
+
+
+def completions(folder, *words):
+    """What a shell offers when TAB is pressed behind the last word."""
+    asked = {"_INFINIVAR_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
+    command = Path(sys.executable).parent / "infinivar"
+    if not command.exists():
+        pytest.skip("the command is not installed")
+    done = subprocess.run([command], cwd=folder, capture_output=True, text=True, env={**os.environ, **asked})
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+@pytest.mark.parametrize(
+    ("words", "offered"),
+    [
+        (("infinivar", "comp"), ["compare"]),
+        (("infinivar", "compare", "--qu"), ["--quick"]),
+        (("infinivar", "compare", "hand"), ["hand_controller", "handy.toml"]),
+        (("infinivar", "compare", "folder/"), ["folder/mine.toml"]),
+        (("infinivar", "compare", "none/"), []),
+        (("infinivar", "compare", "hand_controller", "--drive", "cob"), ["cobotic", "cobotic-b"]),
+        (("infinivar", "simulate", "hand_controller", "--scenario", "r"), ["reach", "run-up"]),
+        (("infinivar", "compare", "handy.toml", "--drive", "cob"), []),
+    ],
+    ids=lambda words: words[-1] if isinstance(words, tuple) else "",
+)
+def test_tab_completes_commands_studies_drives_and_scenarios(tmp_path, words, offered):
+    (tmp_path / "handy.toml").touch()
+    (tmp_path / "notes.txt").touch()
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "mine.toml").touch()
+    assert completions(tmp_path, *words) == offered
+
+
+def test_help_of_each_command_fits_its_line(infinivar):
+    """A command's first sentence is whole in the list of commands, and says what to do."""
+    listed = infinivar("--help").out.partition("Commands:\n")[2].rstrip("\n").split("\n")
+    assert len(listed) >= 12
+    for line in listed:
+        assert re.fullmatch(r"  [a-z]+ +[A-Z][a-z]+ .*\.", line)
+        assert "..." not in line

@@ -63,8 +63,6 @@ def test_the_load_mass_is_the_requirements(infinivar, write):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--drive", "cobotic"], "--scenario is missing; it has reach, locked"),
-        (["--scenario", "reach"], "--drive is missing; it has cobotic, geared"),
         (["--drive", "cobotics", "--scenario", "reach"], "'cobotics' is not in the study (did you mean 'cobotic'?)"),
         (["--drive", "cobotic", "--scenario", "rech"], "'rech' is not in the study (did you mean 'reach'?)"),
         (
@@ -231,3 +229,13 @@ def test_mistakes_with_graph(infinivar, write, tmp_path, arguments, said):
     assert outcome.code == 2, outcome.out
     assert said in outcome.err
     assert {file.name for file in tmp_path.iterdir()} == {"study.toml"}
+
+
+def test_first_drive_and_scenario_unless_named(infinivar, write):
+    """A line on stderr says which is taken; where there is only one, the result names it."""
+    said = "infinivar: --{} not given: using {}, the first of {}\n"
+    outcome = infinivar("simulate", write(STUDY))
+    assert outcome.err == said.format("drive", "cobotic", "cobotic, geared") + said.format(
+        "scenario", "reach", "reach, locked"
+    )
+    assert outcome.out == infinivar("simulate", "study.toml", "--drive", "cobotic", "--scenario", "reach").out

@@ -220,6 +220,7 @@ def test_map_as_labelled_data(study, tmp_path):
         moving = np.isfinite(steady.power_in)
         assert_allclose((data["power_out"] + losses).values[moving], steady.power_in[moving], rtol=1e-9)
         assert "SLIP" in data["limit"].attrs["flag_meanings"]
+        xarray.testing.assert_identical(data.load(), steady.to_xarray())
 
 
 def test_regeneration_policies(study):

@@ -11,6 +11,10 @@ import pytest
 
 import infinivar as iv
 from infinivar import references
+from infinivar._core import extras
+from infinivar.cli import app
+from infinivar.drivetrain.graphs.plants import plant_graph
+from infinivar.figures import bond_graph
 
 ROOT = Path(__file__).parents[2]
 SOURCES = sorted((ROOT / "src").rglob("*.py"))
@@ -18,6 +22,13 @@ SOURCES = sorted((ROOT / "src").rglob("*.py"))
 
 def test_import_loads_nothing_heavy():
     code = "import sys, infinivar; print([m for m in ('numpy', 'scipy', 'pydantic', 'matplotlib') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_loading_a_study_loads_no_library_but_numpy():
+    """The unit registry, the schema and the solvers would each take longer than the study itself."""
+    heavy = ("pint", "pydantic", "scipy", "sympy", "xarray", "pandas", "matplotlib")
+    code = f"import sys, infinivar as iv; iv.load_study('hand_controller'); print([m for m in {heavy} if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
@@ -50,3 +61,46 @@ def test_values_travel(study, comparison):
     assert again.results["cobotic"].coverage == comparison.results["cobotic"].coverage
     with pytest.raises(TypeError, match="frozen"):
         again.results["cobotic"].map.losses.clear()
+
+
+@pytest.mark.parametrize(
+    ("library", "use"),
+    [
+        ("igraph", lambda study: bond_graph.draw_all(plant_graph(study.drives["cobotic"], "link"))),
+        ("xarray", lambda study: iv.steady_map(study.drives["cobotic"], [0.1], [1.0]).to_xarray()),
+    ],
+)
+def test_a_missing_extra_is_named_with_the_command_that_installs_it(study, monkeypatch, library, use):
+    monkeypatch.setitem(sys.modules, library, None)
+    extra = {"igraph": "graph"}.get(library, library)
+    with pytest.raises(iv.InputError, match=rf"needs {library}; install it with: pip install 'infinivar\[{extra}\]'"):
+        use(study)
+
+
+def test_an_extra_that_is_broken_is_not_called_missing(monkeypatch):
+    """A library that lacks one of its own is a fault of the installation, which another install would not mend."""
+    monkeypatch.setattr(extras.importlib, "import_module", lambda name: __import__("no_such_library"))
+    with pytest.raises(ModuleNotFoundError, match="no_such_library"):
+        extras.load("igraph", "graph", "drawing")
+
+
+def test_readme_names_commands_and_pages_that_there_are():
+    text = (ROOT / "README.md").read_text("utf-8")
+    rows = re.findall(r"^\| (?!You|---).*\|$", text, re.MULTILINE)
+    assert len(rows) >= 12
+    for page in re.findall(r"\]\((docs/[^)]*)\)", text):
+        assert (ROOT / page).is_file(), page
+    known = {command.callback.__name__ for command in app.registered_commands if command.callback is not None}
+    named = set(re.findall(r"`infinivar ([a-z]+)", text))
+    assert named <= known
+    assert named >= {
+        "compare",
+        "init",
+        "check",
+        "simulate",
+        "contact",
+        "calibrate",
+        "sensitivity",
+        "reproduce",
+        "graph",
+    }

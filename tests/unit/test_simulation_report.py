@@ -186,3 +186,9 @@ def test_heating_is_the_root_mean_square():
         3.0 / math.sqrt(2), rel=1e-5
     )
     assert simulating._root_mean_square(time[:1], np.array([-2.0])) == 2.0
+
+
+def test_netcdf_holds_the_labelled_data(saved, step):
+    """What SciPy writes is what xarray holds: names, labels, units and numbers."""
+    with xarray.open_dataset(saved["run.nc"], engine="scipy") as written:
+        xarray.testing.assert_identical(written.load(), step.dataset())

@@ -2,7 +2,10 @@
 
 import math
 
+import hypothesis
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from infinivar import units
 from infinivar.errors import InputError
@@ -56,6 +59,76 @@ def test_refuses(text, unit, message):
     with pytest.raises(InputError) as raised:
         units.parse(text, unit)
     assert message in str(raised.value)
+
+
+def _kind(unit):
+    return units._common(unit)[1] if unit != "1" else None
+
+
+def _si(quantity):
+    """Magnitude in SI; pint's base units are those but for the radian, which is 1."""
+    return quantity.magnitude
+
+
+def _outcome(factor, unit, si_unit):
+    try:
+        scale, offset = factor(unit, si_unit)
+    except InputError as problem:
+        return str(problem)
+    return pytest.approx(scale, rel=1e-14, abs=0.0), offset
+
+
+@pytest.mark.parametrize("unit", units._COMMON)
+def test_every_common_unit_is_that_of_pint(unit):
+    """Units that are read without pint have its factors, to a rounding of pint's own products."""
+    target = next(si for si in (*units.EXAMPLES, "J") if si != "1" and _kind(si) == _kind(unit))
+    (scale, offset), (known, zero) = units._factor(unit, target), units._factor_by_pint(unit, target)
+    assert scale == pytest.approx(known, rel=4e-16, abs=0.0)
+    assert offset == zero == 0.0
+
+
+@pytest.mark.parametrize("unit", ["degC", "°C"])
+def test_temperatures_are_those_of_pint(unit):
+    assert units._factor(unit, "K") == pytest.approx(units._factor_by_pint(unit, "K"), rel=4e-16, abs=0.0)
+
+
+@pytest.mark.parametrize(
+    ("unit", "si_unit"),
+    [("g cm^2", "kg m^2"), ("mm^2/s", "m^2/s"), ("mN m/A", "N m/A"), ("kg m/s^2", "N"), ("rpm", "rad/s"), ("mH", "H")],
+)
+def test_usual_products_round_as_those_of_pint(unit, si_unit):
+    """To the last bit: a study gives the numbers that it would give with pint."""
+    assert units._factor(unit, si_unit) == units._factor_by_pint(unit, si_unit)
+
+
+NAMES = st.sampled_from([*units._COMMON, "C", "lb", "oz", "parsnip", "degC", "mmm", "%", "1", "cycle", "bar"])
+POWERS = st.sampled_from(["", "", "", "^2", "²", "³", "^3", "^-1", "**2", "^0", "^0.5", "2"])
+EXPRESSIONS = st.lists(
+    st.tuples(st.sampled_from([" ", " ", "/", " / ", "*", "·", "  ", "//", "."]), NAMES, POWERS), min_size=1, max_size=4
+).map(lambda words: "".join(gap + name + power for gap, name, power in words).lstrip(" /*·."))
+
+
+@given(EXPRESSIONS, st.sampled_from([*(unit for unit in units.EXAMPLES if unit != "1"), "J"]))
+@hypothesis.settings(max_examples=400)
+def test_expressions_mean_what_they_mean_to_pint(unit, si_unit):
+    """The same factor, or the same message."""
+    assert _outcome(units._factor, unit, si_unit) == _outcome(units._factor_by_pint, unit, si_unit)
+
+
+@given(
+    st.lists(st.tuples(st.sampled_from(list(units._COMMON)), st.sampled_from(["", "^2", "³"])), min_size=1, max_size=4)
+)
+def test_products_and_quotients_of_common_units_are_those_of_pint(words):
+    """Each expression to base units, as nearly none would be of the kind that a study asks for."""
+    above, *below = [name + power for name, power in words]
+    for unit in ("/".join([above, *below]), " ".join([above, *below])):
+        factor, dimension = units._common(unit)
+        base = units._registry().Quantity(1.0, unit).to_base_units()
+        assert factor == pytest.approx(_si(base), rel=1e-14)
+        kinds = {"[length]": 0, "[mass]": 1, "[time]": 2, "[current]": 3, "[temperature]": 4}
+        assert {kinds[kind]: power for kind, power in base.dimensionality.items() if power} == {
+            place: power for place, power in enumerate(dimension) if power
+        }
 
 
 @pytest.mark.parametrize("unit", units.EXAMPLES)

@@ -59,12 +59,17 @@ def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
 
 
 @functools.cache
+def hints(part: type) -> Mapping[str, Any]:
+    """Type hints of a dataclass by field; looking them up takes long."""
+    return typing.get_type_hints(part)
+
+
+@functools.cache
 def _choices(part: type) -> Mapping[str, tuple[Any, ...]]:
     """What each field that is a choice may be: the literals of its type hint, and None where it may be left out."""
     found: dict[str, tuple[Any, ...]] = {}
-    hints = typing.get_type_hints(part)
     for field in dataclasses.fields(part):
-        hint = hints[field.name]
+        hint = hints(part)[field.name]
         kinds = typing.get_args(hint) if typing.get_origin(hint) in (types.UnionType, typing.Union) else (hint,)
         words = [word for kind in kinds if typing.get_origin(kind) is Literal for word in typing.get_args(kind)]
         if words:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from infinivar._core import extras, netcdf
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.solve import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -23,6 +24,8 @@ from infinivar.transmission import creepage
 from infinivar.units import plain
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import xarray
 
 STEPS = 1000
@@ -112,9 +115,15 @@ class Simulation:
         return f"{limits}; {plain(spent)} J from the supply, energy balance closed to {plain(CLOSURE, 1)}"
 
     def dataset(self) -> xarray.Dataset:
-        """Labelled arrays: the columns, and energies by source, loss and storage."""
-        import xarray
+        """Labelled arrays: the columns, and energies by source, loss and storage; needs the extra ``xarray``."""
+        return extras.load("xarray", "xarray", "a labelled data set").Dataset(*self._labelled())
 
+    def to_netcdf(self, path: str | Path) -> None:
+        """Write the labelled arrays as NetCDF (version 3, readable everywhere)."""
+        netcdf.write(path, *self._labelled())
+
+    def _labelled(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Variables, coordinates and attributes."""
         run = self.trajectory
         data: dict[str, Any] = {
             name: ("time", values, {"units": _unit(name)}) for name, values in self.columns.items() if name != "time_s"
@@ -137,9 +146,7 @@ class Simulation:
             "lost": list(run.lost),
             "stored": list(run.stored),
         }
-        return xarray.Dataset(
-            data, coords={"time": ("time", run.time, {"units": "s"}), **labels}, attrs={"title": self.title}
-        )
+        return data, {"time": ("time", run.time, {"units": "s"}), **labels}, {"title": self.title}
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events and the verdict."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar import power
+from infinivar._core import extras, netcdf
 from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import AuditError, InputError
@@ -57,9 +58,11 @@ class SteadyMap:
     audit_residual: float
 
     def to_xarray(self) -> xarray.Dataset:
-        """Labelled data set with units, losses as ``loss_<name>``."""
-        import xarray
+        """Labelled data set with units, losses as ``loss_<name>``; needs the extra ``xarray``."""
+        return extras.load("xarray", "xarray", "a labelled data set").Dataset(*self._labelled())
 
+    def _labelled(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Variables, coordinates and attributes."""
         grid = ("speed", "force")
 
         def variable(values: np.ndarray, unit: str, meaning: str, **more: Any) -> tuple[Any, ...]:
@@ -73,7 +76,7 @@ class SteadyMap:
             "flag_values": np.array([limit.value for limit in Limit], dtype=np.int8),
             "flag_meanings": " ".join(limit.name for limit in Limit),
         }
-        return xarray.Dataset(
+        return (
             {
                 "power_in": variable(self.power_in, "W", "power from the supply"),
                 "power_out": variable(self.power_out, "W", "power to the load"),
@@ -82,16 +85,16 @@ class SteadyMap:
                 "limit": variable(self.limit, "1", "limit that binds", **codes),
                 "margin": variable(self.margin, "1", "allowance over demand of the tightest limit"),
             },
-            coords={
+            {
                 "speed": ("speed", self.speed, {"units": "m s-1", "long_name": "speed of the load"}),
                 "force": ("force", self.force, {"units": "N", "long_name": "force on the load"}),
             },
-            attrs={"audit_residual": self.audit_residual},
+            {"audit_residual": self.audit_residual},
         )
 
     def to_netcdf(self, path: str | Path) -> None:
         """Write the map as NetCDF (version 3, readable everywhere)."""
-        self.to_xarray().to_netcdf(path, engine="scipy")
+        netcdf.write(path, *self._labelled())
 
 
 def _axis(name: str, values: Any, unit: str) -> np.ndarray:

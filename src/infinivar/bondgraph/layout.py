@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from infinivar._core import extras
 from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph
 
 COLUMN, ROW, SPREAD = 1.0, 0.85, 0.95
@@ -138,8 +139,7 @@ def _first(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[str]
 
 def _rows(core: list[str], columns: Mapping[str, int], neighbours: Mapping[str, list[str]]) -> dict[str, float]:
     """Rows around 0 in each column, with few crossings: igraph's layered layout decides the order."""
-    import igraph
-
+    igraph = extras.load("igraph", "graph", "drawing a bond graph")
     index = {name: number for number, name in enumerate(core)}
     edges = sorted(
         {(index[a], index[b]) for a in core for b in neighbours[a] if b in index and columns[b] == columns[a] + 1}

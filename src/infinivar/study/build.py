@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import typing
+from collections.abc import Mapping
 from typing import Any
 
-import pydantic
-
-from infinivar.errors import InputError, ParameterError
+from infinivar._core.fields import hints
+from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.parts.motor import Motor
 from infinivar.study.layers import Raw, over_parts
-from infinivar.study.messages import StudyError, explained
-from infinivar.study.schema import CATALOGUES, Entry, described, part_of, table
+from infinivar.study.messages import StudyError, quoted
+from infinivar.study.schema import CATALOGUES, Entry, described, keys, part_of, table_keys
 from infinivar.study.study import DEFAULT, Provenance
 
 
@@ -32,31 +31,59 @@ def built_part(part: type, key: str) -> Any:
 
 def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) -> Any:
     """The dataclass that a table describes; appends the provenance of its values to `rows`."""
-    tree = over_parts(part, tree, path)
-    try:
-        checked = table(part).model_validate(tree)
-    except pydantic.ValidationError as problem:
-        raise StudyError(*(explained(error, part, path) for error in problem.errors(include_url=False))) from None
+    faults: list[str] = []
+    checked = _read(part, over_parts(part, tree, path), path, faults)
+    if faults:
+        raise StudyError(*faults)
     return _instance(part, checked, path, owner, "", rows)
 
 
-def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows: list[Provenance]) -> Any:
+def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]:
+    """What a table says, by key: an entry each, or what the table of a part says; appends a line a fault to `faults`."""
+    known = table_keys(part)
+    said: dict[str, Any] = {}
+    for name, key in known.items():
+        here, raw = f"{path}.{name}", tree.get(name, {})
+        if name not in tree:
+            if key.required:
+                hint = f"; write a table [{here}]" if key.part is not None else ""
+                faults.append(f"{here} is missing ({key.meaning}){hint}")
+        elif key.part is not None:
+            said[name] = _read(key.part, raw, here, faults)
+        elif key.read is not None:
+            try:
+                said[name] = key.read(raw)
+            except ValueError as problem:
+                faults.append(f"{here}{_shown(raw)} {problem}")
+    for name in tree:
+        if name not in known:
+            words = keys(part)
+            hint = f"{nearest(name, words)}; known are {', '.join(words)}"
+            faults.append(f"{path}.{printable(name)}{_shown(tree[name])} is not a known key{hint}")
+    return said
+
+
+def _shown(raw: Any) -> str:
+    return f" = {quoted(raw['value'])}" if isinstance(raw, dict) and "value" in raw else ""
+
+
+def _instance(
+    part: type, checked: Mapping[str, Any], path: str, owner: str, prefix: str, rows: list[Provenance]
+) -> Any:
     """Dataclass instance from a validated table, its parts first."""
-    hints = typing.get_type_hints(part)
     values: dict[str, Any] = {}
     for field in described(part):
-        given = getattr(checked, field.name)
+        given = checked.get(field.name)
         unit = field.metadata.get("unit", "")
         here = f"{prefix}{field.name}"
-        inner = part_of(hints[field.name])
+        inner = part_of(hints(part)[field.name])
         if isinstance(given, Entry):
             values[field.name] = given.value
             rows.append(_row(owner, here, given, unit))
         elif inner is not None and given is not None:
             values[field.name] = _instance(inner, given, f"{path}.{field.name}", owner, f"{here}.", rows)
         elif inner is not None and field.default_factory is not dataclasses.MISSING:
-            empty = table(inner).model_validate({})
-            values[field.name] = _instance(inner, empty, f"{path}.{field.name}", owner, f"{here}.", rows)
+            values[field.name] = _instance(inner, {}, f"{path}.{field.name}", owner, f"{here}.", rows)
         elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
             default = Entry(field.default, field.default, "assumed", DEFAULT)
             rows.append(_row(owner, here, default, unit))
@@ -66,7 +93,7 @@ def _instance(part: type, checked: Any, path: str, owner: str, prefix: str, rows
         raise StudyError(f"{path}.{problem}") from None
     except InputError as problem:
         raise StudyError(f"{path}: {problem}") from None
-    scale = getattr(checked, "scale", None)
+    scale = checked.get("scale")
     if part is Motor and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))
         made = made.scaled(scale.value)

@@ -6,6 +6,7 @@ import typing
 from dataclasses import dataclass, field
 from typing import Any
 
+from infinivar._core.fields import hints
 from infinivar.errors import InputError, nearest
 from infinivar.parts import catalogue
 from infinivar.study.messages import StudyError, quoted
@@ -127,9 +128,8 @@ def over_parts(part: type, tree: Raw, path: str) -> Raw:
         except InputError as problem:
             raise StudyError(f"{path}.part = {problem}") from None
         result = merged(annotated(entry, path, "catalogue", directives=_INSIDE), result)
-    hints = typing.get_type_hints(part)
     for key, value in result.items():
-        inner = part_of(hints.get(key))
+        inner = part_of(hints(part).get(key))
         if inner is not None and "value" in value:
             hint = ' with part = "..."' if inner in CATALOGUES else ""
             raise StudyError(f"{path}.{key} = {quoted(value['value'])} must be a table [{path}.{key}]{hint}")

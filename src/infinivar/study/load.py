@@ -23,7 +23,7 @@ from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, keys
-from infinivar.study.shipped import parameter_set
+from infinivar.study.shipped import parameter_set, study_file
 from infinivar.study.spreads import uncertainty_from
 from infinivar.study.study import Provenance, Study
 
@@ -46,7 +46,8 @@ def load_study(path: str | Path) -> Study:
 
     Parameters
     ----------
-    path : str or Path   TOML file; `infinivar schema` and the documentation describe it.
+    path : str or Path   TOML file, which `infinivar schema` and the documentation describe, or the name of a shipped study,
+        such as "hand_controller". A file of that name in the folder goes before.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def load_study(path: str | Path) -> Study:
         If the file cannot be read or says something that cannot be; the message names file, field, value and what
         would be right, one line for each fault.
     """
-    path = Path(path)
+    path = study_file(Path(path))
     raw = _read(path)
     try:
         return study_from(extended(raw, path, _read), name=path.stem, origin=path.name, path=path)

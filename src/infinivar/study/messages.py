@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-import typing
-from collections.abc import Mapping
 from typing import Any
 
-from infinivar.errors import nearest, printable
-from infinivar.study.schema import keys, part_of
+from infinivar.errors import printable
 
 
 class StudyError(Exception):
@@ -18,27 +14,6 @@ class StudyError(Exception):
     def lines(self) -> tuple[str, ...]:
         """The faults, a line each."""
         return self.args
-
-
-def explained(error: Mapping[str, Any], part: type, path: str) -> str:
-    """A pydantic error as one line: field, value, what would be right."""
-    *tables, name = (str(step) for step in error["loc"])
-    for step in tables:
-        part = typing.cast(type, part_of(typing.get_type_hints(part)[step]))
-    field = ".".join([path, *tables, name])
-    raw = error["input"]
-    shown = f" = {quoted(raw['value'])}" if isinstance(raw, dict) and "value" in raw else ""
-    if error["type"] == "missing":
-        meaning = next(f.metadata.get("meaning", "") for f in dataclasses.fields(part) if f.name == name)
-        table_hint = f"; write a table [{field}]" if part_of(typing.get_type_hints(part)[name]) else ""
-        return f"{field} is missing ({meaning}){table_hint}"
-    if error["type"] == "extra_forbidden":
-        known = keys(part)
-        field = ".".join([path, *tables, printable(name)])
-        return f"{field}{shown} is not a known key{nearest(name, known)}; known are {', '.join(known)}"
-    if error["type"] in ("model_type", "model_attributes_type") or "ctx" not in error:
-        return f"{field}{shown} must be a table [{field}]"
-    return f"{field}{shown} {error['ctx']['error']}"
 
 
 def quoted(value: Any) -> str:

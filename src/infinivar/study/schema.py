@@ -1,7 +1,8 @@
-"""Pydantic tables for study files, made from the dataclasses of parts and drives.
+"""Tables of study files, made from the dataclasses of parts and drives.
 
-A field's unit, range and meaning are written once, at the dataclass (`infinivar._core.fields`); the table, its JSON
-Schema and its error messages follow from there.
+A field's unit, range and meaning are written once, at the dataclass (`infinivar._core.fields`); the keys of the table, what
+reads them, their JSON Schema and their error messages follow from there. The JSON Schema is put together by pydantic, which
+loading a study does without: importing it takes as long as the rest of loading.
 """
 
 from __future__ import annotations
@@ -11,15 +12,14 @@ import functools
 import types
 import typing
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import pydantic
 from annotated_types import Gt
 
 from infinivar import units
 from infinivar._core.bounds import Bound, fits, permitted, words
-from infinivar._core.fields import check_value
+from infinivar._core.fields import check_value, hints
 from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -32,6 +32,9 @@ from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
+
+if TYPE_CHECKING:
+    import pydantic
 
 KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 """Where a number comes from: printed in a paper, a data sheet, computed from others, fitted to data, or assumed."""
@@ -70,6 +73,17 @@ class Entry:
     where: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A key of a table: of a value, with what reads it and its JSON Schema, or of the table of a part."""
+
+    read: Callable[[Any], Entry] | None = None
+    schema: dict[str, Any] | None = None
+    part: type | None = None
+    required: bool = False
+    meaning: str = ""
+
+
 def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
     """Entry from a bare value or from a table with value, unit, kind and where; `read` turns text into a value."""
     if not isinstance(raw, dict):
@@ -95,8 +109,8 @@ def _read(read: Callable[[Any, str | None], Any], raw: Any, unit: str | None) ->
         raise ValueError(str(problem)) from problem
 
 
-def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Any:
-    """Field type for one value; its JSON Schema offers the bare value and the table with provenance."""
+def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key:
+    """Key of one value; its JSON Schema offers the bare value and the table with provenance."""
     table = {
         "type": "object",
         "required": ["value"],
@@ -108,13 +122,10 @@ def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Any
             "where": {"type": "string"},
         },
     }
-    return Annotated[
-        Any,
-        pydantic.BeforeValidator(lambda raw: _entry(raw, read)),
-        pydantic.WithJsonSchema({"anyOf": [schema, table]}),
-    ]
+    return Key(lambda raw: _entry(raw, read), {"anyOf": [schema, table]})
 
 
+@functools.cache
 def example(unit: str, bound: Bound) -> str:
     """A well-written value of a field."""
     usual = units.EXAMPLES[unit]
@@ -123,7 +134,7 @@ def example(unit: str, bound: Bound) -> str:
     return units.show(0.1 * permitted(bound, 1.0)[1], unit)
 
 
-def _quantity(unit: str, bound: Bound) -> Any:
+def _quantity(unit: str, bound: Bound) -> Key:
     well = example(unit, bound)
 
     def read(raw: Any, written_unit: str | None) -> float:
@@ -144,7 +155,7 @@ def _quantity(unit: str, bound: Bound) -> Any:
     return _leaf(read, {"type": "string", "pattern": r"^\s*[+-]?[\d.]", "examples": [well]})
 
 
-def _choice(options: tuple[Any, ...]) -> Any:
+def _choice(options: tuple[Any, ...]) -> Key:
     def read(raw: Any, unit: str | None) -> Any:
         if unit is not None or raw not in options or isinstance(raw, bool):
             hint = nearest(raw, [word for word in options if isinstance(word, str)]) if isinstance(raw, str) else ""
@@ -154,7 +165,7 @@ def _choice(options: tuple[Any, ...]) -> Any:
     return _leaf(read, {"enum": list(options)})
 
 
-def _text() -> Any:
+def _text() -> Key:
     def read(raw: Any, unit: str | None) -> str:
         if unit is not None or not isinstance(raw, str) or not raw.strip():
             raise InputError("must be text")
@@ -165,13 +176,13 @@ def _text() -> Any:
     return _leaf(read, {"type": "string"})
 
 
-def _field_type(hint: Any, field: dataclasses.Field) -> Any:
-    """Type of a table's field for a field of a dataclass."""
+def _key(hint: Any, field: dataclasses.Field) -> Key:
+    """Key of a table for a field of a dataclass."""
     if "unit" in field.metadata:
         return _quantity(field.metadata["unit"], field.metadata["bound"])
     part = part_of(hint)
     if part is not None:
-        return table(part)
+        return Key(part=part)
     if typing.get_origin(hint) is Literal:
         return _choice(typing.get_args(hint))
     return _choice(CHOICES[field.name]) if field.name in CHOICES else _text()
@@ -190,7 +201,7 @@ def described(part: type) -> list[dataclasses.Field]:
 
 def keys(part: type) -> list[str]:
     """Every key that the table of a part may have."""
-    known = [*table(part).model_fields, *(["part"] if part in CATALOGUES else []), *ORIGIN]
+    known = [*table_keys(part), *(["part"] if part in CATALOGUES else []), *ORIGIN]
     return [
         *known,
         *(HEAD if part in DRIVES.values() else ["base"] if part in (Requirement, Scenario, DutyCycle) else []),
@@ -198,21 +209,33 @@ def keys(part: type) -> list[str]:
 
 
 @functools.cache
-def table(part: type) -> type[pydantic.BaseModel]:
-    """Pydantic model of the table that describes a part, a drive or the requirement."""
-    hints = typing.get_type_hints(part)
-    fields: dict[str, Any] = {}
-    for field in described(part):
-        required = field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING
-        fields[field.name] = (
-            _field_type(hints[field.name], field),
-            pydantic.Field(... if required else None, description=field.metadata.get("meaning", "")),
-        )
+def table_keys(part: type) -> dict[str, Key]:
+    """Keys of the table that describes a part, a drive or the requirement."""
+    found: dict[str, Key] = {}
+    for one in described(part):
+        required = one.default is dataclasses.MISSING and one.default_factory is dataclasses.MISSING
+        key = _key(hints(part)[one.name], one)
+        found[one.name] = replace(key, required=required, meaning=one.metadata.get("meaning", ""))
     if part is Motor:
         meaning = "Identical motors on one shaft (may be fractional): scales torque, currents, inertia and mass"
-        fields["scale"] = (_quantity("1", Gt(0)), pydantic.Field(None, description=meaning))
+        found["scale"] = replace(_quantity("1", Gt(0)), meaning=meaning)
+    return found
+
+
+@functools.cache
+def table(part: type) -> type[pydantic.BaseModel]:
+    """Pydantic model of the same table, for its JSON Schema."""
+    import pydantic
+
+    fields: dict[str, Any] = {
+        name: (
+            Annotated[Any, pydantic.WithJsonSchema(key.schema)] if key.part is None else table(key.part),
+            pydantic.Field(... if key.required else None, description=key.meaning),
+        )
+        for name, key in table_keys(part).items()
+    }
     summary = (part.__doc__ or "").strip().split("\n")[0]
-    config = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True)
+    config = pydantic.ConfigDict(extra="forbid")
     return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)
 
 

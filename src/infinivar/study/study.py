@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +82,23 @@ class Study:
         object.__setattr__(self, "duty", FrozenDict(self.duty))
         object.__setattr__(
             self, "titles", FrozenDict(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
+        )
+
+    def with_drives(self, names: Iterable[str]) -> Study:
+        """The study with these drives only, in its own order.
+
+        Raises
+        ------
+        InputError
+            If there is none of a name.
+        """
+        wanted = {name: self.drive(name) for name in names}
+        dropped = set(self.drives) - set(wanted)
+        return replace(
+            self,
+            drives={name: drive for name, drive in self.drives.items() if name in wanted},
+            titles={name: title for name, title in self.titles.items() if name in wanted},
+            provenance=tuple(row for row in self.provenance if row.owner not in dropped),
         )
 
     def drive(self, name: str) -> Drive:

@@ -1,5 +1,11 @@
 """The commented study file that `infinivar init` writes."""
 
+SCHEMA_FILE = "infinivar.schema.json"
+"""Name of the schema beside a study."""
+
+SCHEMA_LINE = f"#:schema ./{SCHEMA_FILE}"
+"""First line of a study, by which editors (Taplo, Even Better TOML) find its schema."""
+
 TEMPLATE = """\
 # A study for infinivar: what is required, and the drive-trains that compete for it.
 #
@@ -10,7 +16,7 @@ TEMPLATE = """\
 # and where hold for all its values.
 #
 # Run it:                  infinivar compare {name}.toml --out out
-# Help from your editor:   infinivar schema > infinivar.schema.json
+# Help from your editor:   an extension for TOML that knows the first line, such as Even Better TOML
 # Parts:                   infinivar catalogue
 
 title = "{title}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from annotated_types import Gt
 
+from infinivar._core import extras
 from infinivar._core.fields import check_value
 from infinivar._core.frozen import FrozenDict
 from infinivar.analysis.cycles import performance
@@ -72,9 +73,8 @@ class DynamicMap:
         return list(self.demands)[place - 1] if place else None
 
     def to_xarray(self) -> xarray.Dataset:
-        """Labelled data set with units."""
-        import xarray
-
+        """Labelled data set with units; needs the extra ``xarray``."""
+        xarray = extras.load("xarray", "xarray", "a labelled data set")
         grid = ("frequency", "fraction")
         names = ", ".join(f"{place} {limit.name} ({what})" for place, (limit, what) in enumerate(self.demands, 1))
         data = {

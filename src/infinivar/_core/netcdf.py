@@ -1,0 +1,55 @@
+"""NetCDF files (version 3, which every reader knows) from labelled arrays, written by SciPy alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+Variable = tuple[str | tuple[str, ...], Any, Mapping[str, Any]]
+"""Dimensions, values and attributes, in the order in which xarray takes them."""
+
+
+def write(
+    path: str | Path,
+    data: Mapping[str, Variable],
+    coordinates: Mapping[str, Variable | list[str]],
+    attributes: Mapping[str, Any],
+) -> None:
+    """Write labelled arrays as `xarray.Dataset(data, coordinates, attributes)` would be written.
+
+    Parameters
+    ----------
+    path : str or Path
+    data : mapping           Variables by name.
+    coordinates : mapping    The same for axes; a list of texts names the places along the axis of its name.
+    attributes : mapping     Of the file.
+
+    Notes
+    -----
+    Texts become arrays of characters, as NetCDF 3 knows no texts; xarray puts them together again.
+    """
+    import numpy as np
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, "w", version=2) as file:
+        for name, value in attributes.items():
+            # SciPy takes a bare float for one of four bytes.
+            setattr(file, name, np.float64(value) if isinstance(value, float) else value)
+        for name, content in {**coordinates, **data}.items():
+            dimensions, values, notes = (name, content, {}) if isinstance(content, list) else content
+            dimensions = (dimensions,) if isinstance(dimensions, str) else dimensions
+            if isinstance(content, list):
+                texts = np.array([text.encode() for text in content])
+                values = texts.view("S1").reshape(len(content), -1) if content else np.empty((0, 1), "S1")
+                dimensions, notes = (*dimensions, f"string{values.shape[1]}"), {"_Encoding": "utf-8"}
+            values = np.asarray(values)
+            for dimension, size in zip(dimensions, values.shape, strict=True):
+                if dimension not in file.dimensions:
+                    file.createDimension(dimension, size)
+            variable = file.createVariable(name, values.dtype, dimensions)
+            if values.dtype.kind == "f":
+                variable._FillValue = values.dtype.type("nan")
+            for key, note in notes.items():
+                setattr(variable, key, note)
+            variable[:] = values

@@ -1,0 +1,47 @@
+"""The command line: each command reads its arguments, calls one function and prints what comes back.
+
+Commands import what they use when they run, so that the command line starts as fast as Python and Typer allow.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from infinivar import __version__
+from infinivar.cli import files, rigs, runs, studies
+from infinivar.console import run, say
+
+app = typer.Typer(
+    help="Model, size and compare drive-trains with an infinitely variable (cobotic) transmission and with a fixed ratio.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for command in (
+    *(files.init, studies.check, studies.compare, studies.contact),
+    *(runs.simulate, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
+    *(files.reproduce, files.catalogue, files.schema),
+):
+    app.command()(command)
+
+
+def main() -> None:
+    """Entry point; see `infinivar.console.run` for the exit codes."""
+    run(app)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        say(f"infinivar {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    pass

@@ -1,0 +1,118 @@
+"""Commands that need no study: init, schema, catalogue, reproduce."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from infinivar.cli.shared import print_json
+from infinivar.console import progress_bar, say, write
+from infinivar.errors import InputError, nearest, printable
+from infinivar.options import Json, Out
+
+
+def init(
+    name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written.", show_default=False)],
+    like: Annotated[
+        str | None, typer.Option("--like", help="Start from a copy of this shipped study, such as hand_controller.")
+    ] = None,
+) -> None:
+    """Write a commented study file to start from.
+
+    Beside it goes the JSON Schema by which an editor checks the file and completes its keys.
+    """
+    from infinivar.study.shipped import shipped_studies
+    from infinivar.study.template import SCHEMA_FILE, SCHEMA_LINE, TEMPLATE
+
+    path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    if not re.fullmatch(r"\w[\w .-]*", path.stem) or name.endswith("/"):
+        raise InputError(f"{name!r} must end in letters, digits, spaces, points, - and _ only")
+    known = shipped_studies()
+    if like is not None and like not in known:
+        raise InputError(
+            f"--like {like!r} is not a shipped study{nearest(like, known)}; shipped are {', '.join(known)}"
+        )
+    if like is None:
+        title = path.stem.replace("_", " ").replace("-", " ").capitalize()
+        text = TEMPLATE.format(name=path.stem, title=title)
+    else:
+        text = known[like].read_text("utf-8")
+    _write_new(path, f"{SCHEMA_LINE}\n{text}")
+    beside = path.with_name(SCHEMA_FILE)
+    if not beside.exists():
+        _write_new(beside, _schema())
+    say(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
+
+
+def _write_new(path: Path, text: str) -> None:
+    """Write a file that must not be there yet."""
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError as problem:
+        raise InputError(f"{printable(path)}: is there already; choose another name or remove it") from problem
+    except OSError as problem:
+        raise InputError(f"{printable(path)}: cannot be written: {problem.strerror}") from problem
+
+
+def _schema() -> str:
+    from infinivar.study.schema import json_schema
+
+    return json.dumps(json_schema(), indent=2) + "\n"
+
+
+def schema() -> None:
+    """Print the JSON Schema of study files, for editors."""
+    write(_schema())
+
+
+def catalogue(as_json: Json = False) -> None:
+    """List the parts that a study can refer to.
+
+    Motors, gearheads, bearings and materials, by the word that goes behind `part`.
+    """
+    from infinivar.study.catalogue import bearings, gearheads, materials, motors
+
+    if as_json:
+        import dataclasses
+
+        parts = {"motors": motors(), "gearheads": gearheads(), "bearings": bearings(), "materials": materials()}
+        print_json(
+            {kind: {key: dataclasses.asdict(part) for key, part in group.items()} for kind, group in parts.items()}
+        )
+        return
+    from infinivar.report.catalogue import text
+
+    for line in text().rstrip("\n").split("\n"):
+        say(line)
+
+
+def reproduce(
+    figure: Annotated[int | None, typer.Option("--figure", help="Only this figure and its claims.")] = None,
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Draw the paper's figures and check its claims."""
+    from infinivar.paper.report import check_figure, left_out
+    from infinivar.paper.reproduce import reproduce as run
+    from infinivar.report.output import claimed
+    from infinivar.report.saving import save
+
+    check_figure(figure)
+    with claimed(out), progress_bar() as progress:
+        result = run(figure, progress=progress)
+        progress("drawing", 1.0)
+        files = save(result, out, figure=figure)
+    if as_json:
+        print_json(result.to_list())
+    else:
+        for claim in result.claims:
+            say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
+        if figure is None and (missing := left_out()):
+            say(missing)
+        say(f"Report: {files[0]}")

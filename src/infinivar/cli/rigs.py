@@ -1,0 +1,116 @@
+"""Commands on measured data: rig, calibrate."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from infinivar.cli.shared import chosen_cobotic, naming_place, print_json
+from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
+from infinivar.errors import InputError
+from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, numbers
+
+DRIVE = "Name of a cobotic drive; the first if left out."
+
+
+def rig(
+    study: StudyFile,
+    drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
+    out: Annotated[Path, typer.Option("--out", parser=named_path, metavar="PATH", help="CSV file to write.")] = Path(
+        "rig.csv"
+    ),
+    ratios: Annotated[str, typer.Option(help="Reduction ratios.")] = "100,50,20,8,4,2,1",
+    loads: Annotated[str, typer.Option(help="Loads over the slip force.")] = "0.15,0.5",
+    preloads: Annotated[str, typer.Option(help="Preloads over the study's.")] = "1",
+    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise and of how far the rig is off.")] = 0,
+) -> None:
+    """Simulate the rig that measures a transmission.
+
+    Writes the data that the rig of the study would record.
+    """
+    from infinivar.calibration import virtual_rig
+    from infinivar.calibration.calibrate import cobotic
+    from infinivar.report.calibration import save_data
+    from infinivar.report.output import check_file
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = chosen_cobotic(study, drive, loaded.drives)
+    wanted = {
+        "ratios": numbers("ratios", ratios),
+        "loads": numbers("loads", loads),
+        "preloads": numbers("preloads", preloads),
+    }
+    with naming_place(study, f"drives.{name}"):
+        measured = cobotic(loaded, name)
+    check_file(out)
+    with progress_bar() as progress, naming_place(study, f"drives.{name}"):
+        settings = virtual_rig.protocol(measured, loaded.rig, **wanted)
+        done = virtual_rig.experiment(
+            measured, loaded.rig, settings, seed=seed, progress=lambda share: progress("measuring", share)
+        )
+    if not len(done.data):
+        raise InputError(f"{study}: drives.{name}: no run of the protocol is possible: {done.left_out[0]}")
+    save_data(done.data, out)
+    for said in done.left_out:
+        complain(f"left out: {said}")
+    say(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
+
+
+def calibrate(
+    data: Annotated[Path, typer.Argument(help="Runs of a rig (CSV with units in its header).", show_default=False)],
+    study: Annotated[
+        Path, typer.Option("--study", help="Study file that has the drive and the rig.", show_default=False)
+    ],
+    drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
+    fit: Annotated[
+        str, typer.Option("--fit", help="What to fit; torque_constant and resistance, too, on request.")
+    ] = "creep_stiffness,rolling_torque,bearing_torque,guideway_friction,nominal_torque",
+    leave_out: Annotated[
+        list[int] | None, typer.Option("--leave-out", help="Line of the data that is not used.")
+    ] = None,
+    creep_laws: Annotated[
+        str | None,
+        typer.Option("--creep-laws", help="Creep laws to hold against the data, all if left out: linear,polach"),
+    ] = None,
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Fit a drive's losses to measured data.
+
+    Writes a report, results and the calibrated study.
+    Exit code 1 if the data do not tell all that was to be fitted.
+    """
+    from infinivar.calibration.calibrate import calibrate as run
+    from infinivar.report.output import claimed
+    from infinivar.report.saving import save
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = chosen_cobotic(study, drive, loaded.drives)
+    names = [word.strip() for word in fit.split(",") if word.strip()]
+    candidates = None if creep_laws is None else [word.strip() for word in creep_laws.split(",") if word.strip()]
+    with claimed(out):
+        found = run(loaded, name, data, parameters=names, leave_out=leave_out or (), creep_laws=candidates)
+        files = save(found, out)
+    for one in found.left_out:
+        complain(f"left out: line {one.line}: {one.reason}")
+    if as_json:
+        print_json({**found.to_dict(), "files": [str(file) for file in files]})
+    else:
+        for warning in found.warnings:
+            say(warning)
+        for clause in found.verdict.split("; "):
+            say(clause)
+        for remark in found.remarks[len(found.warnings) :]:
+            say(f"  {remark}")
+        say(f"Report: {files[0]}")
+        say(f"Calibrated study: {files[1]}")
+    raise typer.Exit(0 if found.fit.told == found.fit.names else NOT_FEASIBLE)
+
+
+def _call(*words: object) -> str:
+    return shlex.join(["infinivar", *map(str, words)])

@@ -1,0 +1,150 @@
+"""Commands on one drive of a study: simulate, sensitivity, graph."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from infinivar.cli.shared import chosen, naming, naming_place, print_json
+from infinivar.console import NOT_FEASIBLE, progress_bar, say
+from infinivar.errors import InputError
+from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
+
+DRIVE = "Name of the drive in the study; the first if left out."
+SCENARIO = "Name of the scenario in the study; the first if left out."
+
+
+def simulate(
+    study: StudyFile,
+    drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
+    scenario: Annotated[
+        str | None, typer.Option("--scenario", help=SCENARIO, autocompletion=scenarios_of_study)
+    ] = None,
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Simulate a drive through a scenario in time.
+
+    Writes a report, figures and results, with the energy audit.
+    Exit code 1 if the drive could not do it: the run is incomplete, a limit was exceeded, or a motor overheats.
+    """
+    from infinivar.analysis.simulate import simulate as run
+    from infinivar.report.output import claimed
+    from infinivar.report.saving import save
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    driven = chosen(study, "drive", drive, loaded.drives)
+    asked = chosen(study, "scenario", scenario, loaded.scenarios)
+    with claimed(out), progress_bar() as progress:
+        with naming_place(study, f"drives.{driven}, scenarios.{asked}"):
+            result = run(
+                loaded.drives[driven],
+                loaded.scenarios[asked],
+                title=loaded.titles[driven],
+                progress=lambda share: progress(loaded.scenarios[asked].title, share),
+            )
+        progress("writing the report", 1.0)
+        files = save(result, out, name=f"{driven}-{asked}", reconstruction=loaded.reconstruction)
+    if as_json:
+        print_json({**result.to_dict(), "files": [str(file) for file in files]})
+    else:
+        say(f"{result.title}, {result.scenario.title}: {result.verdict}")
+        for event in result.events:
+            say(f"  {event}")
+        say(f"Report: {files[0]}")
+    raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
+
+
+def sensitivity(
+    study: StudyFile,
+    of: Annotated[
+        str,
+        typer.Option(
+            "--of",
+            help="efficiency or loss at a point; margin or coverage in the region; energy or temperature of a duty cycle.",
+        ),
+    ],
+    drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
+    force: Annotated[str | None, typer.Option("--force", help='Of the operating point, such as "20 N".')] = None,
+    speed: Annotated[str | None, typer.Option("--speed", help='Of the operating point, such as "0.3 m/s".')] = None,
+    duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
+    method: Annotated[str, typer.Option(help="Of the derivatives: complex, jax or difference.")] = "complex",
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Rank a drive's parameters by their effect on a result.
+
+    Writes a report and figures.
+    Exit code 1 if the drive cannot do what is asked about within its limits.
+    """
+    from infinivar.analysis.robustness.derivatives import METHODS
+    from infinivar.analysis.robustness.sensitivity import sensitivity as run
+    from infinivar.report.output import claimed
+    from infinivar.report.saving import save
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = chosen(study, "drive", drive, loaded.drives)
+    derived: Any = next((known for known in METHODS if known == method), None)
+    if derived is None:
+        raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
+    push, pace = quantity("--force", force, "N"), quantity("--speed", speed, "m/s")
+    with claimed(out), progress_bar() as progress:
+        with naming(study):
+            found = run(loaded, name, of, speed=pace, force=push, duty=duty, method=derived, progress=progress)
+        progress("writing the report", 1.0)
+        files = save(found, out)
+    if as_json:
+        print_json({**found.to_dict(), "files": [str(file) for file in files]})
+        raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
+    from infinivar import units
+
+    beyond = ", beyond limits" if found.beyond else ""
+    say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}{beyond}")
+    for sentence in found.ranking:
+        say(f"  {sentence}")
+    if found.conclusions:
+        say("What the paper recommends, per 1 %:")
+        for row in found.conclusions:
+            say(f"  {row.words:<48} {units.signed(row.elasticity):>9} %  {row.verdict}")
+    for remark in found.remarks:
+        say(remark)
+    say(f"Report: {files[0]}")
+    raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
+
+
+def graph(
+    study: StudyFile,
+    drive: Annotated[str, typer.Argument(help="Name of the drive in the study.", show_default=False)],
+    out: Annotated[
+        Path,
+        typer.Option("--out", parser=named_path, metavar="PATH", help="Picture to write: .svg, .pdf or .png."),
+    ] = Path("graph.svg"),
+    plant: Annotated[
+        str,
+        typer.Option(
+            "--plant", help="system, or of a cobotic drive: lossless, transmission, steering, cylinder, link."
+        ),
+    ] = "system",
+    electrical: Annotated[str, typer.Option("--electrical", help="current or voltage drive.")] = "current",
+    equations: Annotated[
+        Path | None, typer.Option("--equations", help="Write the equations, too: .tex for LaTeX, .txt for text.")
+    ] = None,
+) -> None:
+    """Draw the bond graph of a drive.
+
+    Writes its equations, too, where --equations names a file.
+    """
+    from infinivar.drivetrain.graphs.plants import plant_graph
+    from infinivar.report import graph as report
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    name = chosen(study, "drive", drive, loaded.drives)
+    with naming_place(study, f"drives.{name}"):
+        made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.requirement.load_mass)
+        report.save(made, out, equations)
+    say(f"Written: {', '.join(str(file) for file in (out, equations) if file is not None)}")

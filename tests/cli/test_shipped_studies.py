@@ -1,0 +1,50 @@
+"""Studies that ship with the package, by name."""
+
+import pytest
+
+import infinivar as iv
+from infinivar.errors import InputError
+from infinivar.study.shipped import shipped_studies
+
+
+@pytest.mark.parametrize("name", ["hand_controller", "knee_walking", "reach_and_hold"])
+def test_loads_by_name_from_any_folder(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert name in shipped_studies()
+    study = iv.load_study(name)
+    assert (study.name, study.drives) == (name, iv.load_study(shipped_studies()[name]).drives)
+
+
+def test_commands_take_a_name(infinivar):
+    outcome = infinivar("check", "hand_controller")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.startswith("hand_controller: 6 drives")
+
+
+def test_a_file_of_that_name_goes_before(infinivar, tmp_path):
+    (tmp_path / "hand_controller").write_text('title = "mine"\n', "utf-8")
+    assert "requirement is missing" in infinivar("check", "hand_controller").err
+
+
+def test_a_folder_of_that_name_does_not(infinivar, tmp_path):
+    (tmp_path / "hand_controller").mkdir()
+    assert infinivar("check", "hand_controller").code == 0
+
+
+def test_a_name_of_neither_lists_the_shipped_studies(infinivar):
+    outcome = infinivar("check", "hand_controler")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == (
+        "infinivar: hand_controler: is neither a file nor a shipped study (did you mean 'hand_controller'?); "
+        "shipped are hand_controller, knee_walking, reach_and_hold\n"
+    )
+
+
+@pytest.mark.parametrize("path", ["hand_controler.toml", "studies/hand_controller", "./hand_controller"])
+def test_paths_are_only_paths(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    if path.startswith("./"):  # pathlib has the same words for it
+        assert iv.load_study(path).name == "hand_controller"
+        return
+    with pytest.raises(InputError, match="no such file"):
+        iv.load_study(path)
