@@ -74,5 +74,5 @@ FIGURES: Mapping[int, PaperFigure] = dict(
 def missing_for(number: int) -> str:
     """What must be installed before a figure can be drawn, in a sentence; empty if nothing is missing."""
     if number in bond_graphs.BOND_GRAPHS and importlib.util.find_spec("igraph") is None:
-        return f"Figure {number} is a bond graph, and its layout needs igraph: pip install igraph"
+        return f"Figure {number} is a bond graph, and its layout needs igraph: pip install 'infinivar[graph]'"
     return ""
