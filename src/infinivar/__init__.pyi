@@ -6,7 +6,8 @@ from .analysis.cycles.shaking import DynamicMap, dynamic_map
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.simulate import Simulation, simulate
 from .analysis.steady_map import SteadyMap, steady_map
-from .calibration.calibrate import Calibration, calibrate
+from .calibration.calibrate import calibrate
+from .calibration.result import Calibration
 from .contact.bodies import Material
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive

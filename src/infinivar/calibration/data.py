@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -30,6 +30,16 @@ COLUMNS = {
 _REQUIRED = tuple(name for name in COLUMNS if name != "motor_voltage")
 _MOST = 12
 """Faults listed at once."""
+
+
+class LeftOut(NamedTuple):
+    """A run that was not fitted."""
+
+    row: int
+    """Of the data."""
+    line: int
+    """Of the file."""
+    reason: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

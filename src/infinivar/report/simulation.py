@@ -17,7 +17,7 @@ def save(
     history, energy = time_history.draw_all(simulation), energy_flow.draw_all(simulation)
     with all_or_nothing(directory, f"simulate {name}") as scratch:
         (scratch / f"{name}.json").write_text(to_json(simulation.to_dict()), "utf-8")
-        simulation.dataset().to_netcdf(scratch / f"{name}.nc", engine="scipy")
+        simulation.to_xarray().to_netcdf(scratch / f"{name}.nc", engine="scipy")
         write_csv(simulation.columns, scratch / f"{name}.csv")
         drawn = [
             style.write(made, scratch / f"{name}-{what}") for what, made in (("history", history), ("energy", energy))

@@ -27,6 +27,8 @@ from annotated_types import Ge, Gt, Interval
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar._core.bounds import QUARTER_TURN
 from infinivar._core.fields import check, component, quantity
+from infinivar._core.frozen import own
+from infinivar._core.labels import labelled
 from infinivar.contact import creep
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
@@ -176,6 +178,7 @@ class RotaryLinearIVT:
             full_slip=MEASURED_FULL_SLIP,
         )
 
+    @labelled
     def operate(
         self,
         *,
@@ -225,6 +228,7 @@ class RotaryLinearIVT:
             return self._at_speed(xp, groups, omega, steering, given)
         return self._at_force(xp, groups, omega, steering, given)
 
+    @labelled
     def steer(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> Array:
         """Steering angle at which the link moves at a given speed under a given force.
 
@@ -255,6 +259,7 @@ class RotaryLinearIVT:
         angle = xp.where(possible & (demand <= 1.0), xp.atan(tangent), xp.nan)  # a nan demand is not
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
 
+    @labelled
     def deliver(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> OperatingPoint:
         """Operating point that gives the link a prescribed speed and force: `steer`, then `operate`, in one pass.
 
@@ -439,17 +444,15 @@ class RotaryLinearIVT:
         utilisation = {Limit.SLIP: slip_demand}
         if not isinstance(self.steering_range, float) or self.steering_range < math.pi / 2:
             utilisation[Limit.STEERING] = xp.abs(xp.atan(steering.tangent)) / self.steering_range
-        return OperatingPoint(
-            cylinder_speed=omega,
-            steering_tangent=steering.tangent,
-            losses={
-                "creep": state["lateral_force"] * state["creep_speed"],
-                "rolling": groups.rolling_torque * turned,
-                "bearing": groups.bearing_torque * turned,
-            },
-            utilisation=utilisation,
-            **state,
-        )
+        # Speeds and the force may be the caller's own arrays: those are copied. The rest was made here.
+        given = {name: state.pop(name) for name in ("link_speed", "link_force")}
+        losses = {
+            "creep": state["lateral_force"] * state["creep_speed"],
+            "rolling": groups.rolling_torque * turned,
+            "bearing": groups.bearing_torque * turned,
+        }
+        made = own(steering_tangent=steering.tangent, losses=losses, utilisation=utilisation, **state)
+        return OperatingPoint(cylinder_speed=omega, **given, **made)
 
 
 def _check_angle(xp, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:

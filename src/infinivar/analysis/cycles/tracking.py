@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.simulate import Simulation, simulate
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -75,8 +75,8 @@ class Repeated:
         return self.at(time)[1]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TwoWays:
+@result
+class TwoWays(Result):
     """Energy of one cycle by inverse dynamics and by simulation, windings at 25 °C.
 
     Attributes
