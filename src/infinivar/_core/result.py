@@ -138,7 +138,10 @@ class Result(Frozen):
             If there is no table of this type.
         """
         found = presentation.presenter(type(self), "table")
-        return self._presenter("dataset")(self).to_dataframe() if found is None else found(self)
+        if found is not None:
+            return found(self)
+        labelled = self._presenter("dataset")(self)
+        return (labelled if labelled.sizes else labelled.expand_dims("point")).to_dataframe()
 
     def _repr_html_(self) -> str:
         """The table, and a small figure if there is one."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
+from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
 from infinivar.motion.tables import read_columns
 from infinivar.units import plain
@@ -42,8 +42,8 @@ class LeftOut(NamedTuple):
     reason: str
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RigData:
+@result
+class RigData(Frozen):
     """Runs of a rig: arrays of one length, SI.
 
     Signs are those of the transmission: a positive steering angle moves the link backwards on a cylinder that turns

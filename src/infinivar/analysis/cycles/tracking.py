@@ -54,6 +54,12 @@ class Repeated:
         nodes = np.arange(len(values) + 1) * self.step
         self.pieces = CubicSpline(nodes, np.append(values, values[0]), bc_type="periodic").c.T.tolist()
 
+    def __eq__(self, other: object) -> bool:
+        """Whether the other repeats the same spline from the same time on."""
+        return isinstance(other, Repeated) and vars(self) == vars(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
     def at(self, time: float) -> Motion:
         """Value and its first two derivatives at a time [s]."""
         since = (self.begin + time) % self.period
