@@ -20,6 +20,7 @@ from infinivar.motion.course import Course
 from infinivar.study.load import shipped_study
 
 SPEED, FORCE = np.linspace(0.05, 0.5, 5), np.linspace(5.0, 60.0, 4)
+DUTY = Duty(cylinder_speed=90.0, link_force=9.0, ratio=8.0)
 
 STUDY = """
 title = "small"
@@ -73,7 +74,7 @@ MAKE = {
     "simulation": lambda d, s: _ways(d, s).simulation,
     "trajectory": lambda d, s: _ways(d, s).simulation.trajectory,
     "dynamic map": lambda d, s: _dynamic(d),
-    "trend": lambda d, s: sweep(d.transmission, "preload", [600.0, 700.0], [Duty(cylinder_speed=90.0, link_force=9.0, ratio=8.0)])[0],
+    "trend": lambda d, s: sweep(d.transmission, "preload", [600.0, 700.0], [DUTY])[0],
     "sheet": lambda d, s: iv.contact_sheets(s)[0],
     "sensitivity": lambda d, s: iv.sensitivity(s, "cobotic", "efficiency", samples=16),
     "calibration": _calibrated,

@@ -70,8 +70,6 @@ class Frozen:
         """Whether `equals` without tolerance."""
         return _same(self, other, 0.0, 0.0)
 
-    __hash__ = None  # type: ignore[assignment]
-
     def __repr__(self) -> str:
         """Type and main contents in at most ten lines."""
         rows = list(self._rows())

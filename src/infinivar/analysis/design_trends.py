@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -80,7 +80,7 @@ def with_material(element: RotaryLinearIVT, name: str) -> RotaryLinearIVT:
     return replace(element, geometry=geometry)
 
 
-SWEPT = {
+SWEPT: dict[str, tuple[Callable[..., RotaryLinearIVT], Callable[[RotaryLinearIVT], Any]]] = {
     "preload": (RotaryLinearIVT.pressed, lambda element: element.preload),
     "friction": (with_friction, lambda element: element.friction),
     "wheel_radius": (with_wheel_radius, lambda element: element.wheel_radius),

@@ -10,7 +10,7 @@ import numpy as np
 
 from infinivar._core.result import Frozen, Result, result
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
-from infinivar.bondgraph.solve import RTOL, solve
+from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive

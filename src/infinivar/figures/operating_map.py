@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-REQUIRED = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
+REQUIRED: dict[str, Any] = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
 """Line style of the outline of the required region."""
 
 LEVELS = np.arange(0.0, 1.01, 0.1)

@@ -50,15 +50,17 @@ class Repeated:
         """From a time `begin` [s] of the cycle on."""
         from scipy.interpolate import CubicSpline
 
-        self.period, self.step, self.begin = period, period / len(values), begin
+        self.period: float = period
+        self.step: float = period / len(values)
+        self.begin: float = begin
         nodes = np.arange(len(values) + 1) * self.step
-        self.pieces = CubicSpline(nodes, np.append(values, values[0]), bc_type="periodic").c.T.tolist()
+        self.pieces: list[list[float]] = CubicSpline(
+            nodes, np.append(values, values[0]), bc_type="periodic"
+        ).c.T.tolist()
 
     def __eq__(self, other: object) -> bool:
         """Whether the other repeats the same spline from the same time on."""
         return isinstance(other, Repeated) and vars(self) == vars(other)
-
-    __hash__ = None  # type: ignore[assignment]
 
     def at(self, time: float) -> Motion:
         """Value and its first two derivatives at a time [s]."""
