@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks._measure import Line, in_turn, ratio_line
 from benchmarks._measure import run as fresh
 from benchmarks.by_hand import simulation as by_hand
-from infinivar.bondgraph.solve import solve
+from infinivar.bondgraph.solver import solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.motion.profiles import MotionProfile

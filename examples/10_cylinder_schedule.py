@@ -10,11 +10,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import infinivar as iv
-from infinivar.analysis.cycles.cylinder_policy import policies
 
 study = iv.load_study("../studies/reach_and_hold.toml")
 duty = study.duty["reach-and-hold"]
-found = policies(study.drives["cobotic"], duty)
+found = iv.policies(study.drives["cobotic"], duty)
 for policy in found:
     limits = "within limits" if policy.feasible else "not feasible"
     print(f"{policy.name:24} {policy.power_in:5.2f} W  {limits}")

@@ -9,8 +9,7 @@ equations, a simulation and an energy audit. Here a motor winds up a spring agai
 import matplotlib.pyplot as plt
 import numpy as np
 
-from infinivar.bondgraph import causality, describe, equations, solve
-from infinivar.bondgraph import graph as bg
+from infinivar import bondgraph as bg
 
 graph = bg.BondGraph(
     "Motor on a spring",
@@ -33,13 +32,13 @@ graph = bg.BondGraph(
         "shaft > drag",
     ],
 )
-print("states:", *causality.assign(graph).independent)
-print(describe.text(equations.derive(graph)))
+print("states:", *bg.assign(graph).independent)
+print(bg.text(bg.derive(graph)))
 
 # %%
 # The response to 3 V, and where the energy goes:
 
-run = solve.solve(graph, np.linspace(0.0, 0.15, 601), inputs={"supply": 3.0})
+run = bg.solve(graph, np.linspace(0.0, 0.15, 601), inputs={"supply": 3.0})
 print(f"the audit closes to {run.closure:.0e} of the energy moved")
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(8.8, 3.4), layout="constrained")

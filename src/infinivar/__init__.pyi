@@ -1,22 +1,31 @@
-from .analysis.compare import Comparison, DriveResult, compare
+from . import bondgraph, contact, parts, power
+from ._core.result import Result
+from .analysis import design_trends
+from .analysis.compare import Comparison, DriveResult, DutyComparison, compare
 from .analysis.contact_sheet import ContactSheet, contact_sheets
-from .analysis.cycles.duty_cycle import DutyResult, duty_cycle
+from .analysis.cycles.cylinder_policy import Policy, policies
+from .analysis.cycles.duty_cycle import DutyResult, Holding, duty_cycle, holding
 from .analysis.cycles.performance import Definition
-from .analysis.cycles.shaking import DynamicMap, dynamic_map
+from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
+from .analysis.cycles.tracking import TwoWays, two_ways
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
+from .analysis.robustness.verdicts import Builds
 from .analysis.simulate import Simulation, simulate
 from .analysis.steady_map import SteadyMap, steady_map
-from .calibration.calibrate import Calibration, calibrate
+from .bondgraph.audit import Trajectory
+from .calibration.calibrate import calibrate
+from .calibration.result import Calibration
 from .contact.bodies import Material
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
+from .drivetrain.graphs.plants import plant_graph
 from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
 from .motion.scenario import Scenario
-from .paper.reproduce import reproduce
+from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
 from .parts.gearhead import Gearhead
@@ -36,6 +45,7 @@ __all__ = [
     "Amplifier",
     "AuditError",
     "Bearing",
+    "Builds",
     "Calibration",
     "CoboticDrive",
     "Comparison",
@@ -46,11 +56,13 @@ __all__ = [
     "Definition",
     "DrivePoint",
     "DriveResult",
+    "DutyComparison",
     "DutyCycle",
     "DutyResult",
     "DynamicMap",
     "Gearhead",
     "Guideway",
+    "Holding",
     "InfinivarError",
     "InputError",
     "Limit",
@@ -59,8 +71,11 @@ __all__ = [
     "MovingPoint",
     "OperatingPoint",
     "ParameterError",
+    "Policy",
     "Pulley",
+    "Reproduction",
     "Requirement",
+    "Result",
     "Rig",
     "RotaryLinearIVT",
     "Scenario",
@@ -69,19 +84,31 @@ __all__ = [
     "SteadyMap",
     "SteeringPlant",
     "Study",
+    "Trajectory",
+    "TwoWays",
     "Uncertainty",
     "__version__",
+    "bondgraph",
     "calibrate",
     "compare",
+    "contact",
     "contact_sheets",
+    "design_trends",
     "duty_cycle",
     "dynamic_map",
+    "holding",
     "load_study",
+    "parts",
+    "plant_graph",
+    "policies",
+    "power",
     "reproduce",
     "save",
     "sensitivity",
+    "shaking",
     "simulate",
     "steady_map",
+    "two_ways",
 ]
 
 __version__: str

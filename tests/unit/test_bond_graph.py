@@ -15,14 +15,14 @@ from infinivar._core.array_namespace import namespace
 from infinivar.bondgraph import audit
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import model as models
-from infinivar.bondgraph import solve as solving
+from infinivar.bondgraph import solver as solving
 from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.code import FloatNamespace, casadi_namespace
 from infinivar.bondgraph.describe import latex, text
 from infinivar.bondgraph.equations import derive
 from infinivar.bondgraph.graph import Bond, BondGraph, BondGraphError, Parameter, Signal, join
 from infinivar.bondgraph.model import model
-from infinivar.bondgraph.solve import solve
+from infinivar.bondgraph.solver import solve
 from infinivar.bondgraph.steppers import stepper
 from infinivar.bondgraph.trace import Traced, clip, trace
 from infinivar.contact.friction import coulomb

@@ -12,7 +12,7 @@ from infinivar._core.array_namespace import namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import steppers
 from infinivar.bondgraph.graph import BondGraph, Parameter
-from infinivar.bondgraph.solve import solve
+from infinivar.bondgraph.solver import solve
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.graphs import plants
 

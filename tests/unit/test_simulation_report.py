@@ -191,4 +191,4 @@ def test_heating_is_the_root_mean_square():
 def test_netcdf_holds_the_labelled_data(saved, step):
     """What SciPy writes is what xarray holds: names, labels, units and numbers."""
     with xarray.open_dataset(saved["run.nc"], engine="scipy") as written:
-        xarray.testing.assert_identical(written.load(), step.dataset())
+        xarray.testing.assert_identical(written.load(), step.to_xarray())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 from infinivar.errors import ParameterError
@@ -12,6 +12,9 @@ SETTLED = 1e-12
 
 _USUAL_STEPS = 2
 """After which the iterations here have nearly always converged."""
+
+_PLAIN = frozenset({float, int, str, bool, type(None)})
+"""Types of no array library: most fields of a part are of these."""
 
 Array = Any
 """A float, or an array of any library that follows the Python array API standard."""
@@ -26,7 +29,16 @@ def namespace(*arguments: Array) -> Any:
         If arguments of two array libraries are mixed.
     """
     found = None
-    for argument in _leaves(arguments):
+    rest = list(arguments)
+    while rest:
+        argument = rest.pop()
+        kind = type(argument)
+        if kind in _PLAIN:
+            continue
+        names = getattr(kind, "__dataclass_fields__", None)
+        if names is not None:
+            rest += [getattr(argument, name) for name in names]
+            continue
         get = getattr(argument, "__array_namespace__", None)
         if get is None:
             continue
@@ -39,15 +51,6 @@ def namespace(*arguments: Array) -> Any:
     if found is None:
         import numpy as found
     return found
-
-
-def _leaves(arguments: Iterable[Any]) -> Iterator[Any]:
-    for argument in arguments:
-        fields = getattr(argument, "__dataclass_fields__", None)
-        if fields is None:
-            yield argument
-        else:
-            yield from _leaves(getattr(argument, name) for name in fields)
 
 
 def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:

@@ -1,11 +1,18 @@
-"""A dictionary for frozen values: it cannot be changed, and can be copied, pickled and sent to other processes."""
+"""Frozen values: dictionaries that cannot be changed, and arrays that are copied and locked."""
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Mapping
 from typing import Any, NoReturn, TypeVar
+
+import numpy as np
 
 K = TypeVar("K")
 V = TypeVar("V")
+
+_PLAIN = frozenset({float, int, bool, str, complex, type(None), np.float64, np.int8, np.int64, np.bool_})
+"""Types that cannot be changed, met so often that they are looked up first."""
 
 
 class FrozenDict(dict[K, V]):
@@ -19,3 +26,71 @@ class FrozenDict(dict[K, V]):
     def __reduce__(self) -> tuple[type, tuple[dict[K, V]]]:
         """Rebuild from a plain dictionary, not by setting items."""
         return type(self), (dict(self),)
+
+
+def frozen(value: Any) -> Any:
+    """A value that nobody can change: NumPy arrays read-only, dictionaries frozen, inside tuples as well.
+
+    An array is copied unless no one can write to its memory. Arrays of other libraries, which nobody can write to, stay as
+    they are, and so do dictionaries of them: the transformations of such a library know plain dictionaries only.
+    """
+    kind = type(value)
+    if kind in _PLAIN:
+        return value
+    if kind is np.ndarray:
+        return value if _locked(value) else _copied(value)
+    if isinstance(value, dict | Mapping):
+        return _frozen_mapping(value)
+    if isinstance(value, tuple):
+        items = [frozen(item) for item in value]
+        if all(map(operator.is_, items, value)):
+            return value
+        return kind(*items) if hasattr(kind, "_fields") else tuple(items)
+    return frozen(value.view(np.ndarray)) if isinstance(value, np.ndarray) else value
+
+
+def _frozen_mapping(value: Mapping[Any, Any]) -> Mapping[Any, Any]:
+    items, foreign = {}, False
+    for key, item in value.items():
+        kind = type(item)
+        items[key] = item if kind in _PLAIN else frozen(item)
+        foreign = foreign or (kind not in _PLAIN and kind is not np.ndarray and hasattr(kind, "__array_namespace__"))
+    if foreign or (type(value) is FrozenDict and all(map(operator.is_, items.values(), value.values()))):
+        return value
+    return FrozenDict(items)
+
+
+def own(**fields: Any) -> dict[str, Any]:
+    """Fields whose arrays the caller has just made and gives away: locked where they are, so that nothing is copied.
+
+    Only for arrays that no one else holds. A view is locked, too, but `frozen` copies it if its base can be written to.
+    """
+    for field in fields.values():
+        for value in field.values() if isinstance(field, dict) else (field,):
+            if type(value) is np.ndarray:
+                value.flags.writeable = False
+    return fields
+
+
+def _locked(array: np.ndarray) -> bool:
+    """Whether no array shares the memory that can be written to; memory from outside NumPy counts as open."""
+    if array.base is None:
+        return not array.flags.writeable
+    views = [array]
+    while isinstance(views[-1].base, np.ndarray):
+        views.append(views[-1].base)
+    if not isinstance(views[-1].base, bytes | None):
+        return False
+    # From the owner of the memory on: a view made by `broadcast_arrays` warns if it is asked first.
+    return not any(view.flags.writeable for view in reversed(views))
+
+
+def _copied(array: np.ndarray) -> np.ndarray:
+    """A locked copy; an axis along which an array was broadcast stays one number wide in memory."""
+    if 0 not in array.strides or not array.size:
+        made = array.copy()
+        made.flags.writeable = False
+        return made
+    compact = array[tuple(np.s_[:1] if step == 0 else np.s_[:] for step in array.strides)].copy()
+    compact.flags.writeable = False
+    return np.broadcast_to(compact, array.shape)

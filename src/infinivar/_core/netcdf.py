@@ -4,26 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 Variable = tuple[str | tuple[str, ...], Any, Mapping[str, Any]]
 """Dimensions, values and attributes, in the order in which xarray takes them."""
 
 
-def write(
-    path: str | Path,
-    data: Mapping[str, Variable],
-    coordinates: Mapping[str, Variable | list[str]],
-    attributes: Mapping[str, Any],
-) -> None:
-    """Write labelled arrays as `xarray.Dataset(data, coordinates, attributes)` would be written.
+class Arrays(NamedTuple):
+    """Labelled arrays: what `xarray.Dataset` is made of."""
+
+    data: Mapping[str, Variable]
+    """Variables by name."""
+    coordinates: Mapping[str, Variable | list[str]] = {}
+    """Axes by name; a list of texts names the places along the axis of its name."""
+    attributes: Mapping[str, Any] = {}
+    """Attributes of the whole."""
+
+
+def write(path: str | Path, arrays: Arrays) -> None:
+    """Write labelled arrays as `xarray.Dataset(*arrays)` would be written.
 
     Parameters
     ----------
     path : str or Path
-    data : mapping           Variables by name.
-    coordinates : mapping    The same for axes; a list of texts names the places along the axis of its name.
-    attributes : mapping     Of the file.
+    arrays : Arrays
 
     Notes
     -----
@@ -33,10 +37,10 @@ def write(
     from scipy.io import netcdf_file
 
     with netcdf_file(path, "w", version=2) as file:
-        for name, value in attributes.items():
+        for name, value in arrays.attributes.items():
             # SciPy takes a bare float for one of four bytes.
             setattr(file, name, np.float64(value) if isinstance(value, float) else value)
-        for name, content in {**coordinates, **data}.items():
+        for name, content in {**arrays.coordinates, **arrays.data}.items():
             dimensions, values, notes = (name, content, {}) if isinstance(content, list) else content
             dimensions = (dimensions,) if isinstance(dimensions, str) else dimensions
             if isinstance(content, list):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from infinivar import power
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.cylinder_policy import Policy, policies
 from infinivar.analysis.cycles.duty_cycle import DutyResult, duty_cycle
 from infinivar.analysis.robustness.verdicts import Builds, builds
@@ -38,8 +39,8 @@ PEAK_REACH = 10.0
 """Peak efficiency is looked for up to this many times the required force and speed."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Margin:
+@result
+class Margin(Frozen):
     """Tightest limit of a drive in the required region."""
 
     limit: Limit
@@ -48,8 +49,8 @@ class Margin:
     speed: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Corner:
+@result
+class Corner(Frozen):
     """A drive at one corner of the required region. [m/s], [N], [W]"""
 
     speed: float
@@ -61,8 +62,8 @@ class Corner:
     margin: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DriveResult:
+@result
+class DriveResult(Result):
     """What one drive does about the requirement.
 
     Attributes
@@ -120,8 +121,8 @@ class DriveResult:
         }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DutyComparison:
+@result
+class DutyComparison(Result):
     """All drives of a study in one of its duty cycles.
 
     Attributes
@@ -172,8 +173,8 @@ def _simulated(found: TwoWays | str) -> dict[str, Any]:
     return {"prescribed_J": found.prescribed, "followed_J": found.followed, "explanation": found.explanation}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+@result
+class Comparison(Result):
     """All drives of a study held against its requirement, and worked through its duty cycles."""
 
     study: Study

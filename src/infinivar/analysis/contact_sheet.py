@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from infinivar._core.result import Result, result
 from infinivar.contact import creep, hysteresis, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
@@ -44,8 +45,8 @@ class Line:
     """Formula, condition or source."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ContactSheet:
+@result
+class ContactSheet(Result):
     """What `contact_sheet` returns.
 
     Attributes

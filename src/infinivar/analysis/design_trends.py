@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.result import Result, result
 from infinivar.analysis.robustness.derivatives import gradient, values_of
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
@@ -79,7 +80,7 @@ def with_material(element: RotaryLinearIVT, name: str) -> RotaryLinearIVT:
     return replace(element, geometry=geometry)
 
 
-SWEPT = {
+SWEPT: dict[str, tuple[Callable[..., RotaryLinearIVT], Callable[[RotaryLinearIVT], Any]]] = {
     "preload": (RotaryLinearIVT.pressed, lambda element: element.preload),
     "friction": (with_friction, lambda element: element.friction),
     "wheel_radius": (with_wheel_radius, lambda element: element.wheel_radius),
@@ -91,10 +92,12 @@ SWEPT = {
 """Design parameters: what makes the variant, and the present value."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trend:
+@result
+class Trend(Result):
     """Efficiency and losses of variants of a design."""
 
+    parameter: str
+    """One of `SWEPT`, or "material"."""
     values: np.ndarray
     efficiency: np.ndarray
     """nan where the wheel slips. [-]"""
@@ -126,7 +129,7 @@ def sweep(element: RotaryLinearIVT, parameter: str, values: Any, duties: Sequenc
     make = with_material if parameter == "material" else SWEPT[parameter][0]
     variants = [make(element, value) for value in values]
     stressed = [_exceeded(variant) for variant in variants]
-    return tuple(_trend(values, [duty.at(variant) for variant in variants], stressed) for duty in duties)
+    return tuple(_trend(parameter, values, [duty.at(variant) for variant in variants], stressed) for duty in duties)
 
 
 def _exceeded(element: RotaryLinearIVT) -> Limit:
@@ -137,10 +140,11 @@ def _exceeded(element: RotaryLinearIVT) -> Limit:
     return worst if demands.get(worst, 0.0) > 1.0 else Limit.OK
 
 
-def _trend(values: Any, points: Sequence[OperatingPoint], stressed: Sequence[Limit]) -> Trend:
+def _trend(parameter: str, values: Any, points: Sequence[OperatingPoint], stressed: Sequence[Limit]) -> Trend:
     limits = [Limit(int(point.limit)) for point in points]
     return Trend(
-        values=np.asarray(values),
+        parameter=parameter,
+        values=np.array(values),
         efficiency=np.array([float(point.efficiency) for point in points]),
         losses={name: np.array([float(point.losses[name]) for point in points]) for name in points[0].losses},
         limit=tuple(stress if limit == Limit.OK else limit for limit, stress in zip(limits, stressed, strict=True)),

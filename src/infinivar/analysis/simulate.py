@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from infinivar._core import extras, netcdf
+from infinivar._core.result import Frozen, Result, result
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
-from infinivar.bondgraph.solve import RTOL, solve
+from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
@@ -23,17 +22,12 @@ from infinivar.parts.motor import Motor
 from infinivar.transmission import creepage
 from infinivar.units import plain
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import xarray
-
 STEPS = 1000
 """Results over a run, unless a scenario asks for others."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Event:
+@result
+class Event(Frozen):
     """A stretch of time in which a limit was exceeded."""
 
     limit: Limit
@@ -51,8 +45,8 @@ class Event:
         return f"{self.limit.words} ({self.what}) exceeded from {plain(self.start)} s to {plain(self.end)} s{how}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Simulation:
+@result
+class Simulation(Result):
     """What came of a scenario.
 
     Attributes
@@ -113,40 +107,6 @@ class Simulation:
             limits += f"; off by {most} mm at most, {last} mm at the end"
         spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
         return f"{limits}; {plain(spent)} J from the supply, energy balance closed to {plain(CLOSURE, 1)}"
-
-    def dataset(self) -> xarray.Dataset:
-        """Labelled arrays: the columns, and energies by source, loss and storage; needs the extra ``xarray``."""
-        return extras.load("xarray", "xarray", "a labelled data set").Dataset(*self._labelled())
-
-    def to_netcdf(self, path: str | Path) -> None:
-        """Write the labelled arrays as NetCDF (version 3, readable everywhere)."""
-        netcdf.write(path, *self._labelled())
-
-    def _labelled(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Variables, coordinates and attributes."""
-        run = self.trajectory
-        data: dict[str, Any] = {
-            name: ("time", values, {"units": _unit(name)}) for name, values in self.columns.items() if name != "time_s"
-        }
-        for kind, group in (("supplied", run.supplied), ("lost", run.lost), ("stored", run.stored)):
-            data[f"energy_{kind}_J"] = ((kind, "time"), np.array(list(group.values())), {"units": "J"})
-        data["energy_residual"] = (
-            "time",
-            run.residual,
-            {"units": "1", "long_name": "energy not accounted for over energy moved"},
-        )
-        elements = [element.name for element in run.graph.elements]
-        energies = [run.energy(name) for name in elements]
-        for what in energies[0]._fields:
-            table = np.array([getattr(energy, what) for energy in energies])
-            data[f"element_energy_{what}_J"] = (("element", "time"), table, {"units": "J"})
-        labels = {
-            "element": elements,
-            "supplied": list(run.supplied),
-            "lost": list(run.lost),
-            "stored": list(run.stored),
-        }
-        return data, {"time": ("time", run.time, {"units": "s"}), **labels}, {"title": self.title}
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events and the verdict."""
@@ -361,19 +321,3 @@ def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:
         return float(time[beyond])
     share = (1.0 - demand[inside]) / (demand[beyond] - demand[inside])
     return float(time[inside] + min(max(share, 0.0), 1.0) * (time[beyond] - time[inside]))
-
-
-def _unit(name: str) -> str:
-    for ending, unit in {
-        "_m_s": "m/s",
-        "_rad_s": "rad/s",
-        "_rad": "rad",
-        "_m": "m",
-        "_N": "N",
-        "_A": "A",
-        "_V": "V",
-        "_W": "W",
-    }.items():
-        if name.endswith(ending):
-            return unit
-    return "1"

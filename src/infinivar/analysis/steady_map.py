@@ -5,22 +5,20 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from infinivar import power
-from infinivar._core import extras, netcdf
-from infinivar._core.frozen import FrozenDict
+from infinivar._core.frozen import FrozenDict, own
+from infinivar._core.labels import Labels, is_labelled, labels_of
+from infinivar._core.result import Result, result
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import Limit, binding
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    import xarray
+    pass
 
 _TILE = 65_536
 """Points computed at once: the intermediate arrays of a tile fit the processor's caches, and dwarf Python's overhead."""
@@ -32,8 +30,8 @@ _TILES_WORTH_THREADS = 8
 """Fewer tiles are done before threads have started."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SteadyMap:
+@result
+class SteadyMap(Result):
     """Map over speed (first axis) and force (second axis); SI. The maps are read-only.
 
     Attributes
@@ -45,6 +43,7 @@ class SteadyMap:
     limit : (n, m) int8                 Values of `Limit`.
     margin : (n, m) float               Allowance over demand of the tightest limit. [-]
     audit_residual : float              Largest share of power that does not add up, checked when the map was made. [-]
+    labels : Labels or None             Of labelled axes.
     """
 
     speed: np.ndarray
@@ -56,49 +55,11 @@ class SteadyMap:
     limit: np.ndarray
     margin: np.ndarray
     audit_residual: float
-
-    def to_xarray(self) -> xarray.Dataset:
-        """Labelled data set with units, losses as ``loss_<name>``; needs the extra ``xarray``."""
-        return extras.load("xarray", "xarray", "a labelled data set").Dataset(*self._labelled())
-
-    def _labelled(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        """Variables, coordinates and attributes."""
-        grid = ("speed", "force")
-
-        def variable(values: np.ndarray, unit: str, meaning: str, **more: Any) -> tuple[Any, ...]:
-            return grid, values, {"units": unit, "long_name": meaning, **more}
-
-        losses = {
-            f"loss_{name.replace(' ', '_')}": variable(values, "W", f"power lost in {name}")
-            for name, values in self.losses.items()
-        }
-        codes = {
-            "flag_values": np.array([limit.value for limit in Limit], dtype=np.int8),
-            "flag_meanings": " ".join(limit.name for limit in Limit),
-        }
-        return (
-            {
-                "power_in": variable(self.power_in, "W", "power from the supply"),
-                "power_out": variable(self.power_out, "W", "power to the load"),
-                **losses,
-                "efficiency": variable(self.efficiency, "1", "useful power over power spent"),
-                "limit": variable(self.limit, "1", "limit that binds", **codes),
-                "margin": variable(self.margin, "1", "allowance over demand of the tightest limit"),
-            },
-            {
-                "speed": ("speed", self.speed, {"units": "m s-1", "long_name": "speed of the load"}),
-                "force": ("force", self.force, {"units": "N", "long_name": "force on the load"}),
-            },
-            {"audit_residual": self.audit_residual},
-        )
-
-    def to_netcdf(self, path: str | Path) -> None:
-        """Write the map as NetCDF (version 3, readable everywhere)."""
-        netcdf.write(path, *self._labelled())
+    labels: Labels | None = None
 
 
 def _axis(name: str, values: Any, unit: str) -> np.ndarray:
-    axis = np.atleast_1d(np.asarray(values, dtype=float))
+    axis = np.array(values, dtype=float, ndmin=1)
     if axis.ndim != 1 or axis.size == 0:
         raise InputError(f"{name} must be one-dimensional and not empty, got shape {axis.shape}")
     if not np.isfinite(axis).all():
@@ -127,6 +88,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     AuditError
         If powers and losses do not add up anywhere, or a power is nan where there should be one.
     """
+    labels = _labels(speed, force)
     speed, force = _axis("speed", speed, "m/s"), _axis("force", force, "N")
     shape = (speed.size, force.size)
     rows = max(1, _TILE // force.size)
@@ -155,9 +117,21 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
             worst = max(worst, residual)
             if progress is not None:
                 progress(done / len(tiles))
-    fields = {name: np.broadcast_to(values, shape) for name, values in room.items()}
+    fields = {name: np.broadcast_to(values, shape) for name, values in own(**room).items()}
     losses = {name.removeprefix(_LOSS): fields.pop(name) for name in room if name.startswith(_LOSS)}
-    return SteadyMap(speed=speed, force=force, losses=FrozenDict(losses), audit_residual=worst, **fields)
+    return SteadyMap(
+        **own(speed=speed, force=force), losses=FrozenDict(losses), audit_residual=worst, labels=labels, **fields
+    )
+
+
+def _labels(speed: Any, force: Any) -> Labels | None:
+    """Labels of the map from those of its axes; an axis without any has its usual name."""
+    axes = {"speed": speed, "force": force}
+    given = {name: axis for name, axis in axes.items() if is_labelled(axis)}
+    dims = tuple(str(given[name].dims[0]) if name in given and given[name].ndim == 1 else name for name in axes)
+    if len(set(dims)) == 1:
+        raise InputError(f"speed and force must be labelled with different dimensions, got {dims[0]!r} for both")
+    return labels_of(given, dims) if given else None
 
 
 def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:

@@ -8,9 +8,9 @@ Two checks: at every output time the powers of each element must agree with each
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from infinivar._core.result import Result, result
 from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph, Element
 from infinivar.errors import AuditError
 
@@ -47,8 +47,8 @@ class ElementEnergy(NamedTuple):
     """More than at the beginning."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Trajectory:
+@result
+class Trajectory(Result):
     """Motion of a graph; arrays over time, SI.
 
     Attributes

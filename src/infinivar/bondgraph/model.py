@@ -174,6 +174,8 @@ def _described(value: Any) -> Any:
         return tuple((key, _described(item)) for key, item in value.items())
     if isinstance(value, tuple):
         return tuple(map(_described, value))
+    if isinstance(value, functools.partial):
+        return tuple(map(_described, (value.func, value.args, value.keywords)))
     if inspect.isfunction(value):
         if not value.__module__.startswith("infinivar."):
             raise _OutsideLawError

@@ -4,217 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core.fields import with_values
 from infinivar.calibration import data as rig_data
-from infinivar.calibration import fitted, laws, misread, model, plan, reduce, words
-from infinivar.calibration.data import RigData
+from infinivar.calibration import laws, misread, model, plan, reduce
+from infinivar.calibration.data import LeftOut, RigData
 from infinivar.calibration.fit import FEW, OUTLIER, Fit, refuse_many
-from infinivar.calibration.fitted import Fitted
 from infinivar.calibration.laws import LawChoice
-from infinivar.calibration.plan import Plan
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.reduce import Efficiencies
+from infinivar.calibration.result import Calibration, cobotic
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, nearest
 from infinivar.study.study import Study
 from infinivar.units import plain
-
-
-class LeftOut(NamedTuple):
-    """A run that was not fitted."""
-
-    row: int
-    """Of the data."""
-    line: int
-    """Of the file."""
-    reason: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Calibration:
-    """A drive calibrated by a rig's data.
-
-    Attributes
-    ----------
-    study, name          The study and the drive in it.
-    data                 Runs as given, without those left out on request.
-    laws                 What the data say of the creep law, and the fit with the one that is used.
-    left_out             Runs that were not fitted, as no rig can give them or they are outliers, each with why.
-    efficiencies         Of all runs, by Eq 18.
-    eq9                  Creep stiffness of all runs by Eq 9 and its standard deviation; nan where the wheel is not locked. [N]
-    plan                 What to measure next.
-    """
-
-    study: Study
-    name: str
-    data: RigData
-    laws: LawChoice
-    left_out: tuple[LeftOut, ...]
-    efficiencies: Efficiencies
-    eq9: tuple[np.ndarray, np.ndarray]
-    plan: Plan
-
-    @property
-    def fit(self) -> Fit:
-        """Estimates and intervals, with what the creep law leaves open."""
-        return self.laws.fit
-
-    @property
-    def drive(self) -> CoboticDrive:
-        """The drive as the study has it."""
-        return cobotic(self.study, self.name)
-
-    @property
-    def calibrated(self) -> CoboticDrive:
-        """The drive with what was fitted."""
-        drive, values = self.drive, {row.path: row.value for row in self.rows}
-        if drive.transmission.geometry is None or "transmission.creep_stiffness" not in values:
-            return with_values(drive, values)
-        # Measured groups take the place of the geometry, all at once: either excludes the other.
-        groups = {
-            path.removeprefix("transmission."): value
-            for path, value in values.items()
-            if path.startswith("transmission.")
-        }
-        element = replace(drive.transmission, geometry=None, **groups)
-        steering = drive.steering and replace(
-            drive.steering, patch_half_length=values.get("steering.patch_half_length")
-        )
-        others = {path: value for path, value in values.items() if not path.startswith(("transmission.", "steering."))}
-        return with_values(replace(drive, transmission=element, steering=steering), others)
-
-    @property
-    def known(self) -> dict[str, float]:
-        """The parameters as the study has them. [SI]"""
-        return model.known_values(self.drive)
-
-    @property
-    def rows(self) -> tuple[Fitted, ...]:
-        """What the calibrated drive has otherwise than the study's."""
-        return tuple(fitted.rows(self))
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What a reader has to know first: that the data contradict the study's creep law, or that no law fits."""
-        return tuple(words.warnings(self.laws))
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What a reader of the result has to know, in sentences; the warnings come first."""
-        return tuple(words.remarks(self))
-
-    @property
-    def verdict(self) -> str:
-        """One line: what is told and what is not."""
-        fit = self.fit
-        told = [
-            f"{name} = {words.with_interval(fit.values[name], fit.deviations[name], model.PARAMETERS[name])}"
-            for name in fit.told
-        ]
-        told += [words.combined(combination) for combination in fit.combinations]
-        return "; ".join(told)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        fit, found = self.fit, self.efficiencies
-        return {
-            "drive": self.name,
-            "data": self.data.name,
-            "runs": len(self.data),
-            "left_out_lines": [{"line": one.line, "reason": one.reason} for one in self.left_out],
-            "creep_law": {
-                "study": self.laws.asked,
-                "fitted": fit.law,
-                "undecided": list(self.laws.undecided),
-                "contradicted": self.laws.contradicted,
-                "fits": not self.laws.misfit,
-                "gain_of_free_bend": self.laws.gain,
-                "laws": [
-                    {
-                        "law": one.law,
-                        "chi_square": one.fit.chi_square,
-                        "worse_by": one.behind,
-                        "values": dict(one.fit.values),
-                    }
-                    for one in self.laws.candidates
-                ],
-            },
-            "parameters": {
-                name: {
-                    "unit": model.PARAMETERS[name].unit,
-                    "value": fit.values[name],
-                    "told": name in fit.told,
-                    "standard_deviation": fit.deviations[name],
-                    "interval_95": list(fit.interval(name)),
-                    "study": self.known[name],
-                }
-                for name in fit.names
-            },
-            "correlations": {
-                name: dict(zip(fit.names, row, strict=True))
-                for name, row in zip(fit.names, fit.correlations.tolist(), strict=True)
-            },
-            "not_told_apart": [
-                {
-                    "weights": dict(combination.weights),
-                    "value": combination.value,
-                    "standard_deviation": combination.deviation,
-                }
-                for combination in fit.combinations
-            ],
-            "chi_square": fit.chi_square,
-            "degrees_of_freedom": fit.freedom,
-            "intervals_widened_by": fit.widened,
-            "efficiency": [
-                {"line": line, "ratio": ratio, "load": load, "value": value, "standard_deviation": deviation}
-                for line, ratio, load, value, deviation in zip(
-                    self.data.lines,
-                    found.ratio.tolist(),
-                    found.load.tolist(),
-                    found.value.tolist(),
-                    found.deviation.tolist(),
-                    strict=True,
-                )
-            ],
-            "creep_stiffness_by_eq9": [
-                {
-                    "line": self.data.lines[row],
-                    "value": float(self.eq9[0][row]),
-                    "standard_deviation": float(self.eq9[1][row]),
-                }
-                for row in np.flatnonzero(np.isfinite(self.eq9[0]))
-            ],
-            "runs_to_tell_laws_apart": [
-                {"between": list(one.between), **one.setting._asdict(), "standard_deviations": one.apart}
-                for one in self.plan.telling
-            ],
-            "next_runs": [setting._asdict() for setting in self.plan.settings],
-            "expected_standard_deviations": dict(self.plan.deviations),
-            "remarks": list(self.remarks),
-        }
-
-
-def cobotic(study: Study, name: str) -> CoboticDrive:
-    """A cobotic drive of a study.
-
-    Raises
-    ------
-    InputError
-        If there is no drive of that name, or it is of another type.
-    """
-    drive = study.drive(name)
-    if not isinstance(drive, CoboticDrive):
-        raise InputError(
-            f"{study.path or study.name}: drives.{name} must be a cobotic drive; this one has no wheel to measure"
-        )
-    return drive
 
 
 def calibrate(

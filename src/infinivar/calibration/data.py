@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
+from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
 from infinivar.motion.tables import read_columns
 from infinivar.units import plain
@@ -32,8 +32,18 @@ _MOST = 12
 """Faults listed at once."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RigData:
+class LeftOut(NamedTuple):
+    """A run that was not fitted."""
+
+    row: int
+    """Of the data."""
+    line: int
+    """Of the file."""
+    reason: str
+
+
+@result
+class RigData(Frozen):
     """Runs of a rig: arrays of one length, SI.
 
     Signs are those of the transmission: a positive steering angle moves the link backwards on a cylinder that turns

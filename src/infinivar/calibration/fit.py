@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Frozen, result
 from infinivar.calibration.data import RigData
 from infinivar.calibration.problem import Problem
 from infinivar.errors import InputError
@@ -36,8 +37,8 @@ DOUBT = 1e-3
 """Probability below which residuals are larger than the sensors explain."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Combination:
+@result
+class Combination(Frozen):
     """A weighted sum of parameters which the data tell, though not its parts; the first weight is 1."""
 
     weights: Mapping[str, float]
@@ -45,8 +46,8 @@ class Combination:
     deviation: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Fit:
+@result
+class Fit(Frozen):
     """Parameters fitted to a rig's data.
 
     Attributes
@@ -106,8 +107,8 @@ class Fit:
             return np.where(np.isfinite(scale[:, None] * scale), self.covariance / (scale[:, None] * scale), np.nan)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Robust:
+@result
+class Robust(Frozen):
     """A fit in which no single run has much weight.
 
     Attributes

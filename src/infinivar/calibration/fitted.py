@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
 
 from infinivar._core.fields import given
 from infinivar.calibration import model
 from infinivar.calibration.fit import Fit
 from infinivar.calibration.words import combined
+from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.parts.gearhead import coulomb_torque
 from infinivar.parts.linear import Guideway
 from infinivar.transmission.rotary_linear import MEASURED
-
-if TYPE_CHECKING:
-    from infinivar.calibration.calibrate import Calibration
 
 
 class Fitted(NamedTuple):
@@ -38,10 +35,16 @@ class Fitted(NamedTuple):
     """Change of the value by that of the parameter. [SI]"""
 
 
-def rows(found: Calibration) -> list[Fitted]:
-    """Every value that the calibrated drive has otherwise than the study's."""
-    drive, fit, known = found.drive, found.fit, found.known
-    source = f"{Path(found.data.name).name}, {len(found.data) - len(found.left_out)} runs"
+def rows(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: str) -> list[Fitted]:
+    """Every value that the calibrated drive has otherwise than the study's.
+
+    Parameters
+    ----------
+    drive    As the study has it.
+    fit      Of the data.
+    known    The parameters as the study has them. [SI]
+    source   The data in words.
+    """
     rows: list[Fitted] = []
     if fit.law != drive.transmission.creep_law:
         rows.append(Fitted("transmission.creep_law", fit.law, "", "fitted", source, None, ""))
@@ -71,7 +74,7 @@ def rows(found: Calibration) -> list[Fitted]:
     if "resistance" in fit.names:
         add("motor.resistance", fit.values["resistance"], "ohm", "resistance")
     if "nominal_torque" in fit.names:
-        rows += _nominal(found, source)
+        rows += _nominal(drive, fit, known, source)
     return rows
 
 
@@ -97,9 +100,8 @@ def _in_a_sum(fit: Fit, parameter: str, source: str) -> tuple[str, float | None]
     return f"{where}; its largest part carries the interval of the sum", told.deviation / abs(told.weights[parameter])
 
 
-def _nominal(found: Calibration, source: str) -> list[Fitted]:
+def _nominal(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: str) -> list[Fitted]:
     """The nominal torque as the fields of motor and gearhead that make it up: the gearhead's, as far as it goes."""
-    drive, fit = found.drive, found.fit
     motor, gear = drive.motor, drive.gearhead
     value, deviation = fit.values["nominal_torque"], fit.deviations["nominal_torque"]
     constant = fit.values.get("torque_constant", motor.torque_constant)
@@ -109,7 +111,7 @@ def _nominal(found: Calibration, source: str) -> list[Fitted]:
     share, made = 1.0 - rest / whole, "what the nominal torque leaves beside the motor's no-load current"
     if gear.loss_model != "coulomb" or not 0.0 <= rest < whole:
         path, unit, slope = "motor.no_load_current", "A", 1.0 / constant
-        beside = found.known["nominal_torque"] - motor.friction_torque
+        beside = known["nominal_torque"] - motor.friction_torque
         share, made = max(value - beside, 0.0) / constant, "the nominal torque, all of it put down to the motor"
     if not math.isfinite(deviation):
         return [

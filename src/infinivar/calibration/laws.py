@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from infinivar._core.result import Frozen, result
 from infinivar.calibration.fit import Fit, Robust, estimate, robust, settled
 from infinivar.calibration.problem import Problem
 from infinivar.contact import creep
@@ -32,8 +33,8 @@ _MOST_TRIED = 3
 """Laws under which outliers are looked for; the second is nearly always the last."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Candidate:
+@result
+class Candidate(Frozen):
     """A creep law held against the data.
 
     Attributes
@@ -48,8 +49,8 @@ class Candidate:
     behind: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LawChoice:
+@result
+class LawChoice(Frozen):
     """What the data say about the creep law.
 
     Attributes

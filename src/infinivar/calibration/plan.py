@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Frozen, result
 from infinivar.calibration.data import RigData
 from infinivar.calibration.fit import Fit, information
 from infinivar.calibration.laws import LawChoice
@@ -35,8 +36,8 @@ class Telling(NamedTuple):
     """Standard deviations between its readings under the two, with what the parameters are known to be off by."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+@result
+class Plan(Frozen):
     """Runs to make next.
 
     Attributes

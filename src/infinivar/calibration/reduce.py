@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from infinivar import power
+from infinivar._core.result import Frozen, result
 from infinivar.calibration.data import RigData
 from infinivar.calibration.model import load_on_wheel
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -20,8 +20,8 @@ _IMPOSSIBLE = 5.0
 """Standard deviations above 1 from which on an efficiency is a fault of the data."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Efficiencies:
+@result
+class Efficiencies(Frozen):
     """Efficiency of the element in each run; arrays of one length.
 
     Attributes

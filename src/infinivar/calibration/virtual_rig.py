@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.result import Frozen, result
 from infinivar.analysis.simulate import simulate
 from infinivar.calibration.data import RigData
 from infinivar.calibration.model import Errors
@@ -52,8 +53,8 @@ class Truth(NamedTuple):
     motor_voltage: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Experiment:
+@result
+class Experiment(Frozen):
     """A session on the virtual rig.
 
     Attributes

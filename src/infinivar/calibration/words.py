@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from infinivar import units
 from infinivar.calibration import misread, model, plan
+from infinivar.calibration.data import LeftOut, RigData
+from infinivar.calibration.fit import Fit
 from infinivar.calibration.laws import DECIDED, LAW_ERROR, LawChoice
 from infinivar.calibration.virtual_rig import Setting
+from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.spreads import NORMAL_95
 from infinivar.units import plain
-
-if TYPE_CHECKING:
-    from infinivar.calibration.calibrate import Calibration
 
 _ALIKE = 0.01
 """Chi-square by which two laws differ that the runs do not tell apart at all: rounding is far less."""
@@ -105,21 +105,22 @@ def warnings(laws: LawChoice) -> Iterator[str]:
         yield on_law(laws)
 
 
-def remarks(found: Calibration) -> Iterator[str]:
+def remarks(
+    laws: LawChoice, proposed: plan.Plan, data: RigData, left_out: Sequence[LeftOut], drive: CoboticDrive
+) -> Iterator[str]:
     """What a reader of the result has to know, in sentences."""
-    yield from warnings(found.laws)
-    yield from _on_fit_of_laws(found)
-    yield from _on_parameters(found)
-    yield from _on_runs(found)
-    if found.drive.gearhead.loss_model == "proportional":
+    yield from warnings(laws)
+    yield from _on_fit_of_laws(laws, proposed)
+    yield from _on_parameters(laws.fit, proposed)
+    yield from _on_runs(laws, data, left_out)
+    if drive.gearhead.loss_model == "proportional":
         yield (
             "The gearhead loses in proportion to its load, which Eq 18 counts as the element's: those efficiencies are too low. "
             "The fit takes the gearhead's loss into account."
         )
 
 
-def _on_fit_of_laws(found: Calibration) -> Iterator[str]:
-    laws = found.laws
+def _on_fit_of_laws(laws: LawChoice, proposed: plan.Plan) -> Iterator[str]:
     if len(laws.candidates) > 1 and not laws.contradicted:
         yield on_law(laws)
     wider = [
@@ -135,7 +136,7 @@ def _on_fit_of_laws(found: Calibration) -> Iterator[str]:
         )
         counted = f"the spread between the laws left open, and {bend}" if len(laws.undecided) > 1 else bend
         yield f"The uncertainty of the creep law widens intervals: {_listed(wider)}. It counts {counted}."
-    for one in found.plan.telling:
+    for one in proposed.telling:
         yield _on_telling(one)
 
 
@@ -150,8 +151,7 @@ def _on_telling(one: plan.Telling) -> str:
     return f"To tell {names} apart, make this run: {run}. Its readings differ by {size} standard deviations."
 
 
-def _on_parameters(found: Calibration) -> Iterator[str]:
-    fit = found.fit
+def _on_parameters(fit: Fit, proposed: plan.Plan) -> Iterator[str]:
     for combination in fit.combinations:
         names = " and ".join(combination.weights)
         if len(combination.weights) > 1:
@@ -162,7 +162,7 @@ def _on_parameters(found: Calibration) -> Iterator[str]:
     for name in fit.names:
         if name not in fit.told and not any(name in combination.weights for combination in fit.combinations):
             yield f"The data say nothing about {name}: it stays as the study has it."
-    apart = [name for name in fit.names if not math.isfinite(found.plan.deviations[name])]
+    apart = [name for name in fit.names if not math.isfinite(proposed.deviations[name])]
     if apart:
         yield (
             f"The runs proposed do not tell {' and '.join(apart)} apart either: with this rig's sensors no preload between "
@@ -174,19 +174,19 @@ def _on_parameters(found: Calibration) -> Iterator[str]:
             yield f"The fit of {name} ended at its lower bound, zero: its interval means little."
 
 
-def _on_runs(found: Calibration) -> Iterator[str]:
-    fit = found.fit
-    if found.left_out:
-        lines = ", ".join(str(one.line) for one in found.left_out)
-        yield f"Left out: line{'s' if len(found.left_out) > 1 else ''} {lines}."
-        kind = misread.pattern(found.data, [one.row for one in found.left_out])
+def _on_runs(laws: LawChoice, data: RigData, left_out: Sequence[LeftOut]) -> Iterator[str]:
+    fit = laws.fit
+    if left_out:
+        lines = ", ".join(str(one.line) for one in left_out)
+        yield f"Left out: line{'s' if len(left_out) > 1 else ''} {lines}."
+        kind = misread.pattern(data, [one.row for one in left_out])
         if kind:
             yield f"Left out are {kind}: check that setting, and whether the model holds there."
     if fit.widened > 1.0:
-        laws = "with every creep law " if len(found.laws.candidates) > 1 else ""
+        tried = "with every creep law " if len(laws.candidates) > 1 else ""
         yield (
-            f"The residuals are {laws}{plain(fit.widened, 2)} times what the rig's sensors explain, and all intervals are "
+            f"The residuals are {tried}{plain(fit.widened, 2)} times what the rig's sensors explain, and all intervals are "
             "widened by that: look for a pattern in them, or for a sensor that is worse than [rig] says."
         )
-    if not np.any(~found.data.pressed):
+    if not np.any(~data.pressed):
         yield "No run has the wheel lifted off: the nominal torque follows from the others by the model alone."

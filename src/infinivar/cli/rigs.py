@@ -32,7 +32,7 @@ def rig(
     Writes the data that the rig of the study would record.
     """
     from infinivar.calibration import virtual_rig
-    from infinivar.calibration.calibrate import cobotic
+    from infinivar.calibration.result import cobotic
     from infinivar.report.calibration import save_data
     from infinivar.report.output import check_file
     from infinivar.study.load import load_study

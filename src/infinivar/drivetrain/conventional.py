@@ -9,6 +9,8 @@ from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.fields import check, component, quantity
+from infinivar._core.frozen import own
+from infinivar._core.labels import labelled
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
 from infinivar.motion.course import Course
@@ -44,6 +46,7 @@ class ConventionalDrive:
         """The one motor."""
         return {"motor": self.motor}
 
+    @labelled
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
         """Steady point at a load speed and force, in all four quadrants.
 
@@ -65,11 +68,13 @@ class ConventionalDrive:
         side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
-            power_in=power_in,
-            power_out=force * speed,
-            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-            utilisation={**side.utilisation, **returned},
-            states=side.states,
+            **own(
+                power_in=power_in,
+                power_out=force * speed,
+                losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
+                utilisation={**side.utilisation, **returned},
+                states=side.states,
+            )
         )
 
     def check_motion(self) -> None:
@@ -117,10 +122,12 @@ class ConventionalDrive:
         )
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return MovingPoint(
-            power_in=power_in,
-            power_out=force * course.speed,
-            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-            stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning},
-            utilisation=placed({**side.utilisation, **returned}),
-            states={**side.states, "gear_output_torque_Nm": torque},
+            **own(
+                power_in=power_in,
+                power_out=force * course.speed,
+                losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
+                stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning},
+                utilisation=placed({**side.utilisation, **returned}),
+                states={**side.states, "gear_output_torque_Nm": torque},
+            )
         )

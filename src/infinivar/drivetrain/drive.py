@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given
+from infinivar._core.frozen import own
+from infinivar._core.labels import Labels
+from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
@@ -16,8 +19,8 @@ from infinivar.parts.motor import Motor
 from infinivar.power import PowerPoint
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DrivePoint(PowerPoint):
+@result
+class DrivePoint(PowerPoint, Result):
     """Steady operating point of a drive-train; arrays that broadcast to one shape, SI.
 
     `losses` names every loss from supply to load [W]; `states` holds currents, voltages, angles and the like, each
@@ -29,13 +32,14 @@ class DrivePoint(PowerPoint):
     losses: Mapping[str, Array]
     utilisation: Mapping[Limit, Array]
     states: Mapping[str, Array] = field(default_factory=dict)
+    labels: Labels | None = None
 
 
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MovingPoint:
+@result
+class MovingPoint(Result):
     """Instants of a drive-train that follows a motion; arrays that broadcast to one shape, SI.
 
     Attributes
@@ -65,12 +69,14 @@ def chosen(where: Array, one: MovingPoint, other: MovingPoint) -> MovingPoint:
         return {key: xp.where(where, mine[key], others[key]) for key in others}
 
     return MovingPoint(
-        power_in=xp.where(where, one.power_in, other.power_in),
-        power_out=xp.where(where, one.power_out, other.power_out),
-        losses=mixed("losses"),
-        stored=mixed("stored"),
-        utilisation=mixed("utilisation"),
-        states=mixed("states"),
+        **own(
+            power_in=xp.where(where, one.power_in, other.power_in),
+            power_out=xp.where(where, one.power_out, other.power_out),
+            losses=mixed("losses"),
+            stored=mixed("stored"),
+            utilisation=mixed("utilisation"),
+            states=mixed("states"),
+        )
     )
 
 

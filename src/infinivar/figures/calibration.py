@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.calibration.calibrate import Calibration
+from infinivar.calibration.result import Calibration
 from infinivar.calibration.virtual_rig import with_preload
 from infinivar.figures import style
 from infinivar.study.spreads import NORMAL_95

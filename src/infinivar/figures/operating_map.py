@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-REQUIRED = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
+REQUIRED: dict[str, Any] = {"color": "#D55E00", "lw": 1.5, "ls": "--"}
 """Line style of the outline of the required region."""
 
 LEVELS = np.arange(0.0, 1.01, 0.1)
@@ -52,8 +52,8 @@ class Drawn(NamedTuple):
     loss: Any = None
 
 
-def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
-    """Numbers of one map.
+def data(steady: SteadyMap, requirement: Requirement | None) -> dict[str, Any]:
+    """Numbers of one map, with or without a required region.
 
     Returns
     -------
@@ -67,10 +67,14 @@ def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
     scale = 1e-9 * np.abs(steady.power_out)
     spent = within & (steady.power_out < 0) & (steady.power_in >= -scale)
     loss = np.where(spent, steady.power_in - steady.power_out, np.nan)
-    required = spent & (np.abs(steady.force) <= requirement.force)
-    required = required & (np.abs(steady.speed)[:, None] <= requirement.speed_at(steady.force)[None, :])
-    force = np.linspace(0.0, requirement.force, 200)
-    outline = np.column_stack([np.append(force, [requirement.force]), np.append(requirement.speed_at(force), [0.0])])
+    required, outline, signs = spent, np.empty((0, 2)), []
+    if requirement is not None:
+        required = required & (np.abs(steady.force) <= requirement.force)
+        required = required & (np.abs(steady.speed)[:, None] <= requirement.speed_at(steady.force)[None, :])
+        force = np.linspace(0.0, requirement.force, 200)
+        edge = np.column_stack([force, requirement.speed_at(force)])
+        outline = np.vstack([edge, [requirement.force, 0.0]])
+        signs = {1: [(1, 1)], 2: [(1, 1), (-1, 1)], 4: [(1, 1), (-1, 1), (1, -1), (-1, -1)]}[requirement.quadrants]
     return {
         "force": steady.force,
         "speed": steady.speed,
@@ -80,7 +84,7 @@ def data(steady: SteadyMap, requirement: Requirement) -> dict[str, Any]:
         "limit": steady.limit,
         "margin": steady.margin,
         "outline": outline,
-        "signs": {1: [(1, 1)], 2: [(1, 1), (-1, 1)], 4: [(1, 1), (-1, 1), (1, -1), (-1, -1)]}[requirement.quadrants],
+        "signs": signs,
     }
 
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.result import Frozen, result
 from infinivar.transmission.rates import Varying
 
 _SETTING_OUT = 1e-200
 """Stands for a speed about to begin: with it no power is worth the name. [m s^-1]"""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Course:
+@result
+class Course(Frozen):
     """Instants of a motion of the load, and of the force on it from outside; arrays that broadcast to one shape, SI.
 
     Attributes

@@ -1,5 +1,10 @@
 """Faulring, Colgate & Peshkin (2006) as a paper: its claims, its figures, and verdicts on them."""
 
-from infinivar.report.saving import register
+from infinivar._core.presentation import register
 
-register("infinivar.paper.reproduce.Reproduction", "infinivar.paper.report")
+register(
+    "infinivar.paper.reproduce.Reproduction",
+    plot="infinivar.paper.report:draw",
+    save="infinivar.paper.report:save",
+    table="infinivar.paper.report:table",
+)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from infinivar.errors import InputError
 from infinivar.figures import style
@@ -13,6 +13,10 @@ from infinivar.paper.figures import FIGURES, missing_for
 from infinivar.paper.reproduce import Reproduction
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 
 def check_figure(figure: int | None) -> None:
@@ -38,6 +42,20 @@ def left_out() -> str:
         return ""
     *first, last = map(str, numbers)
     return f"Figures {', '.join(first)} and {last} are left out. {missing_for(numbers[0])}"
+
+
+def draw(reproduction: Reproduction, figure: int = 7) -> Figure:
+    """One of the paper's figures."""
+    check_figure(figure)
+    return FIGURES[figure].draw_all(reproduction.machine)
+
+
+def table(reproduction: Reproduction) -> pd.DataFrame:
+    """One row a claim: what the paper says, what was computed, and the verdict."""
+    import pandas as pd
+
+    rows = pd.DataFrame(reproduction.to_list()).drop(columns=["ranges", "variants"])
+    return rows.astype({"paper": object, "computed": object}).set_index("id")
 
 
 def save(reproduction: Reproduction, directory: Path, figure: int | None = None) -> list[Path]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
+from infinivar._core.result import Result, result
 from infinivar.errors import InputError
 from infinivar.paper.claims import design, element, shaking, system
 from infinivar.paper.claims.claim import Claim, Machine, statements
@@ -20,8 +20,8 @@ CHECKS: dict[str, Callable[[Machine], Finding]] = {
 }
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Reproduction:
+@result
+class Reproduction(Result):
     """The paper's claims with their verdicts, and the machine they were checked on."""
 
     claims: tuple[Claim, ...]

@@ -14,12 +14,13 @@ Source: maxon2020 (thermal resistances, time constants, coefficient of copper).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
 from infinivar.units import celsius, plain
@@ -49,8 +50,8 @@ _BOUND = 1e12
 _HALVINGS = 40
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Heat:
+@result
+class Heat(Result):
     """What a motor's temperatures come to when a cycle is repeated.
 
     Attributes

@@ -11,10 +11,10 @@ from typing import Any
 
 from infinivar import units
 from infinivar.calibration import model
-from infinivar.calibration.calibrate import Calibration
 from infinivar.calibration.data import RigData
 from infinivar.calibration.fitted import Fitted
 from infinivar.calibration.laws import DECIDED
+from infinivar.calibration.result import Calibration
 from infinivar.calibration.virtual_rig import Setting
 from infinivar.calibration.words import combined, described, with_interval
 from infinivar.figures import calibration as figure

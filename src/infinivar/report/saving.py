@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-# Report modules are named, not imported: saving one result loads the report of that result only.
-_WRITERS: dict[str, str] = {
-    "infinivar.analysis.compare.Comparison": "infinivar.report.comparison",
-    "infinivar.analysis.simulate.Simulation": "infinivar.report.simulation",
-    "infinivar.analysis.robustness.sensitivity.Sensitivity": "infinivar.report.sensitivity",
-    "infinivar.analysis.contact_sheet.ContactSheet": "infinivar.report.contact",
-    "infinivar.calibration.calibrate.Calibration": "infinivar.report.calibration",
-}
-
-
-def register(result_type: str, module: str) -> None:
-    """Let the function `save` of a module write results of a type, given by its qualified name."""
-    _WRITERS[result_type] = module
+from infinivar._core.presentation import presented, presenter
 
 
 def save(result: Any, directory: str | Path, **options: Any) -> list[Path]:
@@ -45,8 +32,7 @@ def save(result: Any, directory: str | Path, **options: Any) -> list[Path]:
         If there is no report for the type of the result.
     """
     kind = type(next(iter(result), None) if isinstance(result, list | tuple) else result)
-    module = _WRITERS.get(f"{kind.__module__}.{kind.__qualname__}")
-    if module is None:
-        known = ", ".join(sorted(name.rpartition(".")[2] for name in _WRITERS))
-        raise TypeError(f"a report exists for {known}, got {kind.__name__}")
-    return import_module(module).save(result, Path(directory), **options)
+    write = presenter(kind, "save")
+    if write is None:
+        raise TypeError(f"a report exists for {', '.join(presented('save'))}, got {kind.__name__}")
+    return write(result, Path(directory), **options)

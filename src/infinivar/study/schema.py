@@ -45,7 +45,7 @@ DRIVES: dict[str, type] = {"cobotic": CoboticDrive, "conventional": Conventional
 CHOICES: dict[str, tuple[str, ...]] = {"creep_law": tuple(creep.LAWS)}
 """Words that a field typed as plain text accepts."""
 
-CATALOGUES = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
+CATALOGUES: dict[Any, Any] = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
 """Parts that a table can take from a catalogue, and which."""
 
 HEAD = ("base", "title", "type")
@@ -194,7 +194,7 @@ def part_of(hint: Any) -> type | None:
     return next((kind for kind in kinds if dataclasses.is_dataclass(kind)), None)  # type: ignore[return-value]
 
 
-def described(part: type) -> list[dataclasses.Field]:
+def described(part: type) -> list[dataclasses.Field[Any]]:
     """Fields of a part that a table can give; those that follow from others are left out."""
     return [field for field in dataclasses.fields(part) if field.init]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Frozen, result
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest
 from infinivar.motion.duty_cycles import DutyCycle
@@ -40,8 +40,8 @@ class Provenance:
     """Place in the source, catalogue key or file."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Study:
+@result
+class Study(Frozen):
     """What a study file says, ready to compute with.
 
     Attributes
@@ -76,13 +76,10 @@ class Study:
     path: Path | None = None
 
     def __post_init__(self) -> None:
-        """Freeze the mappings; drives without a title go by their name."""
-        object.__setattr__(self, "drives", FrozenDict(self.drives))
-        object.__setattr__(self, "scenarios", FrozenDict(self.scenarios))
-        object.__setattr__(self, "duty", FrozenDict(self.duty))
-        object.__setattr__(
-            self, "titles", FrozenDict(_told_apart({name: self.titles.get(name, name) for name in self.drives}))
-        )
+        """Freeze; drives without a title go by their name."""
+        titles = _told_apart({name: self.titles.get(name, name) for name in self.drives})
+        object.__setattr__(self, "titles", titles)
+        Frozen.__post_init__(self)
 
     def with_drives(self, names: Iterable[str]) -> Study:
         """The study with these drives only, in its own order.

@@ -62,7 +62,7 @@ class Steering:
     secant: Array
 
     @classmethod
-    def at_angle(cls, xp, angle: Array) -> Steering:
+    def at_angle(cls, xp: Any, angle: Array) -> Steering:
         """From an angle, right angles included."""
         cosine, sine = xp.cos(angle), xp.sin(angle)
         right = xp.abs(cosine) < RIGHT_ANGLE
@@ -71,7 +71,7 @@ class Steering:
         return cls(xp.where(right, 0.0, cosine), sine, tangent, xp.where(right, BEYOND_ANY, 1.0 / safe))
 
     @classmethod
-    def at_tangent(cls, xp, tangent: Array) -> Steering:
+    def at_tangent(cls, xp: Any, tangent: Array) -> Steering:
         """From a finite tangent, or nan."""
         secant = xp.sqrt(1.0 + tangent * tangent)
         cosine = 1.0 / secant

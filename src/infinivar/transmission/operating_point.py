@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.labels import Labels
+from infinivar._core.result import Result, result
 from infinivar.limits import Limit
 from infinivar.power import PowerPoint
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class OperatingPoint(PowerPoint):
+@result
+class OperatingPoint(PowerPoint, Result):
     """Where the element stands: arrays that broadcast to one shape, SI.
 
     Where the contact slips under a prescribed force there is no steady motion: link speed, powers and losses are nan
@@ -29,6 +30,7 @@ class OperatingPoint(PowerPoint):
     lateral_force: Array
     losses: Mapping[str, Array]
     utilisation: Mapping[Limit, Array]
+    labels: Labels | None = None
 
     @property
     def steering_angle(self) -> Array:

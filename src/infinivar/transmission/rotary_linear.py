@@ -21,12 +21,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar._core.bounds import QUARTER_TURN
 from infinivar._core.fields import check, component, quantity
+from infinivar._core.frozen import own
+from infinivar._core.labels import labelled
 from infinivar.contact import creep
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
@@ -176,6 +179,7 @@ class RotaryLinearIVT:
             full_slip=MEASURED_FULL_SLIP,
         )
 
+    @labelled
     def operate(
         self,
         *,
@@ -225,6 +229,7 @@ class RotaryLinearIVT:
             return self._at_speed(xp, groups, omega, steering, given)
         return self._at_force(xp, groups, omega, steering, given)
 
+    @labelled
     def steer(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> Array:
         """Steering angle at which the link moves at a given speed under a given force.
 
@@ -255,6 +260,7 @@ class RotaryLinearIVT:
         angle = xp.where(possible & (demand <= 1.0), xp.atan(tangent), xp.nan)  # a nan demand is not
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
 
+    @labelled
     def deliver(self, *, cylinder_speed: Array, link_speed: Array, link_force: Array) -> OperatingPoint:
         """Operating point that gives the link a prescribed speed and force: `steer`, then `operate`, in one pass.
 
@@ -282,7 +288,7 @@ class RotaryLinearIVT:
         return self._at_force(xp, groups, omega, Steering.at_tangent(xp, tangent), force, possible, speed)
 
     def _tangent(
-        self, xp, groups: LossGroups, omega: Array, link_speed: Array, link_force: Array
+        self, xp: Any, groups: LossGroups, omega: Array, link_speed: Array, link_force: Array
     ) -> tuple[Array, Array]:
         """Tangent of the steering angle for a motion, nan where none gives it, and whether the wheel can follow at all."""
         spin = xp.sign(omega)
@@ -292,7 +298,7 @@ class RotaryLinearIVT:
 
     def _at_force(
         self,
-        xp,
+        xp: Any,
         groups: LossGroups,
         omega: Array,
         steering: Steering,
@@ -364,7 +370,9 @@ class RotaryLinearIVT:
             ),
         )
 
-    def _at_speed(self, xp, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array) -> OperatingPoint:
+    def _at_speed(
+        self, xp: Any, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array
+    ) -> OperatingPoint:
         """Operating point for a prescribed link speed."""
         cosine, sine = steering.cosine, steering.sine
         surface_speed = self.cylinder_radius * omega
@@ -398,7 +406,9 @@ class RotaryLinearIVT:
             slip_demand=slip_demand,
         )
 
-    def _slip_demand(self, xp, groups: LossGroups, ratio: Array, creep_speed: Array, rolling_speed: Array) -> Array:
+    def _slip_demand(
+        self, xp: Any, groups: LossGroups, ratio: Array, creep_speed: Array, rolling_speed: Array
+    ) -> Array:
         """How near the wheel is to sliding: by its lateral force or by its creepage, whichever is nearer; 1 is slip."""
         most = groups.slip_creepage(creep.law(self.creep_law)) * (1.0 + _ROUNDED)
         rolling = xp.abs(rolling_speed)
@@ -408,7 +418,7 @@ class RotaryLinearIVT:
         return xp.where(creepage > by_force, creepage, by_force)
 
     def _ratio_with_flow_loss(
-        self, xp, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array, sliding: Array
+        self, xp: Any, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array, sliding: Array
     ) -> tuple[Array, Array]:
         """Force ratio at which the link has a prescribed speed under a law with a flow loss; `sliding` beyond slip."""
         cosine, sine = steering.cosine, steering.sine
@@ -429,7 +439,7 @@ class RotaryLinearIVT:
         return xp.where(rolls, found, sliding), ~rolls & ((xp.abs(sliding) >= 1.0) | (spin != 0))
 
     def _point(
-        self, xp, groups: LossGroups, omega: Array, steering: Steering, *, slip_demand: Array, **state: Array
+        self, xp: Any, groups: LossGroups, omega: Array, steering: Steering, *, slip_demand: Array, **state: Array
     ) -> OperatingPoint:
         """Operating point with its losses in the contact and the axle bearings.
 
@@ -439,20 +449,18 @@ class RotaryLinearIVT:
         utilisation = {Limit.SLIP: slip_demand}
         if not isinstance(self.steering_range, float) or self.steering_range < math.pi / 2:
             utilisation[Limit.STEERING] = xp.abs(xp.atan(steering.tangent)) / self.steering_range
-        return OperatingPoint(
-            cylinder_speed=omega,
-            steering_tangent=steering.tangent,
-            losses={
-                "creep": state["lateral_force"] * state["creep_speed"],
-                "rolling": groups.rolling_torque * turned,
-                "bearing": groups.bearing_torque * turned,
-            },
-            utilisation=utilisation,
-            **state,
-        )
+        # Speeds and the force may be the caller's own arrays: those are copied. The rest was made here.
+        given = {name: state.pop(name) for name in ("link_speed", "link_force")}
+        losses = {
+            "creep": state["lateral_force"] * state["creep_speed"],
+            "rolling": groups.rolling_torque * turned,
+            "bearing": groups.bearing_torque * turned,
+        }
+        made = own(steering_tangent=steering.tangent, losses=losses, utilisation=utilisation, **state)
+        return OperatingPoint(cylinder_speed=omega, **given, **made)
 
 
-def _check_angle(xp, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:
+def _check_angle(xp: Any, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:
     """The steering angle found must give the speed asked for; without this a wrong one would hide in the creep loss.
 
     `give` is the link speed by force ratio: next to slip a law that only tends to it makes much of the ratio's rounding.

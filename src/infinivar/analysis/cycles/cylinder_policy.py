@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from infinivar._core.result import Result, result
 from infinivar.analysis.cycles import performance
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint
@@ -33,8 +34,8 @@ _INSIDE = 0.99
 """Demand from which it does: what is found with few instants must hold with all of them."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Policy:
+@result
+class Policy(Result):
     """One way to run the cylinder through a duty cycle.
 
     Attributes

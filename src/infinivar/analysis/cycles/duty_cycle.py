@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -29,8 +30,8 @@ _SAME = 1e-3
 """Relative difference of energies that is not worth a word."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Holding:
+@result
+class Holding(Frozen):
     """What it takes to stand still under a force, per drive.
 
     Attributes
@@ -69,8 +70,8 @@ class WithoutHelp(NamedTuple):
     """Whether every limit is kept and no winding gets too hot."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DutyResult:
+@result
+class DutyResult(Result):
     """What a drive does about a duty cycle, settled and warm. At rest, friction holds what it can of the load.
 
     Attributes

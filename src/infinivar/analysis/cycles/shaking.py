@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core import extras
 from infinivar._core.fields import check_value
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Result, result
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.performance import PAPER, AnyDrive, Cylinder, Definition
 from infinivar.errors import InputError
 from infinivar.limits import Demand, Limit, binding_demand
 from infinivar.motion.course import Course
-
-if TYPE_CHECKING:
-    import xarray
 
 SAMPLES = 200
 """Instants of a cycle; doubling them changes no performance by 0.1 %."""
@@ -28,8 +24,8 @@ _TILE = 32_768
 """Instants computed at once: their intermediate arrays fit the processor's caches."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DynamicMap:
+@result
+class DynamicMap(Result):
     """Performance over frequency (first axis) and fraction of the maximum power (second axis); SI.
 
     Attributes
@@ -71,26 +67,6 @@ class DynamicMap:
         """The limit that binds in a cell, if any."""
         place = int(self.binding[row, column])
         return list(self.demands)[place - 1] if place else None
-
-    def to_xarray(self) -> xarray.Dataset:
-        """Labelled data set with units; needs the extra ``xarray``."""
-        xarray = extras.load("xarray", "xarray", "a labelled data set")
-        grid = ("frequency", "fraction")
-        names = ", ".join(f"{place} {limit.name} ({what})" for place, (limit, what) in enumerate(self.demands, 1))
-        data = {
-            "amplitude": (grid, self.amplitude, {"units": "m"}),
-            "performance": (grid, self.performance, {"units": "1", "long_name": self.definition.words}),
-            "binding": (grid, self.binding, {"units": "1", "long_name": f"limit that binds: 0 none, {names}"}),
-            "margin": (grid, self.margin, {"units": "1"}),
-            "power_in": (grid, self.power_in, {"units": "W"}),
-            "exchanged": (grid, self.exchanged, {"units": "W"}),
-            **{f"loss_{name.replace(' ', '_')}": (grid, loss, {"units": "W"}) for name, loss in self.losses.items()},
-        }
-        coordinates = {
-            "frequency": ("frequency", self.frequency, {"units": "Hz"}),
-            "fraction": ("fraction", self.fraction, {"units": "1", "long_name": "RMS power over the maximum power"}),
-        }
-        return xarray.Dataset(data, coordinates, {"power": self.power, "load_mass": self.load_mass})
 
 
 def amplitude(rms_power: Any, mass: Any, frequency: Any) -> Any:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.simulate import Simulation, simulate
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -50,9 +50,17 @@ class Repeated:
         """From a time `begin` [s] of the cycle on."""
         from scipy.interpolate import CubicSpline
 
-        self.period, self.step, self.begin = period, period / len(values), begin
+        self.period: float = period
+        self.step: float = period / len(values)
+        self.begin: float = begin
         nodes = np.arange(len(values) + 1) * self.step
-        self.pieces = CubicSpline(nodes, np.append(values, values[0]), bc_type="periodic").c.T.tolist()
+        self.pieces: list[list[float]] = CubicSpline(
+            nodes, np.append(values, values[0]), bc_type="periodic"
+        ).c.T.tolist()
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other repeats the same spline from the same time on."""
+        return isinstance(other, Repeated) and vars(self) == vars(other)
 
     def at(self, time: float) -> Motion:
         """Value and its first two derivatives at a time [s]."""
@@ -75,8 +83,8 @@ class Repeated:
         return self.at(time)[1]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TwoWays:
+@result
+class TwoWays(Result):
     """Energy of one cycle by inverse dynamics and by simulation, windings at 25 °C.
 
     Attributes

@@ -30,6 +30,10 @@ COVERAGE_LINES = 41
 """Lines of constant force on which coverage is measured, and points along each."""
 
 
+def _within(drive: AnyDrive) -> str:
+    return ""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
     """A result that a design is judged by.
@@ -48,7 +52,7 @@ class Outcome:
     words: str
     better: int
     of: Callable[[AnyDrive], Array]
-    beyond: Callable[[AnyDrive], str] = lambda drive: ""
+    beyond: Callable[[AnyDrive], str] = _within
     of_limits: bool = False
 
 

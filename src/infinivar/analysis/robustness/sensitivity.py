@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import Field, dataclass, replace
+from dataclasses import Field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core.bounds import permitted
 from infinivar._core.fields import quantities_of, value_at
+from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import Method, gradient, values_of
@@ -82,8 +83,8 @@ DIRECTIONS = (
 """What section VII of the paper recommends; fields that a drive has not are passed over."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Influence:
+@result
+class Influence(Frozen):
     """What one parameter does to an outcome.
 
     Attributes
@@ -140,8 +141,8 @@ class Conclusion(NamedTuple):
     """helps, hurts, or "does nothing"."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Sensitivity:
+@result
+class Sensitivity(Result):
     """How an outcome of a drive depends on its parameters.
 
     Attributes

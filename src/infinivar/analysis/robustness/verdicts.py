@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from infinivar import power
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import designs, jax_with_float64
@@ -31,8 +31,8 @@ _POINTS = 65_536
 _MAP_CELLS = 60
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BuildsMap:
+@result
+class BuildsMap(Result):
     """Maps over speed (first axis) and force (second axis) of what builds of a drive do.
 
     Attributes
@@ -138,8 +138,8 @@ def _mapped(
     return mapped
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DutyBuilds:
+@result
+class DutyBuilds(Result):
     """Builds of a drive in a duty cycle: arrays of a value a build; nan where it slips.
 
     Attributes
@@ -170,8 +170,8 @@ class DutyBuilds:
         return f"{percent(self.share, len(self.able))} of builds do it{taken}"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Builds:
+@result
+class Builds(Result):
     """Builds of a drive within its tolerances, held against a study's requirement and duty cycles.
 
     Attributes

@@ -5,8 +5,8 @@ Each gives elements, chains of bonds between them, and signals.
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Callable
 from typing import Literal
 
 from infinivar._core.array_namespace import Array, namespace
@@ -45,7 +45,7 @@ def motor_terminals(
         *hung,
     ]
     chains = ["source > electrical > motor > rotor > J_m", "electrical > winding", *hung_chains]
-    burnt = _amplifier_loss(amplifier)
+    burnt = functools.partial(_amplifier_loss, amplifier)  # unlike a closure, it can be pickled
     if electrical == "current":
         return [bg.flow_source("source", f"I_{tag}", losses=burnt, title=f"{named}supply"), *elements], chains, []
     inductance = needed(motor.inductance, f"{where}motor.inductance")
@@ -74,13 +74,13 @@ def motor_terminals(
     return [source, coil, *elements], [*chains, "electrical > L"], signals
 
 
-def _amplifier_loss(amplifier: Amplifier) -> Callable[..., dict[str, Array]]:
+def _amplifier_loss(amplifier: Amplifier, power: Array, **given: Array) -> dict[str, Array]:
     """What the amplifier loses at a motor power; in voltage drive the loop's parameters come along."""
+    return {"amplifier": amplifier.supply(power)[1]}
 
-    def lost(power: Array, **given: Array) -> dict[str, Array]:
-        return {"amplifier": amplifier.supply(power)[1]}
 
-    return lost
+def _inverse(ratio: Array) -> Array:
+    return 1.0 / ratio
 
 
 def _current_loop(
@@ -125,7 +125,7 @@ def gearhead(
 
 def gear(name: str, symbol: str, ratio: float) -> Element:
     """Reduction: the shaft behind it turns `ratio` times more slowly."""
-    return bg.transformer(name, symbol, lambda ratio: 1.0 / ratio, parameters={"ratio": Parameter(symbol, ratio)})
+    return bg.transformer(name, symbol, _inverse, parameters={"ratio": Parameter(symbol, ratio)})
 
 
 def friction(name: str, symbol: str, size: float, unit: str, stick: Parameter, title: str = "") -> Element | None:

@@ -6,6 +6,7 @@ a `stick_speed` (see `infinivar.contact.friction.coulomb`), given at the link an
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
@@ -48,6 +49,27 @@ def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
     )
 
 
+def _lateral(law: str, u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
+    """Lateral force of the contact under a creep law."""
+    return creepage.lateral_force(creep.law_in_motion(law), u, v, **given)
+
+
+def _shares(u: Array, v: Array, effort: Array, **given: Array) -> dict[str, Array]:
+    """The power that the contact loses, as creep or as slip."""
+    power = effort * u
+    slides = creepage.slips(u, v, **given)
+    xp = namespace(u, v)
+    return {"creep": xp.where(slides, 0.0, power), "slip": xp.where(slides, power, 0.0)}
+
+
+def _across(phi: Array, radius: Array) -> Array:
+    return radius * _sin(phi)
+
+
+def _along(phi: Array, radius: Array) -> Array:
+    return -radius * _cos(phi)
+
+
 def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_speed: float = STICK_SPEED) -> BondGraph:
     """The element with its creep, rolling and bearing losses; the steering angle `phi` comes from outside.
 
@@ -78,15 +100,6 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
         "slip_creepage": Parameter(r"\xi_s", float(groups.slip_creepage(law))),
     }
 
-    def lateral(u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
-        return creepage.lateral_force(law, u, v, **given)
-
-    def shares(u: Array, v: Array, effort: Array, **given: Array) -> dict[str, Array]:
-        power = effort * u
-        slides = creepage.slips(u, v, **given)
-        xp = namespace(u, v)
-        return {"creep": xp.where(slides, 0.0, power), "slip": xp.where(slides, power, 0.0)}
-
     def rolling(name: str, symbol: str, torque: Array, title: str) -> Element | None:
         return pieces.friction(name, symbol, float(torque) / ivt.wheel_radius, "N", stick, title)
 
@@ -101,14 +114,22 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
         [
             bg.one("surface", r"\omega"),
             bg.one("link", r"\dot{l}"),
-            _turn("surface_across", r"R\sin\phi", lambda phi, radius: radius * _sin(phi), _radius(ivt)),
-            _turn("surface_along", r"-R\cos\phi", lambda phi, radius: -radius * _cos(phi), _radius(ivt)),
+            _turn("surface_across", r"R\sin\phi", _across, _radius(ivt)),
+            _turn("surface_along", r"-R\cos\phi", _along, _radius(ivt)),
             _turn("link_across", r"\cos\phi", _cos, {}),
             _turn("link_along", r"\sin\phi", _sin, {}),
             bg.zero("lateral", "f_u"),
             bg.zero("tractive", "f_r"),
             bg.one("rolling", "v"),
-            bg.resistance("creep", "f_u", lateral, signals=("v",), parameters=contact, losses=shares, title="creep"),
+            bg.resistance(
+                "creep",
+                "f_u",
+                functools.partial(_lateral, ivt.creep_law),
+                signals=("v",),
+                parameters=contact,
+                losses=_shares,
+                title="creep",
+            ),
             *hung,
         ],
         [

@@ -1,0 +1,5 @@
+from . import design_trends
+
+__all__ = [
+    "design_trends",
+]

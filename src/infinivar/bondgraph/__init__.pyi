@@ -1,0 +1,53 @@
+from .audit import Trajectory
+from .causality import Causality, assign
+from .describe import latex, text
+from .equations import Equations, derive
+from .graph import (
+    Bond,
+    BondGraph,
+    BondGraphError,
+    Element,
+    Parameter,
+    Signal,
+    compliance,
+    effort_source,
+    flow_source,
+    gyrator,
+    inertia,
+    join,
+    one,
+    resistance,
+    transformer,
+    zero,
+)
+from .inputs import Controller, Input
+from .solver import solve
+
+__all__ = [
+    "Bond",
+    "BondGraph",
+    "BondGraphError",
+    "Causality",
+    "Controller",
+    "Element",
+    "Equations",
+    "Input",
+    "Parameter",
+    "Signal",
+    "Trajectory",
+    "assign",
+    "compliance",
+    "derive",
+    "effort_source",
+    "flow_source",
+    "gyrator",
+    "inertia",
+    "join",
+    "latex",
+    "one",
+    "resistance",
+    "solve",
+    "text",
+    "transformer",
+    "zero",
+]

@@ -1,0 +1,10 @@
+from . import amplifier, bearing, gearhead, heat, linear, motor
+
+__all__ = [
+    "amplifier",
+    "bearing",
+    "gearhead",
+    "heat",
+    "linear",
+    "motor",
+]

@@ -1,0 +1,275 @@
+"""Results as labelled arrays: every number under a name, with its axes and its unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.labels import Labels
+from infinivar._core.netcdf import Arrays
+from infinivar.analysis.compare import DriveResult
+from infinivar.analysis.cycles.cylinder_policy import Policy
+from infinivar.analysis.cycles.duty_cycle import DutyResult
+from infinivar.analysis.cycles.shaking import DynamicMap
+from infinivar.analysis.design_trends import Trend
+from infinivar.analysis.robustness.verdicts import BuildsMap
+from infinivar.analysis.simulate import Simulation
+from infinivar.analysis.steady_map import SteadyMap
+from infinivar.bondgraph.audit import Trajectory
+from infinivar.drivetrain.drive import DrivePoint, MovingPoint
+from infinivar.limits import Limit
+from infinivar.parts.heat import Heat
+from infinivar.transmission.operating_point import OperatingPoint
+
+_ENDINGS = {
+    "_m_s": "m/s",
+    "_rad_s": "rad/s",
+    "_rad": "rad",
+    "_Nm": "N m",
+    "_m": "m",
+    "_N": "N",
+    "_A": "A",
+    "_V": "V",
+    "_W": "W",
+}
+_POINT = {
+    "power_in": ("W", "power from the supply"),
+    "power_out": ("W", "power to the load"),
+    "efficiency": ("1", "useful power over power spent"),
+    "limit": ("1", "limit that binds"),
+    "margin": ("1", "allowance over demand of the tightest limit"),
+}
+_ELEMENT = {
+    "cylinder_speed": ("rad s-1", "cylinder speed"),
+    "steering_angle": ("rad", "steering angle"),
+    "torque": ("N m", "torque on the cylinder"),
+    "link_speed": ("m s-1", "link speed"),
+    "link_force": ("N", "force on the link"),
+    "rolling_speed": ("m s-1", "rolling speed"),
+    "creep_speed": ("m s-1", "creep speed"),
+    "lateral_force": ("N", "lateral force of the contact"),
+}
+
+
+def unit_of(name: str) -> str:
+    """Unit in which the name of a quantity ends; "1" for a pure number."""
+    return next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "1")
+
+
+def _codes() -> dict[str, Any]:
+    """Attributes, by the CF conventions, that say what the integers of a limit mean."""
+    return {
+        "flag_values": np.array([limit.value for limit in Limit], dtype=np.int8),
+        "flag_meanings": " ".join(limit.name for limit in Limit),
+    }
+
+
+def _losses(losses: Mapping[str, Any]) -> dict[str, tuple[Any, dict[str, Any]]]:
+    return {f"loss_{_word(name)}": (loss, {"units": "W", "long_name": f"power lost in {name}"})
+            for name, loss in losses.items()}  # fmt: skip
+
+
+def _word(name: str) -> str:
+    return name.replace(" ", "_")
+
+
+def _demands(demands: Mapping[Any, Any]) -> dict[str, tuple[Any, dict[str, Any]]]:
+    """Demands over allowances by limit, or by limit and part."""
+    found = {}
+    for key, demand in demands.items():
+        limit, *part = key if isinstance(key, tuple) else (key,)
+        name = "_".join(["demand", limit.name.lower(), *map(_word, part)])
+        found[name] = (
+            demand,
+            {"units": "1", "long_name": f"{' of '.join([limit.words, *part])}: demand over allowance"},
+        )
+    return found
+
+
+def _states(states: Mapping[str, Any]) -> dict[str, tuple[Any, dict[str, Any]]]:
+    return {name: (value, {"units": unit_of(name)}) for name, value in states.items()}
+
+
+def _spread(variables: Mapping[str, tuple[Any, dict[str, Any]]], labels: Labels | None, last: str = "") -> Arrays:
+    """Variables of one shape; axes without labels are counted, the last one may have a name."""
+    arrays = np.broadcast_arrays(*(np.asarray(value) for value, _ in variables.values()))
+    count = arrays[0].ndim
+    dims = tuple(f"axis_{place}" for place in range(count))
+    if labels is not None:
+        dims = labels.dims
+    elif last and count:
+        dims = (*dims[:-1], last)
+    data = {name: (dims, array, attrs) for array, (name, (_, attrs)) in zip(arrays, variables.items(), strict=True)}
+    if labels is None:
+        return Arrays(data)
+    taken = {name: variable for name, variable in labels.coords.items() if name not in data}
+    return Arrays(data, taken)
+
+
+def point(found: DrivePoint | OperatingPoint) -> Arrays:
+    """Powers, losses, demands and states of an operating point."""
+    fields = _POINT if isinstance(found, DrivePoint) else {**_ELEMENT, **_POINT}
+    variables = {
+        name: (getattr(found, name), {"units": unit, "long_name": meaning}) for name, (unit, meaning) in fields.items()
+    }
+    variables["limit"][1].update(_codes())
+    variables |= _losses(found.losses) | _demands(found.utilisation)
+    if isinstance(found, DrivePoint):
+        variables |= _states(found.states)
+    return _spread(variables, found.labels)
+
+
+def moving_point(found: MovingPoint) -> Arrays:
+    """Powers, losses, power stored, demands and states over the instants of a motion."""
+    variables = {name: (getattr(found, name), {"units": unit, "long_name": meaning})
+                 for name, (unit, meaning) in _POINT.items() if unit == "W"}  # fmt: skip
+    stored = {f"stored_{_word(name)}": (value, {"units": "W", "long_name": f"power into the inertia of {name}"})
+              for name, value in found.stored.items()}  # fmt: skip
+    variables |= _losses(found.losses) | stored | _demands(found.utilisation) | _states(found.states)
+    return _spread(variables, None, last="instant")
+
+
+def steady_map(found: SteadyMap) -> Arrays:
+    """The map over speed and force; axes that were labelled keep their dimensions, names and coordinates."""
+    grid = ("speed", "force") if found.labels is None else found.labels.dims
+    variables = {
+        name: (getattr(found, name), {"units": unit, "long_name": meaning}) for name, (unit, meaning) in _POINT.items()
+    }
+    variables["limit"][1].update(_codes())
+    order = ["power_in", "power_out", *(losses := _losses(found.losses)), "efficiency", "limit", "margin"]
+    variables |= losses
+    coords: dict[str, Any] = {
+        "speed": (grid[0], found.speed, {"units": "m s-1", "long_name": "speed of the load"}),
+        "force": (grid[1], found.force, {"units": "N", "long_name": "force on the load"}),
+    }
+    if found.labels is not None:
+        # An axis under a name of its own is not repeated under the usual one.
+        named = dict(found.labels.coords)
+        coords = {usual: axis for usual, axis in coords.items() if not _holds(named, axis)} | named
+    data = {name: (grid, *variables[name]) for name in order}
+    return Arrays(data, coords, {"audit_residual": found.audit_residual})
+
+
+def _holds(coords: Mapping[str, Any], axis: tuple[Any, ...]) -> bool:
+    """Whether one of the coordinates is an axis of the map."""
+    return any(tuple(dims) == (axis[0],) and np.array_equal(values, axis[1]) for dims, values, _ in coords.values())
+
+
+def drive_result(found: DriveResult) -> Arrays:
+    """The drive's map, with its verdict among the attributes."""
+    made = steady_map(found.map)
+    return made._replace(attributes={**made.attributes, "title": found.title, "verdict": found.verdict})
+
+
+def dynamic_map(found: DynamicMap) -> Arrays:
+    """Performance, limits and mean powers over frequency and share of the maximum power."""
+    grid = ("frequency", "fraction")
+    names = ", ".join(f"{place} {limit.name} ({what})" for place, (limit, what) in enumerate(found.demands, 1))
+    data = {
+        "amplitude": (grid, found.amplitude, {"units": "m"}),
+        "performance": (grid, found.performance, {"units": "1", "long_name": found.definition.words}),
+        "binding": (grid, found.binding, {"units": "1", "long_name": f"limit that binds: 0 none, {names}"}),
+        "margin": (grid, found.margin, {"units": "1"}),
+        "power_in": (grid, found.power_in, {"units": "W"}),
+        "exchanged": (grid, found.exchanged, {"units": "W"}),
+        **{f"loss_{_word(name)}": (grid, loss, {"units": "W"}) for name, loss in found.losses.items()},
+    }
+    coordinates = {
+        "frequency": ("frequency", found.frequency, {"units": "Hz"}),
+        "fraction": ("fraction", found.fraction, {"units": "1", "long_name": "RMS power over the maximum power"}),
+    }
+    return Arrays(data, coordinates, {"power": found.power, "load_mass": found.load_mass})
+
+
+def builds_map(found: BuildsMap) -> Arrays:
+    """Shares of builds within limits, and their efficiency, over speed and force."""
+    grid = ("speed", "force")
+    data = {
+        "within": (grid, found.within, {"units": "1", "long_name": "share of builds within every limit"}),
+        "efficiency": (grid, found.efficiency, {"units": "1", "long_name": "mean efficiency of builds within limits"}),
+        "spread": (grid, found.spread, {"units": "1", "long_name": "standard deviation of that efficiency"}),
+        **{
+            f"limit_{limit.name.lower()}": (grid, share, {"units": "1", "long_name": f"share bound by {limit.words}"})
+            for limit, share in found.limits.items()
+        },
+    }
+    coords = {"speed": ("speed", found.speed, {"units": "m s-1"}), "force": ("force", found.force, {"units": "N"})}
+    return Arrays(data, coords)
+
+
+def duty(found: DutyResult) -> Arrays:
+    """The cycle over time: motion, powers, states and losses."""
+    columns = found.columns
+    time = columns.pop("time_s")
+    data: dict[str, Any] = {name: ("time", values, {"units": unit_of(name)}) for name, values in columns.items()}
+    for name, (loss, attrs) in _losses(found.point.losses).items():
+        data[name] = ("time", np.broadcast_to(loss, time.shape), attrs)
+    attrs = {"title": found.title, "verdict": found.verdict, "energy_per_cycle_J": found.energy}
+    return Arrays(data, {"time": ("time", time, {"units": "s"})}, attrs)
+
+
+def heat(found: Heat) -> Arrays:
+    """Temperatures over time, from a cold start."""
+    data = {
+        "winding": ("time", found.winding_history, {"units": "K"}),
+        "housing": ("time", found.housing_history, {"units": "K"}),
+    }
+    return Arrays(data, {"time": ("time", found.time, {"units": "s"})}, {"permissible": found.permissible})
+
+
+def policy(found: Policy) -> Arrays:
+    """Speed of the cylinder at the instants of the cycle: two equal ones where it is constant."""
+    speed = found.slowest if found.cylinder_speed is None else found.cylinder_speed.value
+    values = np.broadcast_to(speed, (2,)) if np.ndim(speed) == 0 else np.asarray(speed)
+    share = {
+        "share": (
+            "share",
+            (np.arange(values.size) + 0.5) / values.size,
+            {"units": "1", "long_name": "share of the cycle"},
+        )
+    }
+    data = {"cylinder_speed": ("share", values, {"units": "rad s-1"})}
+    return Arrays(data, share, {"name": found.name, "power_in": found.power_in})
+
+
+def trend(found: Trend) -> Arrays:
+    """Efficiency, losses and limit over the values of the design parameter."""
+    at = ("value",)
+    data = {
+        "efficiency": (at, found.efficiency, {"units": "1"}),
+        **{name: (at, *variable) for name, variable in _losses(found.losses).items()},
+        "limit": (at, np.array(found.limit, dtype=np.int8), {"units": "1", **_codes()}),
+    }
+    return Arrays(data, {"value": ("value", found.values, {})}, {"parameter": found.parameter})
+
+
+def simulation(found: Simulation) -> Arrays:
+    """What a designer looks at over time, and energies by source, loss, storage and element."""
+    columns = {
+        name: ("time", values, {"units": unit_of(name)}) for name, values in found.columns.items() if name != "time_s"
+    }
+    made = trajectory(found.trajectory)
+    return made._replace(data={**columns, **made.data}, attributes={"title": found.title})
+
+
+def trajectory(run: Trajectory) -> Arrays:
+    """Energies over time by source, loss and storage, and by element."""
+    data: dict[str, Any] = {}
+    for kind, group in (("supplied", run.supplied), ("lost", run.lost), ("stored", run.stored)):
+        data[f"energy_{kind}_J"] = ((kind, "time"), np.array(list(group.values())), {"units": "J"})
+    meaning = "energy not accounted for over energy moved"
+    data["energy_residual"] = ("time", run.residual, {"units": "1", "long_name": meaning})
+    elements = [element.name for element in run.graph.elements]
+    energies = [run.energy(name) for name in elements]
+    for what in energies[0]._fields:
+        table = np.array([getattr(energy, what) for energy in energies])
+        data[f"element_energy_{what}_J"] = (("element", "time"), table, {"units": "J"})
+    labels = {
+        "element": elements,
+        "supplied": list(run.supplied),
+        "lost": list(run.lost),
+        "stored": list(run.stored),
+    }
+    return Arrays(data, {"time": ("time", run.time, {"units": "s"}), **labels})

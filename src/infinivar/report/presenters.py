@@ -1,0 +1,70 @@
+"""Which function draws, saves and tabulates which type of result.
+
+Functions are named, not imported: to draw one result loads the figure of that result only.
+"""
+
+from __future__ import annotations
+
+from infinivar._core.presentation import register
+
+_TYPES: dict[str, dict[str, str]] = {
+    "analysis.compare.Comparison": {
+        "plot": "figures.operating_map:draw_all",
+        "save": "report.comparison:save",
+        "table": "report.tables:comparison",
+    },
+    "analysis.compare.DriveResult": {"plot": "figures.single:drive_result", "dataset": "report.datasets:drive_result"},
+    "analysis.compare.DutyComparison": {
+        "plot": "figures.duty_cycle:draw_all",
+        "table": "report.tables:duty_comparison",
+    },
+    "analysis.contact_sheet.ContactSheet": {
+        "plot": "figures.contact_design:draw_all",
+        "save": "report.contact:save",
+        "table": "report.tables:contact_sheet",
+    },
+    "analysis.cycles.cylinder_policy.Policy": {"plot": "figures.single:policy", "dataset": "report.datasets:policy"},
+    "analysis.cycles.duty_cycle.DutyResult": {"plot": "figures.single:duty", "dataset": "report.datasets:duty"},
+    "analysis.cycles.shaking.DynamicMap": {
+        "plot": "figures.single:dynamic_map",
+        "dataset": "report.datasets:dynamic_map",
+    },
+    "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
+    "analysis.design_trends.Trend": {"plot": "figures.single:trend", "dataset": "report.datasets:trend"},
+    "analysis.robustness.sensitivity.Sensitivity": {
+        "plot": "figures.sensitivity:draw_all",
+        "save": "report.sensitivity:save",
+        "table": "report.tables:sensitivity",
+    },
+    "analysis.robustness.verdicts.Builds": {"plot": "figures.single:builds", "table": "report.tables:builds"},
+    "analysis.robustness.verdicts.BuildsMap": {
+        "plot": "figures.single:builds_map",
+        "dataset": "report.datasets:builds_map",
+    },
+    "analysis.robustness.verdicts.DutyBuilds": {
+        "plot": "figures.single:duty_builds",
+        "table": "report.tables:duty_builds",
+    },
+    "analysis.simulate.Simulation": {
+        "plot": "figures.time_history:draw_all",
+        "save": "report.simulation:save",
+        "dataset": "report.datasets:simulation",
+    },
+    "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map", "dataset": "report.datasets:steady_map"},
+    "bondgraph.audit.Trajectory": {"plot": "figures.single:trajectory", "dataset": "report.datasets:trajectory"},
+    "calibration.result.Calibration": {
+        "plot": "figures.calibration:draw_all",
+        "save": "report.calibration:save",
+        "table": "report.tables:calibration",
+    },
+    "drivetrain.drive.DrivePoint": {"plot": "figures.single:point", "dataset": "report.datasets:point"},
+    "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point", "dataset": "report.datasets:moving_point"},
+    "parts.heat.Heat": {"plot": "figures.single:heat", "dataset": "report.datasets:heat"},
+    "transmission.operating_point.OperatingPoint": {
+        "plot": "figures.single:point",
+        "dataset": "report.datasets:point",
+    },
+}
+
+for _name, _functions in _TYPES.items():
+    register(f"infinivar.{_name}", **{kind: f"infinivar.{where}" for kind, where in _functions.items()})

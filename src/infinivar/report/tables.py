@@ -1,0 +1,129 @@
+"""Results as tables: one row a drive, a parameter, a line or a claim."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from infinivar._core import extras
+from infinivar.analysis.compare import Comparison, DutyComparison
+from infinivar.analysis.contact_sheet import ContactSheet
+from infinivar.analysis.cycles.tracking import TwoWays
+from infinivar.analysis.robustness.sensitivity import Sensitivity
+from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
+from infinivar.calibration.result import Calibration
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def _frame(content: Any) -> pd.DataFrame:
+    return extras.load("pandas", "xarray", "a table").DataFrame(content)
+
+
+def _rows(rows: Iterable[Mapping[str, Any]], index: str) -> pd.DataFrame:
+    made = _frame(list(rows))
+    return made.set_index(index) if len(made) else made
+
+
+def comparison(found: Comparison) -> pd.DataFrame:
+    """One row a drive: verdict, coverage, efficiencies, mean loss and tightest limit."""
+    return _rows(
+        (
+            {
+                "drive": name,
+                "title": result.title,
+                "able": found.able(name),
+                "coverage": result.coverage,
+                "peak_efficiency": result.peak_efficiency,
+                "peak_efficiency_in_region": result.peak_efficiency_in_region,
+                "mean_loss_W": result.mean_loss,
+                "tightest_limit": result.tightest.limit.name,
+                "margin": result.tightest.value,
+                "verdict": result.verdict,
+            }
+            for name, result in found.results.items()
+        ),
+        "drive",
+    )
+
+
+def duty_comparison(found: DutyComparison) -> pd.DataFrame:
+    """One row a drive: verdict, energy and work of a cycle."""
+    return _rows(
+        (
+            {
+                "drive": name,
+                "title": result.title,
+                "feasible": result.feasible,
+                "energy_J": result.energy,
+                "power_W": result.power_in,
+                "work_on_load_J": result.delivered,
+                "work_of_load_J": result.absorbed,
+                "verdict": result.verdict,
+            }
+            for name, result in found.results.items()
+        ),
+        "drive",
+    )
+
+
+def contact_sheet(found: ContactSheet) -> pd.DataFrame:
+    """One row a line of the sheet."""
+    return _frame([asdict(line) for line in found.lines])
+
+
+def two_ways(found: TwoWays) -> pd.DataFrame:
+    """One row a loss: its energy in a cycle prescribed and simulated. [J]"""
+    names = dict.fromkeys([*found.lost_prescribed, *found.lost_followed])
+    return _rows(
+        (
+            {
+                "loss": name,
+                "prescribed_J": found.lost_prescribed.get(name, 0.0),
+                "followed_J": found.lost_followed.get(name, 0.0),
+            }
+            for name in names
+        ),
+        "loss",
+    )
+
+
+def sensitivity(found: Sensitivity) -> pd.DataFrame:
+    """One row a parameter, from the largest swing."""
+    return _rows(found.to_dict()["parameters"], "path")
+
+
+def builds(found: Builds) -> pd.DataFrame:
+    """One row a build: its values, coverage, margin and loss."""
+    values = dict(zip((spread.path for spread in found.spreads), found.values.T, strict=True))
+    made = _frame({**values, "coverage": found.coverage, "margin": found.margin, "loss_W": found.loss})
+    return made.rename_axis("build")
+
+
+def duty_builds(found: DutyBuilds) -> pd.DataFrame:
+    """One row a build: energy of a cycle, highest temperature if known, and whether it is within limits."""
+    heated = {"temperature_K": found.temperature} if found.temperature.size else {}
+    return _frame({"energy_J": found.energy, **heated, "able": found.able}).rename_axis("build")
+
+
+def calibration(found: Calibration) -> pd.DataFrame:
+    """One row a parameter: estimate, standard deviation, 95 % interval and the study's value. [SI]"""
+    rows = found.to_dict()["parameters"]
+    return _rows(
+        (
+            {
+                "parameter": name,
+                "unit": row["unit"],
+                "value": row["value"],
+                "standard_deviation": row["standard_deviation"],
+                "low_95": row["interval_95"][0],
+                "high_95": row["interval_95"][1],
+                "told": row["told"],
+                "study": row["study"],
+            }
+            for name, row in rows.items()
+        ),
+        "parameter",
+    )
