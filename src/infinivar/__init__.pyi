@@ -8,6 +8,7 @@ from .analysis.simulate import Simulation, simulate
 from .analysis.steady_map import SteadyMap, steady_map
 from .calibration.calibrate import Calibration, calibrate
 from .contact.bodies import Material
+from .contact.creep import CreepLaw
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
@@ -15,6 +16,10 @@ from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
+from .motion.forces import ConstantForce, SinusoidalForce, StepForce
+from .motion.motion import Force, Motion, PeriodicMotion
+from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
+from .motion.recordings import RecordedForce, Recording, Waypoints
 from .motion.scenario import Scenario
 from .paper.reproduce import reproduce
 from .parts.amplifier import Amplifier
@@ -39,37 +44,56 @@ __all__ = [
     "Calibration",
     "CoboticDrive",
     "Comparison",
+    "ConstantForce",
     "ContactGeometry",
     "ContactSheet",
     "ConventionalDrive",
     "Course",
+    "CreepLaw",
+    "Cruise",
     "Definition",
     "DrivePoint",
     "DriveResult",
     "DutyCycle",
     "DutyResult",
     "DynamicMap",
+    "Force",
     "Gearhead",
     "Guideway",
+    "Hold",
     "InfinivarError",
     "InputError",
     "Limit",
     "Material",
+    "Motion",
     "Motor",
     "MovingPoint",
     "OperatingPoint",
     "ParameterError",
+    "PeriodicMotion",
     "Pulley",
+    "Reach",
+    "Reaches",
+    "RecordedForce",
+    "Recording",
     "Requirement",
+    "Rest",
     "Rig",
     "RotaryLinearIVT",
     "Scenario",
     "Sensitivity",
     "Simulation",
+    "Sinusoid",
+    "SinusoidalForce",
     "SteadyMap",
     "SteeringPlant",
+    "Step",
+    "StepForce",
     "Study",
+    "Tremor",
     "Uncertainty",
+    "Walking",
+    "Waypoints",
     "__version__",
     "calibrate",
     "compare",

@@ -43,7 +43,7 @@ def rows(found: Calibration) -> list[Fitted]:
     drive, fit, known = found.drive, found.fit, found.known
     source = f"{Path(found.data.name).name}, {len(found.data) - len(found.left_out)} runs"
     rows: list[Fitted] = []
-    if fit.law != drive.transmission.creep_law:
+    if fit.law != drive.transmission.creep_law.name:
         rows.append(Fitted("transmission.creep_law", fit.law, "", "fitted", source, None, ""))
 
     def add(path: str, value: float, unit: str, parameter: str, scale: float = 1.0) -> None:
