@@ -50,7 +50,7 @@ def parameters() -> dict[str, Any]:
     motor, gear, element, amplifier = drive.motor, drive.gearhead, drive.transmission, drive.amplifier
     known = (
         drive.cylinder_speed > 0,
-        element.creep_law == "linear",
+        element.creep_law.name == "linear",
         element.steering_range >= np.pi / 2,
         gear.loss_model == "coulomb",
         gear.rated_torque is None and gear.continuous_torque is None,

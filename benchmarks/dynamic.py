@@ -20,14 +20,14 @@ import numpy as np
 from benchmarks import _dynamic_worker, _measure
 from benchmarks._measure import ROOT, Line, in_turn, ratio_line
 from benchmarks.by_hand import duty_cycle as by_hand
+from infinivar import DutyCycle, Walking
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
-from infinivar.motion.duty_cycles import DutyCycle
 
 PAIRS = 7
 AGREEMENT = 1e-8
 """Largest accepted relative difference: by hand the angle is iterated until it moves by less than 1e-9."""
 _DUTY = DutyCycle(
-    shape="walking", joint="knee", body_mass=20.0, stride_time=1.1, lever_arm=0.05, share=0.25, load_mass=0.0
+    motion=Walking(joint="knee", body_mass=20.0, stride_time=1.1, lever_arm=0.05, share=0.25), load_mass=0.0
 )
 _DUTY_SAMPLES = 10_000
 

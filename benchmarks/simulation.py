@@ -18,11 +18,10 @@ import numpy as np
 from benchmarks._measure import Line, in_turn, ratio_line
 from benchmarks._measure import run as fresh
 from benchmarks.by_hand import simulation as by_hand
+from infinivar import Scenario, Sinusoid
 from infinivar.bondgraph.solver import solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
-from infinivar.motion.profiles import MotionProfile
-from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 
 PAIRS = 7
@@ -45,9 +44,7 @@ def run() -> list[Line]:
     """Measure, and check that both sides compute the same motion."""
     drive = shipped_study("faulring2006").drives["cobotic"]
     assert isinstance(drive, CoboticDrive)
-    scenario = Scenario(
-        duration=2.0, load_mass=0.8, motion=MotionProfile(shape="sinusoid", distance=0.02, frequency=5.0)
-    )
+    scenario = Scenario(duration=2.0, load_mass=0.8, motion=Sinusoid(distance=0.02, frequency=5.0))
     machine = closed_loop(drive, scenario)
     parameters = _named({symbol: parameter.value for symbol, parameter in machine.graph.parameters.items()})
     order = ("load_mass", "steering.J_b", "cylinder.J_c", "phi", "l")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from infinivar.motion.duty_cycles import DutyCycle
+from infinivar import DutyCycle, Reaches, Recording
 
 
 def written(duty, path, rate, *, column="position", count=None, noise=None):
@@ -23,7 +23,7 @@ def written(duty, path, rate, *, column="position", count=None, noise=None):
 
 def recorded(duty, path, rate, **options):
     """The same cycle as a recording."""
-    return DutyCycle(shape="file", file=written(duty, path, rate, **options), load_mass=duty.load_mass)
+    return DutyCycle(motion=Recording.read(written(duty, path, rate, **options)), load_mass=duty.load_mass)
 
 
 def moves_and_dwells(random):
@@ -32,10 +32,7 @@ def moves_and_dwells(random):
     pause = round(float(random.choice([0.0, random.uniform(0.15, 1.0)])), 2)
     force = float(random.choice([0.0, random.uniform(-25.0, 25.0)]))
     return DutyCycle(
-        shape="reaches",
-        time=time,
-        pause=pause,
-        distance=float(random.uniform(0.1, 0.6)) * 0.5 * time,
+        motion=Reaches(time=time, pause=pause, distance=float(random.uniform(0.1, 0.6)) * 0.5 * time),
         force=force or None,
         load_mass=0.8,
     )

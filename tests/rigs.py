@@ -41,7 +41,7 @@ def misread(data, seed, *, share=0.05, readings=("motor_current",)):
     return replace(data, **columns), wrong
 
 
-def law_of(ratio, creepage):
+def law_of(ratio, creepage, name):
     """A creep law through points of force ratio and scaled creepage, from 0 to slip."""
     inverse, forward = PchipInterpolator(ratio, creepage), PchipInterpolator(creepage, ratio)
     slope = inverse.derivative()
@@ -50,6 +50,7 @@ def law_of(ratio, creepage):
         return lambda value: np.sign(value) * function(np.clip(np.abs(value), 0.0, most))
 
     return creep.CreepLaw(
+        name=name,
         creepage=odd(inverse, 1.0),
         slope=lambda value: slope(np.clip(np.abs(value), 0.0, 1.0)),
         force=odd(forward, creepage[-1]),
@@ -62,4 +63,4 @@ def exact_law(a_over_b):
     curve = next(one for one in exact_tables.lateral_creep() if one["a_over_b"] == a_over_b)
     ratio, creepage = curve["force_ratio"], 3.0 * curve["scaled_creepage"]
     count = int(np.argmax(ratio > 0.999)) + 1
-    return law_of(ratio[:count] / ratio[count - 1], creepage[:count])
+    return law_of(ratio[:count] / ratio[count - 1], creepage[:count], "exact")

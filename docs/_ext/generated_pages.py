@@ -72,7 +72,22 @@ def fields_of(part: type) -> str:
                 meta["meaning"],
             )
         )
+    for field in schema.in_kinds(part):
+        if not field.metadata["flat"]:
+            link = f"table, see [{field.name.capitalize()}](#{field.name})"
+            rows.append((f"`{field.name}`", _default(field), link, "", field.metadata["meaning"]))
     return grid(("key", "if left out", "write", "must be", "meaning"), rows)
+
+
+def kinds_of(field: dataclasses.Field) -> str:
+    """For each kind that a field comes in, what it is and the keys that it has."""
+    text = []
+    for shape, kind in field.metadata["kinds"].items():
+        summary = kind.__doc__.strip().splitlines()[0].replace("``", "`")
+        text.append(f'With `shape = "{shape}"`: {summary[0].lower()}{summary[1:]}\n')
+        if schema.described(kind):
+            text.append(fields_of(kind))
+    return "\n".join(text)
 
 
 def _parts(part: type, found: list[type]) -> None:
@@ -99,6 +114,12 @@ def study_fields() -> str:
     text = []
     for heading, part in sections:
         text.append(f"### {heading}\n\n{part.__doc__.strip().splitlines()[0]}\n\n{fields_of(part)}")
+        for field in schema.in_kinds(part):
+            if field.metadata["flat"]:
+                text.append(kinds_of(field))
+            else:
+                title = field.name.capitalize()
+                text.append(f"({field.name})=\n#### {title}\n\n{field.metadata['meaning']}.\n\n{kinds_of(field)}")
     for part in parts:
         summary = part.__doc__.strip().splitlines()[0].replace("``", "`")
         text.append(f"({part.__name__.lower()})=\n### {part.__name__}\n\n{summary}\n\n{fields_of(part)}")

@@ -16,6 +16,7 @@ from .bondgraph.audit import Trajectory
 from .calibration.calibrate import calibrate
 from .calibration.result import Calibration
 from .contact.bodies import Material
+from .contact.creep import CreepLaw
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
@@ -24,6 +25,10 @@ from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
+from .motion.forces import ConstantForce, SinusoidalForce, StepForce
+from .motion.motion import Force, Motion, PeriodicMotion
+from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
+from .motion.recordings import RecordedForce, Recording, Waypoints
 from .motion.scenario import Scenario
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
@@ -49,10 +54,13 @@ __all__ = [
     "Calibration",
     "CoboticDrive",
     "Comparison",
+    "ConstantForce",
     "ContactGeometry",
     "ContactSheet",
     "ConventionalDrive",
     "Course",
+    "CreepLaw",
+    "Cruise",
     "Definition",
     "DrivePoint",
     "DriveResult",
@@ -60,33 +68,49 @@ __all__ = [
     "DutyCycle",
     "DutyResult",
     "DynamicMap",
+    "Force",
     "Gearhead",
     "Guideway",
+    "Hold",
     "Holding",
     "InfinivarError",
     "InputError",
     "Limit",
     "Material",
+    "Motion",
     "Motor",
     "MovingPoint",
     "OperatingPoint",
     "ParameterError",
+    "PeriodicMotion",
     "Policy",
     "Pulley",
+    "Reach",
+    "Reaches",
+    "RecordedForce",
+    "Recording",
     "Reproduction",
     "Requirement",
+    "Rest",
     "Result",
     "Rig",
     "RotaryLinearIVT",
     "Scenario",
     "Sensitivity",
     "Simulation",
+    "Sinusoid",
+    "SinusoidalForce",
     "SteadyMap",
     "SteeringPlant",
+    "Step",
+    "StepForce",
     "Study",
     "Trajectory",
+    "Tremor",
     "TwoWays",
     "Uncertainty",
+    "Walking",
+    "Waypoints",
     "__version__",
     "bondgraph",
     "calibrate",

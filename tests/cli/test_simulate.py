@@ -93,7 +93,7 @@ def refused(outcome, said, folder):
         ),
         ('duration = "1 s"\nmotions = 1', "scenarios.x.motions = 1 is not a known key (did you mean 'motion'?)"),
         (
-            'duration = "1 s"\nmotion = { shape = "sinusoid" }',
+            'duration = "1 s"\nmotion = { shape = "sinusoid", frequency = "3 Hz" }',
             "scenarios.x.motion.distance is missing: shape = 'sinusoid'",
         ),
         (

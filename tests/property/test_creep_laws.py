@@ -1,5 +1,8 @@
 """What every creep law must do whatever the numbers, and that FASTSIM does it in more directions."""
 
+import pickle
+from dataclasses import replace
+
 import array_api_strict as strict
 import jax
 import numpy as np
@@ -10,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from infinivar.contact import creep, fastsim
+from infinivar.study.load import shipped_study, study_from
 
 jax.config.update("jax_enable_x64", True)
 
@@ -222,3 +226,50 @@ def test_no_contacts_give_no_forces(shape):
     for law in creep.LAWS:
         assert creep.lateral_force(law, none).shape == shape
         assert creep.lateral_creep(law, none).shape == shape
+
+
+@pytest.mark.parametrize("name", creep.LAWS)
+def test_a_law_is_a_value(name):
+    """By name or as itself: to the public functions, to a wheel, and in a study, where it is parsed once."""
+    law = creep.LAWS[name]
+    assert creep.law(name) is creep.law(law) is law
+    assert (law.name, str(law), repr(law)) == (name, name, f"CreepLaw({name!r})")
+    sent = pickle.loads(pickle.dumps(law))
+    assert sent == law
+    assert hash(sent) == hash(law)
+    assert [other for other in creep.LAWS.values() if other == law] == [law]
+    k = np.linspace(-1.5, 1.5, 30)  # without 0, where infinity times nothing warns
+    assert_array_equal(creep.lateral_force(law, k), creep.lateral_force(name, k))
+    assert_array_equal(creep.lateral_creep(law, 0.5 * k), creep.lateral_creep(name, 0.5 * k))
+    assert_array_equal(creep.planar_force(law, k, k, 0.1), creep.planar_force(name, k, k, 0.1))
+    drive = shipped_study("faulring2006").drives["cobotic"]
+    by_name, by_value = (replace(drive.transmission, creep_law=given) for given in (name, law))
+    assert by_name == by_value
+    assert by_name.creep_law is law
+    assert pickle.loads(pickle.dumps(by_value)) == by_name
+    raw = {
+        "requirement": {"base": "faulring2006"},
+        "drives": {"mine": {"base": "faulring2006.cobotic", "transmission": {"creep_law": name}}},
+    }
+    study = study_from(raw, name="laws", origin="test")
+    assert study.drives["mine"].transmission.creep_law is law
+    (row,) = [row for row in study.provenance if row.field == "transmission.creep_law"]
+    assert (row.value, row.written) == (name, name)
+
+
+def test_a_wheel_takes_any_law():
+    """Its formulas are used as they are, without being registered anywhere."""
+    softer = replace(creep.LINEAR, name="softer", creepage=lambda ratio: 2.0 * ratio, slope=lambda ratio: 2.0)
+    element = replace(shipped_study("faulring2006").drives["cobotic"].transmission, creep_law=softer)
+    linear = replace(element, creep_law="linear")
+    setting = {"cylinder_speed": 14.0, "steering_angle": 0.0, "link_force": 30.0}
+    assert float(element.operate(**setting).link_speed) == pytest.approx(
+        2.0 * float(linear.operate(**setting).link_speed), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("wrong", ["polack", 5, None, ["linear"]])
+def test_what_is_no_law_is_refused(wrong):
+    element = shipped_study("faulring2006").drives["cobotic"].transmission
+    with pytest.raises(ValueError, match="creep_law must be one of linear, faulring"):
+        replace(element, creep_law=wrong)

@@ -9,14 +9,11 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
+from infinivar import ConstantForce, DutyCycle, Hold, Reach, Reaches, Recording, Scenario
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.contact.friction import coulomb
-from infinivar.motion import recording
 from infinivar.motion.course import Course
-from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.motion.profiles import MotionProfile
-from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 from motions import moves_and_dwells, recorded
 
@@ -62,7 +59,7 @@ def test_setting_out_from_rest_meets_friction():
 @pytest.mark.parametrize("force", [None, -10.0, 3.0, -30.0])
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
 def test_holding_by_file_is_holding_by_shape(tmp_path, drive, force):
-    shape = DutyCycle(shape="hold", time=2.0, force=force, load_mass=0.8)
+    shape = DutyCycle(motion=Hold(time=2.0), force=force, load_mass=0.8)
     by_shape = duty_cycle(drive, shape)
     for rate in (100, 1000):
         by_file = duty_cycle(drive, recorded(shape, tmp_path / "hold.csv", rate))
@@ -86,7 +83,7 @@ def agree(random, folder, names):
             for rate in (100, 1000)
         ]
         both = two_ways(drive, motion)
-        if both.rms_error < 0.01 * motion.distance:
+        if both.rms_error < 0.01 * motion.motion.distance:
             as_turning.append(abs(both.followed / both.as_turning - 1.0))
             if both.speed_ripple < 0.01:
                 simulated.append(abs(both.followed / both.prescribed - 1.0))
@@ -126,16 +123,16 @@ def test_many_motions_take_the_same_three_ways(tmp_path, count):
 @pytest.mark.parametrize("column", ["position", "speed"])
 def test_stays_are_found_at_any_cutoff(tmp_path, cutoff, column):
     """The stays of a clean recording to a fifth of a wave, exactly at rest in them, and moving outside."""
-    motion = DutyCycle(shape="reaches", distance=0.2, time=0.6, pause=0.5, load_mass=0.8)
+    motion = DutyCycle(motion=Reaches(distance=0.2, time=0.6, pause=0.5), load_mass=0.8)
     duty = recorded(motion, tmp_path / "reach.csv", 500, column=column)
-    found = recording.read(duty.file, cutoff)
-    begin, end, value = found.motion.stays.T
+    found = replace(duty.motion, cutoff=cutoff)
+    begin, end, value = found.smoothed.stays.T
     assert_allclose(begin, [0.6, 1.7], atol=0.2 / cutoff)
     assert_allclose(end, [1.1, 2.2], atol=0.2 / cutoff)
     assert_allclose(value, [0.2, 0.0], atol=1e-3 if column == "speed" else 1e-6)
     time = np.linspace(0.0, 2.2, 5001)[:-1]
     resting = ((time > begin[0]) & (time < end[0])) | ((time > begin[1]) & (time < end[1]))
-    speed = found.motion.derivatives(time, 4)
+    speed = found.derivatives(time, 4)
     for order in range(1, 5):
         assert not np.any(speed[order][resting])
     assert np.mean(speed[1][~resting] == 0) < 2e-3  # some instants after the end, as a reach sets out slowly
@@ -145,10 +142,10 @@ def test_stays_are_found_at_any_cutoff(tmp_path, cutoff, column):
 def test_a_speed_in_counts_resolves_how_far_it_leads_in_a_wave(tmp_path, cutoff):
     """Off by half a count for a wave of the cutoff: so far the position is open. Rounding looks like noise, too, of which the
     largest of a wave's values is taken: no more than three counts."""
-    motion = DutyCycle(shape="reaches", distance=0.2, time=0.6, pause=0.5, load_mass=0.8)
+    motion = DutyCycle(motion=Reaches(distance=0.2, time=0.6, pause=0.5), load_mass=0.8)
     count = 1e-3
     duty = recorded(motion, tmp_path / "counts.csv", 500, column="speed", count=count)
-    found = recording.read(duty.file, cutoff).motion
+    found = replace(duty.motion, cutoff=cutoff).smoothed
     assert 0.5 * count / cutoff * (1 - 1e-9) <= found.resolution <= 3.0 * count / cutoff
     assert len(found.stays) == 2
 
@@ -156,13 +153,13 @@ def test_a_speed_in_counts_resolves_how_far_it_leads_in_a_wave(tmp_path, cutoff)
 @pytest.mark.parametrize(("count", "noise"), [(1e-5, 0.0), (1e-4, 0.0), (None, 5e-5), (None, 3e-4)])
 def test_stays_are_found_through_counts_and_noise(tmp_path, count, noise):
     """Of a reach by 200 mm in 0.6 s and a stay of 1 s: rest is told within a tenth of a second at every end."""
-    motion = DutyCycle(shape="reaches", distance=0.2, time=0.6, pause=1.0, load_mass=0.8)
+    motion = DutyCycle(motion=Reaches(distance=0.2, time=0.6, pause=1.0), load_mass=0.8)
     random = np.random.default_rng(0)
     rough = noise * random.standard_normal(round(motion.period * 500) + 1) if noise else None
     if rough is not None:
         rough[-1] = rough[0]
     duty = recorded(motion, tmp_path / "rough.csv", 500, count=count, noise=rough)
-    found = recording.read(duty.file, 10.0).motion
+    found = duty.motion.smoothed
     begin, end, _ = found.stays.T
     assert_allclose(begin, [0.6, 2.2], atol=0.1)
     assert_allclose(end, [1.6, 3.2], atol=0.1)
@@ -176,7 +173,7 @@ def test_a_steady_motion_does_not_steer(tmp_path):
     rows = [f"{t:.6f},{x:.9f}" for t, x in zip(time, np.interp(time, knots, places), strict=True)]
     path = tmp_path / "trapezoid.csv"
     path.write_text("\n".join(["time [s],position [m]", *rows]), "utf-8")
-    duty = DutyCycle(shape="file", file=str(path), load_mass=0.8)
+    duty = DutyCycle(motion=Recording.read(str(path)), load_mass=0.8)
     found = duty_cycle(STIFF, duty)
     time, current = found.instants.time, found.point.states["steering_current_A"]
     corners = np.min(np.abs(time[:, None] - np.array(knots)), axis=1)
@@ -194,8 +191,8 @@ def test_a_resolution_given_decides(tmp_path):
     path.write_text(
         "\n".join(["time [s],position [m]", *(f"{t:.6f},{x:.12f}" for t, x in zip(time, wander, strict=True))]), "utf-8"
     )
-    moving = DutyCycle(shape="file", file=str(path), load_mass=0.8)
-    resting = DutyCycle(shape="file", file=str(path), load_mass=0.8, resolution=6e-4)
+    moving = DutyCycle(motion=Recording.read(str(path)), load_mass=0.8)
+    resting = DutyCycle(motion=Recording.read(str(path), resolution=6e-4), load_mass=0.8)
     assert not np.any(moving.instants().course.at_rest)
     assert np.all(resting.instants().course.at_rest)
     assert duty_cycle(GEARED, resting).energy == 0.0
@@ -206,14 +203,13 @@ def test_a_resolution_given_decides(tmp_path):
 @pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
 def test_controllers_come_to_rest(drive, force):
     """Half a second after a reach nothing swings any more, and it takes what holding takes by itself."""
-    from infinivar.motion.profiles import ForceProfile
 
     run = iv.simulate(
         drive,
         Scenario(
             duration=3.0,
-            motion=MotionProfile(shape="reach", distance=0.2, time=0.6, start=0.3),
-            force=ForceProfile(size=force) if force else None,
+            motion=Reach(distance=0.2, time=0.6, start=0.3),
+            force=ConstantForce(size=force) if force else None,
             load_mass=0.8,
         ),
     )
@@ -222,7 +218,7 @@ def test_controllers_come_to_rest(drive, force):
         current = run.columns.get(name, np.zeros(resting.size))[resting]
         assert np.ptp(current) <= 1e-3 * max(np.max(np.abs(current)), 0.1)
     assert np.max(np.abs(run.columns["speed_m_s"][resting])) <= 1e-4
-    held = duty_cycle(drive, DutyCycle(shape="hold", time=1.0, force=force, load_mass=0.8)).holding
+    held = duty_cycle(drive, DutyCycle(motion=Hold(time=1.0), force=force, load_mass=0.8)).holding
     drawn = np.mean(run.columns["supply_power_W"][resting])
     assert drawn == pytest.approx(held.power, rel=0.05, abs=1e-3)
 
@@ -243,7 +239,7 @@ def test_long_stays_take_what_holding_takes(force, efficiency, pause):
     gear = GEARED.gearhead
     if efficiency is not None:
         gear = replace(gear, loss_model="proportional", efficiency=efficiency, rated_torque=None)
-    duty = DutyCycle(shape="reaches", distance=0.1, time=0.5, pause=pause, force=force, load_mass=0.8)
+    duty = DutyCycle(motion=Reaches(distance=0.1, time=0.5, pause=pause), force=force, load_mass=0.8)
     both = two_ways(replace(GEARED, gearhead=gear), duty)
-    assert both.rms_error < 1e-3 * duty.distance
+    assert both.rms_error < 1e-3 * duty.motion.distance
     assert both.followed == pytest.approx(both.prescribed, rel=0.01)

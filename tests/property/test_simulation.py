@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import infinivar as iv
+from infinivar import ConstantForce, Cruise, Reach, Scenario, Sinusoid, SinusoidalForce, Step
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
-from infinivar.motion.profiles import ForceProfile, MotionProfile
-from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 
 SHIPPED = shipped_study("faulring2006")
@@ -73,12 +72,12 @@ def scenarios(draw, cobotic):
     kinds = ["sinusoid", "reach", "step", "push", "imposed", "free"]
     kind = draw(st.sampled_from([*kinds, "locked", "run-up"] if cobotic else kinds))
     size = draw(st.floats(0.002, 0.03)) * draw(st.sampled_from([-1, 1]))
-    force = ForceProfile(shape="sinusoid", size=draw(st.floats(1, 60)), frequency=draw(st.floats(1, 20)))
+    force = SinusoidalForce(size=draw(st.floats(1, 60)), frequency=draw(st.floats(1, 20)))
     motion = {
-        "sinusoid": MotionProfile(shape="sinusoid", distance=size, frequency=draw(st.floats(0.5, 6))),
-        "reach": MotionProfile(shape="reach", distance=size, time=0.1, start=0.02),
-        "step": MotionProfile(shape="step", distance=size, start=0.02),
-        "imposed": MotionProfile(shape="sinusoid", distance=size, frequency=draw(st.floats(0.5, 6))),
+        "sinusoid": Sinusoid(distance=size, frequency=draw(st.floats(0.5, 6))),
+        "reach": Reach(distance=size, time=0.1, start=0.02),
+        "step": Step(distance=size, start=0.02),
+        "imposed": Sinusoid(distance=size, frequency=draw(st.floats(0.5, 6))),
     }.get(kind)
     return Scenario(
         duration=0.15,
@@ -167,7 +166,7 @@ def test_a_settled_cobotic_drive_is_the_steady_map(name, count):
             link="free",
             steering="held",
             steering_angle=float(np.arctan(steady.states["steering_tangent"])),
-            force=ForceProfile(size=-force),
+            force=ConstantForce(size=-force),
             load_mass=0.8,
         )
         compare(settled(drive, scenario), speed, steady)
@@ -183,8 +182,8 @@ def test_a_settled_conventional_drive_is_the_steady_map(count):
         scenario = Scenario(
             duration=0.25,
             output_step=0.05,
-            motion=MotionProfile(shape="cruise", speed=speed),
-            force=ForceProfile(size=-force),
+            motion=Cruise(speed=speed),
+            force=ConstantForce(size=-force),
             load_mass=0.8,
         )
         compare(settled(drive, scenario), speed, steady)
@@ -211,8 +210,8 @@ def test_both_directions_are_alike(seed):
                 duration=0.1,
                 output_step=0.01,
                 load_mass=0.5,
-                motion=MotionProfile(shape="sinusoid", distance=sign * distance, frequency=3.0),
-                force=ForceProfile(size=sign * force),
+                motion=Sinusoid(distance=sign * distance, frequency=3.0),
+                force=ConstantForce(size=sign * force),
             ),
         ).columns
 

@@ -7,11 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit
+from infinivar import Limit, Scenario, StepForce
 from infinivar.contact import creep, kalker
 from infinivar.contact.exact_tables import lateral_creep
-from infinivar.motion.profiles import ForceProfile
-from infinivar.motion.scenario import Scenario
 from infinivar.transmission.geometry import MEASURED_FULL_SLIP
 
 POINTS = 200_000
@@ -110,7 +108,7 @@ def test_slip_in_time_is_by_creepage_too(study):
             duration=0.3,
             steering="locked",
             load_mass=0.8,
-            force=ForceProfile(shape="step", size=-0.98 * drive.transmission.slip_force, start=0.05),
+            force=StepForce(size=-0.98 * drive.transmission.slip_force, start=0.05),
         ),
     )
     assert run.exceeded == ("wheel slip (wheel)",)

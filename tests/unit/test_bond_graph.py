@@ -11,6 +11,7 @@ import sympy
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from infinivar import Scenario, Step
 from infinivar._core.array_namespace import namespace
 from infinivar.bondgraph import audit
 from infinivar.bondgraph import graph as bg
@@ -28,8 +29,6 @@ from infinivar.bondgraph.trace import Traced, clip, trace
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.graphs import plants
 from infinivar.errors import AuditError
-from infinivar.motion.profiles import MotionProfile
-from infinivar.motion.scenario import Scenario
 
 jax.config.update("jax_enable_x64", True)
 
@@ -460,6 +459,6 @@ def test_fastsim_has_a_value_in_slip(study):
         guideway=iv.Guideway(),
         steering=replace(drive.steering, patch_half_length=4e-4),
     )
-    step = MotionProfile(shape="step", distance=-0.015625, start=0.02)
+    step = Step(distance=-0.015625, start=0.02)
     result = iv.simulate(drive, Scenario(duration=0.05, output_step=0.01, motion=step, load_mass=1.0))
     assert result.complete, result.trajectory.outcome

@@ -140,7 +140,7 @@ def test_a_new_law_is_a_candidate_by_itself(drive, monkeypatch):
     """Twice the bend of Vermeulen and Johnson's up to half of slip, far from any other."""
     known = creep.LAWS["vermeulen-johnson"]
     ratio = np.linspace(0.0, 1.0, 60)
-    monkeypatch.setitem(creep.LAWS, "mine", law_of(ratio, 2.0 * known.creepage(ratio) - ratio))
+    monkeypatch.setitem(creep.LAWS, "mine", law_of(ratio, 2.0 * known.creepage(ratio) - ratio, "mine"))
     choice = chosen(drive, session(under(drive, "mine"), 2, loads=(0.1, 0.3, 0.5)))
     assert {one.law for one in choice.candidates} == {*LAWS, "mine"}
     assert choice.undecided == ("mine",)
@@ -185,7 +185,7 @@ def test_intervals_contain_the_truth_under_a_law_that_is_no_candidate(drive, mon
 def half_bent(name):
     """Half of the bend of a law: far from that law, and from the linear one."""
     ratio = np.linspace(0.0, 1.0, 60)
-    return law_of(ratio, 0.5 * (creep.LAWS[name].creepage(ratio) + ratio))
+    return law_of(ratio, 0.5 * (creep.LAWS[name].creepage(ratio) + ratio), "half")
 
 
 def test_where_no_law_fits_the_bend_is_left_free_and_said_so(drive, study, monkeypatch):
@@ -287,11 +287,11 @@ def test_errors_of_a_session_stay_where_the_model_has_a_meaning(drive):
 def test_the_calibrated_study_states_the_law_that_was_fitted(drive, study, tmp_path):
     found = calibrate(study, "cobotic", session(under(drive, "polach"), 4, loads=(0.2, 0.5, 0.65)))
     assert found.fit.law == "polach"
-    assert found.calibrated.transmission.creep_law == "polach"
+    assert found.calibrated.transmission.creep_law.name == "polach"
     assert found.warnings[0].startswith("The data contradict the study's creep law: polach fits better than linear by")
     iv.save(found, tmp_path)
     again = iv.load_study(tmp_path / "calibrated.toml")
-    assert again.drives["cobotic"].transmission.creep_law == "polach"
+    assert again.drives["cobotic"].transmission.creep_law.name == "polach"
     (row,) = [row for row in again.provenance if row.owner == "cobotic" and row.field == "transmission.creep_law"]
     assert (row.kind, row.where) == ("fitted", "virtual rig, 33 runs")
     written = json.loads((tmp_path / "calibration.json").read_text("utf-8"))["creep_law"]

@@ -12,28 +12,27 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit
+from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Sinusoid, Tremor, Walking
 from infinivar.analysis.cycles.cylinder_policy import _schedule, policies
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
 from infinivar.analysis.cycles.tracking import two_ways
-from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.fourier import Series
 from infinivar.study.load import shipped_study
 
 STUDY = shipped_study("faulring2006")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
-KNEE = {"shape": "walking", "joint": "knee", "body_mass": 75.0, "stride_time": 1.1, "lever_arm": 0.05}
+KNEE = {"joint": "knee", "body_mass": 75.0, "stride_time": 1.1, "lever_arm": 0.05}
 SHAPES = {
-    "hold": {"shape": "hold", "time": 2.0, "force": -30.0},
-    "sinusoid": {"shape": "sinusoid", "distance": 0.03, "frequency": 2.0},
-    "reaches": {"shape": "reaches", "distance": 0.1, "time": 0.4, "pause": 0.3, "force": -10.0},
-    "tremor": {"shape": "tremor", "distance": 5e-4, "low_frequency": 8.0, "high_frequency": 12.0},
-    "walking": {**KNEE, "share": 0.05},
+    "hold": DutyCycle(motion=Hold(time=2.0), force=-30.0, load_mass=0.8),
+    "sinusoid": DutyCycle(motion=Sinusoid(distance=0.03, frequency=2.0), load_mass=0.8),
+    "reaches": DutyCycle(motion=Reaches(distance=0.1, time=0.4, pause=0.3), force=-10.0, load_mass=0.8),
+    "tremor": DutyCycle(motion=Tremor(distance=5e-4, low_frequency=8.0, high_frequency=12.0), load_mass=0.8),
+    "walking": DutyCycle(motion=Walking(share=0.05, **KNEE), load_mass=0.0),
 }
 
 
 def duty(shape, **changed):
-    return DutyCycle(**{"load_mass": 0.8 if shape != "walking" else 0.0, **SHAPES[shape], **changed})
+    return replace(SHAPES[shape], **changed)
 
 
 def record(tmp_path, text):
@@ -134,7 +133,7 @@ def test_walking_is_that_of_textbooks(joint):
     or a stride that begins elsewhere leave these ranges.
     """
     known, mass = GAIT[joint], 75.0
-    whole = DutyCycle(**{**KNEE, "joint": joint}).instants()
+    whole = DutyCycle(motion=Walking(**{**KNEE, "joint": joint})).instants()
     share = whole.time / 1.1
     angle, torque = np.degrees(whole.position / 0.05), -whole.course.force * 0.05 / mass
     power = torque * whole.course.speed / 0.05
@@ -156,8 +155,8 @@ def test_walking_is_that_of_textbooks(joint):
 
 def test_walking_scales_with_mass_and_lever():
     """Twice the lever: twice the way and half the force, at the same power; half the mass: half the force."""
-    one = DutyCycle(**KNEE).instants()
-    other = DutyCycle(**{**KNEE, "lever_arm": 0.1, "body_mass": 37.5}).instants()
+    one = DutyCycle(motion=Walking(**KNEE)).instants()
+    other = DutyCycle(motion=Walking(**{**KNEE, "lever_arm": 0.1, "body_mass": 37.5})).instants()
     for name in ("speed", "acceleration", "snap"):
         there, here = getattr(other.course, name), getattr(one.course, name)
         assert_allclose(there, 2.0 * here, rtol=1e-9, atol=1e-12 * np.max(np.abs(here)))
@@ -168,7 +167,7 @@ def test_walking_scales_with_mass_and_lever():
 
 def test_recording_of_a_sinusoid_is_the_sinusoid(tmp_path):
     """Within the pass band: position, acceleration and snap as of the closed form, to what 201 rows carry."""
-    made = DutyCycle(shape="file", file=record(tmp_path, wave()), load_mass=0.8, cutoff=10.0)
+    made = DutyCycle(motion=Recording.read(record(tmp_path, wave()), cutoff=10.0), load_mass=0.8)
     assert made.warnings == ()
     assert made.period == pytest.approx(1.0)
     whole = made.instants()
@@ -183,7 +182,7 @@ def test_recording_of_a_sinusoid_is_the_sinusoid(tmp_path):
 def test_speed_instead_of_position(tmp_path):
     rows = [f"{t},{100 * math.cos(2 * math.pi * t / 500)}" for t in range(0, 501, 2)]
     text = "\n".join(["time (ms),speed (mm/s)", *rows])
-    whole = DutyCycle(shape="file", file=record(tmp_path, text)).instants()
+    whole = DutyCycle(motion=Recording.read(record(tmp_path, text))).instants()
     turn = 2 * math.pi / 0.5
     assert_allclose(whole.course.speed, 0.1 * np.cos(turn * whole.time), atol=1e-4)
     assert_allclose(np.ptp(whole.position), 0.2 / turn, rtol=1e-3)
@@ -195,8 +194,8 @@ def test_cutoff_takes_noise_away(tmp_path):
     noisy = 50 * np.sin(math.pi * time) + random.normal(0, 0.2, time.size) * (time * (2 - time))
     text = "time [s],position [mm]\n" + "\n".join(f"{t},{p}" for t, p in zip(time, noisy, strict=True))
     file = record(tmp_path, text)
-    smooth = DutyCycle(shape="file", file=file, cutoff=3.0).instants()
-    rough = DutyCycle(shape="file", file=file, cutoff=30.0).instants()
+    smooth = DutyCycle(motion=Recording.read(file, cutoff=3.0)).instants()
+    rough = DutyCycle(motion=Recording.read(file, cutoff=30.0)).instants()
     true = -0.05 * math.pi**2 * np.sin(math.pi * smooth.time)
     error = np.sqrt(np.mean((smooth.course.acceleration - true) ** 2))
     assert error < 0.05
@@ -236,38 +235,40 @@ def test_cutoff_takes_noise_away(tmp_path):
 )
 def test_mistakes_in_recordings_are_named(tmp_path, text, said):
     with pytest.raises(iv.InputError, match=re.escape(said)):
-        DutyCycle(shape="file", file=record(tmp_path, text), cutoff=2.0)
+        DutyCycle(motion=Recording.read(record(tmp_path, text), cutoff=2.0))
 
 
 def test_gaps_and_drift_are_reported(tmp_path):
     lines = wave().splitlines()
     gap = "\n".join([*lines[:50], *lines[70:]])
-    (warning,) = DutyCycle(shape="file", file=record(tmp_path, gap)).warnings
+    (warning,) = DutyCycle(motion=Recording.read(record(tmp_path, gap))).warnings
     assert "line 51: 0.105 s without data, 21 times the usual step; bridged by a straight line" in warning
     drifting = [f"{t:.3f},{50 * math.sin(2 * math.pi * t) + 2 * t:.6f}" for t in np.linspace(0, 1, 201)]
     (warning,) = DutyCycle(
-        shape="file", file=record(tmp_path, "\n".join(["time [s],position [mm]", *drifting]))
+        motion=Recording.read(record(tmp_path, "\n".join(["time [s],position [mm]", *drifting])))
     ).warnings
     assert "position ends 0.002 m from where it begins, 2.0 % of its range; taken out evenly" in warning
     sparse = wave(count=11)
-    (warning,) = DutyCycle(shape="file", file=record(tmp_path, sparse)).warnings
+    (warning,) = DutyCycle(motion=Recording.read(record(tmp_path, sparse))).warnings
     assert "a step of 0.1 s shows nothing above 5 Hz; cutoff is 10 Hz" in warning
 
 
 @pytest.mark.parametrize(
-    ("changed", "message"),
+    ("made", "message"),
     [
-        ({"shape": "sinusoid", "distance": 0.1}, "frequency is missing: shape = 'sinusoid' needs it"),
-        ({"shape": "hold", "time": 1.0, "pause": 1.0}, "pause means nothing with shape = 'hold'; leave it out"),
-        ({**SHAPES["tremor"], "low_frequency": 12.0}, "low_frequency must be < high_frequency = 12 Hz, got 12.0"),
-        ({"shape": "sinusoid", "distance": 0.1, "frequency": 0.0}, "frequency must be > 0 Hz, got 0.0"),
-        ({"shape": "jump"}, "shape must be one of hold, sinusoid, reaches, tremor, walking, file, got 'jump'"),
-        ({**KNEE, "share": 1.5}, "share must be > 0 and <= 1, got 1.5"),
+        (
+            lambda: Tremor(distance=1e-3, low_frequency=12.0, high_frequency=12.0),
+            "low_frequency must be < high_frequency = 12 Hz, got 12.0",
+        ),
+        (lambda: Sinusoid(distance=0.1, frequency=0.0), "frequency must be > 0 Hz, got 0.0"),
+        (lambda: Walking(**{**KNEE, "joint": "toe"}), "joint must be one of ankle, knee, hip, got 'toe'"),
+        (lambda: Walking(**KNEE, share=1.5), "share must be > 0 and <= 1, got 1.5"),
+        (lambda: Hold(time=-1.0), "time must be > 0 s, got -1.0"),
     ],
 )
-def test_incomplete_cycles_are_refused(changed, message):
+def test_incomplete_cycles_are_refused(made, message):
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
-        DutyCycle(**changed)
+        made()
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -339,7 +340,7 @@ def test_verdicts():
     assert not slipping.feasible
     assert slipping.verdict.startswith("cannot do it: wheel slip is 1.2")
     assert math.isnan(slipping.energy)
-    fast = duty_cycle(STUDY.drives["motor1-gear1"], duty("sinusoid", distance=0.2))
+    fast = duty_cycle(STUDY.drives["motor1-gear1"], duty("sinusoid", motion=Sinusoid(distance=0.2, frequency=2.0)))
     assert "motor: supply voltage is" in fast.verdict
     hot = duty_cycle(STUDY.drives["motor1-gear3"], duty("hold", force=-36.0, ambient=330.0))
     assert not hot.feasible
@@ -463,7 +464,7 @@ def test_heat_alone_can_rule_a_drive_out():
 def test_drift_is_evened_out(tmp_path):
     """With 2 % of drift taken out over the cycle, the seam does not ring: speeds as of the sinusoid alone."""
     rows = [f"{t:.4f},{50 * math.sin(2 * math.pi * t) + 2 * t:.6f}" for t in np.linspace(0, 1, 401)]
-    whole = DutyCycle(shape="file", file=record(tmp_path, "\n".join(["time [s],position [mm]", *rows]))).instants()
+    whole = DutyCycle(motion=Recording.read(record(tmp_path, "\n".join(["time [s],position [mm]", *rows])))).instants()
     turn = 2 * math.pi
     assert_allclose(whole.course.speed, 0.05 * turn * np.cos(turn * whole.time), atol=1e-4)
 
@@ -473,7 +474,7 @@ def test_smoothing_passes_what_it_says(tmp_path):
     time = np.linspace(0, 1, 2001)
     total = sum(np.sin(2 * math.pi * k * time) for k in range(1, 11))
     text = "time [s],position [mm]\n" + "\n".join(f"{t:.6f},{p:.9f}" for t, p in zip(time, total, strict=True))
-    whole = DutyCycle(shape="file", file=record(tmp_path, text), cutoff=8.0).instants()
+    whole = DutyCycle(motion=Recording.read(record(tmp_path, text), cutoff=8.0)).instants()
     spectrum = 2 * np.abs(np.fft.rfft(whole.position * 1e3)) / len(whole.position)
     expected = [1.0, 1.0, 1.0, 1.0, 0.5 + math.sqrt(0.125), 0.5, 0.5 - math.sqrt(0.125), 0.0, 0.0, 0.0]
     assert_allclose(spectrum[1:11], expected, atol=2e-3)

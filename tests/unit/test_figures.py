@@ -10,13 +10,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
+from infinivar import DutyCycle, Walking
 from infinivar.analysis.compare import work_through
 from infinivar.analysis.steady_map import steady_map
 from infinivar.contact import hertz
 from infinivar.drivetrain.graphs.plants import plant_graph
 from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import Limit
-from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.paper.claims.claim import Machine, at_ratio, efficiency_by
 from infinivar.paper.figures import (
     FIGURES,
@@ -142,7 +142,7 @@ def visible(ax, line):
     return inside.sum() >= 2
 
 
-ANKLE = {"shape": "walking", "joint": "ankle", "body_mass": 75.0, "stride_time": 1.1, "lever_arm": 0.05}
+ANKLE = {"joint": "ankle", "body_mass": 75.0, "stride_time": 1.1, "lever_arm": 0.05}
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +162,7 @@ def test_heat_legend_names_what_is_drawn(knee, share, known, monkeypatch):
         geared = knee.drives["geared"]
         bare = replace(geared.motor, winding_to_housing=None)
         study = replace(knee, drives={**knee.drives, "geared": replace(geared, motor=bare)})
-    found = work_through(study, "walking", DutyCycle(title="ankle", share=share, **ANKLE))
+    found = work_through(study, "walking", DutyCycle(title="ankle", motion=Walking(share=share, **ANKLE)))
     heat, curves, named = heat_panel(found)
     assert named == list(curves)
     assert set(named) <= set(heat)

@@ -7,14 +7,12 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from infinivar import ConstantForce, DutyCycle, Hold, Reaches, Rest, Scenario
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.analysis.robustness.derivatives import METHODS, gradient
 from infinivar.analysis.robustness.outcomes import loss
 from infinivar.analysis.robustness.sampling import evaluated
-from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.motion.profiles import ForceProfile, MotionProfile
-from infinivar.motion.scenario import Scenario
 from infinivar.study.load import shipped_study
 
 STUDY = shipped_study("faulring2006")
@@ -89,16 +87,16 @@ def wormed(back):
 @pytest.mark.parametrize("back", [0.7, 0.35, 0.0])
 def test_motion_and_simulation_agree_when_the_load_drives(back):
     """Lifting and lowering against 25 N: by inverse dynamics and in time, through every efficiency back."""
-    duty = DutyCycle(shape="reaches", distance=0.1, time=0.6, pause=0.3, force=-25.0, load_mass=0.8)
+    duty = DutyCycle(motion=Reaches(distance=0.1, time=0.6, pause=0.3), force=-25.0, load_mass=0.8)
     both = two_ways(wormed(back), duty)
-    assert both.rms_error < 1e-3 * duty.distance
+    assert both.rms_error < 1e-3 * duty.motion.distance
     assert both.followed == pytest.approx(both.prescribed, rel=0.02)
     assert both.lost_followed["gearhead"] == pytest.approx(both.lost_prescribed["gearhead"], rel=0.02)
 
 
 def test_the_less_comes_back_the_less_it_takes_to_hold():
     """A gear that locks itself holds for nothing, a lossless one for the whole current."""
-    duty = DutyCycle(shape="hold", time=1.0, force=-25.0, load_mass=0.8)
+    duty = DutyCycle(motion=Hold(time=1.0), force=-25.0, load_mass=0.8)
     power = [duty_cycle(wormed(back), duty).power_in for back in (0.0, 0.35, 0.7)]
     assert power[0] == 0.0
     assert 0.0 < power[1] < power[2]
@@ -109,7 +107,7 @@ def test_a_gear_that_locks_itself_stays_where_it_is():
     gone = {}
     for back in (0.0, 0.7):
         run = iv.simulate(
-            wormed(back), Scenario(duration=0.5, link="free", force=ForceProfile(size=-40.0), load_mass=0.8)
+            wormed(back), Scenario(duration=0.5, link="free", force=ConstantForce(size=-40.0), load_mass=0.8)
         )
         gone[back] = abs(run.columns["position_m"][-1])
         assert run.trajectory.closure < 1e-6
@@ -123,4 +121,4 @@ def test_maps_of_a_gear_that_locks_itself_have_no_efficiency_back():
     steady = iv.steady_map(drive, np.linspace(0.05, 1.0, 20), np.linspace(-40.0, -5.0, 20))
     assert np.all(steady.power_in >= 0)
     assert not np.any(steady.efficiency > 0)
-    assert MotionProfile().shape == "hold"
+    assert Rest().shape == "hold"

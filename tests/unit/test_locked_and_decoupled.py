@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 import infinivar as iv
-from infinivar.motion.profiles import ForceProfile, MotionProfile
-from infinivar.motion.scenario import Scenario
+from infinivar import ConstantForce, Cruise, Scenario, Sinusoid, SinusoidalForce
 
 
 def locked(drive, force, cylinder="running", duration=0.5):
     scenario = Scenario(
-        duration=duration, steering="locked", cylinder=cylinder, load_mass=0.8, force=ForceProfile(size=force)
+        duration=duration, steering="locked", cylinder=cylinder, load_mass=0.8, force=ConstantForce(size=force)
     )
     return iv.simulate(drive, scenario)
 
@@ -69,7 +68,7 @@ def test_a_decoupled_wheel_carries_no_torque(drive):
         steering="decoupled",
         cylinder="at rest",
         load_mass=0.8,
-        motion=MotionProfile(shape="cruise", speed=0.3),
+        motion=Cruise(speed=0.3),
     )
     result = iv.simulate(drive, scenario)
     run = result.trajectory
@@ -93,7 +92,7 @@ def test_a_servo_holds_the_angle_asked_for(drive):
     """Nothing of the transmission's power reaches the steering: held at 20 degrees under load it takes no current."""
     angle = math.radians(20.0)
     scenario = Scenario(
-        duration=0.3, link="free", steering="held", steering_angle=angle, load_mass=0.8, force=ForceProfile(size=-20.0)
+        duration=0.3, link="free", steering="held", steering_angle=angle, load_mass=0.8, force=ConstantForce(size=-20.0)
     )
     result = iv.simulate(drive, scenario)
     assert np.abs(result.columns["steering_angle_rad"] - angle).max() < 1e-12
@@ -124,7 +123,7 @@ def test_a_wheel_that_is_led_follows(drive):
         duration=0.5,
         link="imposed",
         load_mass=0.8,
-        motion=MotionProfile(shape="sinusoid", distance=0.01, frequency=2.0),
+        motion=Sinusoid(distance=0.01, frequency=2.0),
     )
     result = iv.simulate(drive, scenario)
     assert np.abs(result.columns["slip_ratio"]).max() <= 1.0
@@ -147,9 +146,7 @@ def test_limits_of_parts_are_events(study):
         motor=replace(base.motor, max_speed=100.0),
         amplifier=iv.Amplifier(regeneration="none"),
     )
-    scenario = Scenario(
-        duration=0.5, load_mass=2.0, motion=MotionProfile(shape="sinusoid", distance=0.05, frequency=2.0)
-    )
+    scenario = Scenario(duration=0.5, load_mass=2.0, motion=Sinusoid(distance=0.05, frequency=2.0))
     result = iv.simulate(weak, scenario)
     met = {event.limit for event in result.events}
     assert met >= {iv.Limit.GEAR, iv.Limit.SPEED, iv.Limit.REGENERATION}
@@ -168,7 +165,7 @@ def test_a_drive_begins_with_the_speed_of_its_motion(study, load, output):
     scenario = Scenario(
         duration=0.02,
         load_mass=load,
-        motion=MotionProfile(shape="cruise", speed=0.3),
+        motion=Cruise(speed=0.3),
         electrical="current",
     )
     result = iv.simulate(drive, scenario)
@@ -184,8 +181,8 @@ def test_every_solver_gives_the_same_motion(study, method):
         duration=0.1,
         output_step=0.005,
         load_mass=0.8,
-        motion=MotionProfile(shape="sinusoid", distance=0.02, frequency=3.0),
-        force=ForceProfile(shape="sinusoid", size=20.0, frequency=25.0),
+        motion=Sinusoid(distance=0.02, frequency=3.0),
+        force=SinusoidalForce(size=20.0, frequency=25.0),
     )
     expected, found = (iv.simulate(drive, replace(scenario, method=name)) for name in ("LSODA", method))
     np.testing.assert_allclose(found.columns["position_m"], expected.columns["position_m"], atol=1e-8)

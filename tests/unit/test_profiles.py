@@ -6,13 +6,27 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from infinivar.motion.profiles import ForceProfile, MotionProfile
+from infinivar import (
+    ConstantForce,
+    Cruise,
+    DutyCycle,
+    Hold,
+    Reach,
+    RecordedForce,
+    Rest,
+    Scenario,
+    Sinusoid,
+    SinusoidalForce,
+    Step,
+    StepForce,
+    Waypoints,
+)
 
 MOTIONS = {
-    "hold": MotionProfile(),
-    "cruise": MotionProfile(shape="cruise", speed=0.3, start=0.1),
-    "sinusoid": MotionProfile(shape="sinusoid", distance=0.02, frequency=3.0, start=0.05),
-    "reach": MotionProfile(shape="reach", distance=-0.1, time=0.4, start=0.1),
+    "hold": Rest(),
+    "cruise": Cruise(speed=0.3, start=0.1),
+    "sinusoid": Sinusoid(distance=0.02, frequency=3.0, start=0.05),
+    "reach": Reach(distance=-0.1, time=0.4, start=0.1),
 }
 
 
@@ -55,14 +69,14 @@ def test_a_reach_has_the_least_jerk():
 
 
 def test_a_step_jumps():
-    step = MotionProfile(shape="step", distance=0.01, start=0.2)
+    step = Step(distance=0.01, start=0.2)
     assert step.at(0.1999).position == 0.0
     assert step.at(0.2).position == 0.01
     assert step.breaks == (0.2,)
 
 
 def test_a_recorded_motion_is_smooth_and_rests_at_its_ends(recorded):
-    motion = MotionProfile(shape="file", file=str(recorded / "gait.csv"), start=0.1)
+    motion = Waypoints.read(str(recorded / "gait.csv"), start=0.1)
     check_derivatives(motion, [0.17, 0.31, 0.55, 0.98])
     assert motion.at(0.6).position == pytest.approx(0.05)
     assert motion.at(0.05).speed == motion.at(1.3).speed == 0.0
@@ -72,7 +86,7 @@ def test_a_recorded_motion_is_smooth_and_rests_at_its_ends(recorded):
 
 
 def test_a_recorded_force_is_straight_between_its_rows(recorded):
-    force = ForceProfile(shape="file", file=str(recorded / "push.csv"), start=1.0)
+    force = RecordedForce.read(str(recorded / "push.csv"), start=1.0)
     assert [force.value(time) for time in (0.0, 1.0, 1.25, 1.5, 1.55, 1.6, 9.0)] == pytest.approx(
         [0, 0, 5, 10, 3, -4, -4]
     )
@@ -81,23 +95,38 @@ def test_a_recorded_force_is_straight_between_its_rows(recorded):
 
 
 def test_forces_by_shape():
-    wave = ForceProfile(shape="sinusoid", size=5.0, frequency=2.0)
+    wave = SinusoidalForce(size=5.0, frequency=2.0)
     times = np.linspace(0.0, 1.0, 37)
     assert_allclose([wave.value(t) for t in times], 5.0 * np.sin(4 * np.pi * times), atol=1e-12)
     assert_allclose([wave.rate(t) for t in times], 20.0 * np.pi * np.cos(4 * np.pi * times), atol=1e-9)
-    step = ForceProfile(shape="step", size=-3.0, start=0.4)
+    step = StepForce(size=-3.0, start=0.4)
     assert (step.value(0.39), step.value(0.4), step.breaks) == (0.0, -3.0, (0.4,))
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"shape": "wiggle"}, "shape must be one of hold, cruise"),
-        ({"shape": "reach", "distance": 0.1}, "time is missing: shape = 'reach' needs it"),
-        ({"shape": "cruise", "speed": 1.0, "frequency": 2.0}, "frequency means nothing with shape = 'cruise'"),
-        ({"shape": "sinusoid", "distance": 0.0, "frequency": 2.0}, "distance must be != 0 m, got 0.0"),
+        (lambda: Sinusoid(distance=0.0, frequency=2.0), "distance must be != 0 m, got 0.0"),
+        (lambda: Cruise(speed=math.nan), "speed must be != 0 m/s, got nan"),
+        (lambda: ConstantForce(size=0.0), "size must be != 0 N, got 0.0"),
+        (
+            lambda: Waypoints(file="way", time=[0.0, 1.0, 1.0], position=[0.0, 1.0, 2.0]),
+            "time must increase from row to row",
+        ),
+        (
+            lambda: Waypoints(file="way", time=[0.0, 1.0], position=[0.0]),
+            "position must be at least two finite numbers",
+        ),
+        (
+            lambda: RecordedForce(file="push", time=[0.0, 1.0], force=[0.0, math.inf]),
+            "force must be at least two finite numbers",
+        ),
+        (lambda: Scenario(duration=1.0, motion="reach"), "motion must be one of Rest, Cruise, Sinusoid, Step, Reach"),
+        (lambda: Scenario(duration=1.0, force=-5.0), "force must be one of ConstantForce"),
+        (lambda: DutyCycle(motion=Reach(distance=0.1, time=1.0)), "motion must be one of Hold, Sinusoid, Reaches"),
+        (lambda: DutyCycle(motion=Hold), "motion must be one of Hold, Sinusoid, Reaches"),
     ],
 )
 def test_incomplete_profiles(given, said):
     with pytest.raises(ValueError, match=said):
-        MotionProfile(**given)
+        given()

@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from infinivar import DutyCycle, Reaches, Sinusoid
 from infinivar._core import complex_step
 from infinivar._core.fields import quantities_of, quantity, value_at, with_values
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
@@ -17,13 +18,12 @@ from infinivar.analysis.robustness.sampling import draw, low_discrepancy
 from infinivar.analysis.robustness.sensitivity import _indices, sensitivity, sobol
 from infinivar.analysis.robustness.verdicts import BAND, Mapper, band, percent
 from infinivar.errors import InputError
-from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts import heat
 from infinivar.study.spreads import Spread
 
-SHAKE = DutyCycle(shape="sinusoid", distance=0.03, frequency=2.0, load_mass=0.8)
+SHAKE = DutyCycle(motion=Sinusoid(distance=0.03, frequency=2.0), load_mass=0.8)
 
-SHORT = DutyCycle(shape="reaches", distance=0.03, time=0.3, load_mass=0.8)
+SHORT = DutyCycle(motion=Reaches(distance=0.03, time=0.3), load_mass=0.8)
 
 PATHS = (
     "transmission.preload",

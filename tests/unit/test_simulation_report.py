@@ -10,11 +10,10 @@ import pytest
 import xarray
 
 import infinivar as iv
+from infinivar import ConstantForce, Scenario, Sinusoid, Step, StepForce
 from infinivar.analysis import simulate as simulating
 from infinivar.analysis.simulate import Event
 from infinivar.figures import energy_flow, time_history
-from infinivar.motion.profiles import ForceProfile, MotionProfile
-from infinivar.motion.scenario import Scenario
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +23,8 @@ def step(study):
         duration=0.2,
         output_step=0.002,
         load_mass=0.8,
-        motion=MotionProfile(shape="step", distance=0.05, start=0.05),
-        force=ForceProfile(size=-5.0),
+        motion=Step(distance=0.05, start=0.05),
+        force=ConstantForce(size=-5.0),
     )
     return iv.simulate(study.drives["cobotic"], scenario, title="Cobotic")
 
@@ -38,7 +37,7 @@ def slip(study):
         output_step=0.001,
         steering="locked",
         load_mass=0.8,
-        force=ForceProfile(shape="step", size=-90.0, start=0.03),
+        force=StepForce(size=-90.0, start=0.03),
     )
     return iv.simulate(study.drives["cobotic"], scenario, title="Cobotic")
 
@@ -137,7 +136,7 @@ def test_the_page_stands_alone_and_names_the_reconstruction(saved):
 
 def test_the_page_speaks_of_a_cylinder_only_where_there_is_one(study, saved, tmp_path):
     assert "; cylinder running;" in saved["run.html"].read_text("utf-8")
-    scenario = Scenario(duration=0.02, load_mass=0.8, force=ForceProfile(size=-5.0))
+    scenario = Scenario(duration=0.02, load_mass=0.8, force=ConstantForce(size=-5.0))
     page, *_ = iv.save(iv.simulate(study.drives["motor2-gear4"], scenario, title="Geared"), tmp_path)
     assert "cylinder" not in page.read_text("utf-8")
 
@@ -149,7 +148,7 @@ def test_power_of_the_supply_is_the_rate_of_its_energy(study):
         duration=0.2,
         output_step=0.0005,
         load_mass=0.8,
-        motion=MotionProfile(shape="sinusoid", distance=0.01, frequency=5.0),
+        motion=Sinusoid(distance=0.01, frequency=5.0),
     )
     result = iv.simulate(drive, scenario)
     energy = result.trajectory.supplied["supply"] + result.trajectory.supplied["steering supply"]

@@ -7,11 +7,9 @@ import typing
 import pytest
 
 import infinivar as iv
-from infinivar import units
+from infinivar import DutyCycle, Scenario, units
 from infinivar._core.fields import check_value
 from infinivar.errors import InputError
-from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.motion.scenario import Scenario
 from infinivar.study import schema
 from infinivar.study.catalogue import gearheads, motors
 from infinivar.study.load import shipped_study
@@ -209,6 +207,7 @@ def test_a_drive_that_there_is_not(study):
 def parts_of(part):
     """A part with all that its tables hold."""
     inner = [schema.part_of(hint) for hint in typing.get_type_hints(part).values()]
+    inner += [kind for field in schema.in_kinds(part) for kind in field.metadata["kinds"].values()]
     return {part}.union(*(parts_of(one) for one in inner if one is not None))
 
 

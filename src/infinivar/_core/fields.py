@@ -40,6 +40,19 @@ def component(meaning: str, **default: Any) -> Any:
     return dataclasses.field(**default, metadata={"meaning": meaning})
 
 
+def tagged(meaning: str, kinds: Mapping[str, type], *, flat: bool = False, **default: Any) -> Any:
+    """Dataclass field for one of several kinds of value, each a class with its own fields.
+
+    Parameters
+    ----------
+    meaning : str     One line for schemas and reference pages.
+    kinds : mapping   Classes by the word with which a study asks for them in `shape`; the first if it does not say.
+    flat : bool       Whether the kind's keys stand in the table of the owner, or in a table of their own.
+    default           As for `dataclasses.field`.
+    """
+    return dataclasses.field(**default, metadata={"meaning": meaning, "kinds": kinds, "flat": flat})
+
+
 def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
     """Raise ParameterError with field, value and unit unless every element is finite and within the bound.
 
@@ -87,9 +100,18 @@ def check(instance: Any) -> None:
             words = ", ".join(str(option) for option in options if option is not None)
             raise ParameterError(f"{name} must be one of {words}, got {said!r}{hint}")
     for field in dataclasses.fields(instance):
+        if "unit" not in field.metadata:
+            continue
         value = getattr(instance, field.name)
-        if "unit" in field.metadata and (value is not None or field.default is not None):
+        if value is not None or field.default is not None:
             check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
+
+
+def check_kind(field: str, value: Any, kinds: Mapping[str, type], method: str) -> None:
+    """Raise ParameterError unless a value has the method by which values of these kinds are used."""
+    names = ", ".join(kind.__name__ for kind in kinds.values())
+    usable = callable(getattr(value, method, None)) and not isinstance(value, type)
+    require(usable, field, repr(value), f"one of {names}")
 
 
 def check_choice(

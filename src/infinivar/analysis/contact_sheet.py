@@ -246,11 +246,11 @@ def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> N
     add("creep stiffness", "C", groups.creep_stiffness, "N", "kN", how)
     add("slip force", "mu P", groups.slip_force, "N", "N", "")
     add("creep group", "K", groups.creep_group, "1", "1", "C/(mu P)")
-    for law in creep.LAWS:
-        if law == "faulring":
+    for name, law in creep.LAWS.items():
+        if law.flow_factor is not None:
             continue  # below 70 % of the slip force it is the linear law
-        how = f"at half the slip force, law {law}{', in use' if law == element.creep_law else ''}"
-        creepage = creep.law(law).creepage(HALF) / groups.creep_group
+        how = f"at half the slip force, law {name}{', in use' if law == element.creep_law else ''}"
+        creepage = law.creepage(HALF) / groups.creep_group
         add("creepage", "u/|v|", creepage, "1", "‰", how)
 
 
@@ -322,7 +322,7 @@ def _life(
     hardness = min((body.hardness for body in geometry.bodies.values() if body.hardness is not None), default=None)
     if geometry.wear_coefficient is None or hardness is None:
         return
-    creepage = creep.law(element.creep_law).creepage(HALF) / groups.creep_group
+    creepage = element.creep_law.creepage(HALF) / groups.creep_group
     distance = wear.rolling_distance(
         depth=WORN,
         track_radius=element.wheel_radius,

@@ -46,7 +46,7 @@ def rows(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: str)
     source   The data in words.
     """
     rows: list[Fitted] = []
-    if fit.law != drive.transmission.creep_law:
+    if fit.law != drive.transmission.creep_law.name:
         rows.append(Fitted("transmission.creep_law", fit.law, "", "fitted", source, None, ""))
 
     def add(path: str, value: float, unit: str, parameter: str, scale: float = 1.0) -> None:

@@ -152,8 +152,8 @@ class Problem:
 
     @property
     def law(self) -> str:
-        """Creep law of the model."""
-        return self.drive.transmission.creep_law
+        """Name of the model's creep law."""
+        return self.drive.transmission.creep_law.name
 
     def farthest(self, unknowns: np.ndarray) -> np.ndarray:
         """How far off the farthest reading of each run is, in standard deviations. (n,)"""

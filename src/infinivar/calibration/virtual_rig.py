@@ -17,7 +17,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
-from infinivar.motion.profiles import ForceProfile
+from infinivar.motion.forces import ConstantForce
 from infinivar.motion.scenario import Scenario
 from infinivar.study.rig import Rig
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -276,7 +276,7 @@ def _simulated(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
             link="free",
             steering="held" if setting.steering_angle else "locked",
             steering_angle=setting.steering_angle or None,
-            force=ForceProfile(size=-weight) if weight else None,
+            force=ConstantForce(size=-weight) if weight else None,
             load_mass=setting.mass or None,
             stick_speed=_STICK_SPEED,
         ),

@@ -12,7 +12,7 @@ any spin, and "vermeulen-johnson", in the form of shen1983, for a little.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
 from infinivar.contact import fastsim, kalker
@@ -36,12 +36,13 @@ from infinivar.contact.laws import (
 from infinivar.errors import ParameterError, nearest
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class CreepLaw:
-    """One law, by its parts.
+    """One law, by its formulas. A study asks for the shipped ones by name; a wheel takes any, as a value.
 
     Attributes
     ----------
+    name : for reports, and for studies if it is a shipped one
     creepage : force ratio -> scaled creepage; finite beyond slip, too
     slope : force ratio -> derivative of the scaled creepage, finite and >= 0
     force : scaled creepage -> force ratio
@@ -49,6 +50,7 @@ class CreepLaw:
     flow_factor : force ratio -> factor on the link speed and its derivative, or None where the law is a creep law alone
     """
 
+    name: str
     creepage: Callable[[Array], Array]
     slope: Callable[[Array], Array]
     force: Callable[[Array], Array]
@@ -60,55 +62,63 @@ class CreepLaw:
         """Whether force and creepage are proportional up to slip."""
         return self.slip_creepage == 1.0
 
+    def __str__(self) -> str:
+        """The name alone."""
+        return self.name
 
-LAWS = {
-    "linear": CreepLaw(creepage=linear_creepage, slope=linear_slope, force=linear_force, slip_creepage=1.0),
-    "faulring": CreepLaw(
-        creepage=linear_creepage,
-        slope=linear_slope,
-        force=linear_force,
-        slip_creepage=1.0,
-        flow_factor=faulring_flow_factor,
-    ),
-    "vermeulen-johnson": CreepLaw(
-        creepage=vermeulen_johnson_creepage,
-        slope=vermeulen_johnson_slope,
-        force=vermeulen_johnson_force,
-        slip_creepage=VERMEULEN_JOHNSON_SLIP,
-    ),
-    "polach": CreepLaw(creepage=polach_creepage, slope=polach_slope, force=polach_force, slip_creepage=float("inf")),
-    "fastsim": CreepLaw(
-        creepage=fastsim_creepage, slope=fastsim_slope, force=fastsim_force, slip_creepage=FASTSIM_SLIP
-    ),
-}
+    def __repr__(self) -> str:
+        """The name; formulas are functions and have no short form."""
+        return f"CreepLaw({self.name!r})"
 
 
-def law(name: str) -> CreepLaw:
-    """The creep law of that name.
+LINEAR = CreepLaw(name="linear", creepage=linear_creepage, slope=linear_slope, force=linear_force, slip_creepage=1.0)
+FAULRING = replace(LINEAR, name="faulring", flow_factor=faulring_flow_factor)
+VERMEULEN_JOHNSON = CreepLaw(
+    name="vermeulen-johnson",
+    creepage=vermeulen_johnson_creepage,
+    slope=vermeulen_johnson_slope,
+    force=vermeulen_johnson_force,
+    slip_creepage=VERMEULEN_JOHNSON_SLIP,
+)
+POLACH = CreepLaw(
+    name="polach", creepage=polach_creepage, slope=polach_slope, force=polach_force, slip_creepage=float("inf")
+)
+FASTSIM = CreepLaw(
+    name="fastsim", creepage=fastsim_creepage, slope=fastsim_slope, force=fastsim_force, slip_creepage=FASTSIM_SLIP
+)
+
+LAWS = {law.name: law for law in (LINEAR, FAULRING, VERMEULEN_JOHNSON, POLACH, FASTSIM)}
+"""The shipped laws by name."""
+
+
+def law(wanted: str | CreepLaw) -> CreepLaw:
+    """The shipped creep law of that name; a law as it is.
 
     Raises
     ------
     ParameterError
         If there is none; the message names those there are.
     """
-    if name not in LAWS:
-        raise ParameterError(f"creep_law must be one of {', '.join(LAWS)}, got {name!r}{nearest(name, LAWS)}")
-    return LAWS[name]
+    if isinstance(wanted, CreepLaw):
+        return wanted
+    if not isinstance(wanted, str) or wanted not in LAWS:
+        hint = nearest(wanted, LAWS) if isinstance(wanted, str) else ""
+        raise ParameterError(f"creep_law must be one of {', '.join(LAWS)}, got {wanted!r}{hint}")
+    return LAWS[wanted]
 
 
-def law_in_motion(name: str) -> CreepLaw:
-    """The creep law of that name, for motion that changes in time.
+def law_in_motion(found: CreepLaw) -> CreepLaw:
+    """The law itself, if it serves for motion that changes in time.
 
     Raises
     ------
     ParameterError
-        If there is none, or it has a flow loss, with which two steering angles can give one motion.
+        If it has a flow loss, with which two steering angles can give one motion.
     """
-    found = law(name)
     if found.flow_factor is not None:
         lawful = ", ".join(known for known, other in LAWS.items() if other.flow_factor is None)
         raise ParameterError(
-            f"creep_law must be one of {lawful} for motion in time, got {name!r}: its flow loss is for steady motion only"
+            f"creep_law must be one of {lawful} for motion in time, got {found.name!r}: its flow loss is for steady motion only"
         )
     return found
 
@@ -116,12 +126,12 @@ def law_in_motion(name: str) -> CreepLaw:
 _find = law  # below, `law` is the name that is looked for
 
 
-def lateral_force(law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
+def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
     """Lateral force under a lateral creepage, without spin.
 
     Parameters
     ----------
-    law : str                   Name of the law. The flow loss of "faulring" is no part of it.
+    law : str or CreepLaw       The law, or the name of a shipped one. The flow loss of "faulring" is no part of it.
     k : (...,) float            C22 G a b upsilon/(3 mu N), may be infinite. [-]
     a_over_b : (...,) float     Rolling over lateral semi-axis of the patch. [-]
     poisson : (...,) float      Poisson ratio of the bodies. [-]
@@ -142,12 +152,12 @@ def lateral_force(law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.
     return found.force(3.0 * _broadcast(k, a_over_b, poisson))
 
 
-def lateral_creep(law: str, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
+def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
     """Lateral creepage that a lateral force needs, without spin: the inverse of `lateral_force`.
 
     Parameters
     ----------
-    law : str                      Name of the law. The flow loss of "faulring" is no part of it.
+    law : str or CreepLaw          The law, or the name of a shipped one. The flow loss of "faulring" is no part of it.
     force_ratio : (...,) float     Fy/(mu N). [-]
     a_over_b, poisson : (...,) float   As in `lateral_force`. [-]
 
@@ -172,7 +182,7 @@ def lateral_creep(law: str, force_ratio: Array, a_over_b: Array = 1.0, poisson: 
 
 
 def planar_force(
-    law: str, k_x: Array, k_y: Array, psi: Array = 0.0, a_over_b: Array = 1.0, poisson: Array = 0.3
+    law: str | CreepLaw, k_x: Array, k_y: Array, psi: Array = 0.0, a_over_b: Array = 1.0, poisson: Array = 0.3
 ) -> tuple[Array, Array]:
     """Longitudinal and lateral force under creep in both directions and spin.
 
@@ -182,7 +192,7 @@ def planar_force(
 
     Parameters
     ----------
-    law : str                 Name of the law. The flow loss of "faulring" is no part of it.
+    law : str or CreepLaw     The law, or the name of a shipped one. The flow loss of "faulring" is no part of it.
     k_x : (...,) float        C11 G a b ux/(3 mu N), finite. [-]
     k_y : (...,) float        C22 G a b uy/(3 mu N), finite. [-]
     psi : (...,) float        C23 G (a b)^1.5 phi/(mu N), finite. [-]
@@ -202,7 +212,7 @@ def planar_force(
     Source: shen1983, kalker1982, vermeulen1964, polach2005, by law.
     """
     found = _find(law)
-    if law == "fastsim":
+    if found == FASTSIM:
         linear = kalker.coefficients(a_over_b, poisson)
         patch = fastsim.forces(k_x, k_y, psi, a_over_b, linear.c11 / linear.c22)
         return patch.fx, patch.fy

@@ -38,7 +38,7 @@ def data(sheet: ContactSheet, count: int = 41) -> dict[str, Any]:
         )
         patches[degrees] = (1e3 * turned.patch.a, 1e3 * turned.patch.b, turned.rotation)
     scaled = np.linspace(0.0, 4.0, 301)
-    laws = {name: creep.law(name).force(scaled) for name in creep.LAWS if name != "faulring"}
+    laws = {name: law.force(scaled) for name, law in creep.LAWS.items() if law.flow_factor is None}
     duty = Duty(cylinder_speed=drive.cylinder_speed, link_force=HALF * float(groups.slip_force), ratio=RATIO)
     preload = np.linspace(0.45, 2.0, count) * element.preload
     return {
@@ -46,7 +46,7 @@ def data(sheet: ContactSheet, count: int = 41) -> dict[str, Any]:
         "peak_pressure": element.contact.patch.peak_pressure,  # type: ignore[union-attr]
         "creepage": 1e3 * scaled / groups.creep_group,
         "laws": laws,
-        "law": element.creep_law,
+        "law": element.creep_law.name,
         "preload": element.preload,
         "duty": duty,
         "trend": sweep(element, "preload", preload, [duty])[0],

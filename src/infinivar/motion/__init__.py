@@ -1,1 +1,1 @@
-"""What a load does over time: courses, profiles, duty cycles, scenarios and recordings."""
+"""What a load does over time: one family of motions and forces, the duty cycles and scenarios that use them."""

@@ -8,15 +8,23 @@ from typing import Literal
 from annotated_types import Gt, Interval
 
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check, check_choice, component, quantity
+from infinivar._core.fields import check, check_choice, check_kind, component, quantity, tagged
 from infinivar.errors import ParameterError
-from infinivar.motion.profiles import ForcePath, ForceProfile, MotionPath, MotionProfile
+from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
+from infinivar.motion.motion import Force, Motion
+from infinivar.motion.motions import Cruise, Reach, Rest, Sinusoid, Step
+from infinivar.motion.recordings import RecordedForce, Waypoints
+from infinivar.motion.task import Task
+
+MOTIONS: dict[str, type] = {kind.shape: kind for kind in (Rest, Cruise, Sinusoid, Step, Reach, Waypoints)}
+FORCES: dict[str, type] = {kind.shape: kind for kind in (ConstantForce, SinusoidalForce, StepForce, RecordedForce)}
+"""Kinds of motion and force that a scenario's table can ask for, by the word in `shape`; the first if it has none."""
 
 _MOST_RESULTS = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scenario:
+class Scenario(Task):
     """One run of a drive in time.
 
     - `link` ``controlled``: the drive's controllers follow `motion`; ``imposed``: the load is moved from outside exactly
@@ -32,17 +40,13 @@ class Scenario:
         If a field is outside its range or does not go with another; the message names it.
     """
 
-    title: str = component("Name for reports", default="")
     duration: float = quantity("s", Gt(0), "How long the run is")
     output_step: float | None = quantity(
         "s", Gt(0), "Time between results; a thousandth of the run if left out", default=None
     )
     link: Literal["controlled", "imposed", "free"] = component("Who moves the link", default="controlled")
-    motion: MotionProfile | MotionPath | None = component(
-        "Motion of the link; it holds still if left out", default=None
-    )
-    force: ForceProfile | ForcePath | None = component("Force on the load from outside; none if left out", default=None)
-    load_mass: float | None = quantity("kg", Gt(0), "Mass of the load; the requirement's if left out", default=None)
+    motion: Motion | None = tagged("Motion of the link; it holds still if left out", MOTIONS, default=None)
+    force: Force | None = tagged("Force on the load from outside; none if left out", FORCES, default=None)
     steering: Literal["controlled", "locked", "decoupled", "held"] = component(
         "What the steering does", default="controlled"
     )
@@ -64,6 +68,9 @@ class Scenario:
     def __post_init__(self) -> None:
         """Refuse what does not go together."""
         check(self)
+        check_kind("motion", self.path, MOTIONS, "at")
+        if self.force is not None:
+            check_kind("force", self.force, FORCES, "value")
         if self.output_step is not None and self.duration / self.output_step > _MOST_RESULTS:
             least = self.duration / _MOST_RESULTS
             raise ParameterError(
@@ -79,12 +86,12 @@ class Scenario:
             raise ParameterError("motion means nothing with link = 'free'; leave it out")
         if self.link == "imposed" and self.force is not None:
             raise ParameterError("force means nothing with link = 'imposed': the motion is given; leave it out")
-        if self.link == "imposed" and self.motion is not None and self.motion.shape == "step":
+        if self.link == "imposed" and isinstance(self.motion, Step):
             raise ParameterError("motion.shape = 'step' cannot be imposed: it needs an infinite force; use reach")
         if self.link == "controlled" and self.steering != "controlled" and self.motion is not None:
             raise ParameterError(f"motion means nothing with steering = {self.steering!r}; leave it out, or impose it")
 
     @property
-    def path(self) -> MotionPath:
+    def path(self) -> Motion:
         """The motion, holding still if none is given."""
-        return self.motion or MotionProfile()
+        return Rest() if self.motion is None else self.motion

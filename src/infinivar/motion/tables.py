@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import functools
 import io
 import math
 import re
@@ -28,7 +27,7 @@ def read_columns(
     *,
     units_needed: bool = True,
     rising: str | None = "time",
-) -> tuple[Mapping[str, list[float]], list[int]]:
+) -> tuple[dict[str, list[float]], list[int]]:
     """Columns of a CSV file.
 
     Parameters
@@ -41,7 +40,7 @@ def read_columns(
 
     Returns
     -------
-    columns : mapping     Values in SI by name.
+    columns : dict        Values in SI by name.
     lines : list of int   Line of the file that each row stands in.
 
     Raises
@@ -51,19 +50,6 @@ def read_columns(
     """
     path = Path(file)
     content = files.read(path, _MOST_BYTES)
-    return _read(path, content, wanted, required, units_needed, rising)
-
-
-@functools.lru_cache(maxsize=16)
-def _read(
-    path: Path,
-    content: bytes,
-    wanted: tuple[tuple[str, str], ...],
-    required: tuple[str, ...],
-    units_needed: bool,
-    rising: str | None,
-) -> tuple[Mapping[str, list[float]], list[int]]:
-    """The columns of a file with this content: a study asks for them several times."""
     values: dict[str, list[float]] = {}
     numbers: list[int] = []
     try:

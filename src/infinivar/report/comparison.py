@@ -12,7 +12,6 @@ from infinivar.analysis.compare import Comparison
 from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.figures import duty_cycle, losses, operating_map, style
 from infinivar.limits import words_of
-from infinivar.motion.duty_cycles import CUTOFF
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report import numbers
 from infinivar.report.output import all_or_nothing
@@ -70,7 +69,6 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
         loss_figure=images["losses"],
         duty=[(found, images[f"duty-{task}"]) for task, found in comparison.duty.items()],
         provenance=provenance_tables(study.provenance),
-        cutoff=CUTOFF,
         words_of=words_of,
         audit_tolerance=AUDIT_TOLERANCE,
         band=band,

@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Any
 
 from infinivar._core.fields import hints
+from infinivar.contact.creep import CreepLaw
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.parts.motor import Motor
 from infinivar.study.layers import Raw, over_parts
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.schema import CATALOGUES, Entry, described, keys, part_of, table_keys
+from infinivar.study.schema import (
+    CATALOGUES,
+    ORIGIN,
+    SHAPE,
+    Entry,
+    Key,
+    described,
+    in_kinds,
+    keys,
+    kind_keys,
+    part_of,
+    shape_key,
+    table_keys,
+)
 from infinivar.study.study import DEFAULT, Provenance
 
 
@@ -32,34 +46,93 @@ def built_part(part: type, key: str) -> Any:
 def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) -> Any:
     """The dataclass that a table describes; appends the provenance of its values to `rows`."""
     faults: list[str] = []
-    checked = _read(part, over_parts(part, tree, path), path, faults)
+    tree = over_parts(part, tree, path)
+    made: dict[str, Any] = {}
+    for field in in_kinds(part):
+        try:
+            if field.metadata["flat"]:
+                known = kind_keys(field)
+                made[field.name] = _kind(field, {key: tree.pop(key) for key in known if key in tree}, path)
+            elif field.name in tree:
+                made[field.name] = _kind(field, tree.pop(field.name), f"{path}.{field.name}")
+        except StudyError as found:
+            faults += found.lines
+    checked = _read(part, tree, path, faults)
     if faults:
         raise StudyError(*faults)
-    return _instance(part, checked, path, owner, "", rows)
+    return _instance(part, checked, path, owner, "", rows, made)
+
+
+def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
+    """The value that a table describes of a field that comes in kinds: `shape` tells which, and so which other keys it has.
+
+    Raises
+    ------
+    StudyError
+        If a value is wrong, one is missing that the kind needs, or one is given that it does not have.
+    """
+    kinds, faults = field.metadata["kinds"], []
+    if not isinstance(tree, dict) or "value" in tree:
+        written = tree["value"] if isinstance(tree, dict) else tree
+        raise StudyError(f"{path} = {quoted(written)} must be a table [{path}]")
+    asked = _values({SHAPE: shape_key(tuple(kinds))}, tree, path, faults)
+    if faults:
+        raise StudyError(*faults)
+    shape = asked[SHAPE].value if asked else next(iter(kinds))
+    own = table_keys(kinds[shape])
+    given = _values(own, tree, path, faults)
+    _refuse_unknown(tree, kind_keys(field), [*kind_keys(field), *ORIGIN], path, faults)
+    faults = faults or [*_misfits(tree, own, shape, path)]
+    if faults:
+        raise StudyError(*faults)
+    # A kind that a file holds is read from it, now and never again.
+    make = getattr(kinds[shape], "read", kinds[shape])
+    return _made(make, {name: entry.value for name, entry in given.items()}, path)
+
+
+def _misfits(tree: Raw, own: Mapping[str, Key], shape: str, path: str) -> Iterator[str]:
+    """A line for each key that a kind needs and a table lacks, and for each that it has and the kind does not."""
+    for name, key in own.items():
+        if key.required and name not in tree:
+            yield f"{path}.{name} is missing: shape = {shape!r} needs it"
+    for name in tree:
+        if name not in own and name != SHAPE:
+            yield f"{path}.{name} means nothing with shape = {shape!r}; leave it out"
+
+
+def _values(known: Mapping[str, Key], tree: Raw, path: str, faults: list[str]) -> dict[str, Entry]:
+    """The entries of a table, by key; appends a line to `faults` for each that is wrong."""
+    said: dict[str, Entry] = {}
+    for name, key in known.items():
+        if key.read is not None and name in tree:
+            try:
+                said[name] = key.read(tree[name])
+            except ValueError as problem:
+                faults.append(f"{path}.{name}{_shown(tree[name])} {problem}")
+    return said
+
+
+def _refuse_unknown(tree: Raw, known: Container[str], words: list[str], path: str, faults: list[str]) -> None:
+    """Append a line to `faults` for each key of a table that is not known; `words` are those to choose from."""
+    for name, raw in tree.items():
+        if name not in known:
+            hint = f"{nearest(name, words)}; known are {', '.join(words)}"
+            faults.append(f"{path}.{printable(name)}{_shown(raw)} is not a known key{hint}")
 
 
 def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]:
     """What a table says, by key: an entry each, or what the table of a part says; appends a line a fault to `faults`."""
     known = table_keys(part)
-    said: dict[str, Any] = {}
+    said: dict[str, Any] = dict(_values(known, tree, path, faults))
     for name, key in known.items():
-        here, raw = f"{path}.{name}", tree.get(name, {})
+        here = f"{path}.{name}"
         if name not in tree:
             if key.required:
                 hint = f"; write a table [{here}]" if key.part is not None else ""
                 faults.append(f"{here} is missing ({key.meaning}){hint}")
         elif key.part is not None:
-            said[name] = _read(key.part, raw, here, faults)
-        elif key.read is not None:
-            try:
-                said[name] = key.read(raw)
-            except ValueError as problem:
-                faults.append(f"{here}{_shown(raw)} {problem}")
-    for name in tree:
-        if name not in known:
-            words = keys(part)
-            hint = f"{nearest(name, words)}; known are {', '.join(words)}"
-            faults.append(f"{path}.{printable(name)}{_shown(tree[name])} is not a known key{hint}")
+            said[name] = _read(key.part, tree[name], here, faults)
+    _refuse_unknown(tree, known, keys(part), path, faults)
     return said
 
 
@@ -67,11 +140,27 @@ def _shown(raw: Any) -> str:
     return f" = {quoted(raw['value'])}" if isinstance(raw, dict) and "value" in raw else ""
 
 
+def _made(make: Callable[..., Any], values: Mapping[str, Any], path: str) -> Any:
+    """What a class makes of its values, with the path of the table in its messages."""
+    try:
+        return make(**values)
+    except ParameterError as problem:
+        raise StudyError(f"{path}.{problem}") from None
+    except InputError as problem:
+        raise StudyError(f"{path}: {problem}") from None
+
+
 def _instance(
-    part: type, checked: Mapping[str, Any], path: str, owner: str, prefix: str, rows: list[Provenance]
+    part: type,
+    checked: Mapping[str, Any],
+    path: str,
+    owner: str,
+    prefix: str,
+    rows: list[Provenance],
+    made: Mapping[str, Any] | None = None,
 ) -> Any:
-    """Dataclass instance from a validated table, its parts first."""
-    values: dict[str, Any] = {}
+    """Dataclass instance from a validated table, its parts first; `made` are values of it that there are already."""
+    values: dict[str, Any] = dict(made or {})
     for field in described(part):
         given = checked.get(field.name)
         unit = field.metadata.get("unit", "")
@@ -87,17 +176,12 @@ def _instance(
         elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
             default = Entry(field.default, field.default, "assumed", DEFAULT)
             rows.append(_row(owner, here, default, unit))
-    try:
-        made = part(**values)
-    except ParameterError as problem:
-        raise StudyError(f"{path}.{problem}") from None
-    except InputError as problem:
-        raise StudyError(f"{path}: {problem}") from None
+    instance = _made(part, values, path)
     scale = checked.get("scale")
     if part is Motor and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))
-        made = made.scaled(scale.value)
-    return made
+        instance = instance.scaled(scale.value)
+    return instance
 
 
 def _row(owner: str, field: str, entry: Entry, unit: str) -> Provenance:
@@ -105,7 +189,7 @@ def _row(owner: str, field: str, entry: Entry, unit: str) -> Provenance:
         owner=owner,
         field=field,
         written=str(entry.written),
-        value=entry.value,
+        value=entry.value.name if isinstance(entry.value, CreepLaw) else entry.value,
         unit=unit,
         kind=entry.kind or "assumed",
         where=entry.where or "",

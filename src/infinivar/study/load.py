@@ -6,7 +6,7 @@ import contextlib
 import re
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -188,9 +188,7 @@ class _Loading:
         for task, description in self.raw.get(group, {}).items():
             with self.collecting():
                 _check_name(group, task, self.raw[group])
-                one = _task(description, group, kind, task, self.origin, self.path)
-                walks = isinstance(one, DutyCycle) and one.shape == "walking"  # its torque moves the leg's mass, too
-                made[task] = one if one.load_mass is not None or walks else replace(one, load_mass=load_mass)
+                made[task] = _task(description, group, kind, task, self.origin, self.path).loaded(load_mass)
         return made
 
     def rig(self) -> Rig:

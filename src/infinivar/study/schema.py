@@ -11,7 +11,7 @@ import dataclasses
 import functools
 import types
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -42,8 +42,8 @@ KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 DRIVES: dict[str, type] = {"cobotic": CoboticDrive, "conventional": ConventionalDrive}
 """Drive types by the word that names them in a study file."""
 
-CHOICES: dict[str, tuple[str, ...]] = {"creep_law": tuple(creep.LAWS)}
-"""Words that a field typed as plain text accepts."""
+CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
+"""Values that a field accepts, by the word with which a study asks for them."""
 
 CATALOGUES: dict[Any, Any] = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
 """Parts that a table can take from a catalogue, and which."""
@@ -58,6 +58,9 @@ SPREAD = {
     "high": "Largest value of that range",
 }
 """Keys of a table that says how far a value may be off."""
+
+SHAPE = "shape"
+"""Key that tells of which kind a motion or a force is."""
 
 ORIGIN = ("kind", "where")
 """Keys of any table that say where its values come from."""
@@ -155,12 +158,14 @@ def _quantity(unit: str, bound: Bound) -> Key:
     return _leaf(read, {"type": "string", "pattern": r"^\s*[+-]?[\d.]", "examples": [well]})
 
 
-def _choice(options: tuple[Any, ...]) -> Key:
+def _choice(options: tuple[Any, ...], values: Mapping[str, Any] | None = None) -> Key:
+    """Key of one of several words; `values` are what they stand for, if not for themselves."""
+
     def read(raw: Any, unit: str | None) -> Any:
         if unit is not None or raw not in options or isinstance(raw, bool):
             hint = nearest(raw, [word for word in options if isinstance(word, str)]) if isinstance(raw, str) else ""
             raise InputError(f"must be one of {', '.join(map(str, options))}{hint}")
-        return raw
+        return raw if values is None else values[raw]
 
     return _leaf(read, {"enum": list(options)})
 
@@ -176,7 +181,7 @@ def _text() -> Key:
     return _leaf(read, {"type": "string"})
 
 
-def _key(hint: Any, field: dataclasses.Field) -> Key:
+def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     """Key of a table for a field of a dataclass."""
     if "unit" in field.metadata:
         return _quantity(field.metadata["unit"], field.metadata["bound"])
@@ -185,23 +190,44 @@ def _key(hint: Any, field: dataclasses.Field) -> Key:
         return Key(part=part)
     if typing.get_origin(hint) is Literal:
         return _choice(typing.get_args(hint))
-    return _choice(CHOICES[field.name]) if field.name in CHOICES else _text()
+    if field.name in CHOICES:
+        return _choice(tuple(CHOICES[field.name]), CHOICES[field.name])
+    return _text()
 
 
 def part_of(hint: Any) -> type | None:
-    """The dataclass that a type hint names, if it names one."""
+    """The dataclass with a table of its own that a type hint names, if it names one."""
     kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
-    return next((kind for kind in kinds if dataclasses.is_dataclass(kind)), None)  # type: ignore[return-value]
+    return next((kind for kind in kinds if dataclasses.is_dataclass(kind) and described(kind)), None)  # type: ignore[arg-type, return-value]
 
 
 def described(part: type) -> list[dataclasses.Field[Any]]:
-    """Fields of a part that a table can give; those that follow from others are left out."""
-    return [field for field in dataclasses.fields(part) if field.init]
+    """Fields of a part that a table gives as they are; those that follow from others, or come in kinds, are left out."""
+    found = (field for field in dataclasses.fields(part) if field.init)
+    return [field for field in found if "meaning" in field.metadata and "kinds" not in field.metadata]
+
+
+def in_kinds(part: type) -> list[dataclasses.Field[Any]]:
+    """Fields of a part whose value is one of several kinds, told by the word in `shape`."""
+    return [field for field in dataclasses.fields(part) if "kinds" in field.metadata]
+
+
+def kind_keys(field: dataclasses.Field[Any]) -> list[str]:
+    """`shape`, and every key of a field's kinds."""
+    kinds = field.metadata["kinds"].values()
+    return [SHAPE, *dict.fromkeys(key for kind in kinds for key in table_keys(kind))]
+
+
+@functools.cache
+def shape_key(words: tuple[str, ...]) -> Key:
+    """The key that tells the kind."""
+    return replace(_choice(words), meaning="Kind: what the other keys are depends on it")
 
 
 def keys(part: type) -> list[str]:
     """Every key that the table of a part may have."""
-    known = [*table_keys(part), *(["part"] if part in CATALOGUES else []), *ORIGIN]
+    kinds = [key for field in in_kinds(part) for key in (kind_keys(field) if field.metadata["flat"] else [field.name])]
+    known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
     return [
         *known,
         *(HEAD if part in DRIVES.values() else ["base"] if part in (Requirement, Scenario, DutyCycle) else []),
@@ -239,6 +265,22 @@ def table(part: type) -> type[pydantic.BaseModel]:
     return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)
 
 
+def _kinds_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
+    """JSON Schemas of every key of a field's kinds, and of the one that tells them apart."""
+    kinds = field.metadata["kinds"]
+    shape = shape_key(tuple(kinds))
+    properties: dict[str, Any] = {SHAPE: {**(shape.schema or {}), "description": shape.meaning}}
+    for word, kind in kinds.items():
+        for name, key in table_keys(kind).items():
+            said = f"{word}: {key.meaning}"
+            before = properties.get(name)
+            properties[name] = {
+                **(key.schema or {}),
+                "description": f"{before['description']}; {said}" if before else said,
+            }
+    return properties
+
+
 def json_schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of a study file, for editors.
 
@@ -249,6 +291,19 @@ def json_schema() -> dict[str, Any]:
         schema = table(part).model_json_schema(ref_template="#/$defs/{model}")
         definitions.update(schema.pop("$defs", {}))
         definitions[part.__name__] = schema
+        for field in in_kinds(part):
+            if field.metadata["flat"]:
+                schema["properties"].update(_kinds_schema(field))
+                continue
+            name = field.name.capitalize()
+            schema["properties"][field.name] = {"$ref": f"#/$defs/{name}"}
+            definitions[name] = {
+                "type": "object",
+                "title": name,
+                "description": field.metadata["meaning"],
+                "properties": _kinds_schema(field),
+                "additionalProperties": False,
+            }
     origin = {
         "kind": {"enum": list(KINDS), "description": "Kind of every value in this table that names none"},
         "where": {"type": "string", "description": "Source of every value in this table that names none"},

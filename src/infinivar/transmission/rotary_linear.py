@@ -31,6 +31,7 @@ from infinivar._core.fields import check, component, quantity
 from infinivar._core.frozen import own
 from infinivar._core.labels import labelled
 from infinivar.contact import creep
+from infinivar.contact.creep import CreepLaw
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
 from infinivar.transmission.geometry import (
@@ -93,9 +94,9 @@ class RotaryLinearIVT:
     steering_range: float = quantity(
         "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle to either side", default=math.pi / 2
     )
-    creep_law: str = component(
+    creep_law: CreepLaw = component(
         "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach or fastsim",
-        default="linear",
+        default=creep.LINEAR,
     )
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
     _memo: dict[float, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
@@ -103,7 +104,7 @@ class RotaryLinearIVT:
     def __post_init__(self) -> None:
         """Refuse what is not physical, and press the wheel on the cylinder."""
         check(self)
-        creep.law(self.creep_law)
+        object.__setattr__(self, "creep_law", creep.law(self.creep_law))  # which may be given by its name
         given = [name for name in MEASURED if getattr(self, name) is not None]
         if self.geometry is not None:
             if given:
@@ -293,7 +294,7 @@ class RotaryLinearIVT:
         """Tangent of the steering angle for a motion, nan where none gives it, and whether the wheel can follow at all."""
         spin = xp.sign(omega)
         slope = safe_divide(xp, link_speed, self.cylinder_radius * xp.abs(omega), 0.0)
-        tangent = steering_tangent(xp, creep.law(self.creep_law), groups, slope, link_force / groups.slip_force)
+        tangent = steering_tangent(xp, self.creep_law, groups, slope, link_force / groups.slip_force)
         return spin * tangent, (spin != 0) | (link_speed == 0)
 
     def _at_force(
@@ -317,7 +318,7 @@ class RotaryLinearIVT:
         lateral = -(link_force + against_rolling * sine) * steering.secant
         ratio = lateral / slip_force
 
-        law = creep.law(self.creep_law)
+        law = self.creep_law
         rolls = possible & (xp.abs(ratio) <= 1.0)
         safe = xp.where(rolls, ratio, 0.0)
         creepage = law.creepage(safe) / groups.creep_group
@@ -381,7 +382,7 @@ class RotaryLinearIVT:
         creepage = safe_divide(xp, creep_speed, xp.abs(rolling_speed), 0.0)
         slides = (rolling_speed == 0) & (creep_speed != 0)
         creepage = xp.where(slides, signed_infinity(xp, creep_speed), creepage)
-        law = creep.law(self.creep_law)
+        law = self.creep_law
         ratio = law.force(creepage * groups.creep_group)
         slip_demand = self._slip_demand(xp, groups, ratio, creep_speed, rolling_speed)
         if law.flow_factor is not None:
@@ -410,7 +411,7 @@ class RotaryLinearIVT:
         self, xp: Any, groups: LossGroups, ratio: Array, creep_speed: Array, rolling_speed: Array
     ) -> Array:
         """How near the wheel is to sliding: by its lateral force or by its creepage, whichever is nearer; 1 is slip."""
-        most = groups.slip_creepage(creep.law(self.creep_law)) * (1.0 + _ROUNDED)
+        most = groups.slip_creepage(self.creep_law) * (1.0 + _ROUNDED)
         rolling = xp.abs(rolling_speed)
         rolling = xp.where(rolling > 0, rolling, 1.0 / BEYOND_ANY)  # a wheel may slide without rolling at all
         creepage = groups.creep_group * xp.abs(creep_speed) / (rolling * most)
@@ -424,7 +425,7 @@ class RotaryLinearIVT:
         cosine, sine = steering.cosine, steering.sine
         spin = xp.sign(omega)
         surface_speed = self.cylinder_radius * xp.abs(omega)
-        law = creep.law(self.creep_law)
+        law = self.creep_law
 
         def excess(ratio: Array) -> Array:
             creepage = law.creepage(ratio) / groups.creep_group

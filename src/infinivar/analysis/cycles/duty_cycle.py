@@ -321,7 +321,7 @@ def duty_cycle(
         demands=FrozenDict(demands),
         heat=FrozenDict(found),
         lacking=FrozenDict(lacking),
-        closure=performance.audit(point, duty.title or duty.shape),
+        closure=performance.audit(point, duty.title or duty.motion.shape),
         holding=holding(drive, float(np.max(np.abs(course.driving_force(mass).value)))),
         without_help=without_help,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.simulate import Simulation, simulate
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.motion.profiles import Motion
+from infinivar.motion.motion import MotionState
 from infinivar.motion.scenario import Scenario
 from infinivar.transmission.rates import Varying
 from infinivar.units import percent, plain, signed
@@ -43,7 +43,7 @@ def _places(size: float) -> int:
 class Repeated:
     """A motion or force of a duty cycle for a scenario: a periodic cubic spline, quick at single instants."""
 
-    shape = "duty cycle"
+    shape: ClassVar[str] = "duty cycle"
     breaks: Sequence[float] = ()
 
     def __init__(self, period: float, values: np.ndarray, begin: float) -> None:
@@ -62,13 +62,13 @@ class Repeated:
         """Whether the other repeats the same spline from the same time on."""
         return isinstance(other, Repeated) and vars(self) == vars(other)
 
-    def at(self, time: float) -> Motion:
+    def at(self, time: float) -> MotionState:
         """Value and its first two derivatives at a time [s]."""
         since = (self.begin + time) % self.period
         place = min(int(since / self.step), len(self.pieces) - 1)
         s = since - place * self.step
         cubic, square, linear, constant = self.pieces[place]
-        return Motion(
+        return MotionState(
             constant + s * (linear + s * (square + s * cubic)),
             linear + s * (2.0 * square + 3.0 * s * cubic),
             2.0 * square + 6.0 * s * cubic,

@@ -15,7 +15,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.graphs import controllers, plants
 from infinivar.errors import ParameterError
-from infinivar.motion.profiles import MotionPath
+from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.motor import Motor
 
@@ -43,7 +43,7 @@ class Machine:
 class _Speed:
     """The speed of a motion, as an input."""
 
-    path: MotionPath
+    path: Motion
 
     @property
     def breaks(self) -> Any:
@@ -91,7 +91,7 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
     graph = plants.cobotic_graph(
         drive,
-        load_mass=scenario.load_mass,
+        load_mass=scenario.load_mass or None,
         electrical=scenario.electrical,
         imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,
@@ -183,7 +183,7 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
     stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
     graph = plants.conventional_graph(
         drive,
-        load_mass=scenario.load_mass,
+        load_mass=scenario.load_mass or None,
         electrical=scenario.electrical,
         imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,

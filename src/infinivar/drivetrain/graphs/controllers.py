@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from infinivar.motion.profiles import Motion, MotionPath
+from infinivar.motion.motion import Motion, MotionState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,7 +94,7 @@ class Standstill:
     slow: float
     sliding: float
 
-    def near(self, rests: bool, goal: Motion, position: float) -> bool:
+    def near(self, rests: bool, goal: MotionState, position: float) -> bool:
         """Whether the load is to be stopped where it is; `rests` says whether it was left at rest so far."""
         room = 2.0 if rests else 1.0
         return abs(goal.speed) <= self.sliding and abs(goal.position - position) <= room * self.error
@@ -122,7 +122,7 @@ class CoboticController:
     run_up_time: float
     largest_angle: float
     held_angle: float | None
-    path: MotionPath
+    path: Motion
     standstill: Standstill
     started: Mapping[str, float]
     outputs: tuple[str, str]
@@ -142,7 +142,7 @@ class CoboticController:
         steering = 0.0 if rests else self.steering.act(wanted - measured["phi"], measured["phi_rate"], turning)
         return dict(zip(self.outputs, (cylinder, steering), strict=True)), (drive, rests)
 
-    def steer(self, goal: Motion, measured: Mapping[str, float], rests: bool) -> tuple[float, float, bool]:
+    def steer(self, goal: MotionState, measured: Mapping[str, float], rests: bool) -> tuple[float, float, bool]:
         """Steering angle wanted [rad], its speed [rad s^-1], and whether the link is left at rest with the wheel as it is."""
         if self.held_angle is not None:
             return self.held_angle, 0.0, False
@@ -183,7 +183,7 @@ class ConventionalController:
     driving: float
     driven: float
     full_speed: float
-    path: MotionPath | None
+    path: Motion | None
     standstill: Standstill
     holding: Callable[[float], float]
     """Current that holds the load at rest with the help of friction, of the current without it. [A]"""

@@ -49,7 +49,7 @@ def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
     )
 
 
-def _lateral(law: str, u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
+def _lateral(law: creep.CreepLaw, u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
     """Lateral force of the contact under a creep law."""
     return creepage.lateral_force(creep.law_in_motion(law), u, v, **given)
 

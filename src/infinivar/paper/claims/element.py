@@ -367,7 +367,7 @@ def e10(machine: Machine) -> Finding:
         "Steady creep of elastic bodies with Coulomb friction has no time scale, so no creep law here contains a speed: "
         f"the slip angle is the same from {speeds[0]:g} to {speeds[-1]:g} rad/s by any of {len(variants)} laws."
     )
-    return settle(found(machine.element.creep_law), why, variants)
+    return settle(found(machine.element.creep_law.name), why, variants)
 
 
 def e11(machine: Machine) -> Finding:

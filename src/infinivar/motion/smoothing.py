@@ -14,6 +14,7 @@ the mean speed over one wave, a motion is steady: its acceleration is zero there
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,7 +22,6 @@ import numpy as np
 
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
-from infinivar.motion.tables import read_columns
 from infinivar.units import percent, plain
 
 _DEVIATIONS = 3.0
@@ -63,7 +63,7 @@ _STEP = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class Smoothed:
     """A smoothed periodic quantity that stays constant in some stretches of time; derivatives up to the fourth.
 
     Attributes
@@ -120,42 +120,40 @@ def _blended(
     return [np.where(away < width, part + (0.0 if order else value), found[order]) for order, part in enumerate(made)]
 
 
-class Recorded(NamedTuple):
-    """What a file comes to: the period [s], the position [m], the force on the load [N] if it has one, and what to know."""
+class Cycle(NamedTuple):
+    """What a recording comes to: the period [s], the position [m], the force on the load [N] if it has one, and what to know."""
 
     period: float
-    motion: Recording
-    force: Recording | None
+    motion: Smoothed
+    force: Smoothed | None
     warnings: tuple[str, ...]
 
 
-def read(file: str, cutoff: float, resolution: float | None = None) -> Recorded:
-    """One cycle of a motion from a CSV file with the columns time and position or speed, and force.
+def smoothed(
+    file: str, columns: Mapping[str, np.ndarray], lines: Sequence[int], cutoff: float, resolution: float | None = None
+) -> Cycle:
+    """One cycle of a motion from recorded columns.
 
     Parameters
     ----------
-    file : str       Path.
-    cutoff : float   Nothing above this frequency is kept. [Hz]
+    file : str           Name of the recording in messages.
+    columns : mapping    Times that increase, either position or speed, and force if it was recorded, by name, in SI.
+    lines : sequence     Line of the file that each row stands in.
+    cutoff : float       Nothing above this frequency is kept. [Hz]
     resolution : float   Within which the load counts as unmoved; as the recording shows if left out. [m]
 
     Returns
     -------
-    Recorded
+    Cycle
 
     Raises
     ------
     InputError
-        If the file cannot be used; the message names the line.
+        If it is too short, or does not end where it begins.
     ParameterError
         If not even one wave of the cutoff fits into the recording.
     """
-    wanted = (("time", "s"), ("position", "m"), ("speed", "m/s"), ("force", "N"))
-    columns, lines = read_columns(file, wanted, ("time",))
-    if ("position" in columns) == ("speed" in columns):
-        raise InputError(
-            f"{file}: line 1 must name the columns time and position, or time and speed, not both nor neither"
-        )
-    time = np.array(columns["time"]) - columns["time"][0]
+    time = columns["time"] - columns["time"][0]
     if len(time) < _LEAST_ROWS:
         raise InputError(f"{file}: must have at least {_LEAST_ROWS} lines of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
@@ -176,8 +174,8 @@ def read(file: str, cutoff: float, resolution: float | None = None) -> Recorded:
     count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
     even = np.arange(count) * (period / count)
 
-    def made(name: str) -> Recording:
-        values = np.array(columns[name])
+    def made(name: str) -> Smoothed:
+        values = columns[name]
         raw = np.interp(even, time, values)
         closed = raw if name == "force" else np.interp(even, time, _closed(file, name, values, time / period, warnings))
         series = Series.through(period, closed, cutoff)
@@ -198,7 +196,7 @@ def read(file: str, cutoff: float, resolution: float | None = None) -> Recorded:
     motion = made("position" if "position" in columns else "speed")
     if resolution is None:
         warnings += _slow(file, motion, even, cutoff)
-    return Recorded(period, motion, made("force") if "force" in columns else None, tuple(warnings))
+    return Cycle(period, motion, made("force") if "force" in columns else None, tuple(warnings))
 
 
 class _Resolution(NamedTuple):
@@ -224,7 +222,7 @@ class _Resolution(NamedTuple):
 
 def _of_value(
     series: Series, courses: list[np.ndarray], closed: np.ndarray, cutoff: float, resolves: _Resolution, own: float
-) -> Recording:
+) -> Smoothed:
     """The recording of a position or a force: its series, its courses over three cycles, and one cycle made periodic.
 
     `own` is the resolution of the recording itself, whatever is asked for.
@@ -244,7 +242,7 @@ def _of_value(
     return _recording(series, closed, still, steady, cutoff, resolves.reach, own)
 
 
-def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves: _Resolution) -> Recording:
+def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves: _Resolution) -> Smoothed:
     """The recording of the position that a speed leads to, from the speed's series and its courses over three cycles."""
     count = courses[0].size // 3
     step = series.period / count
@@ -262,7 +260,7 @@ def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves
     return _recording(position, values, still, steady, cutoff, within, within)
 
 
-def _slow(file: str, motion: Recording, even: np.ndarray, cutoff: float) -> list[str]:
+def _slow(file: str, motion: Smoothed, even: np.ndarray, cutoff: float) -> list[str]:
     """A warning where the load hardly moves for a while and does not rest: noise that a filter has smoothed looks so."""
     position, speed = motion.derivatives(even, 1)
     step = float(even[1])
@@ -292,7 +290,7 @@ def _recording(
     cutoff: float,
     resolved: float,
     own: float,
-) -> Recording:
+) -> Smoothed:
     step, wave = series.period / values.size, 1.0 / cutoff
     stays = []
     for first, last in _stretches(still):
@@ -302,7 +300,7 @@ def _recording(
             first, last, inside = first + begin, first + end, inside[begin : end + 1]
         stays.append(_Stay(first * step, last * step, float(np.median(inside))))
     moving = [(first * step, last * step) for first, last in _stretches(_long(steady & ~still, wave / step))]
-    return Recording(
+    return Smoothed(
         series=series,
         stays=np.reshape(np.array(_apart(stays, series.period, wave, resolved), dtype=float), (-1, 3)),
         steady=np.reshape(np.array(moving, dtype=float), (-1, 2)),

@@ -1,0 +1,50 @@
+"""Arrays in frozen values: copied, locked, compared by their values, and still so after pickling."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+
+def locked(values: Any) -> np.ndarray:
+    """A copy of the values as floats that cannot be written to."""
+    array = np.array(values, dtype=float)
+    array.setflags(write=False)
+    return array
+
+
+class HoldsArrays:
+    """Base of frozen dataclasses with arrays among their fields, declared with ``eq=False``.
+
+    Two are equal if their compared fields are, arrays element by element; equal ones have one hash.
+    """
+
+    __slots__ = ()
+
+    def _compared(self) -> tuple[Any, ...]:
+        values = (getattr(self, field.name) for field in dataclasses.fields(self) if field.compare)  # type: ignore[arg-type]
+        return tuple((value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value for value in values)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether the other is of the same class and has the same values."""
+        return self._compared() == other._compared() if type(other) is type(self) else NotImplemented  # type: ignore[attr-defined]
+
+    def __hash__(self) -> int:
+        """From the compared values."""
+        return hash((type(self), self._compared()))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Rebuild with locked arrays: NumPy forgets the lock."""
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
+        return _rebuilt, (type(self), values)
+
+
+def _rebuilt(kind: type, values: dict[str, Any]) -> Any:
+    made = object.__new__(kind)
+    for name, value in values.items():
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+        object.__setattr__(made, name, value)
+    return made

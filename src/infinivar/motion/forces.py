@@ -1,0 +1,110 @@
+"""Forces on the load from outside, given by formula."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from annotated_types import Ge, Gt
+
+from infinivar._core.bounds import NonZero
+from infinivar._core.fields import check, quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstantForce:
+    """The same force all the time.
+
+    Raises
+    ------
+    ParameterError
+        If the field is outside its range.
+    """
+
+    shape: ClassVar[str] = "constant"
+    size: float = quantity("N", NonZero(), "Force, positive along the motion")
+
+    def __post_init__(self) -> None:
+        """Refuse what is outside its range."""
+        check(self)
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Times at which the force or its slope jumps. [s]"""
+        return ()
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        return self.size
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        return 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepForce:
+    """No force, then a constant one from `start` on.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range.
+    """
+
+    shape: ClassVar[str] = "step"
+    size: float = quantity("N", NonZero(), "Force after the step, positive along the motion")
+    start: float = quantity("s", Ge(0), "When it begins", default=0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is outside its range."""
+        check(self)
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Times at which the force or its slope jumps. [s]"""
+        return (self.start,)
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        return self.size if time - self.start >= 0.0 else 0.0
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        return 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SinusoidalForce:
+    """``size sin(2 pi frequency (t - start))``, already under way at time 0.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range.
+    """
+
+    shape: ClassVar[str] = "sinusoid"
+    size: float = quantity("N", NonZero(), "Amplitude")
+    frequency: float = quantity("Hz", Gt(0), "Frequency")
+    start: float = quantity("s", Ge(0), "When the sine has its phase 0", default=0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is outside its range."""
+        check(self)
+
+    @property
+    def breaks(self) -> Sequence[float]:
+        """Times at which the force or its slope jumps. [s]"""
+        return ()
+
+    def value(self, time: float) -> float:
+        """Force at a time. [N]"""
+        return self.size * math.sin(2.0 * math.pi * self.frequency * (time - self.start))
+
+    def rate(self, time: float) -> float:
+        """Slope of the force over time. [N s^-1]"""
+        turn = 2.0 * math.pi * self.frequency
+        return self.size * turn * math.cos(turn * (time - self.start))
