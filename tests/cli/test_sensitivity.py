@@ -107,7 +107,7 @@ def test_a_temperature_without_end(infinivar, write, tmp_path):
     done = infinivar(*asked)
     assert done.code == 2
     assert "has no end, so there is nothing to rank: " in done.err
-    assert "motor winding heats without bound; 155 °C reached after " in done.err
+    assert "motor winding temperature grows without bound; limit 155 °C exceeded after " in done.err
     assert not (tmp_path / "out").exists()
 
 

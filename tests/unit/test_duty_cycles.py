@@ -224,7 +224,7 @@ def test_gaps_and_drift_are_reported(tmp_path):
     ("changed", "message"),
     [
         ({"shape": "sinusoid", "distance": 0.1}, "frequency is missing: shape = 'sinusoid' needs it"),
-        ({"shape": "hold", "time": 1.0, "pause": 1.0}, "pause means nothing with shape = 'hold'; leave it out"),
+        ({"shape": "hold", "time": 1.0, "pause": 1.0}, "pause does not apply with shape = 'hold'; remove it"),
         ({**SHAPES["tremor"], "low_frequency": 12.0}, "low_frequency must be < high_frequency = 12 Hz, got 12.0"),
         ({"shape": "sinusoid", "distance": 0.1, "frequency": 0.0}, "frequency must be > 0 Hz, got 0.0"),
         ({"shape": "jump"}, "shape must be one of hold, sinusoid, reaches, tremor, walking, file, got 'jump'"),
@@ -310,7 +310,7 @@ def test_verdicts():
     hot = duty_cycle(STUDY.drives["motor1-gear3"], duty("hold", force=-36.0, ambient=330.0))
     assert not hot.feasible
     assert "motor winding reaches" in hot.verdict
-    assert "which it passes after" in hot.verdict
+    assert "limit 100 °C exceeded after" in hot.verdict
 
 
 def test_travel_is_a_limit():

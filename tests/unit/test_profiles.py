@@ -94,7 +94,7 @@ def test_forces_by_shape():
     [
         ({"shape": "wiggle"}, "shape must be one of hold, cruise"),
         ({"shape": "reach", "distance": 0.1}, "time is missing: shape = 'reach' needs it"),
-        ({"shape": "cruise", "speed": 1.0, "frequency": 2.0}, "frequency means nothing with shape = 'cruise'"),
+        ({"shape": "cruise", "speed": 1.0, "frequency": 2.0}, "frequency does not apply with shape = 'cruise'"),
         ({"shape": "sinusoid", "distance": 0.0, "frequency": 2.0}, "distance must be != 0 m, got 0.0"),
     ],
 )

@@ -1,4 +1,4 @@
-"""A dictionary for frozen values: it cannot be changed, and can be copied, pickled and sent to other processes."""
+"""Immutable dictionary for frozen values; it can be copied, pickled and sent to other processes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ V = TypeVar("V")
 
 
 class FrozenDict(dict[K, V]):
-    """Dictionary whose items stay as they were given; `types.MappingProxyType` cannot be pickled."""
+    """Immutable dictionary. Unlike `types.MappingProxyType` it can be pickled."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("this mapping is part of a frozen value; use dataclasses.replace to make another")

@@ -1,12 +1,12 @@
-r"""Creep laws: how fast a wheel drifts sideways under a lateral force, and forces under creep in several directions.
+r"""Creep laws: lateral creepage under a lateral force, and forces under combined creepage and spin.
 
-A law relates two numbers: the force ratio ``x = fu/(mu P)`` and the scaled creepage ``xi = (C/(mu P)) u/|v|``, which
-the linear law makes equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, gross slip, though
-Polach's only in the limit. Rolling theory counts in ``k = C22 G a b upsilon/(3 mu N)``, which is ``xi/3``.
+A law relates the force ratio ``x = fu/(mu P)`` to the scaled creepage ``xi = (C/(mu P)) u/|v|``; in the linear law they are
+equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, the slip limit; Polach's law reaches it only
+asymptotically. Rolling theory uses ``k = C22 G a b upsilon/(3 mu N)``, which is ``xi/3``.
 
-The laws are "linear", straight to slip; "faulring", linear with a loss of link speed above 70 % of slip;
-"vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory. Only "fastsim" is meant for
-any spin, and "vermeulen-johnson", in the form of shen1983, for a little.
+The laws are "linear", proportional up to slip; "faulring", linear with a loss of link speed above 70 % of the slip force;
+"vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory. Only "fastsim" is valid for
+any spin; "vermeulen-johnson", in the form of shen1983, is valid for small spin.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ from infinivar.errors import ParameterError, nearest
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CreepLaw:
-    """One law, by its parts.
+    """Functions that define one creep law.
 
     Attributes
     ----------
-    creepage : force ratio -> scaled creepage; finite beyond slip, too
+    creepage : force ratio -> scaled creepage; finite beyond slip as well
     slope : force ratio -> derivative of the scaled creepage, finite and >= 0
     force : scaled creepage -> force ratio
-    slip_creepage : scaled creepage at which gross slip begins, inf if the law only tends to it
-    flow_factor : force ratio -> factor on the link speed and its derivative, or None where the law is a creep law alone
+    slip_creepage : scaled creepage at which gross slip begins, inf if the law reaches it only asymptotically
+    flow_factor : force ratio -> factor on the link speed and its derivative, or None for a law without a flow loss
     """
 
     creepage: Callable[[Array], Array]
@@ -89,7 +89,7 @@ def law(name: str) -> CreepLaw:
     Raises
     ------
     ParameterError
-        If there is none; the message names those there are.
+        If the name is unknown; the message lists the laws.
     """
     if name not in LAWS:
         raise ParameterError(f"creep_law must be one of {', '.join(LAWS)}, got {name!r}{nearest(name, LAWS)}")
@@ -97,23 +97,24 @@ def law(name: str) -> CreepLaw:
 
 
 def law_in_motion(name: str) -> CreepLaw:
-    """The creep law of that name, for motion that changes in time.
+    """The creep law of that name, for time-varying motion.
 
     Raises
     ------
     ParameterError
-        If there is none, or it has a flow loss, with which two steering angles can give one motion.
+        If the name is unknown, or the law has a flow loss, with which two steering angles can give the same motion.
     """
     found = law(name)
     if found.flow_factor is not None:
         lawful = ", ".join(known for known, other in LAWS.items() if other.flow_factor is None)
         raise ParameterError(
-            f"creep_law must be one of {lawful} for motion in time, got {name!r}: its flow loss is for steady motion only"
+            f"creep_law must be one of {lawful} for time-varying motion, got {name!r}: its flow loss holds only for steady "
+            "motion"
         )
     return found
 
 
-_find = law  # below, `law` is the name that is looked for
+_find = law  # `law` below is a parameter
 
 
 def lateral_force(law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
@@ -121,20 +122,20 @@ def lateral_force(law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.
 
     Parameters
     ----------
-    law : str                   Name of the law. The flow loss of "faulring" is no part of it.
+    law : str                   Name of the law. The flow loss of "faulring" is not included.
     k : (...,) float            C22 G a b upsilon/(3 mu N), may be infinite. [-]
     a_over_b : (...,) float     Rolling over lateral semi-axis of the patch. [-]
     poisson : (...,) float      Poisson ratio of the bodies. [-]
 
     Returns
     -------
-    (...,) float   |Fy|/(mu N) with the sign of k; inputs broadcast. In terms of k every law is the same for all shapes
-        and materials, which enter by way of C22: `a_over_b` and `poisson` only broadcast. [-]
+    (...,) float   |Fy|/(mu N) with the sign of k; inputs broadcast. Shape and material enter only through C22 in k, so
+        `a_over_b` and `poisson` only broadcast. [-]
 
     Raises
     ------
     ParameterError
-        If there is no such law.
+        If the law is unknown.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
     """
@@ -143,23 +144,23 @@ def lateral_force(law: str, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.
 
 
 def lateral_creep(law: str, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
-    """Lateral creepage that a lateral force needs, without spin: the inverse of `lateral_force`.
+    """Lateral creepage for a lateral force, without spin: the inverse of `lateral_force`.
 
     Parameters
     ----------
-    law : str                      Name of the law. The flow loss of "faulring" is no part of it.
+    law : str                      Name of the law. The flow loss of "faulring" is not included.
     force_ratio : (...,) float     Fy/(mu N). [-]
     a_over_b, poisson : (...,) float   As in `lateral_force`. [-]
 
     Returns
     -------
-    (...,) float   C22 G a b upsilon/(3 mu N) with the sign of the force; at gross slip the smallest there is (infinite
-        with "polach"), nan beyond. [-]
+    (...,) float   C22 G a b upsilon/(3 mu N) with the sign of the force; at gross slip the smallest such creepage
+        (infinite for "polach"), nan beyond. [-]
 
     Raises
     ------
     ParameterError
-        If there is no such law.
+        If the law is unknown.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
     """
@@ -176,13 +177,13 @@ def planar_force(
 ) -> tuple[Array, Array]:
     """Longitudinal and lateral force under creep in both directions and spin.
 
-    "fastsim" runs the algorithm with 50 x 50 cells and the exact direction of slip. The other laws take the force of
-    Kalker's linear theory and reduce its size, keeping its direction: with "vermeulen-johnson" that is the law of
-    shen1983, meant for small spin; the others serve for little more than none.
+    "fastsim" runs the algorithm with 50 x 50 cells and the exact direction of slip. The other laws reduce the magnitude of
+    the force of Kalker's linear theory and keep its direction: "vermeulen-johnson" is then the law of shen1983, for small
+    spin; the others are valid only for negligible spin.
 
     Parameters
     ----------
-    law : str                 Name of the law. The flow loss of "faulring" is no part of it.
+    law : str                 Name of the law. The flow loss of "faulring" is not included.
     k_x : (...,) float        C11 G a b ux/(3 mu N), finite. [-]
     k_y : (...,) float        C22 G a b uy/(3 mu N), finite. [-]
     psi : (...,) float        C23 G (a b)^1.5 phi/(mu N), finite. [-]
@@ -191,13 +192,13 @@ def planar_force(
 
     Returns
     -------
-    fx, fy : (...,) float   Forces over mu N that resist: positive under a positive creepage, as on the track. On the
-        wheel they have the other sign. Inputs broadcast. [-]
+    fx, fy : (...,) float   Forces over mu N on the track, positive for a positive creepage; on the wheel they have the
+        opposite sign. Inputs broadcast. [-]
 
     Raises
     ------
     ParameterError
-        If there is no such law; with "fastsim", if `a_over_b` or `poisson` is outside its range.
+        If the law is unknown; with "fastsim", if `a_over_b` or `poisson` is out of range.
 
     Source: shen1983, kalker1982, vermeulen1964, polach2005, by law.
     """
@@ -218,22 +219,22 @@ def planar_force(
 
 
 def _broadcast(value: Array, *others: Array) -> Array:
-    """`value` as floats in the shape that all arguments have together."""
+    """`value` as floats, broadcast to the common shape of all arguments."""
     xp = namespace(value, *others)
     return xp.broadcast_arrays(*as_floats(xp, value, *others))[0]
 
 
 def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Array:
-    """Factor on the link speed that always takes power away; 0 at and beyond slip.
+    """Factor on the link speed that always removes power; 0 at and beyond slip.
 
-    Where the lateral force drives the link (``-fu ldot > 0``) the paper's factor slows it. Where the load drives, the
-    same factor would create power; its reciprocal lets the link run away faster instead, with the same torque.
+    Where the lateral force drives the link (``-fu ldot > 0``), the paper's factor slows the link. Where the load drives,
+    the same factor would create power; its reciprocal makes the link faster instead, at the same torque.
 
     Parameters
     ----------
-    law : CreepLaw              One with a flow factor.
+    law : CreepLaw              A law with a flow factor.
     ratio : (...,) float        Lateral force over mu P. [-]
-    link_speed : (...,) float   Link speed before the loss, or anything with its sign. [m s^-1]
+    link_speed : (...,) float   Link speed before the loss, or any value with its sign. [m s^-1]
 
     Returns
     -------
@@ -250,11 +251,11 @@ def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Arra
 
 
 def before_flow_loss(law: CreepLaw, ratio: Array, slope: Array) -> tuple[Array, Array]:
-    """Speed ratio that `directed_flow_factor` turns into `slope`, and its derivative by the force ratio; nan beyond slip.
+    """Speed ratio that `directed_flow_factor` maps to `slope`, and its derivative by the force ratio; nan beyond slip.
 
     Parameters
     ----------
-    law : CreepLaw         One with a flow factor.
+    law : CreepLaw         A law with a flow factor.
     ratio : (...,) float   Lateral force over mu P. [-]
     slope : (...,) float   Link speed over surface speed with the loss. [-]
 

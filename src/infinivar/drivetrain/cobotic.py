@@ -55,7 +55,7 @@ class SteeringPlant:
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         if self.bell_bearing is not None:
             bearing = self.bell_bearing.type
@@ -146,7 +146,7 @@ class CoboticDrive:
     control: CoboticControl = component("Controllers, for simulation in time", default_factory=CoboticControl)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         if self.steering is None:
             return

@@ -30,7 +30,7 @@ class CoboticControl:
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         _slower(self, "cylinder_bandwidth", "steering_bandwidth", "link_bandwidth")
 
@@ -50,7 +50,7 @@ class ConventionalControl:
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         _slower(self, "speed_bandwidth", "link_bandwidth")
 

@@ -36,7 +36,7 @@ class ConventionalDrive:
     control: ConventionalControl = component("Controllers, for simulation in time", default_factory=ConventionalControl)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
     @property
