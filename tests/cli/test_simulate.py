@@ -68,7 +68,7 @@ def test_the_load_mass_is_the_requirements(infinivar, write):
         (["--drive", "cobotic", "--scenario", "rech"], "'rech' is not in the study (did you mean 'reach'?)"),
         (
             ["--drive", "geared", "--scenario", "locked"],
-            "drives.geared, scenarios.locked: steering = 'locked' needs a cobotic",
+            "drives.geared, scenarios.locked: steering = 'locked' requires a cobotic",
         ),
     ],
 )

@@ -1,10 +1,10 @@
 """Integration of a graph's equations in time, and of the energy of every source and loss.
 
-Energies are sums over nodes between the output times, computed when the motion is known. Where that does not close the
-balance, because something happened between the nodes, the motion is computed again with the energies as further states.
+Energies are computed after the motion by quadrature between the output times. If the balance does not close, because of fast
+changes between the nodes, the motion is computed again with the energies as additional states.
 
-LSODA (default), Radau and BDF are SciPy's; CVODES comes with CasADi, if that is installed. All integrate in pieces, from
-one instant at which an input may jump to the next: a sample of the controller, a step of an outside input.
+LSODA (default), Radau and BDF come from SciPy; CVODES comes with CasADi, if installed. All methods integrate in segments
+between the instants at which an input may jump: controller samples and steps of external inputs.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from infinivar.bondgraph.steppers import Method, stepper
 from infinivar.errors import nearest
 
 RTOL = 1e-10
-"""Relative tolerance unless another is given. LSODA starts afresh at every sample, each time with an error of this size
-in the same direction: a thousand samples on, the energy balance still closes to 1e-7."""
+"""Default relative tolerance. LSODA restarts at every sample, each time with an error of this size in the same direction;
+after a thousand samples the energy balance still closes to 1e-7."""
 
 
 def solve(
@@ -57,19 +57,19 @@ def solve(
     rtol : float                          Relative tolerance of the states.
     scales : mapping of name to float     Sizes of the states below which errors do not matter, times `rtol`; 1 where
         left out.
-    closure : float                       Largest error of the energy balance, relative to the energy moved.
-    energies_as_states : bool             Integrate energies with the motion at once, where much happens between the output
-        times and samples; it takes about twice as long.
-    progress : callable                   Called with the share done.
+    closure : float                       Largest residual of the energy balance, relative to the energy moved.
+    energies_as_states : bool             Integrate energies together with the motion, for fast changes between output
+        times and samples; about twice as slow.
+    progress : callable                   Called with the completed fraction.
 
     Returns
     -------
-    Trajectory   Cut short, with the reason in `outcome`, where the solver gives up.
+    Trajectory   Truncated, with the reason in `outcome`, if the solver fails.
 
     Raises
     ------
     BondGraphError
-        If the graph has no equations, an input is missing, a name is not known, or times do not increase.
+        If the graph has no equations, an input is missing, a name is unknown, or times do not increase.
     AuditError
         If an element creates energy.
     ClosureError
@@ -99,7 +99,7 @@ def solve(
         run = March(made, parameters, outside, controller, times, start, energies_too)
         step = stepper(method, made, parameters, rtol, absolute, energies_too) if made.states else _nothing_moves
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a solver that gives up says so in the outcome
+            warnings.simplefilter("ignore")  # the outcome reports a solver failure
             outcome = run.integrate(step, progress or (lambda share: None))
         return audited(graph, made, parameters, run, outcome, closure)
 
@@ -121,7 +121,7 @@ def _increasing(graph: BondGraph, times: Any) -> Any:
 
 
 def _nothing_moves(now: Sequence[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
-    """A step of a graph without states: sources decide everything at once."""
+    """Step of a graph without states, which the sources determine completely."""
     import numpy as np
 
     return np.empty((len(wanted), 0)), ""

@@ -1,4 +1,4 @@
-"""Settings of the controllers of a drive: sample rate, bandwidths and current limits."""
+"""Controller settings of a drive: sample rate, bandwidths and current limits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from infinivar.errors import ParameterError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoboticControl:
-    """Loops of a cobotic drive: cylinder speed, steering angle, and link position above it."""
+    """Loops of a cobotic drive: cylinder speed, steering angle, and an outer loop for link position."""
 
     sample_rate: float = quantity("Hz", Gt(0), "Rate at which controllers sample", default=1000.0)
     cylinder_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the cylinder's speed loop", default=4.0)
@@ -37,7 +37,7 @@ class CoboticControl:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConventionalControl:
-    """Loops of a conventional drive: motor speed, and load position above it."""
+    """Loops of a conventional drive: motor speed, and an outer loop for load position."""
 
     sample_rate: float = quantity("Hz", Gt(0), "Rate at which controllers sample", default=1000.0)
     speed_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the speed loop", default=25.0)
