@@ -261,7 +261,7 @@ def test_letters_may_coincide_inside_a_law_and_must_not_outside():
 
 
 def test_tracing_refuses_branches():
-    with pytest.raises(TypeError, match="use where\(\) to choose"):
+    with pytest.raises(TypeError, match=r"use where\(\) to choose"):
         trace(lambda x: 1.0 if x > 0 else 2.0, sympy.Symbol("x"))
 
 
