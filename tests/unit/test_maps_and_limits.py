@@ -234,7 +234,7 @@ def test_regeneration_policies(study):
     assert stored.power_in == pytest.approx(-0.5 * burnt.losses["amplifier"])
     assert refused.limit == Limit.REGENERATION
     assert np.isnan(refused.efficiency)
-    with pytest.raises(ValueError, match="storage_efficiency must be given"):
+    with pytest.raises(ValueError, match="storage_efficiency must be set"):
         iv.Amplifier(regeneration="store")
 
 
