@@ -227,12 +227,12 @@ def _check_elements(
         if element.kind in (*JUNCTIONS, *TWO_PORTS):
             wrong = np.abs(sum(powers)) > scale
             if wrong.any():
-                refuse(element, "does not deliver the power it receives", wrong)
+                refuse(element, "does not conserve power", wrong)
         mine = [loss for (name, _), loss in losses.items() if name == element.name]
         if element.kind == "R":
             wrong = np.abs(sum(powers) - sum(mine)) > scale
             if wrong.any():
-                refuse(element, "does not lose the power it receives", wrong)
+                refuse(element, "has losses that differ from the power it absorbs", wrong)
         for loss in mine:
             if (loss < -scale).any():
                 refuse(element, "creates power", loss < -scale)

@@ -188,7 +188,7 @@ def _hang(
 
 
 def _offsets(graph: BondGraph, placed: Mapping[str, Mapping[str, Point]]) -> dict[str, Point]:
-    """Where each sub-graph's own origin goes."""
+    """Offset of the origin of each sub-graph."""
     group_of = {name: group for group, places in placed.items() for name in places}
     offsets: dict[str, Point] = {}
     right = 0.0
@@ -220,7 +220,7 @@ def _above(
     group: str,
     group_of: Mapping[str, str],
 ) -> Point:
-    """Above everything, with what it measures over what it modulates."""
+    """Offset above all other sub-graphs, with the measured element above the elements it modulates."""
     tops = [_box(list(placed[other].values()))[3] + offset[1] for other, offset in offsets.items()]
     measured = {signal.name: signal.of for signal in graph.signals if group_of.get(signal.of) == group}
     modulated = [

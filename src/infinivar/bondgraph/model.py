@@ -137,7 +137,7 @@ def _keep(path: Path, made: Model) -> None:
             json.dump(asdict(made), file)
         Path(file.name).replace(path)
     except OSError:
-        pass  # a cache that cannot be written is no reason to stop
+        pass  # continue without a cache
 
 
 def _tuples(value: Any) -> Any:
@@ -145,9 +145,9 @@ def _tuples(value: Any) -> Any:
 
 
 def _fingerprint(graph: BondGraph) -> str | None:
-    """Text that two graphs share only if they have one model; None if a law is not the package's own.
+    """Key that two graphs share only if they have the same model; None if a law is not part of the package.
 
-    Own laws are told by their name and what they close over: the digest of the package's source stands for the rest.
+    The name and closure identify a law of the package; the digest of the package's source covers its content.
     """
     try:
         described = [_described(element) for element in graph.elements]
@@ -191,7 +191,7 @@ def _described(value: Any) -> Any:
 
 @functools.cache
 def _sources() -> str:
-    """Digest of the package's own source: a changed formula makes every kept model void."""
+    """Digest of the package's source: a changed formula invalidates every cached model."""
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
     for folder in ("_core", "contact", "parts", "transmission", "motion", "bondgraph", "drivetrain"):

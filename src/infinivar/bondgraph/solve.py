@@ -46,17 +46,16 @@ def solve(
     Parameters
     ----------
     graph : BondGraph
-    times : (n,) float                    Increasing; the motion begins at the first. [s]
-    inputs : mapping of name to value     Constants, or functions of time; for sources by element, for outside signals by
-        name. Those of the controller may be left out.
+    times : (n,) float                    Increasing output times; the motion starts at the first. [s]
+    inputs : mapping of name to value     Constants, or functions of time, by name of the source or external signal. Inputs
+        set by the controller may be omitted.
     initial : mapping of name to float    States by name: flow of an inertia, displacement of a compliance, value of an
-        integral signal. 0 where left out.
+        integral signal. Default: 0.
     controller : Controller               Sets inputs at its samples.
-    method : str                          LSODA (Radau takes over for a piece in which it gives up), Radau, BDF, or CVODES
-        with CasADi.
+    method : str                          LSODA (Radau replaces it in a segment where it fails), Radau, BDF, or CVODES with
+        CasADi.
     rtol : float                          Relative tolerance of the states.
-    scales : mapping of name to float     Sizes of the states below which errors do not matter, times `rtol`; 1 where
-        left out.
+    scales : mapping of name to float     Scales of the states; the absolute tolerance is `rtol` times the scale. Default: 1.
     closure : float                       Largest residual of the energy balance, relative to the energy moved.
     energies_as_states : bool             Integrate energies together with the motion, for fast changes between output
         times and samples; about twice as slow.
