@@ -23,8 +23,8 @@ def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasse
     ----------
     unit : str      SI unit of the float, "1" for none.
     bound           Of `annotated_types`, such as ``Gt(0)``, or of `infinivar._core.bounds`.
-    meaning : str   One line for schemas and reference pages.
-    default         Value if left out; required if missing. None marks "not given".
+    meaning : str   One-line description for schemas and reference pages.
+    default         Default value; without one the field is required. None means "not given".
     """
     return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
 

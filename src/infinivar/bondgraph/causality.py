@@ -138,7 +138,7 @@ class _Procedure:
                 waiting += [(other, cause, at) for other, at in self.follows(self.element[place])]
 
     def follows(self, element: Element) -> list[tuple[Bond, str]]:
-        """What an element decides by itself about its open bonds, given those that are settled."""
+        """Assignments of an element's open bonds that follow from its assigned bonds."""
         open_bonds = [bond for bond in self.at[element.name] if bond not in self.stroke]
         if not open_bonds:
             return []

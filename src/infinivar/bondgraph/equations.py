@@ -214,7 +214,7 @@ class _Derivation:
         powers = {e.name: taken(e.name) for e in self.graph.elements if e.kind in (*SOURCES, *STORAGES, "R")}
         return {name: -power if self.element[name].kind in SOURCES else power for name, power in powers.items()}
 
-    # Efforts and flows, each from the end that decides it.
+    # Efforts and flows, each computed from the end that determines it.
 
     def effort(self, bond: Bond) -> Expression:
         return self._variable(bond, "effort", bond.other(self.causality.stroke[bond]))

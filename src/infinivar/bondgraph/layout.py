@@ -113,7 +113,7 @@ def _ends_a_chain(graph: BondGraph, name: str, kinds: Mapping[str, str], neighbo
 
 
 def _columns(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> dict[str, int]:
-    """Steps from where power enters."""
+    """Column of each element: steps from where power enters."""
     columns = {_first(graph, core, neighbours, ports): 0}
     waiting = list(columns)
     while waiting:

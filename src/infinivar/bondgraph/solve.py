@@ -115,7 +115,7 @@ def _increasing(graph: BondGraph, times: Any) -> Any:
 
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or len(times) < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0):
-        raise BondGraphError(f"{graph.name}: times must be two or more that increase")
+        raise BondGraphError(f"{graph.name}: times must be at least two increasing values")
     return times
 
 

@@ -30,7 +30,7 @@ class Material:
     hysteresis_factor: float = quantity(
         "1",
         Interval(ge=0, le=1),
-        "Hysteresis loss factor alpha_fr: share of the strain energy lost in rolling",
+        "Hysteresis loss factor alpha_fr: fraction of the strain energy lost in rolling",
         default=0.01,
     )
 
@@ -54,7 +54,7 @@ class Wheel:
     """Crowned wheel: a section of a torus that rolls on its largest circle."""
 
     rolling_radius: Array = quantity("m", Gt(0), "Rolling radius r")
-    crown_radius: Array = quantity("m", Gt(0), "Crown radius: of the profile across the rolling direction")
+    crown_radius: Array = quantity("m", Gt(0), "Crown radius of the profile, across the rolling direction")
     material: Material = component("Material of the wheel")
 
     def __post_init__(self) -> None:

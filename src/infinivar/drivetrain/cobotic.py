@@ -38,19 +38,21 @@ class SteeringPlant:
 
     motor: Motor = component("Steering motor")
     ratio: float = quantity("1", Gt(0), "Reduction between steering motor and bell")
-    bell_inertia: float = quantity("kg m^2", Gt(0), "Inertia of the bell that holds the wheel, about its steering axis")
-    sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the patch that turns on the spot")
+    bell_inertia: float = quantity(
+        "kg m^2", Gt(0), "Inertia of the bell that carries the wheel, about the steering axis"
+    )
+    sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the contact patch as it turns on the spot")
     patch_half_length: float | None = quantity(
         "m",
         Gt(0),
-        "Lateral half-length b of the contact patch, where no geometry of the contact gives it",
+        "Lateral half-length b of the contact patch, if the contact geometry is not given",
         default=None,
     )
     bell_bearing: Bearing | None = component("Bearing of the bell, which carries the preload", default=None)
     bell_friction: float | None = quantity(
         "m",
         Ge(0),
-        "Measured friction torque of the bell bearing over preload, c_b, instead of bell_bearing",
+        "Measured friction torque of the bell bearing over preload, c_b; replaces bell_bearing",
         default=None,
     )
 
@@ -137,11 +139,11 @@ class CoboticDrive:
     motor: Motor = component("Cylinder motor")
     gearhead: Gearhead = component("Gearhead between motor and cylinder")
     transmission: RotaryLinearIVT = component("The rotational-to-linear element")
-    cylinder_speed: float = quantity("rad/s", NonZero(), "Speed at which the cylinder is kept")
+    cylinder_speed: float = quantity("rad/s", NonZero(), "Constant speed of the cylinder")
     guideway: Guideway = component("Guideway of the link", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the cylinder motor", default_factory=Amplifier)
     cylinder_inertia: float | None = quantity(
-        "kg m^2", Gt(0), "Inertia of the cylinder about its axis; motion that changes its speed needs it", default=None
+        "kg m^2", Gt(0), "Inertia of the cylinder about its axis; required if its speed varies", default=None
     )
     link_mass: float | None = quantity("kg", Gt(0), "Mass of the moving link without load", default=None)
     steering: SteeringPlant | None = component("Steering plant", default=None)

@@ -20,10 +20,10 @@ class CoboticControl:
     steering_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the steering servo", default=25.0)
     link_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the link's position loop", default=4.0)
     current_limit: float | None = quantity(
-        "A", Gt(0), "Largest current of the cylinder motor; stall current if left out", default=None
+        "A", Gt(0), "Current limit of the cylinder motor; default: stall current", default=None
     )
     steering_current_limit: float | None = quantity(
-        "A", Gt(0), "Largest current of the steering motor; stall current if left out", default=None
+        "A", Gt(0), "Current limit of the steering motor; default: stall current", default=None
     )
     rest_error: float = quantity(
         "m", Gt(0), "How far from its goal a load that is to stand still may be left at rest", default=1e-4
@@ -43,7 +43,7 @@ class ConventionalControl:
     speed_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the speed loop", default=25.0)
     link_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the load's position loop", default=4.0)
     current_limit: float | None = quantity(
-        "A", Gt(0), "Largest current of the motor; stall current if left out", default=None
+        "A", Gt(0), "Current limit of the motor; default: stall current", default=None
     )
     rest_error: float = quantity(
         "m", Gt(0), "How far from its goal a load that is to stand still may be left at rest", default=1e-4

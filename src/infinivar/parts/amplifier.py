@@ -32,10 +32,13 @@ class Amplifier:
 
     regeneration: Regeneration = component("What happens to negative electrical power", default="burn")
     storage_efficiency: float | None = quantity(
-        "1", Interval(ge=0, le=1), "Share of negative power that the supply gets back; needed with store", default=None
+        "1",
+        Interval(ge=0, le=1),
+        "Fraction of negative power returned to the supply; required with store",
+        default=None,
     )
-    efficiency: float = quantity("1", Interval(gt=0, le=1), "Power out over power in, either way", default=1.0)
-    standby_power: float = quantity("W", Ge(0), "Power drawn whether or not the motor runs", default=0.0)
+    efficiency: float = quantity("1", Interval(gt=0, le=1), "Power out over power in, in either direction", default=1.0)
+    standby_power: float = quantity("W", Ge(0), "Power drawn at all times, with the motor running or not", default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""

@@ -125,25 +125,32 @@ class Bearing:
     """
 
     name: str = component("Name for reports", default="bearing")
-    type: BearingType = component("Kind of bearing, single row and with a cage", default="deep_groove")
-    series: Series = component("Series of a deep groove bearing, which the skf model needs", default="other")
+    type: BearingType = component("Bearing type, single row with a cage", default="deep_groove")
+    series: Series = component("Series of a deep groove bearing; required by the skf model", default="other")
     bore: float = quantity("m", Gt(0), "Bore diameter d")
     outside_diameter: float = quantity("m", Gt(0), "Outside diameter D")
     dynamic_rating: float = quantity("N", Gt(0), "Basic dynamic load rating C")
     static_rating: float = quantity("N", Gt(0), "Basic static load rating C0")
-    calculation_factor: float = quantity("1", Gt(0), "Factor f0 of a deep groove bearing's axial load", default=12.3)
+    calculation_factor: float = quantity(
+        "1", Gt(0), "Factor f0 for the axial load of a deep groove bearing", default=12.3
+    )
     contact_angle: float = quantity(
-        "rad", Interval(gt=0, le=QUARTER_TURN), "Of angular contact bearings, 20 to 45 deg", default=math.radians(40)
+        "rad",
+        Interval(gt=0, le=QUARTER_TURN),
+        "Contact angle of angular contact bearings, 20 to 45 deg",
+        default=math.radians(40),
     )
     friction_model: FrictionModel = component("skf (ball bearings) or coefficient (simple)", default="skf")
     friction_coefficient: float | None = quantity(
-        "1", Ge(0), "Of the simple model; left out, the catalogue's for the type", default=None
+        "1", Ge(0), "Friction coefficient of the simple model; default: the catalogue value for the type", default=None
     )
-    viscosity: float = quantity("m^2/s", Gt(0), "Kinematic, of the (base) oil as it is in the bearing", default=100e-6)
-    lubrication: Lubrication = component("grease, oil_air, or oil_bath with the oil low", default="grease")
+    viscosity: float = quantity(
+        "m^2/s", Gt(0), "Kinematic viscosity of the (base) oil at running temperature", default=100e-6
+    )
+    lubrication: Lubrication = component("grease, oil_air, or oil_bath with a low oil level", default="grease")
     oil_level: float | None = quantity("m", Gt(0), "Depth H of an oil bath in the bearing", default=None)
     drag_factor: float | None = quantity("1", Ge(0), "Factor V_M of an oil bath, from SKF's diagram", default=None)
-    boundary_friction: float = quantity("1", Ge(0), "Sliding coefficient without a film, turning", default=0.12)
+    boundary_friction: float = quantity("1", Ge(0), "Sliding coefficient without a film, when turning", default=0.12)
     starting_friction: float = quantity("1", Ge(0), "Sliding coefficient at rest", default=0.15)
     ehl_friction: float = quantity(
         "1", Ge(0), "Sliding coefficient with a full film; synthetic oil 0.04, transmission fluid 0.1", default=0.05
@@ -365,7 +372,7 @@ class BearingPair:
 
     bearing: Bearing = component("Each of the two bearings")
     span: float | None = quantity(
-        "m", Gt(0), "Distance of the bearings; left out, nothing tilts the axle", default=None
+        "m", Gt(0), "Distance between the bearings; without it tilting is neglected", default=None
     )
 
     def __post_init__(self) -> None:

@@ -90,14 +90,17 @@ class Gearhead:
     backdriving_efficiency: float | None = quantity(
         "1",
         Interval(ge=0, le=1),
-        "Efficiency while the load drives, of the proportional loss model; 0 is self-locking; as `efficiency` if left out",
+        "Efficiency while the load drives, for the proportional loss model; 0: self-locking; default: `efficiency`",
         default=None,
     )
     rated_torque: float | None = quantity(
-        "N m", Gt(0), "Motor-side torque at which the efficiency holds; the motor's continuous torque", default=None
+        "N m",
+        Gt(0),
+        "Motor-side torque at which the efficiency is stated; default: the motor's continuous torque",
+        default=None,
     )
     continuous_torque: float | None = quantity("N m", Gt(0), "Permissible continuous output torque", default=None)
-    inertia: float | None = quantity("kg m^2", Gt(0), "Inertia at the motor side", default=None)
+    inertia: float | None = quantity("kg m^2", Gt(0), "Inertia on the motor side", default=None)
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
 
     def __post_init__(self) -> None:

@@ -57,7 +57,7 @@ class Guideway:
         If a field is outside its range; the message names field, value and unit.
     """
 
-    friction: float = quantity("N", Ge(0), "Friction force that does not depend on preload", default=0.0)
+    friction: float = quantity("N", Ge(0), "Friction force independent of preload", default=0.0)
     coefficient: float = quantity("1", Ge(0), "Friction coefficient c_l, force over preload", default=0.0)
 
     def __post_init__(self) -> None:

@@ -40,14 +40,14 @@ class Motor:
 
     name: str = component("Name for reports", default="motor")
     voltage: float = quantity("V", Gt(0), "Supply voltage available to the motor")
-    resistance: float = quantity("ohm", Gt(0), "Terminal resistance, windings at data-sheet temperature")
+    resistance: float = quantity("ohm", Gt(0), "Terminal resistance with the winding at data-sheet temperature")
     torque_constant: float = quantity("N m/A", Gt(0), "Torque constant K, also the back-emf constant in V s/rad")
-    no_load_current: float = quantity("A", Ge(0), "No-load current; K times it is the friction torque")
-    continuous_torque: float = quantity("N m", Gt(0), "Torque at the shaft that the motor bears continuously")
+    no_load_current: float = quantity("A", Ge(0), "No-load current; the friction torque is K times this current")
+    continuous_torque: float = quantity("N m", Gt(0), "Continuous torque at the shaft")
     peak_torque: float | None = quantity(
         "N m",
         Gt(0),
-        "Torque at the shaft that it bears for a moment; only voltage limits it if left out",
+        "Peak torque at the shaft; without it only the voltage limits the torque",
         default=None,
     )
     inductance: float | None = quantity("H", Gt(0), "Terminal inductance", default=None)

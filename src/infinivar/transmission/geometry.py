@@ -131,13 +131,16 @@ class ContactGeometry:
     axle_bearing: Bearing = component("One of the two equal bearings of the wheel's axle")
     bearing_span: float | None = quantity("m", Gt(0), "Distance between the axle bearings", default=None)
     lateral_share: float = quantity(
-        "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is taken", default=0.5
+        "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is evaluated", default=0.5
     )
     fast_friction_ratio: float = quantity(
-        "1", Interval(gt=0, le=1), "Friction limit at high speed over that at rest; 1 is constant friction", default=1.0
+        "1",
+        Interval(gt=0, le=1),
+        "Friction limit at high speed over that at rest; 1: independent of speed",
+        default=1.0,
     )
     friction_decay_speed: float | None = quantity(
-        "m/s", Gt(0), "Surface speed over which the friction limit falls", default=None
+        "m/s", Gt(0), "Surface speed scale over which the friction limit falls", default=None
     )
     wear_coefficient: float | None = quantity(
         "1", Gt(0), "Archard's wear coefficient k of the dry contact", default=None

@@ -73,7 +73,7 @@ class RotaryLinearIVT:
 
     cylinder_radius: float = quantity("m", Gt(0), "Cylinder radius R")
     wheel_radius: float = quantity("m", Gt(0), "Rolling radius r of the wheel")
-    preload: float = quantity("N", Gt(0), "Normal force P that presses the wheel on the cylinder")
+    preload: float = quantity("N", Gt(0), "Normal force P between wheel and cylinder")
     friction: float = quantity("1", Gt(0), "Rolling friction limit mu: the contact slips at mu P")
     geometry: ContactGeometry | None = component(
         "Geometry, materials and bearings, which determine creep stiffness and torques", default=None
@@ -88,7 +88,7 @@ class RotaryLinearIVT:
         "N m", Ge(0), "Measured friction torque of the wheel's axle bearings", default=None
     )
     steering_range: float = quantity(
-        "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle to either side", default=math.pi / 2
+        "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle in either direction", default=math.pi / 2
     )
     creep_law: str = component(
         "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach or fastsim",

@@ -113,7 +113,7 @@ def _held_angle(scenario: Scenario) -> float | None:
     if scenario.steering == "controlled":
         if scenario.link == "free":
             raise ParameterError(
-                "steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it"
+                "steering = 'controlled' has no motion to follow with link = 'free'; use locked, decoupled or held"
             )
         return None
     return {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}[scenario.steering]
@@ -217,7 +217,7 @@ def _conventional_controller(
     rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
     gain = motor.torque_constant * ratio / radius
     gear = _gear_friction(drive, gain)
-    # Controllers sample: however soon friction sticks, they take less than this as hardly moving.
+    # Sampled controllers cannot resolve lower speeds, regardless of the stick speed.
     hardly = max(stick_speed, plants.STICK_SPEED)
     return controllers.ConventionalController(
         sample_time=1.0 / settings.sample_rate,
