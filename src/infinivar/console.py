@@ -1,4 +1,4 @@
-"""The terminal: exit codes, messages, results that a reader may not want to the end, progress."""
+"""Terminal output: exit codes, messages, results, progress."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NOT_FEASIBLE, BAD_INPUT, OWN_FAULT, INTERRUPTED = 1, 2, 3, 130
 
 
 def run(command: Callable[[], Any]) -> None:
-    """Run a command and exit: 0 done, 1 not feasible, 2 bad input, 3 a fault of the program, 130 interrupted."""
+    """Run a command and exit: 0 done, 1 not feasible, 2 invalid input, 3 internal error, 130 interrupted."""
     _usable_streams()
     try:
         try:
@@ -32,15 +32,15 @@ def run(command: Callable[[], Any]) -> None:
         sys.exit(INTERRUPTED)
     except OSError as problem:
         complain(f"{problem.filename or 'standard output'}: {problem.strerror}")
-        sys.stdout = None  # there is nothing left to flush it to
+        sys.stdout = None  # the stream is gone; a flush at exit would fail again
         sys.exit(BAD_INPUT)
     except Exception as problem:
-        complain(f"fault of the program: {_in_one_line(problem)}; {_kept(problem)}")
+        complain(f"internal error: {_in_one_line(problem)}; {_keep_traceback(problem)}")
         sys.exit(OWN_FAULT)
 
 
 def _usable_streams() -> None:
-    """Streams that can always be written to, whatever the shell has closed, and whatever a title is spelt with."""
+    """Make both streams writable, even if the shell closed them or their encoding lacks a character."""
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
@@ -58,12 +58,12 @@ def flush() -> None:
 
 
 def say(text: str = "") -> None:
-    """Print a line of the result; control characters, which could steer a terminal, are spelt out."""
+    """Print a line of the result, with control characters escaped."""
     write(printable(text) + "\n")
 
 
 def write(text: str) -> None:
-    """Write a part of the result as it is."""
+    """Write a part of the result unchanged."""
     try:
         sys.stdout.write(text)
     except BrokenPipeError:
@@ -71,21 +71,21 @@ def write(text: str) -> None:
 
 
 def complain(text: str) -> None:
-    """Print a message on stderr."""
+    """Print an error message on stderr."""
     print(f"infinivar: {printable(text, keep=chr(10))}", file=sys.stderr)
 
 
 def _in_one_line(problem: Exception) -> str:
-    said = " ".join(str(problem).split())
-    return f"{type(problem).__name__}{': ' if said else ''}{said[:200]}"
+    message = " ".join(str(problem).split())
+    return f"{type(problem).__name__}{': ' if message else ''}{message[:200]}"
 
 
-def _kept(problem: Exception) -> str:
-    """Write the traceback to a file of its own, and say where it is."""
+def _keep_traceback(problem: Exception) -> str:
+    """Write the traceback to a file and return a sentence that names the file."""
     import tempfile
     import traceback
 
-    told = "please report it with your study"
+    request = "please report it with your study"
     try:
         with tempfile.NamedTemporaryFile(
             "w", prefix="infinivar-", suffix=".txt", delete=False, encoding="utf-8"
@@ -93,13 +93,13 @@ def _kept(problem: Exception) -> str:
             file.write(f"infinivar {__version__}, {shlex.join(sys.argv)}\n\n")
             traceback.print_exception(problem, file=file)
     except OSError:
-        return told
-    return f"the traceback is in {file.name}; {told}"
+        return request
+    return f"the traceback is in {file.name}; {request}"
 
 
 @contextlib.contextmanager
 def progress_bar() -> Iterator[Callable[[str, float], None]]:
-    """Progress bar on stderr, on terminals only."""
+    """Show a progress bar on stderr if it is a terminal."""
     if not sys.stderr.isatty():
         yield lambda title, share: None
         return

@@ -1,4 +1,4 @@
-"""What can go wrong, in the user's terms."""
+"""Exceptions of the package, and helpers for their messages."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ class InfinivarError(Exception):
 
 
 class InputError(InfinivarError):
-    """The user's input cannot be used; the message names the place, the value and what would be right."""
+    """The user's input is invalid; the message names the place, the value and what is accepted."""
 
 
 class ParameterError(InputError, ValueError):
-    """A value is outside its range or does not go with the others; the message names field, value and unit.
+    """A value is out of range or conflicts with other values; the message names field, value and unit.
 
-    The only ValueError that counts as bad input: any other is a fault of the program.
+    The only ValueError that counts as invalid input: any other is a bug in the program.
     """
 
 
 class AuditError(InfinivarError):
-    """Power in, power out and losses do not add up: a fault of the program, never of the input."""
+    """Power in, power out and losses do not balance: a bug in the program, never invalid input."""
 
 
 def require(condition: bool, field: str, value: object, wanted: str, unit: str = "") -> None:
     """Raise ParameterError with "field must be wanted unit, got value" unless `condition` holds.
 
-    A nan fails every comparison, so conditions written as `value > 0` refuse it too.
+    A nan fails every comparison, so a condition such as `value > 0` rejects nan as well.
     """
     if not condition:
         raise ParameterError(f"{field} must be {wanted}{' ' + unit if unit else ''}, got {value}")
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:
-    """A hint for a misspelt word: " (did you mean 'x'?)", or "" where nothing is close."""
+    """Hint for a misspelt word: " (did you mean 'x'?)", or "" if no choice is close."""
     import difflib
 
     close = difflib.get_close_matches(word, list(choices), n=1, cutoff=0.6)
@@ -42,7 +42,7 @@ def nearest(word: str, choices: Iterable[str]) -> str:
 
 
 def printable(text: object, keep: str = "") -> str:
-    """Text, or a path, with control characters spelt out, so that it cannot steer a terminal; those in `keep` stay."""
+    """Escape the control characters of a text or path, except those in `keep`, so that it cannot control a terminal."""
     return "".join(
         letter if letter.isprintable() or letter in keep else letter.encode("unicode_escape").decode()
         for letter in str(text)

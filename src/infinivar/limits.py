@@ -1,4 +1,4 @@
-"""Operating limits, as data: a point outside one is a result with a name, not an error."""
+"""Operating limits as data: an infeasible point is a result that names its limit, not an error."""
 
 from __future__ import annotations
 
@@ -9,40 +9,40 @@ from infinivar._core.array_namespace import Array, namespace
 
 
 class Limit(IntEnum):
-    """What binds at an operating point. The numbers are those stored in maps and NetCDF files."""
+    """Limit that an operating point exceeds. Maps and NetCDF files store the integer values."""
 
     OK = 0
     """Within every limit."""
     SLIP = 1
-    """The contact would need more than mu P of lateral force, or no steady rolling solution exists."""
+    """Wheel slip: the lateral force required exceeds mu P, or no steady rolling solution exists."""
     THERMAL = 2
-    """The motor current exceeds what its winding can carry continuously."""
+    """The motor current exceeds the continuous current of the winding."""
     VOLTAGE = 3
-    """The motor needs more than the supply voltage at this speed and torque."""
+    """The motor voltage required at this speed and torque exceeds the supply voltage."""
     STEERING = 4
-    """The wheel would have to be steered beyond its mechanical range."""
+    """The steering angle required exceeds the mechanical range."""
     SPEED = 5
-    """The motor turns faster than its permissible speed."""
+    """The motor speed exceeds the permissible speed."""
     GEAR = 6
-    """The gearhead carries more than its continuous output torque."""
+    """The output torque of the gearhead exceeds its continuous rating."""
     REGENERATION = 7
-    """Electrical power comes back and the amplifier can neither burn nor store it."""
+    """The motor returns electrical power that the amplifier can neither dissipate nor store."""
     YIELD = 8
-    """The wheel's contact yields below its surface."""
+    """The wheel contact yields below the surface."""
     HARDNESS = 9
-    """The mean pressure of the wheel's contact exceeds the indentation hardness."""
+    """The mean contact pressure exceeds the indentation hardness."""
     BEARING = 10
-    """An axle bearing carries more than its static rating."""
+    """The load on an axle bearing exceeds its static rating."""
     PEAK = 11
-    """The motor gives more torque than it bears for a moment."""
+    """The motor torque exceeds the peak torque."""
     TRAVEL = 12
-    """The load moves further than its guideway lets it."""
+    """The load travels beyond the end of its guideway."""
     FLYWHEEL = 13
-    """The cylinder, left to its inertia, would stop, or slow down so far that the wheel slips."""
+    """A free-running cylinder would stop, or slow down until the wheel slips."""
 
     @property
     def words(self) -> str:
-        """What a designer calls it."""
+        """Name in a designer's terms."""
         return _WORDS[self]
 
 
@@ -65,11 +65,11 @@ _WORDS = {
 
 
 Demand = tuple[Limit, str]
-"""A limit and what it is a limit of: "motor", "steering motor", "wheel", "gearhead" ..."""
+"""A limit and the part it belongs to: "motor", "steering motor", "wheel", "gearhead" ..."""
 
 
 def words_of(demand: Demand) -> str:
-    """What a designer calls a limit of a part: "steering motor: continuous torque", or "wheel slip" where that says it."""
+    """Limit of a part in a designer's terms: "steering motor: continuous torque", or "wheel slip" if that is enough."""
     limit, what = demand
     if what in limit.words or what == "load":
         return limit.words
@@ -77,29 +77,29 @@ def words_of(demand: Demand) -> str:
 
 
 def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
-    """Which limit binds, and how far away it is.
+    """Find the tightest limit and its margin.
 
     Parameters
     ----------
-    utilisation : mapping of Limit to (...,) float   Demand over allowance of each limit; 1 is the limit. nan where a
-        quantity is not defined because the wheel slips. [-]
+    utilisation : mapping of Limit to (...,) float   Demand over allowance for each limit; 1 is at the limit. nan where a
+        quantity is undefined because the wheel slips. [-]
 
     Returns
     -------
-    limit : (...,) int8     The limit with the largest utilisation where that exceeds 1, else Limit.OK. Slip comes
-        before all others: without steady motion there is nothing else to name.
-    margin : (...,) float   Allowance over demand of the tightest limit; below 1 outside, inf where nothing is demanded.
+    limit : (...,) int8     The limit with the largest utilisation if that exceeds 1, else Limit.OK. Slip takes
+        precedence: without steady motion the other demands are undefined.
+    margin : (...,) float   Allowance over demand for the tightest limit; below 1 if infeasible, inf without any demand.
     """
     return _binding([(limit, int(limit), demand) for limit, demand in utilisation.items()])
 
 
 def binding_demand(utilisation: Mapping[Demand, Array]) -> tuple[Array, Array]:
-    """As `binding`, where one limit can stand for several parts: the limit is its place in the mapping, from 1."""
+    """As `binding`, for limits of several parts: the code is the limit's position in the mapping, counted from 1."""
     return _binding([(limit, place, demand) for place, ((limit, _), demand) in enumerate(utilisation.items(), 1)])
 
 
 def _binding(demands: Sequence[tuple[Limit, int, Array]]) -> tuple[Array, Array]:
-    """The code that goes with the largest demand where that exceeds 1, else 0, and the margin."""
+    """Code of the largest demand where it exceeds 1, else 0, and the margin."""
     xp = namespace(*(demand for _, _, demand in demands))
     worst, code = 0.0, 0
     for _, number, demand in demands:

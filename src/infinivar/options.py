@@ -1,4 +1,4 @@
-"""Options that commands share, and the reading of their text."""
+"""Options that several commands share, and functions that parse their text."""
 
 from __future__ import annotations
 
@@ -64,21 +64,21 @@ StudyFile = Annotated[
 
 
 def named_path(text: str | Path) -> Path:
-    """Path from the command line; nothing at all names none, and not the current folder."""
+    """Path from the command line; empty text is an error, not the current folder."""
     if not str(text).strip():
-        raise typer.BadParameter("must name a folder or file, such as out; write . for the current folder")
+        raise typer.BadParameter("must name a folder or file, such as out; use . for the current folder")
     return Path(text)
 
 
 Out = Annotated[
     Path,
-    typer.Option("--out", parser=named_path, metavar="PATH", help="Folder for the results; made if it is not there."),
+    typer.Option("--out", parser=named_path, metavar="PATH", help="Folder for the results; created if missing."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output.")]
 
 
 def quantity(option: str, text: str | None, unit: str) -> float | None:
-    """Value in SI of an option such as "20 N"; None where it is not given."""
+    """SI value of an option such as "20 N"; None if the option is absent."""
     from infinivar import units
 
     try:
@@ -88,8 +88,8 @@ def quantity(option: str, text: str | None, unit: str) -> float | None:
 
 
 def numbers(option: str, text: str) -> tuple[float, ...]:
-    """Numbers of an option such as "100,8,1"."""
+    """Values of an option such as "100,8,1"."""
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
-        raise InputError(f"--{option} {text!r} must be numbers with commas between them, such as 100,8,1") from None
+        raise InputError(f"--{option} {text!r} must be numbers separated by commas, such as 100,8,1") from None

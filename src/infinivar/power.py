@@ -1,4 +1,4 @@
-"""Power accounting shared by the element, the drives and the analyses: efficiency, the audit, operating points."""
+"""Power accounting for the element, the drives and the analyses: efficiency, audit, operating points."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from infinivar.errors import AuditError
 from infinivar.limits import Limit, binding
 
 AUDIT_TOLERANCE = 1e-9
-"""Largest accepted residual of a power balance, relative to the largest power in it. Float64 leaves about 1e-15;
-the tolerance allows for the cancellation in creep speeds, a thousandth of the rolling speed."""
+"""Largest accepted residual of a power balance, relative to the largest power in it. Rounding in float64 leaves about
+1e-15; the tolerance allows for cancellation in creep speeds, which are a thousandth of the rolling speed."""
 
 
 def efficiency(power_in: Array, power_out: Array) -> Array:
-    """Useful power over power spent, in whichever direction power flows.
+    """Useful power over power supplied, in the direction in which power flows.
 
     Parameters
     ----------
-    power_in : (...,) float    Power from the source, negative where it flows back into it. [W]
+    power_in : (...,) float    Power from the source, negative where it returns to the source. [W]
     power_out : (...,) float   Power to the load, negative where the load drives. [W]
 
     Returns
@@ -37,13 +37,13 @@ def efficiency(power_in: Array, power_out: Array) -> Array:
 
 
 def efficiency_within(limit: Array, power_in: Array, power_out: Array) -> Array:
-    """As `efficiency`, and nan where a limit is exceeded. [-]"""
+    """As `efficiency`, but nan where a limit is exceeded. [-]"""
     xp = namespace(power_in, power_out)
     return xp.where(limit == int(Limit.OK), efficiency(power_in, power_out), xp.nan)
 
 
 def residual(power_in: Array, power_out: Array, losses: Mapping[str, Array]) -> Array:
-    """Power not accounted for, relative to the largest power involved; 0 where nothing flows, nan where undefined.
+    """Residual of the power balance, relative to the largest power; 0 where no power flows, nan where undefined.
 
     Parameters
     ----------
@@ -67,24 +67,26 @@ def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where:
     Raises
     ------
     AuditError
-        If any point misses more than `AUDIT_TOLERANCE` of its power, or a loss is negative by more than that.
+        If the residual at any point exceeds `AUDIT_TOLERANCE`, or a loss is negative by more than that.
     """
     import numpy as np
 
     scale = AUDIT_TOLERANCE * (np.abs(power_in) + np.abs(power_out))
     for name, loss in losses.items():
         if np.any(loss < -scale):
-            raise AuditError(f"{where}: the loss in {name} is negative, down to {np.nanmin(loss):.3g} W")
+            raise AuditError(f"{where}: the {name} loss is negative, down to {np.nanmin(loss):.3g} W")
     worst = float(np.fmax.reduce(residual(power_in, power_out, losses), axis=None, initial=0.0))
     if not worst <= AUDIT_TOLERANCE:
-        raise AuditError(f"{where}: power balance misses {worst:.3g} of the power, more than {AUDIT_TOLERANCE:g}")
+        raise AuditError(
+            f"{where}: the power balance has a relative residual of {worst:.3g}, above the tolerance of {AUDIT_TOLERANCE:g}"
+        )
     return worst
 
 
 class PowerPoint:
-    """What an operating point of an element and one of a drive have in common.
+    """Base of the operating points of elements and drives.
 
-    Subclasses give `power_in`, `power_out` [W] and `utilisation`, demand over allowance by limit.
+    Subclasses provide `power_in`, `power_out` [W] and `utilisation`, demand over allowance by limit.
     """
 
     __slots__ = ()
@@ -95,15 +97,15 @@ class PowerPoint:
 
     @property
     def limit(self) -> Array:
-        """Limit that binds, as the integer of `Limit`."""
+        """Tightest limit where it is exceeded, else `Limit.OK`, as an integer."""
         return binding(self.utilisation)[0]
 
     @property
     def margin(self) -> Array:
-        """Allowance over demand of the tightest limit. [-]"""
+        """Allowance over demand for the tightest limit. [-]"""
         return binding(self.utilisation)[1]
 
     @property
     def efficiency(self) -> Array:
-        """Useful over spent power within limits, else nan; see `infinivar.power.efficiency`. [-]"""
+        """Useful power over power supplied where feasible, else nan; see `infinivar.power.efficiency`. [-]"""
         return efficiency_within(self.limit, self.power_in, self.power_out)

@@ -1,4 +1,4 @@
-"""The works that docstrings, parameter sets and reports cite by key."""
+"""Bibliography: the works that docstrings, parameter sets and reports cite by key."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _FIELD = re.compile(r"^\s*(?P<name>\w+)\s*=\s*\{(?P<value>.*?)\},?\s*$", re.MULT
 
 @functools.cache
 def entries() -> dict[str, dict[str, str]]:
-    """Fields of every entry of ``references.bib``, by key."""
+    """Fields of each entry in ``references.bib``, by key."""
     text = (resources.files("infinivar") / "references.bib").read_text("utf-8")
     return {
         match["key"]: {
@@ -23,7 +23,7 @@ def entries() -> dict[str, dict[str, str]]:
 
 
 def cite(key: str) -> str:
-    """One line for a reference list: authors, title, where, year.
+    """One line for a reference list: authors, title, publication, year.
 
     Raises
     ------

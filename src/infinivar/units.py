@@ -1,4 +1,4 @@
-"""Units at the edge: text such as "26.3 mN m" to a float in SI. Inside the program there are only SI floats."""
+"""Parse quantities such as "26.3 mN m" to SI floats, and format SI floats for people. All other code uses SI floats."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from infinivar.errors import InputError
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$", re.DOTALL)
 
 _NAMES_AN_ANGLE = re.compile(r"rad|deg|°|rev|turn|rpm|rps|cycle|arcmin|arcsec")
-# Libraries of units differ in what they take these for.
+# Unit libraries interpret these differently.
 _RUN_TOGETHER = re.compile(r"(?<![A-Za-z])[munkM]?Nm(?![A-Za-z])|gcm|kgm")
 _STRANGE = re.compile(r"[^\w\s*·/^().²³⁻¹°Ω-]")
-# Other units without dimension (rad, dB, bit) are slips where a pure number is wanted.
+# Other dimensionless units (rad, dB, bit) are mistakes where a pure number is expected.
 _PURE = {"": 1.0, "1": 1.0, "%": 1e-2, "percent": 1e-2, "‰": 1e-3, "permille": 1e-3, "ppm": 1e-6}
 _LARGEST = 1e20
-"""Sizes beyond this and below its inverse are slips, and products of them would overflow."""
+"""Magnitudes above this, or below its inverse, are mistakes, and their products would overflow."""
 
 _PLAIN = (1e-4, 1e7)
-"""Sizes of numbers that are written out."""
+"""Magnitudes between these are written without an exponent."""
 
 ZERO_CELSIUS = 273.15
 """[K]"""
@@ -50,7 +50,7 @@ EXAMPLES = {
     "m^2/s": "100 mm^2/s",
     "1": "0.12",
 }
-"""A well-written value for every unit the study file uses."""
+"""A valid example for every unit of the study file."""
 
 
 # Powers of m, kg, s, A and K.
@@ -133,12 +133,12 @@ def _registry() -> Any:
 
 @functools.cache
 def _factor(unit: str, si_unit: str) -> tuple[float, float]:
-    """Scale and offset that take a value in `unit` to `si_unit`.
+    """Scale and offset that convert a value in `unit` to `si_unit`.
 
     Raises
     ------
     InputError
-        If the unit is unknown or of another kind.
+        If the unit is unknown or has the wrong dimension.
     """
     if si_unit == "K" and unit in ("degC", "°C"):
         return 1.0, ZERO_CELSIUS
@@ -169,7 +169,7 @@ def _factor_by_pint(unit: str, si_unit: str) -> tuple[float, float]:
         thousand = registry.Quantity(1000.0, source).to(si_unit).magnitude
     except pint.DimensionalityError as problem:
         raise InputError(f"has the unit {unit!r} where {si_unit} is needed; {_example(si_unit)}") from problem
-    # The longer base line keeps the factor of an offset unit (degC) exact.
+    # Over a span of 1000 the factor of an offset unit (degC) is exact.
     scale = one if zero == 0.0 else (thousand - zero) / 1000.0
     return float(scale), float(zero)
 
@@ -179,13 +179,13 @@ def _example(si_unit: str, example: str | None = None) -> str:
 
 
 def parse(text: object, si_unit: str, example: str | None = None) -> float:
-    """Value in SI of a number with a unit.
+    """Convert a number with a unit to SI.
 
     Parameters
     ----------
-    text : object    "26.3 mN m"; a bare number is right only where `si_unit` is "1".
-    si_unit : str    Unit of the result, as pint spells it; "1" for a pure number.
-    example : str    What messages offer; one for the unit if left out.
+    text : object    "26.3 mN m"; a bare number is accepted only if `si_unit` is "1".
+    si_unit : str    Unit of the result, in pint's notation; "1" for a pure number.
+    example : str    Example shown in error messages; by default one for the unit.
 
     Returns
     -------
@@ -194,7 +194,8 @@ def parse(text: object, si_unit: str, example: str | None = None) -> float:
     Raises
     ------
     InputError
-        If a unit is missing, unknown or of another kind, or the number is not finite; the message says what is right.
+        If the unit is missing, unknown or of the wrong dimension, or the number is not finite; the message gives a valid
+        example.
     """
     hint = _example(si_unit, example)
     number, unit = _split(text, si_unit, hint)
@@ -247,23 +248,23 @@ def _misspelt(unit: str, si_unit: str) -> str | None:
 
 
 def plain(value: float | None, digits: int = 4) -> str:
-    """A number for people: 1543.2 to three digits is "1540", never "1.54e+03".
+    """Format a number for people: 1543.2 to three digits is "1540", never "1.54e+03".
 
-    Digits are written out from 0.0001 to 10 000 000; beyond, a power of ten is left: "1.5e-6", "2.1e11".
+    From 0.0001 to 10 000 000 there is no exponent; outside, a power of ten follows: "1.5e-6", "2.1e11".
 
     Parameters
     ----------
     value : float
-    digits : int    Significant digits; zeros at the end behind the point are left out.
+    digits : int    Significant digits; trailing zeros after the decimal point are dropped.
 
     Returns
     -------
-    str   "–" for nan and None, "no end" for infinity.
+    str   "–" for nan and None, "infinite" for infinity.
     """
     if value is None or math.isnan(value):
         return "–"
     if math.isinf(value):
-        return "no end" if value > 0 else "-no end"
+        return "infinite" if value > 0 else "-infinite"
     rounded = float(f"{value:.{digits - 1}e}") + 0.0  # no -0
     if rounded == 0.0 or _PLAIN[0] <= abs(rounded) < _PLAIN[1]:
         places = max(0, digits - 1 - math.floor(math.log10(abs(rounded)))) if rounded else 0
@@ -274,26 +275,26 @@ def plain(value: float | None, digits: int = 4) -> str:
 
 
 def signed(value: float, digits: int = 3) -> str:
-    """A change for people: "+1.5", "-0.02"."""
+    """Format a change with its sign: "+1.5", "-0.02"."""
     return ("+" if value > 0 else "") + plain(value, digits)
 
 
 def percent(share: float, places: int = 0, sign: str = "") -> str:
-    """A share for people: "4.2 %"; with its sign where `sign` is "+"."""
+    """Format a fraction as a percentage: "4.2 %"; with its sign if `sign` is "+"."""
     return f"{100.0 * share:{sign}.{places}f} %"
 
 
 def show(value: float, si_unit: str, digits: int = 4) -> str:
-    """Value in SI for people: "0.0263 N m", "1500 N"."""
+    """Format an SI value with its unit: "0.0263 N m", "1500 N"."""
     return plain(value, digits) + ("" if si_unit == "1" else f" {si_unit}")
 
 
 def show_in(value: float, si_unit: str, unit: str, digits: int = 4) -> str:
-    """Value in SI in the unit in which people read it: 0.0263 N m as "26.3 mN m"."""
+    """Format an SI value in another unit: 0.0263 N m as "26.3 mN m"."""
     scale = _PURE[unit] if si_unit == "1" else _factor(unit, si_unit)[0]
     return plain(value / scale, digits) + ("" if unit == "1" else f" {unit}")
 
 
 def celsius(temperature: float) -> str:
-    """Temperature in kelvin for people: "92 °C". [K]"""
-    return f"{temperature - ZERO_CELSIUS:.0f} °C" if math.isfinite(temperature) else "no end"
+    """Format a temperature given in kelvin: "92 °C"."""
+    return f"{temperature - ZERO_CELSIUS:.0f} °C" if math.isfinite(temperature) else "infinite"

@@ -256,7 +256,7 @@ def test_lines_left_out_are_not_used(infinivar, measured, tmp_path):
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--ratios", "8;1"), "--ratios '8;1' must be numbers with commas between them"),
+        (("--ratios", "8;1"), "--ratios '8;1' must be numbers separated by commas"),
         (("--loads", "1.5"), "loads must be >= 0 and < 1, got 1.5"),
         (("--drive", "motor2-gear4"), "has no wheel to measure"),
     ],

@@ -119,7 +119,7 @@ FAULTS = {
     "bore of another": (beside('viscosity = "50', 'bore = "30 mm"'), f"{BEARING}.outside_diameter must be > bore"),
     "oil bath without level": (
         beside('viscosity = "50', 'lubrication = "oil_bath"'),
-        f"{BEARING}.oil_level must be given",
+        f"{BEARING}.oil_level must be set if",
     ),
     "friction that falls": (beside("bearing_span", "fast_friction_ratio = 0.5"), "friction_decay_speed is missing"),
     "misspelt law": (put('"fastsim"', '"fastsym"'), 'creep_law = "fastsym" must be one of linear'),

@@ -166,7 +166,7 @@ def test_wrong_recordings_are_refused_by_line(infinivar, write, tmp_path, text, 
     [
         ('cutof = "5 Hz"', "duty.recorded.cutof"),
         ('cutoff = "5 rad/s"', "duty.recorded.cutoff"),
-        ('pause = "1 s"', "pause means nothing with shape = 'file'; leave it out"),
+        ('pause = "1 s"', "pause does not apply with shape = 'file'; remove it"),
         ('base = "faulring2006.shak"', "is not a shipped duty cycle (did you mean 'faulring2006.shake'?)"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Exit codes as documented: 0 done, 1 not feasible, 2 bad input, 3 a fault of the program, 130 interrupted."""
+"""Exit codes as documented: 0 done, 1 not feasible, 2 invalid input, 3 internal error, 130 interrupted."""
 
 import re
 import subprocess
@@ -28,7 +28,7 @@ def test_a_crash_is_a_fault_of_the_program_and_keeps_its_traceback(infinivar, mo
     monkeypatch.setattr(load, "load_study", _fails(problem))
     found = infinivar("check", STUDY)
     assert found.code == 3
-    assert found.err.startswith(f"infinivar: fault of the program: {type(problem).__name__}")
+    assert found.err.startswith(f"infinivar: internal error: {type(problem).__name__}")
     assert found.err.count("\n") == 1
     kept = Path(re.search(r"the traceback is in (\S+\.txt);", found.err)[1])
     text = kept.read_text("utf-8")

@@ -258,7 +258,8 @@ def test_check_finds_what_motion_lacks(infinivar, write):
 def test_check_finds_scenarios_that_nothing_can_run(infinivar, write):
     write(study(rest='[scenarios.s]\nduration = "1 s"\nsteering = "locked"\n'))
     assert refused(
-        infinivar("check", "study.toml"), "scenarios.s can be run by no drive: drives.mine: steering = 'locked' needs a"
+        infinivar("check", "study.toml"),
+        "scenarios.s can be run by no drive: drives.mine: steering = 'locked' requires a",
     )
     write(study(base="cobotic", rest='[scenarios.s]\nduration = "1 s"\nsteering = "locked"\n'))
     outcome = infinivar("check", "study.toml")

@@ -85,7 +85,7 @@ def test_degrees_are_told_from_coulombs(walked):
     assert re.search(r"\d °C of \d+ °C", text)
     assert not re.search(r"\d C\b", text)
     verdict = said["duty"]["walking"]["drives"]["cobotic"]["verdict"]
-    assert re.search(r"winding settles at \d+ °C of 100 °C", verdict)
+    assert re.search(r"winding settles at \d+ °C \(limit 100 °C\)", verdict)
 
 
 def test_terminals_without_a_degree_sign(tmp_path, pressed):
@@ -98,5 +98,5 @@ def test_terminals_without_a_degree_sign(tmp_path, pressed):
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=False)
     assert done.returncode in (0, 1), done.stderr
     assert done.stderr == b""
-    assert re.search(rb"settles at \d+ \?+C of 155 \?+C", done.stdout), done.stdout
+    assert re.search(rb"settles at \d+ \?+C \(limit 155 \?+C\)", done.stdout), done.stdout
     assert (tmp_path / "out" / "report.html").is_file()

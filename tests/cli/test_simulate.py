@@ -67,7 +67,7 @@ def test_the_load_mass_is_the_requirements(infinivar, write):
         (["--drive", "cobotic", "--scenario", "rech"], "'rech' is not in the study (did you mean 'reach'?)"),
         (
             ["--drive", "geared", "--scenario", "locked"],
-            "drives.geared, scenarios.locked: steering = 'locked' needs a cobotic",
+            "drives.geared, scenarios.locked: steering = 'locked' requires a cobotic",
         ),
     ],
 )
@@ -98,7 +98,7 @@ def refused(outcome, said, folder):
         ),
         (
             'duration = "1 s"\nmotion = { shape = "hold", distance = "1 mm" }',
-            "scenarios.x.motion.distance means nothing with shape = 'hold'",
+            "scenarios.x.motion.distance does not apply with shape = 'hold'",
         ),
         (
             'duration = "1 s"\nsteering = "held"',
@@ -106,10 +106,10 @@ def refused(outcome, said, folder):
         ),
         (
             'duration = "1 s"\nsteering_angle = "10 deg"',
-            "scenarios.x.steering_angle means nothing with steering = 'controlled'; leave it out",
+            "scenarios.x.steering_angle does not apply with steering = 'controlled'; remove it",
         ),
         ('duration = "1 s"\ncylinder = "run-up"', "scenarios.x.run_up_time is missing: cylinder = 'run-up' needs it"),
-        ('duration = "1 s"\nlink = "free"\nmotion = { shape = "hold" }', "scenarios.x.motion means nothing with link"),
+        ('duration = "1 s"\nlink = "free"\nmotion = { shape = "hold" }', "scenarios.x.motion does not apply with link"),
         (
             'duration = "1 s"\nlink = "imposed"\nmotion = { shape = "step", distance = "1 mm" }',
             "motion.shape = 'step' cannot be imposed",

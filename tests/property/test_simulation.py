@@ -230,7 +230,7 @@ def test_every_shipped_scenario_closes(drive, scenario):
     wanted = SHIPPED.scenarios[scenario]
     wheel = wanted.steering != "controlled" or wanted.cylinder != "running"
     if drive == "motor2-gear4" and wheel:
-        with pytest.raises(ValueError, match="needs a cobotic drive"):
+        with pytest.raises(ValueError, match="requires a cobotic drive"):
             iv.simulate(SHIPPED.drives[drive], wanted)
         return
     result = iv.simulate(SHIPPED.drives[drive], wanted)

@@ -61,14 +61,23 @@ def test_unknown_part_names_the_nearest():
         ({"outside_diameter": 0.008}, r"outside_diameter must be > bore \(0.008 m\), got 0.008"),
         ({"type": "magnetic"}, "type must be one of deep_groove, angular_contact"),
         ({"series": "99"}, "series must be one of other, 2, 3"),
-        ({"series": "other"}, "series must be named for the skf model of a deep groove bearing, got other"),
+        (
+            {"series": "other"},
+            "series must be the series of the deep groove bearing, which the skf model requires, got other",
+        ),
         ({"friction_model": "none"}, "friction_model must be one of skf, coefficient"),
         ({"lubrication": "water"}, "lubrication must be one of grease, oil_air, oil_bath"),
-        ({"type": "needle"}, "friction_model must be coefficient for a needle bearing .*no constants .* confirmed"),
+        ({"type": "needle"}, "friction_model must be coefficient for a needle bearing .*no confirmed constants"),
         ({"type": "cylindrical"}, "friction_model must be coefficient for a cylindrical bearing"),
-        ({"lubrication": "oil_bath", "drag_factor": 1e-4}, "oil_level must be given with lubrication = oil_bath"),
-        ({"lubrication": "oil_bath", "oil_level": 1e-3}, "drag_factor must be given with lubrication = oil_bath"),
-        ({"oil_level": 1e-3}, "oil_level must be given with lubrication = oil_bath, and only then"),
+        (
+            {"lubrication": "oil_bath", "drag_factor": 1e-4},
+            "oil_level must be set if, and only if, lubrication = oil_bath",
+        ),
+        (
+            {"lubrication": "oil_bath", "oil_level": 1e-3},
+            "drag_factor must be set if, and only if, lubrication = oil_bath",
+        ),
+        ({"oil_level": 1e-3}, "oil_level must be set if, and only if, lubrication = oil_bath"),
     ],
 )
 def test_what_is_refused(changes, message):
@@ -77,7 +86,7 @@ def test_what_is_refused(changes, message):
 
 
 def test_pair_refuses_bearings_without_radial_load():
-    with pytest.raises(ValueError, match="bearing must be a type that takes radial load, got thrust_ball"):
+    with pytest.raises(ValueError, match="bearing must be a type that carries radial load, got thrust_ball"):
         BearingPair(bearing=Bearing(**SIZE, type="thrust_ball"))
     with pytest.raises(ValueError, match="span must be > 0 m"):
         BearingPair(bearing=Bearing(**SIZE, series="60"), span=0.0)

@@ -345,7 +345,7 @@ def test_verdicts():
     hot = duty_cycle(STUDY.drives["motor1-gear3"], duty("hold", force=-36.0, ambient=330.0))
     assert not hot.feasible
     assert "motor winding reaches" in hot.verdict
-    assert "which it passes after" in hot.verdict
+    assert "limit 100 °C exceeded after" in hot.verdict
 
 
 def test_travel_is_a_limit():

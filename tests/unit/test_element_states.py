@@ -138,7 +138,7 @@ def test_refuses_what_is_no_number(element, value):
 def test_misuse_is_an_exception(element):
     with pytest.raises(ValueError, match="either link_force or link_speed"):
         element.operate(cylinder_speed=14.0, steering_angle=0.1)
-    with pytest.raises(ValueError, match="within -pi/2 and pi/2"):
+    with pytest.raises(ValueError, match="between -pi/2 and pi/2"):
         element.operate(cylinder_speed=14.0, steering_angle=2.0, link_force=1.0)
 
 

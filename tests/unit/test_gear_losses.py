@@ -70,7 +70,7 @@ def test_one_figure_is_both_ways_and_zero_locks():
         ({"backdriving_efficiency": 1.1}, "backdriving_efficiency must be >= 0 and <= 1, got 1.1"),
         (
             {"loss_model": "coulomb", "backdriving_efficiency": 0.1},
-            "backdriving_efficiency means nothing with loss_model = 'coulomb'; leave it out",
+            "backdriving_efficiency does not apply with loss_model = 'coulomb'; remove it",
         ),
     ],
 )

@@ -83,14 +83,14 @@ def test_time_to_limit_is_on_the_curve():
     assert at == pytest.approx(MOTOR.max_winding_temperature, abs=0.02)
     assert not found.bears
     settled = exponentials(MOTOR, current, friction, np.array([1e6]))[0, 0] - 273.15
-    assert found.verdict == f"winding reaches {settled:.0f} °C of 100 °C, which it passes after 9 min"
+    assert found.verdict == f"winding reaches {settled:.0f} °C; limit 100 °C exceeded after 9 min"
 
 
 def test_runaway_is_named():
     """Beyond the current at which copper's rise feeds itself nothing settles."""
     found = heat.heat(MOTOR, 4.0, 1.0, 1.0)
     assert found.winding == math.inf
-    assert found.verdict == "winding heats without bound; 100 °C reached after 15 s"
+    assert found.verdict == "winding temperature grows without bound; limit 100 °C exceeded after 15 s"
     assert 10 < found.time_to_limit < 20
 
 

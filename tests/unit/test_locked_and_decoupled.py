@@ -133,7 +133,7 @@ def test_a_wheel_that_is_led_follows(drive):
 
 
 def test_a_free_link_needs_a_wheel_that_is_kept(drive):
-    with pytest.raises(ValueError, match="has nothing to follow with link = 'free'"):
+    with pytest.raises(ValueError, match="has no motion to follow with link = 'free'"):
         iv.simulate(drive, Scenario(duration=0.1, link="free", load_mass=0.8))
 
 

@@ -373,7 +373,7 @@ class TestSensitivity:
                 continue
             both = np.array([0.98 * value, value])
             if path.endswith("fast_friction_ratio") and variant == "shipped":
-                continue  # it means nothing without a decay speed
+                continue  # it does not apply without a decay speed
             for function in (
                 lambda d: outcomes.loss(d, 0.2, 20.0),
                 lambda d: outcomes.margin(d, study.requirement),

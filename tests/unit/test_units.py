@@ -160,7 +160,7 @@ def test_every_example_is_read(unit):
         (100.0, 1, "100"),
         (1e300, 3, "1e300"),
         (math.nan, 3, "–"),
-        (math.inf, 3, "no end"),
+        (math.inf, 3, "infinite"),
     ],
 )
 def test_numbers_for_people(value, digits, text):
@@ -184,7 +184,7 @@ def test_values_with_units_for_people():
     assert units.signed(0.25) == "+0.25"
     assert units.signed(-1500.0) == "-1500"
     assert units.celsius(365.4) == "92 °C"
-    assert units.celsius(math.inf) == "no end"
+    assert units.celsius(math.inf) == "infinite"
 
 
 def test_numbers_on_pages():
@@ -194,7 +194,7 @@ def test_numbers_on_pages():
     assert str(numbers.si(1543.2)) == "1540"
     assert str(numbers.si(1.5e-9)) == f"1.5{bound}×{bound}10<sup>−9</sup>"
     assert str(numbers.si(None)) == "–"
-    assert numbers.si(math.inf) == "no end"
+    assert numbers.si(math.inf) == "infinite"
     assert str(numbers.watts(4.567)) == "4.57 W"
     assert str(numbers.watts(0.00012)) == f"0.00012{bound}W"
     assert str(numbers.watts(5e8)) == f"5{bound}×{bound}10<sup>8</sup>{bound}W"

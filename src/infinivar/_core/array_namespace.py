@@ -1,4 +1,4 @@
-"""Which array namespace the arguments belong to, so that one source of each formula serves NumPy, JAX and others."""
+"""Array namespaces: each formula is written once and runs on NumPy, JAX and other array libraries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SETTLED = 1e-12
 """Relative step below which a Newton iteration has converged."""
 
 _USUAL_STEPS = 2
-"""After which the iterations here have nearly always converged."""
+"""Number of steps after which the iterations here have nearly always converged."""
 
 _PLAIN = frozenset({float, int, str, bool, type(None)})
 """Types of no array library: most fields of a part are of these."""
@@ -21,7 +21,7 @@ Array = Any
 
 
 def namespace(*arguments: Array) -> Any:
-    """Array namespace of the arguments; NumPy for plain numbers. A part (dataclass) stands for its fields.
+    """Array namespace of the arguments; NumPy for plain numbers. For a part (dataclass) its fields decide.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def namespace(*arguments: Array) -> Any:
         if get is None:
             continue
         candidate = get()
-        # A NumPy array mixes with any other library's arrays: it is how constants travel.
+        # NumPy arrays mix with those of any other library, because constants are NumPy arrays.
         if found is None or found.__name__ == "numpy":
             found = candidate
         elif candidate.__name__ not in (found.__name__, "numpy"):
@@ -54,17 +54,17 @@ def namespace(*arguments: Array) -> Any:
 
 
 def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
-    """Each value as a float64 array of `xp` (integers and lists are welcome)."""
+    """Each value as a float64 array of `xp`; accepts integers and lists."""
     return tuple(xp.asarray(value, dtype=xp.float64) for value in values)
 
 
 def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
-    """As `as_floats`, refusing values that are not finite (where values are known).
+    """As `as_floats`, for finite values only. Values that are being traced are not checked.
 
     Raises
     ------
     ParameterError
-        Naming the argument.
+        If a value is not finite; the message names the argument.
     """
     values = as_floats(xp, *named.values())
     if xp.__name__ == "numpy":
@@ -75,19 +75,19 @@ def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
 
 
 def signed_infinity(xp: Any, value: Array) -> Array:
-    """inf with the sign of `value`, 0 where it is 0."""
+    """Infinity with the sign of `value`; 0 where `value` is 0."""
     infinite = xp.full_like(value, xp.inf)
     return xp.where(value > 0, infinite, xp.where(value < 0, -infinite, 0.0))
 
 
 def safe_divide(xp: Any, numerator: Array, denominator: Array, otherwise: float) -> Array:
-    """Quotient where the denominator is not zero, `otherwise` where it is; gradients stay finite."""
+    """Quotient, or `otherwise` where the denominator is zero; gradients stay finite."""
     zero = denominator == 0
     return xp.where(zero, otherwise, numerator / xp.where(zero, 1.0, denominator))
 
 
 def _repeat(xp: Any, function: Callable[[Any], Any], value: Any, steps: int) -> Any:
-    """Apply `function` to `value` so many times; traced as a loop where unrolling would take minutes to compile."""
+    """Apply `function` to `value` `steps` times; in JAX as a loop, since unrolled it takes minutes to compile."""
     if xp.__name__ == "jax.numpy":
         from jax.lax import fori_loop
 
@@ -98,14 +98,14 @@ def _repeat(xp: Any, function: Callable[[Any], Any], value: Any, steps: int) -> 
 
 
 def newton(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
-    """Repeat `step` until nothing changes, at most `steps` times.
+    """Repeat `step` until it converges, at most `steps` times.
 
-    It stops as soon as every finite element has settled. Elements that turn nan stay nan: that is how `step` says "no
-    solution here". Elements that have not settled in the end are nan, too. Steps shrink quadratically, so one below
-    `SETTLED` leaves an error of its square.
+    The iteration stops when every finite element has converged. `step` returns nan for elements without a solution, and
+    they stay nan. Elements that have not converged at the end become nan as well. Convergence is quadratic, so a step
+    below `SETTLED` leaves an error of about its square.
 
-    The last step carries the derivative: at a root that of a Newton step by its start is zero, and by everything else that
-    of the root.
+    The last step carries the derivatives: at a root, the derivative of a Newton step with respect to its start is zero,
+    and with respect to any other variable it equals that of the root.
     """
     value, settled = start, False
     if xp.__name__ == "jax.numpy":
@@ -124,7 +124,7 @@ def _settled(xp: Any, new: Array, value: Array) -> Array:
 
 
 def _settled_in_jax(xp: Any, step: Callable[[Array], Array], start: Array, steps: int) -> Array:
-    """Where the iteration has settled, cut off from differentiation, through which it need not be followed."""
+    """Converged value, excluded from differentiation: `newton` takes the derivative from its last step."""
     import jax
 
     start = jax.lax.stop_gradient(start)
@@ -140,13 +140,13 @@ def _settled_in_jax(xp: Any, step: Callable[[Array], Array], start: Array, steps
         new = pure(value, *held)
         return count + 1, ~xp.all(_settled(xp, new, value) | xp.isnan(new)), new
 
-    for _ in range(_USUAL_STEPS):  # most points have settled then, and the compiler takes these steps in one go
+    for _ in range(_USUAL_STEPS):  # most points have converged by then, and the compiler fuses these steps
         start = pure(start, *held)
     return jax.lax.while_loop(goes_on, forth, (_USUAL_STEPS, True, start))[2]
 
 
 def bisect(xp: Any, function: Callable[[Array], Array], low: Array, high: Array, steps: int = 60) -> Array:
-    """Root of a function that rises from `low` to `high`, by halving the bracket `steps` times."""
+    """Root of an increasing function between `low` and `high`, by `steps` bisections."""
 
     def halve(bracket: tuple[Array, Array]) -> tuple[Array, Array]:
         low, high = bracket

@@ -1,7 +1,7 @@
-"""Numbers that carry a derivative: an array namespace for complex-step differentiation of formulas over `xp`.
+"""Array namespace for complex-step differentiation of formulas over `xp`.
 
-An imaginary part so small that its square vanishes rides along as a derivative, exact to rounding: no difference is
-taken. Comparisons, absolute values and choices look at real parts only, as they do for the formula itself.
+A tiny imaginary part carries the derivative. Its square underflows and no difference is taken, so the derivative is exact
+to rounding. Comparisons, absolute values and `where` use the real parts only.
 
 Source: squire1998.
 """
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 STEP = 1e-30
-"""Imaginary part of the perturbed value, relative to its size: its square is below what float64 resolves of anything."""
+"""Imaginary part of the perturbed value, relative to its magnitude. Its square is far below float64 resolution."""
 
 
 class Stepped:
@@ -35,7 +35,7 @@ class Stepped:
 
     @property
     def value(self) -> np.ndarray:
-        """Without derivatives."""
+        """Values without their derivatives."""
         return self.z.real
 
     @property
@@ -45,32 +45,32 @@ class Stepped:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """As of the array."""
+        """Shape of the array."""
         return self.z.shape
 
     @property
     def ndim(self) -> int:
-        """As of the array."""
+        """Number of dimensions."""
         return self.z.ndim
 
     def __getitem__(self, key: Any) -> Stepped:
-        """Elements."""
+        """Select elements."""
         return Stepped(self.z[key])
 
     def __len__(self) -> int:
-        """Of the first axis."""
+        """Length of the first axis."""
         return len(self.z)
 
     def __bool__(self) -> bool:
-        """Whether a single value is not zero."""
+        """Whether a single value is nonzero."""
         return bool(self.z.real)
 
     def __neg__(self) -> Stepped:
-        """With the other sign."""
+        """Negate."""
         return Stepped(-self.z)
 
     def __abs__(self) -> Stepped:
-        """Size, whose derivative has the sign of the value."""
+        """Absolute value; its derivative has the sign of the value."""
         return Stepped(np.where(self.z.real < 0, -self.z, self.z))
 
 
@@ -93,7 +93,7 @@ def _comparison(operation: Callable[[Any, Any], Any]) -> Callable[..., Any]:
 
 
 def _power(base: Any, exponent: Any) -> Any:
-    """By hand: NumPy's power of complex numbers loses imaginary parts this small."""
+    """Power, term by term: NumPy's complex power loses imaginary parts this small."""
     base, exponent = np.asarray(base), np.asarray(exponent)
     value = np.power(base.real, exponent.real)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -103,7 +103,7 @@ def _power(base: Any, exponent: Any) -> Any:
 
 
 def _product(one: Any, other: Any) -> Any:
-    """By hand: an infinity times a number without derivative has none."""
+    """Product, term by term: infinity times a number without a derivative has no derivative."""
     one, other = np.asarray(one), np.asarray(other)
     with np.errstate(invalid="ignore"):
         slope = np.where(one.imag == 0, 0.0, one.imag * other.real) + np.where(
@@ -122,7 +122,7 @@ def _quotient(one: Any, other: Any) -> Any:
 
 
 def _joined(value: Any, slope: Any) -> np.ndarray:
-    """Complex numbers from both parts, infinities left alone."""
+    """Complex numbers from their real and imaginary parts; keeps infinities."""
     value, slope = np.broadcast_arrays(value, slope)
     found = np.empty(value.shape, dtype=complex)
     found.real, found.imag = value, slope
@@ -140,7 +140,7 @@ for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
 
 
 _SLOPES: dict[str, Callable[[Any, Any], Any]] = {
-    # Derivative of each function, by its argument and its value.
+    # Derivative of each function, given its argument and its value.
     "sqrt": lambda x, y: 0.5 / y,
     "exp": lambda x, y: y,
     "log": lambda x, y: 1.0 / x,
@@ -156,12 +156,12 @@ _SLOPES: dict[str, Callable[[Any, Any], Any]] = {
 
 
 class Namespace:
-    """What the formulas use of the array API, with derivatives carried along; plain arrays go to NumPy."""
+    """The part of the array API that the formulas use, with derivatives; plain arrays go to NumPy."""
 
     __name__ = "infinivar complex step"
 
     def __getattr__(self, name: str) -> Any:
-        """NumPy's own of that name, whose arguments may carry derivatives where one is known."""
+        """NumPy's function of that name, extended to arguments with derivatives if its derivative is known."""
         own = getattr(np, name)
         if not callable(own) or isinstance(own, type):
             return own
@@ -186,19 +186,19 @@ class Namespace:
         return function
 
     def asarray(self, value: Any, dtype: Any = None) -> Any:
-        """The value itself where it carries derivatives."""
+        """Convert to an array; a value with derivatives is returned unchanged."""
         return value if isinstance(value, Stepped) else np.asarray(value, dtype=dtype)
 
     def astype(self, value: Any, dtype: Any) -> Any:
-        """Of another type; what carries derivatives keeps its own."""
+        """Convert to another type; a value with derivatives is returned unchanged."""
         return value if isinstance(value, Stepped) else np.astype(value, dtype)
 
     def abs(self, value: Any) -> Any:
-        """Size."""
+        """Absolute value."""
         return abs(value)
 
     def where(self, condition: Any, one: Any, other: Any) -> Any:
-        """Choice."""
+        """Choose by condition."""
         if isinstance(one, Stepped) or isinstance(other, Stepped):
             return Stepped(np.where(condition, _plain(one), _plain(other)))
         return np.where(condition, one, other)
@@ -212,7 +212,7 @@ class Namespace:
         return self.where((_real(one) <= _real(other)) | np.isnan(_real(one)), one, other)
 
     def clip(self, value: Any, low: Any, high: Any) -> Any:
-        """Kept within bounds."""
+        """Clip to bounds."""
         if not any(isinstance(part, Stepped) for part in (value, low, high)):
             return np.clip(value, low, high)
         return self.minimum(self.maximum(value, low), high)
@@ -226,7 +226,7 @@ class Namespace:
         return Stepped(found if keepdims else np.squeeze(found, axis))
 
     def broadcast_arrays(self, *values: Any) -> list[Any]:
-        """All of one shape."""
+        """Broadcast to one shape."""
         shape = np.broadcast_shapes(*(np.shape(_plain(value)) for value in values))
         spread = (np.broadcast_to(_plain(value), shape) for value in values)
         return [
@@ -234,7 +234,7 @@ class Namespace:
         ]
 
     def concat(self, values: Any, axis: int = 0) -> Any:
-        """Joined along an axis."""
+        """Join along an axis."""
         if any(isinstance(value, Stepped) for value in values):
             return Stepped(np.concatenate([_plain(value) for value in values], axis=axis))
         return np.concatenate(values, axis=axis)
@@ -248,17 +248,17 @@ NAMESPACE = Namespace()
 
 
 def size_of_step(at: Any) -> np.ndarray:
-    """Imaginary part with which values are perturbed."""
+    """Imaginary part that perturbs each value."""
     return STEP * np.where(np.asarray(at) == 0, 1.0, np.abs(at))
 
 
 def derivative(function: Callable[[Any], Any], at: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Value of a function over `xp`, and its derivative by its argument, element by element.
+    """Value of a function over `xp` and its derivative, element by element.
 
     Parameters
     ----------
-    function : callable   Of one array; each element of its result may depend on the argument's element in its place.
-    at : (...,) float     Where.
+    function : callable   Function of one array; each element of the result depends only on the corresponding element.
+    at : (...,) float     Argument.
 
     Returns
     -------
@@ -267,7 +267,7 @@ def derivative(function: Callable[[Any], Any], at: Any) -> tuple[np.ndarray, np.
     at = np.asarray(at, dtype=float)
     size = size_of_step(at)
     found = function(Stepped(_joined(at, size)))
-    if not isinstance(found, Stepped):  # it does not depend on the argument
+    if not isinstance(found, Stepped):  # independent of the argument
         found = np.asarray(found, dtype=float)
         return found, np.zeros_like(found)
     return found.value, found.slope / np.broadcast_to(size, found.shape)

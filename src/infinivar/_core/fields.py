@@ -1,7 +1,6 @@
 """Physical fields of dataclasses: unit, permitted range and meaning in one place.
 
-The dataclass validates itself from these, and the study file's schema, its reference page and its error messages are
-made from them too.
+They validate the dataclass, and generate the schema of the study file, its reference page and its error messages.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasse
     ----------
     unit : str      SI unit of the float, "1" for none.
     bound           Of `annotated_types`, such as ``Gt(0)``, or of `infinivar._core.bounds`.
-    meaning : str   One line for schemas and reference pages.
-    default         Value if left out; required if missing. None marks "not given".
+    meaning : str   One-line description for schemas and reference pages.
+    default         Default value; without one the field is required. None means "not given".
     """
     return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
 
 
 def given(value: Any, otherwise: Any) -> Any:
-    """The value, or another where none is given; unlike `or`, for arrays and for zero, too."""
+    """The value, or `otherwise` if it is None. Unlike `or`, this keeps arrays and zero."""
     return otherwise if value is None else value
 
 
 def component(meaning: str, **default: Any) -> Any:
-    """Dataclass field for a part, a choice or a flag, with its one-line meaning."""
+    """Dataclass field for a part, a choice or a flag, with a one-line description."""
     return dataclasses.field(**default, metadata={"meaning": meaning})
 
 
@@ -56,7 +55,7 @@ def tagged(meaning: str, kinds: Mapping[str, type], *, flat: bool = False, **def
 def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
     """Raise ParameterError with field, value and unit unless every element is finite and within the bound.
 
-    Values that are neither numbers nor NumPy arrays (those of a tracing array library) are not looked at.
+    Values that are neither numbers nor NumPy arrays (tracers of an array library) are not checked.
     """
     shown = "" if unit == "1" else unit
     if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
@@ -79,7 +78,7 @@ def hints(part: type) -> Mapping[str, Any]:
 
 @functools.cache
 def _choices(part: type) -> Mapping[str, tuple[Any, ...]]:
-    """What each field that is a choice may be: the literals of its type hint, and None where it may be left out."""
+    """Options of each choice field: the literals of its type hint, and None if the field is optional."""
     found: dict[str, tuple[Any, ...]] = {}
     for field in dataclasses.fields(part):
         hint = hints(part)[field.name]
@@ -117,14 +116,14 @@ def check_kind(field: str, value: Any, kinds: Mapping[str, type], method: str) -
 def check_choice(
     instance: Any, choice: str, needs: Mapping[str, Sequence[str]], may: Mapping[str, Sequence[str]] | None = None
 ) -> None:
-    """Raise ParameterError unless a part has the fields that go with what one of its fields says, and no others of these.
+    """Raise ParameterError unless a part has exactly the fields that the value of its choice field requires or allows.
 
     Parameters
     ----------
     instance   The part.
-    choice     Name of the field that decides.
-    needs      By what it may say: fields that must be given with it.
-    may        The same for fields that may be given with it. Fields in neither are not looked at.
+    choice     Name of the choice field.
+    needs      Required fields for each value of the choice field.
+    may        Optional fields for each value of the choice field. Fields listed in neither are not checked.
     """
     said, may = getattr(instance, choice), may or {}
     require(said in needs, choice, repr(said), f"one of {', '.join(needs)}")
@@ -134,11 +133,11 @@ def check_choice(
     special = {name for table in (needs, may) for names in table.values() for name in names}
     for name in sorted(special - {*needs[said], *may.get(said, ())}):
         if getattr(instance, name) is not None:
-            raise ParameterError(f"{name} means nothing with {choice} = {said!r}; leave it out")
+            raise ParameterError(f"{name} does not apply with {choice} = {said!r}; remove it")
 
 
 def quantities_of(instance: Any, prefix: str = "") -> dict[str, dataclasses.Field]:
-    """Every physical field that a dataclass and its parts have a value for, by dotted path, in the order of definition."""
+    """Physical fields with a value, of a dataclass and its parts, by dotted path in order of definition."""
     found: dict[str, dataclasses.Field] = {}
     for field in dataclasses.fields(instance):
         value = getattr(instance, field.name)
@@ -159,7 +158,7 @@ def value_at(instance: Any, path: str) -> Any:
 
 
 def with_values(instance: Any, values: Mapping[str, Any]) -> Any:
-    """The dataclass with other values at dotted paths, its parts made anew and validated.
+    """Copy of a dataclass with new values at dotted paths; its parts are rebuilt and validated.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Files that users name: regular ones of a bounded size, refused before anything of them is read."""
+"""Read files named by the user: regular files of bounded size only, checked before reading."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def read(path: Path, most: int) -> bytes:
     Parameters
     ----------
     path : Path
-    most : int    Bytes that it may have.
+    most : int    Maximum size in bytes.
 
     Returns
     -------
@@ -26,11 +26,11 @@ def read(path: Path, most: int) -> bytes:
     Raises
     ------
     InputError
-        If there is no such file, it is no regular one (a folder, a device, a pipe that would never end), too large, or
+        If the file does not exist, is not a regular file (a folder, a device, a pipe that would block), is too large, or
         cannot be read.
     """
     try:
-        # Without waiting: opening a pipe would wait for somebody to write to it.
+        # O_NONBLOCK: opening a pipe would otherwise block until a writer opens it.
         with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
             found = os.fstat(file.fileno())
             if not stat.S_ISREG(found.st_mode):

@@ -16,7 +16,7 @@ _PLAIN = frozenset({float, int, bool, str, complex, type(None), np.float64, np.i
 
 
 class FrozenDict(dict[K, V]):
-    """Dictionary whose items stay as they were given; `types.MappingProxyType` cannot be pickled."""
+    """Immutable dictionary. Unlike `types.MappingProxyType` it can be pickled."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("this mapping is part of a frozen value; use dataclasses.replace to make another")

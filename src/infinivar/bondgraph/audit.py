@@ -1,8 +1,8 @@
-"""What came of an integration, and its energy audit: nothing gets lost, and no element creates anything.
+"""Trajectory of an integration, and its energy audit.
 
-Two checks: at every output time the powers of each element must agree with each other and none of its losses be negative
-(this finds wrong equations, and names the element); and over time what the sources gave must be what was lost and stored
-(this finds what integration misses).
+The audit makes two checks. At every output time the powers of each element must balance and its losses must not be negative;
+this detects wrong equations and names the element. Over time, the energy from the sources must equal the energy lost and
+stored; this detects integration errors.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ CLOSURE = 1e-6
 """Largest accepted error of the energy balance, relative to the energy moved."""
 
 RESOLVED = 1e-9
-"""Energy below which a balance tells nothing: of a drive in which next to nothing moves, rounding is all there is. [J]"""
+"""Energy below which a balance is not meaningful: in a drive that hardly moves, the residual is rounding error. [J]"""
 
 _BALANCE = 1e-9
-"""Largest accepted error of an element's power balance, relative to the largest power at it; rounding leaves 1e-13."""
+"""Largest accepted error of an element's power balance, relative to the sum of its powers; rounding leaves 1e-13."""
 
 
 class ClosureError(AuditError):
-    """Energy supplied is not what was lost and stored: integration was too coarse, or an equation is wrong."""
+    """Energy supplied differs from energy lost and stored: integration was too coarse, or an equation is wrong."""
 
 
 class ElementEnergy(NamedTuple):
-    """Energy of one element so far, over time. [J]"""
+    """Cumulative energies of one element over time. [J]"""
 
     came: Any
-    """Through bonds that point to it."""
+    """Energy received through bonds that point to it."""
     went: Any
-    """Through bonds that point away."""
+    """Energy delivered through bonds that point away."""
     given: Any
-    """By a source."""
+    """Energy supplied by a source."""
     lost: Any
-    """In it; before a source, its own losses are not among these."""
+    """Energy lost in the element; losses upstream of a source are not included."""
     stored: Any
-    """More than at the beginning."""
+    """Change of stored energy since the start."""
 
 
 @result
@@ -57,16 +57,15 @@ class Trajectory(Result):
     time                 (n,) [s]
     states, inputs       By name.
     signals              By name.
-    efforts, flows       Of the bonds, by (tail, head).
-    supplied             Energy from every source so far, by title. [J]
-    lost                 Energy lost so far, by name of the loss. [J]
-    stored               Energy in every storage, by title. [J]
-    by_element           Energy given by a source (element, "") and lost (element, name of the loss) so far. [J]
-    storages             Energy in every storage, by element. [J]
-    passed               Energy through every bond so far along its half arrow, by (tail, head). [J]
-    residual             Energy not accounted for so far, over the energy moved in the whole motion, of which what the tolerance
-                         does not resolve is nothing. [-]
-    outcome              "" if the motion is complete, else why it is not and what to try.
+    efforts, flows       Efforts and flows of the bonds, by (tail, head).
+    supplied             Cumulative energy from each source, by title. [J]
+    lost                 Cumulative energy lost, by name of the loss. [J]
+    stored               Energy in each storage, by title. [J]
+    by_element           Cumulative energy from a source (element, "") and lost (element, name of the loss). [J]
+    storages             Energy in each storage, by element. [J]
+    passed               Cumulative energy through each bond along its half arrow, by (tail, head). [J]
+    residual             Cumulative residual of the energy balance, over the energy moved in the whole motion. [-]
+    outcome              "" if the motion is complete, else the reason and what to try.
     """
 
     graph: BondGraph
@@ -93,12 +92,12 @@ class Trajectory(Result):
         return float(np.max(np.abs(self.residual)))
 
     def at(self, name: str) -> tuple[Any, Any]:
-        """Effort and flow of a one-port or, at its first bond, of any other element."""
+        """Effort and flow of a one-port, or of any other element at its first bond."""
         bond = self.graph.bonds_of(self.graph[name].name)[0]
         return self.efforts[bond.tail, bond.head], self.flows[bond.tail, bond.head]
 
     def energy(self, name: str) -> ElementEnergy:
-        """Energy that came to an element, went on, was given by it, lost in it and stored in it, so far."""
+        """Cumulative energy received, delivered, supplied, lost and stored by an element."""
         import numpy as np
 
         element, bonds = self.graph[name], self.graph.bonds_of(name)
@@ -113,7 +112,7 @@ class Trajectory(Result):
         return ElementEnergy(came, went, given, lost, stored - stored[0])
 
     def power(self, name: str) -> Any:
-        """Power that a one-port takes up, or that a source gives. [W]"""
+        """Power that a one-port absorbs, or that a source supplies. [W]"""
         effort, flow = self.at(name)
         gives = self.graph.bonds_of(name)[0].tail == name
         return effort * flow * (1.0 if gives == (self.graph[name].kind in SOURCES) else -1.0)
@@ -127,16 +126,16 @@ def audited(
     outcome: str,
     closure: float = CLOSURE,
 ) -> Trajectory:
-    """Trajectory with everything that follows from states and energies, once it has passed the audit.
+    """Trajectory with all quantities derived from states and energies, after a passed audit.
 
-    A balance closes within `closure` of the energy moved, or within `RESOLVED`.
+    The energy balance must close within `closure` of the energy moved, or within `RESOLVED`.
 
     Raises
     ------
     AuditError
-        If an element's powers do not agree or a loss is negative, naming the element.
+        If an element's powers do not balance or a loss is negative; the message names the element.
     ClosureError
-        If the energy balance misses more than `closure`, naming the element that misses most.
+        If the energy balance does not close within `closure`; the message names the element with the largest residual.
     """
     import numpy as np
 
@@ -187,14 +186,14 @@ def audited(
     if not result.closure <= closure:
         worst = max(graph.elements, key=lambda element: _missing(result, element.name))
         raise ClosureError(
-            f"{graph.name}: the energy balance misses {result.closure:.2g} of the energy moved, more than {closure:g}, most "
-            f"at {worst.kind} {worst.name!r}. A smaller tolerance closes it if integration is the cause"
+            f"{graph.name}: the energy balance has a residual of {result.closure:.2g} of the energy moved, above the limit of "
+            f"{closure:g}, largest at {worst.kind} {worst.name!r}. If integration is the cause, reduce the tolerance"
         )
     return result
 
 
 def _missing(run: Trajectory, name: str) -> float:
-    """Largest energy that an element does not account for. [J]"""
+    """Largest residual of an element's energy balance. [J]"""
     import numpy as np
 
     energy = run.energy(name)
@@ -228,12 +227,12 @@ def _check_elements(
         if element.kind in (*JUNCTIONS, *TWO_PORTS):
             wrong = np.abs(sum(powers)) > scale
             if wrong.any():
-                refuse(element, "passes on other than the power it receives", wrong)
+                refuse(element, "does not conserve power", wrong)
         mine = [loss for (name, _), loss in losses.items() if name == element.name]
         if element.kind == "R":
             wrong = np.abs(sum(powers) - sum(mine)) > scale
             if wrong.any():
-                refuse(element, "loses other than the power it receives", wrong)
+                refuse(element, "has losses that differ from the power it absorbs", wrong)
         for loss in mine:
             if (loss < -scale).any():
                 refuse(element, "creates power", loss < -scale)

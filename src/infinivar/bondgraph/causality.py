@@ -1,8 +1,8 @@
-"""Causality: at every bond, which end decides the effort and which the flow.
+"""Causality: which end of each bond determines the effort and which the flow.
 
-The sequential causal assignment procedure: sources first, then storages in integral causality, then resistances whose
-laws want flows, then what is left; after each choice everything that follows from it is assigned. A storage that cannot
-have integral causality is dependent; a bond that only the last step decides is part of an algebraic loop.
+The sequential causality assignment procedure: sources first, then storages in integral causality, then resistances whose
+laws need flows, then the remaining bonds; each choice is propagated through the graph. A storage that cannot have integral
+causality is dependent; a bond assigned only in the last step is part of an algebraic loop.
 
 Source: karnopp2012, section 3.4 and chapter 5.
 """
@@ -16,14 +16,14 @@ from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, STORAGES, TWO_PORTS, B
 
 @dataclass(frozen=True, slots=True)
 class Causality:
-    """Causality of a whole graph.
+    """Causality of a graph.
 
     Attributes
     ----------
     stroke       End of each bond that receives the effort, where the causal stroke is drawn.
-    independent  Storages in integral causality, each with a state of its own.
+    independent  Storages in integral causality, each with its own state.
     dependent    Storages in derivative causality: their energy follows from other states.
-    looped       Elements at which a choice was free: resistances in an algebraic loop.
+    looped       Elements whose causality was a free choice: resistances in an algebraic loop.
     """
 
     stroke: dict[Bond, str]
@@ -32,7 +32,7 @@ class Causality:
     looped: tuple[str, ...]
 
     def effort_into(self, bond: Bond, element: str) -> bool:
-        """Whether the element receives the effort of the bond (and so decides its flow)."""
+        """Whether the element receives the effort of the bond (and so determines its flow)."""
         return self.stroke[bond] == element
 
 
@@ -50,8 +50,8 @@ def assign(graph: BondGraph) -> Causality:
     Raises
     ------
     BondGraphError
-        If two elements want to decide the same quantity (two flow sources on one 1-junction), naming both; if a law that
-        needs a flow would be given an effort.
+        If two elements determine the same quantity (two flow sources on one 1-junction); the message names both. Also if a
+        law that needs a flow would receive an effort.
     """
     return _Procedure(graph).run()
 
@@ -113,18 +113,18 @@ class _Procedure:
         return element.name if element.kind == "I" else bond.other(element.name)
 
     def settle_law(self, element: Element) -> None:
-        """A law turns flows into efforts: it must receive every flow."""
+        """A law maps flows to efforts: it must receive every flow."""
         for bond in self.at[element.name]:
             if bond not in self.stroke:
                 self.settle(bond, element.name, bond.other(element.name))
             elif self.stroke[bond] == element.name:
                 raise BondGraphError(
-                    f"{self.graph.name}: the law of R {element.name!r} needs a flow, but {self.cause[bond]!r} decides the "
-                    f"effort on it; a storage between the two would give it one"
+                    f"{self.graph.name}: the law of R {element.name!r} needs a flow, but {self.cause[bond]!r} imposes its "
+                    f"effort; put a storage between the two"
                 )
 
     def settle(self, bond: Bond, element: str, end: str) -> None:
-        """Let `end` receive the effort of the bond because `element` wants so, and everything that follows from it."""
+        """Let `end` receive the effort of the bond, as `element` requires, and propagate the consequences."""
         waiting = [(bond, element, end)]
         while waiting:
             bond, cause, end = waiting.pop()
@@ -138,7 +138,7 @@ class _Procedure:
                 waiting += [(other, cause, at) for other, at in self.follows(self.element[place])]
 
     def follows(self, element: Element) -> list[tuple[Bond, str]]:
-        """What an element decides by itself about its open bonds, given those that are settled."""
+        """Assignments of an element's open bonds that follow from its assigned bonds."""
         open_bonds = [bond for bond in self.at[element.name] if bond not in self.stroke]
         if not open_bonds:
             return []
@@ -165,7 +165,7 @@ class _Procedure:
         return []
 
     def decides(self, element: Element, bond: Bond) -> bool:
-        """Whether the bond decides the common quantity of a junction."""
+        """Whether the bond determines the common quantity of a junction."""
         return (self.stroke[bond] == element.name) == (element.kind == "0")
 
     def check(self) -> None:
@@ -182,7 +182,7 @@ class _Procedure:
 
     def refuse(self, bond: Bond, cause: str) -> None:
         raise BondGraphError(
-            f"{self.graph.name}: {cause!r} and {self.cause[bond]!r} both decide the same quantity, "
+            f"{self.graph.name}: {cause!r} and {self.cause[bond]!r} both determine the same quantity "
             f"on the bond {bond.tail} > {bond.head}; put a storage or a resistance between them"
         )
 
@@ -190,6 +190,6 @@ class _Procedure:
         causes = " and ".join(dict.fromkeys(repr(self.cause[bond]) for bond in bonds))
         what = {"0": "effort", "1": "flow"}.get(element.kind, "effort and flow")
         raise BondGraphError(
-            f"{self.graph.name}: the {what} at {element.kind} {element.name!r} is decided by {causes}, not by exactly one "
-            f"element; put a storage or a resistance between them"
+            f"{self.graph.name}: the {what} at {element.kind} {element.name!r} is determined by {causes} instead of exactly "
+            f"one element; put a storage or a resistance between them"
         )

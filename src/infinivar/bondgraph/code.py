@@ -1,7 +1,7 @@
-"""Code from equations: one source text over an array namespace, for plain floats, NumPy, JAX and CasADi alike.
+"""Code generated from equations: one source text over an array namespace, for plain floats, NumPy, JAX and CasADi.
 
-The text is a function of a namespace that returns a function; what it computes is decided by the list of expressions it
-is made for. Common subexpressions are computed once.
+The text defines a function of a namespace that returns a function, which computes a list of expressions. Common
+subexpressions are computed once.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ FUNCTIONS = ("where", "clip", "abs", "sign", "sqrt", "exp", "log", "sin", "cos",
 
 
 class FloatNamespace:
-    """The functions that generated code calls, on plain floats: several times as fast as NumPy on scalars."""
+    """Functions for generated code on plain floats; several times faster than NumPy on scalars."""
 
-    where = clip = None  # `compiled` writes them as choices
+    where = clip = None  # `compiled` replaces them with conditional expressions
     sign = staticmethod(lambda value: (value > 0) - (value < 0))
     abs, sqrt, exp, log = abs, math.sqrt, math.exp, math.log
     sin, cos, tan, asin, acos, atan, tanh = math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, math.tanh
 
 
 def casadi_namespace() -> Any:
-    """The functions that generated code calls, on CasADi expressions.
+    """Functions for generated code on CasADi expressions.
 
     Raises
     ------
@@ -179,7 +179,7 @@ def _unpack(letter: str, symbols: Sequence[Any], source: str) -> list[str]:
 
 
 def _in_order(steps: Sequence[tuple[Any, Any]], needed: set[Any]) -> list[tuple[Any, Any]]:
-    """Those of the steps that are needed, each after those it needs."""
+    """The required steps, each after the steps it depends on."""
     by_symbol = dict(steps)
     done: dict[Any, Any] = {}
 
@@ -195,7 +195,7 @@ def _in_order(steps: Sequence[tuple[Any, Any]], needed: set[Any]) -> list[tuple[
 
 
 class _Constants:
-    """Takes out of expressions what depends on parameters only: whole subexpressions, factors and terms."""
+    """Extracts from expressions the parts that depend on parameters only: subexpressions, factors and terms."""
 
     def __init__(self, parameters: set[Any]) -> None:
         self.parameters = parameters
@@ -224,5 +224,5 @@ class _Constants:
 
         if expression.is_Atom:
             return expression
-        # A name that nobody gives, and the same every time: code should not change from run to run.
+        # A name that no parameter can have, and a deterministic one, so that code does not change between runs.
         return self.found.setdefault(expression, sympy.Symbol(f"constant {len(self.found)}", real=True))

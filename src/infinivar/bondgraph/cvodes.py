@@ -1,4 +1,4 @@
-"""CVODES, by way of CasADi: the same generated code as a symbolic expression, integrated by compiled code."""
+"""CVODES through CasADi: the generated code as a symbolic expression, integrated by compiled code."""
 
 from __future__ import annotations
 

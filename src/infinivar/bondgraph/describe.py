@@ -1,4 +1,4 @@
-"""Equations of a graph for people: plain text, and a LaTeX document."""
+"""Readable equations of a graph: plain text, and a LaTeX document."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _KIND = {"flow": "flow of", "displacement": "displacement of", "signal": "integr
 
 
 def text(equations: Equations) -> str:
-    """States, state equations, laws and parameters, one a line, with symbols as LaTeX writes them."""
+    """States, state equations, laws and parameters, one per line, with LaTeX symbols."""
     lines = [equations.graph.name, "", "States" if equations.states else "No states"]
     lines += [f"  {state.symbol.name:<16} {_meaning(equations.graph, state)}" for state in equations.states]
     lines += ["", "Inputs", *(f"  {symbol.name:<16} {name}" for name, symbol in equations.inputs.items())]
@@ -38,7 +38,7 @@ def text(equations: Equations) -> str:
 
 
 def latex(equations: Equations) -> str:
-    """The same as a document to typeset, or to take formulas from."""
+    """States, state equations, laws and parameters as a LaTeX document."""
     graph = equations.graph
     lines = [
         r"\documentclass{article}",
@@ -79,7 +79,7 @@ def latex(equations: Equations) -> str:
 
 
 def _responses(equations: Equations) -> list[tuple[str, str, Any]]:
-    """What the graph answers to each source: the quantity that the source does not decide."""
+    """Response of the graph to each source: the quantity that the source does not impose."""
     found = []
     for element in equations.graph.elements:
         if element.kind in SOURCES:
@@ -108,7 +108,7 @@ def _meaning(graph: BondGraph, state: State) -> str:
 
 
 def _named(expression: Any) -> Any:
-    """Arguments of laws under their plain names."""
+    """Expression with plain names for the arguments of laws."""
     import sympy
 
     return expression.xreplace({symbol: sympy.Symbol(symbol.name) for symbol in expression.atoms(sympy.Dummy)})
@@ -117,7 +117,7 @@ def _named(expression: Any) -> Any:
 def _latex(expression: Any) -> str:
     import sympy
 
-    # Symbols are LaTeX already: the printer must not take "m_{l}" apart again.
+    # Symbols are LaTeX already: the printer must not split "m_{l}".
     return sympy.latex(expression, symbol_names={symbol: symbol.name for symbol in expression.free_symbols})
 
 

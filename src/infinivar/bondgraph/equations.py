@@ -1,9 +1,8 @@
 """Equations of a bond graph: explicit state space, every effort and flow, every power, as SymPy expressions.
 
-States are the flows of the independent inertias, the displacements of the independent compliances, and the signals that
-are integrals. A dependent storage gives an effort in proportion to rates of states; the rates are then the solution of a
-linear system, which is solved exactly. Values of laws of resistances stay symbols, so that equations can be read; their
-own expressions come with them, in an order in which they can be computed.
+States are the flows of the independent inertias, the displacements of the independent compliances, and the integral
+signals. The effort of a dependent storage is proportional to state derivatives, which then follow from a linear system that
+is solved exactly. Values of laws remain symbols, for readable equations; their expressions are listed in order of evaluation.
 
 Source: karnopp2012, chapter 5.
 """
@@ -43,15 +42,15 @@ class Equations:
     graph, causality
     states, derivatives   States and their time derivatives.
     inputs                Symbols of sources and outside signals, by name.
-    rates                 Symbols of time derivatives of inputs, by the input's name, where a dependent storage needs them.
-    laws                  Values of laws, in an order in which they can be computed.
-    efforts, flows        Of every bond.
-    signals               Of every signal.
+    rates                 Symbols of time derivatives of inputs, by name of the input, for dependent storages.
+    laws                  Values of laws, in order of evaluation.
+    efforts, flows        Effort and flow of every bond.
+    signals               Value of every signal.
     stored                Energy in every storage.
-    power                 Power that every source, storage and resistance takes up (sources: gives), by element.
-    losses                Power lost, by element and name of the loss; before a source, too, where it says so.
+    power                 Power absorbed by each storage and resistance or supplied by each source, by element.
+    losses                Power lost, by element and name of the loss, including losses upstream of sources.
 
-    Expressions are in states, inputs, rates, parameters and symbols of laws.
+    All expressions are in terms of states, inputs, rates, parameters and symbols of laws.
     """
 
     graph: BondGraph
@@ -69,7 +68,7 @@ class Equations:
     losses: Mapping[str, Mapping[str, Expression]]
 
     def expanded(self, expression: Expression) -> Expression:
-        """An expression with the values of all laws put in."""
+        """Expression with the values of all laws substituted."""
         for law in reversed(self.laws):
             expression = expression.subs(law.symbol, law.value)
         return expression
@@ -80,14 +79,14 @@ class Equations:
         Raises
         ------
         BondGraphError
-            If the graph is not linear, naming the element.
+            If the graph is not linear; the message names the element.
         """
         states, inputs = [state.symbol for state in self.states], list(self.inputs.values())
         rows = sympy.Matrix([self.expanded(derivative) for derivative in self.derivatives])
         a, b = rows.jacobian(states), rows.jacobian(inputs) if inputs else sympy.zeros(len(states), 0)
         if (a.free_symbols | b.free_symbols) & {*states, *inputs}:
             curved = [law.element for law in self.laws] or [e.name for e in self.graph.elements if e.modulated]
-            raise BondGraphError(f"{self.graph.name} is not linear: see {', '.join(dict.fromkeys(curved))}")
+            raise BondGraphError(f"{self.graph.name} is not linear because of {', '.join(dict.fromkeys(curved))}")
         return a.applyfunc(sympy.factor), b.applyfunc(sympy.factor)
 
 
@@ -105,8 +104,8 @@ def derive(graph: BondGraph) -> Equations:
     Raises
     ------
     BondGraphError
-        If the graph has no causality (see `infinivar.bondgraph.causality.assign`); if an algebraic loop cannot be solved
-        exactly, or a dependent storage depends on a law of a resistance, naming the elements.
+        If the graph has no consistent causality (see `infinivar.bondgraph.causality.assign`), an algebraic loop has no exact
+        solution, or a dependent storage depends on the law of a resistance; the message names the elements.
     """
     return _Derivation(graph).run()
 
@@ -138,7 +137,7 @@ class _Derivation:
         self.states = self._states()
         self._check_symbols()
         self.state_of = {state.name: state.symbol for state in self.states}
-        # Dummies: the rate of an angle and the flow of its shaft have one name and are solved for apart.
+        # Dummies: the rate of an angle and the flow of its shaft have the same name but are separate unknowns.
         self.rate_of = {state.symbol: sympy.Dummy(f"\\dot{{{state.symbol.name}}}", real=True) for state in self.states}
 
     def _states(self) -> tuple[State, ...]:
@@ -157,7 +156,7 @@ class _Derivation:
         return tuple(states)
 
     def _check_symbols(self) -> None:
-        """One symbol, one meaning: two that share one would be added up without a word."""
+        """Every symbol must have one meaning: terms with a shared symbol would be added silently."""
         meanings: dict[str, str] = {}
         for what, names in (
             ("a parameter", list(self.graph.parameters)),
@@ -167,7 +166,7 @@ class _Derivation:
             for name in names:
                 if name in meanings:
                     raise BondGraphError(
-                        f"{self.graph.name}: the symbol {name} stands for {meanings[name]} and for {what}; rename one"
+                        f"{self.graph.name}: the symbol {name} is used for {meanings[name]} and for {what}; rename one"
                     )
                 meanings[name] = what
 
@@ -215,7 +214,7 @@ class _Derivation:
         powers = {e.name: taken(e.name) for e in self.graph.elements if e.kind in (*SOURCES, *STORAGES, "R")}
         return {name: -power if self.element[name].kind in SOURCES else power for name, power in powers.items()}
 
-    # Efforts and flows, each from the end that decides it.
+    # Efforts and flows, each computed from the end that determines it.
 
     def effort(self, bond: Bond) -> Expression:
         return self._variable(bond, "effort", bond.other(self.causality.stroke[bond]))
@@ -271,7 +270,7 @@ class _Derivation:
         return -sign(bond) * sum(others, sympy.Integer(0))
 
     def _strong(self, element: Element) -> Bond:
-        """The bond that decides the common quantity of a junction."""
+        """The bond that determines the common quantity of a junction."""
         into = element.kind == "0"
         return next(b for b in self.at[element.name] if self.causality.effort_into(b, element.name) == into)
 
@@ -318,7 +317,7 @@ class _Derivation:
     def _law_symbols(self, element: Element) -> tuple[sympy.Symbol, ...]:
         if element.name not in self.outputs:
             count = len(self.at[element.name])
-            # The element's symbol says what it adds: unless a parameter has it, it names the effort.
+            # The effort gets the element's symbol, unless a parameter has it.
             base = element.symbol or f"e_{{{_plain_name(element.name)}}}"
             taken = {
                 *self.graph.parameters,
@@ -334,8 +333,8 @@ class _Derivation:
         laws = {symbol for symbols in self.outputs.values() for symbol in symbols}
         if expression.free_symbols & (laws | set(self.cuts)):
             raise BondGraphError(
-                f"{self.graph.name}: the dependent storage {element!r} follows a quantity that a resistance decides; "
-                f"give that quantity a storage of its own"
+                f"{self.graph.name}: the dependent storage {element!r} depends on a quantity that a resistance determines; "
+                f"add a storage for that quantity"
             )
         total = sum((expression.diff(state) * rate for state, rate in self.rate_of.items()), sympy.Integer(0))
         for name, symbol in self.inputs.items():
@@ -391,7 +390,7 @@ class _Derivation:
         return values
 
     def _argument_symbols(self, element: Element, ports: int) -> tuple[sympy.Symbol, ...]:
-        # Dummies: a parameter of the law may go by the same letter.
+        # Dummies: a parameter of the law may have the same symbol.
         flows = ["w"] if ports == 1 else [f"w_{port}" for port in range(1, ports + 1)]
         names = (*flows, *(self.signal[name].symbol for name in element.signals))
         return tuple(sympy.Dummy(name, real=True) for name in names)
@@ -419,6 +418,6 @@ class _Derivation:
 
 
 def _tidy(value: Expression) -> Expression:
-    """A fraction with the dependent inertias gathered in its denominator."""
+    """A fraction with the dependent inertias collected in its denominator."""
     numerator, denominator = sympy.fraction(sympy.together(value))
     return sympy.expand(numerator) / sympy.factor_terms(sympy.expand(denominator))

@@ -1,14 +1,14 @@
-"""Bond graphs as frozen values: elements, bonds with their power direction, signals, and graphs made of graphs.
+"""Bond graphs as frozen values: elements, bonds with a power direction, signals, and graphs joined from sub-graphs.
 
-Every bond carries an effort and a flow whose product is a power, positive along its half arrow. Elements, with the
-constitutive equation each adds:
+Each bond carries an effort and a flow; their product is a power, positive along the half arrow. Elements and their
+constitutive equations:
 
 - effort and flow source (Se, Sf): an input, or a law of signals (MSe, MSf);
-- inertia (I) ``p = I f``, compliance (C) ``e = q/C``, resistance (R) ``e = R f`` or a law of flows and signals, on one
+- inertia (I) ``p = I f``, compliance (C) ``e = q/C``, resistance (R) ``e = R f`` or a law of flows and signals, with one
   port or several (a field);
 - transformer (TF) ``f2 = m f1, e1 = m e2`` and gyrator (GY) ``e2 = r f1, e1 = r f2``; m and r may be laws of signals
-  (MTF, MGY). The bond that arrives is port 1, the one that leaves port 2;
-- 1-junction: one flow, efforts add up; 0-junction: one effort, flows add up.
+  (MTF, MGY). The incoming bond is port 1, the outgoing bond port 2;
+- 1-junction: common flow, efforts sum to zero; 0-junction: common effort, flows sum to zero.
 
 Source: karnopp2012, chapters 2-4.
 """
@@ -31,12 +31,12 @@ SOURCES, STORAGES, TWO_PORTS, JUNCTIONS = ("Se", "Sf"), ("I", "C"), ("TF", "GY")
 
 
 class BondGraphError(InputError):
-    """A graph that means nothing, or cannot be turned into equations or solved so; the message names what is at fault."""
+    """A graph that is invalid, or has no equations or solution; the message names the element at fault."""
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number in a graph: its symbol (LaTeX, without dollars), value in SI, and unit for listings."""
+    """A parameter of a graph: symbol (LaTeX, without dollar signs), value in SI, and unit for listings."""
 
     symbol: str
     value: float
@@ -45,22 +45,22 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Element:
-    """One element of a graph; made by the functions of this module.
+    """One element of a graph, created by the functions of this module.
 
     Attributes
     ----------
-    name             Unique in its graph. In a joined graph it begins with the names of the sub-graphs: "cylinder.J_c".
+    name             Unique in its graph. In a joined graph it is prefixed with the names of the sub-graphs: "cylinder.J_c".
     kind             Se, Sf, I, C, R, TF, GY, 0 or 1.
-    symbol           LaTeX of what the element adds: its parameter, input or junction variable; "" for none.
-    parameter        Of a linear element.
-    law              Of any other: flows (R) and signals, by position, and `parameters`, by name, to efforts (a tuple for
-                     a field), modulus or input. Written over an array namespace, so that it can be traced.
-    signals          Names of the signals that the law takes.
-    parameters       Numbers that the law takes.
-    losses           Of an R with a law: flows, signals and parameters as in `law`, and ``effort``, to a mapping from
-                     names to the powers into which the loss divides. None: one loss under the element's title. Of a source:
-                     the power it gives and ``parameters``, to losses that occur before it, which it must supply, too.
-    title            What a reader calls it; the key of its loss in results. The name if left out.
+    symbol           LaTeX of its parameter, input or junction variable; "" for none.
+    parameter        Parameter of a linear element.
+    law              Law of any other element: maps flows (R) and signals, by position, and `parameters`, by name, to efforts
+                     (a tuple for a field), modulus or input. Written over an array namespace, so that it can be traced.
+    signals          Names of the law's signals.
+    parameters       Parameters of the law.
+    losses           For an R with a law: maps flows, signals and parameters as in `law`, and ``effort``, to the losses by
+                     name. None: one loss under the element's title. For a source: maps its power and ``parameters`` to
+                     losses upstream of it, which it must supply as well.
+    title            Name in reports, and key of its loss in results. Default: `name`.
     """
 
     name: str
@@ -75,17 +75,17 @@ class Element:
 
     @property
     def modulated(self) -> bool:
-        """Whether a signal decides what the element does."""
+        """Whether a signal modulates the element."""
         return bool(self.signals)
 
     @property
     def group(self) -> tuple[str, ...]:
-        """Names of the sub-graphs that hold the element, outermost first."""
+        """Names of the sub-graphs that contain the element, outermost first."""
         return tuple(self.name.split(".")[:-1])
 
     @property
     def label(self) -> str:
-        """Kind as drawn: with an M in front where a signal modulates it."""
+        """Kind as drawn, with the prefix M if a signal modulates it."""
         return f"M{self.kind}" if self.modulated else self.kind
 
 
@@ -104,12 +104,12 @@ def _made(kind: Kind, name: str, symbol: str, value: float | Law | None, unit: s
 
 
 def effort_source(name: str, symbol: str, law: Law | None = None, *, title: str = "", **modulation: Any) -> Element:
-    """Se: imposes an effort, which is the input `name` unless a law of signals gives it."""
+    """Se: imposes an effort: the input `name`, or a law of signals."""
     return _made("Se", name, symbol, law, "", title, **modulation)
 
 
 def flow_source(name: str, symbol: str, law: Law | None = None, *, title: str = "", **modulation: Any) -> Element:
-    """Sf: imposes a flow, which is the input `name` unless a law of signals gives it."""
+    """Sf: imposes a flow: the input `name`, or a law of signals."""
     return _made("Sf", name, symbol, law, "", title, **modulation)
 
 
@@ -126,21 +126,21 @@ def compliance(name: str, symbol: str, value: float, unit: str = "", *, title: s
 def resistance(
     name: str, symbol: str, value: float | Law, unit: str = "", *, title: str = "", **modulation: Any
 ) -> Element:
-    """R: loses ``R f^2``, or what a law of its flows says; `signals`, `parameters` and `losses` as in `Element`."""
+    """R: dissipates ``R f^2``, or the power given by a law of its flows; other arguments as in `Element`."""
     return _made("R", name, symbol, value, unit, title, **modulation)
 
 
 def transformer(
     name: str, symbol: str, modulus: float | Law, unit: str = "", *, title: str = "", **modulation: Any
 ) -> Element:
-    """TF: ``f2 = m f1`` and ``e1 = m e2``, with a number or a law of signals as m."""
+    """TF: ``f2 = m f1`` and ``e1 = m e2``; m is a number or a law of signals."""
     return _made("TF", name, symbol, modulus, unit, title, **modulation)
 
 
 def gyrator(
     name: str, symbol: str, modulus: float | Law, unit: str = "", *, title: str = "", **modulation: Any
 ) -> Element:
-    """GY: ``e2 = r f1`` and ``e1 = r f2``, with a number or a law of signals as r."""
+    """GY: ``e2 = r f1`` and ``e1 = r f2``; r is a number or a law of signals."""
     return _made("GY", name, symbol, modulus, unit, title, **modulation)
 
 
@@ -168,14 +168,14 @@ class Bond:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Signal:
-    """A measured quantity that modulates elements or is shown: no power flows along it.
+    """A measured quantity that modulates elements or is an output; it carries no power.
 
     Attributes
     ----------
     name, symbol     Name in laws and results; LaTeX.
-    of               Element measured: flow of a one-port or 1-junction, effort of a 0-junction or two-port (port 1).
-                     "" if the signal comes from outside the graph.
-    integral         Whether the signal is the time integral of that quantity, and so a state.
+    of               Measured element: flow of a one-port or 1-junction, effort of a 0-junction or two-port (port 1).
+                     "" for a signal from outside the graph.
+    integral         Whether the signal is the time integral of that quantity, and therefore a state.
     """
 
     name: str
@@ -186,20 +186,20 @@ class Signal:
 
 @dataclass(frozen=True, slots=True, init=False)
 class BondGraph:
-    """A graph that is complete but for junctions that wait for bonds to other graphs.
+    """A graph, complete except for junctions open to other graphs.
 
     Parameters
     ----------
-    name       Of the graph, for drawings and messages.
-    elements   Names without points, ``[A-Za-z0-9_]``.
-    bonds      Chains of names such as ``"source > current > motor"``: bonds whose half arrows point to the right.
-    signals    Measured quantities, and those expected from outside.
+    name       Name of the graph in drawings and messages.
+    elements   Names consist of ``[A-Za-z0-9_]``.
+    bonds      Chains of names such as ``"source > current > motor"``; half arrows point to the right.
+    signals    Measured quantities, and signals from outside.
 
     Raises
     ------
     BondGraphError
-        If names repeat or are not known, a one-port has other than one bond, a two-port other than one in and one out, a
-        passive element a bond that points away, or a law a signal that nobody declares.
+        If names repeat or are unknown, a one-port does not have exactly one bond, a two-port does not have one incoming and
+        one outgoing bond, a bond points away from a passive element, or a law uses an undeclared signal.
     """
 
     name: str
@@ -217,7 +217,7 @@ class BondGraph:
         signals: Iterable[Signal] = (),
         titles: Mapping[str, str] | None = None,
     ) -> None:
-        """Freeze the sequences, read chains of bonds and check the whole."""
+        """Freeze the sequences, parse the chains of bonds and check the graph."""
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "elements", tuple(elements))
         object.__setattr__(self, "bonds", tuple(bond for chain in bonds for bond in _bonds(chain)))
@@ -231,7 +231,7 @@ class BondGraph:
         Raises
         ------
         BondGraphError
-            If there is none.
+            If the graph has no such element.
         """
         for element in self.elements:
             if element.name == name:
@@ -240,17 +240,17 @@ class BondGraph:
         raise BondGraphError(f"{self.name} has no element {name!r}{nearest(name, names)}")
 
     def bonds_of(self, name: str) -> tuple[Bond, ...]:
-        """Bonds at an element, in the order in which they were given."""
+        """Bonds at an element, in the order of definition."""
         return tuple(bond for bond in self.bonds if name in (bond.tail, bond.head))
 
     @property
     def parameters(self) -> dict[str, Parameter]:
-        """Every parameter once, by symbol.
+        """All parameters by symbol.
 
         Raises
         ------
         BondGraphError
-            If one symbol stands for two values.
+            If one symbol has two values.
         """
         found: dict[str, Parameter] = {}
         for element in self.elements:
@@ -258,7 +258,7 @@ class BondGraph:
                 known = found.setdefault(parameter.symbol, parameter)
                 if known.value != parameter.value:
                     values = f"{known.value:g} and {parameter.value:g}"
-                    raise BondGraphError(f"{self.name}: the symbol {parameter.symbol} stands for {values}")
+                    raise BondGraphError(f"{self.name}: the symbol {parameter.symbol} has two values, {values}")
         return found
 
 
@@ -270,14 +270,14 @@ def join(
     elements: Iterable[Element] = (),
     signals: Iterable[Signal] = (),
 ) -> BondGraph:
-    """One graph of several: names of elements get the name of their part and a point in front.
+    """Join several graphs; element names are prefixed with the name of their part and a dot.
 
     Parameters
     ----------
-    name : str                            Of the whole.
+    name : str                            Name of the joined graph.
     parts : mapping of name to BondGraph  Sub-graphs.
     bonds : iterable of str               Chains between junctions of the parts, such as ``"cylinder.shaft > wheel.in"``.
-    elements, signals                     Further ones. A signal that one part expects from outside may be another's.
+    elements, signals                     Additional ones. One part may measure a signal that another one needs.
 
     Returns
     -------
@@ -286,7 +286,7 @@ def join(
     Raises
     ------
     BondGraphError
-        As `BondGraph`, and if two parts measure signals of one name.
+        As `BondGraph`, and if two parts measure signals of the same name.
     """
     every = [*elements]
     chains: list[str | Bond] = []

@@ -1,4 +1,4 @@
-"""What drives a graph from outside: inputs over time, and controllers that set inputs at their samples."""
+"""External inputs of a graph: functions of time, and sampled controllers."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any, Protocol
 
 
 class Input(Protocol):
-    """An outside input as a function of time."""
+    """An external input as a function of time."""
 
     @property
     def breaks(self) -> Sequence[float]:
-        """Instants at which the value or its slope jumps. [s]"""
+        """Times at which the value or its slope jumps. [s]"""
         ...
 
     def value(self, time: float) -> float:
@@ -25,7 +25,7 @@ class Input(Protocol):
 
 
 class Controller(Protocol):
-    """A sampled controller: its outputs are held from one sample to the next."""
+    """A sampled controller; its outputs are held between samples."""
 
     @property
     def sample_time(self) -> float:
@@ -33,17 +33,17 @@ class Controller(Protocol):
         ...
 
     def start(self, measured: Mapping[str, float]) -> Any:
-        """What the controller remembers before its first sample."""
+        """Memory of the controller before its first sample."""
         ...
 
     def sample(self, time: float, measured: Mapping[str, float], memory: Any) -> tuple[Mapping[str, float], Any]:
-        """Values of inputs by name, and what to remember, from the graph's signals at a time."""
+        """Values of inputs by name, and the new memory, from the graph's signals at a time."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """An input that never changes."""
+    """A constant input."""
 
     size: float
     breaks: tuple[float, ...] = ()

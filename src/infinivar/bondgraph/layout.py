@@ -1,8 +1,8 @@
 """Where the elements of a bond graph are drawn.
 
-Junctions, two-ports and the sources at their ends run from left to right the way power does, laid out by igraph. Whatever
-ends blindly hangs above or below. Graphs made of graphs stand side by side in the order of the bonds that join them; one
-that is joined by signals only stands above the one it modulates.
+Junctions, two-ports and the sources at their ends run from left to right in the direction of power, laid out by igraph.
+Branches that end there are drawn above or below. Sub-graphs are placed side by side in the order of the bonds that join
+them; a sub-graph joined by signals only is placed above the one it modulates.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from infinivar._core import extras
 from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph
 
 COLUMN, ROW, SPREAD = 1.0, 0.85, 0.95
-"""Distance of columns and rows, and of elements that hang side by side. [inch]"""
+"""Distance between columns, between rows, and between branches side by side. [inch]"""
 
 _PADDING, _GAP = 0.5, 0.35
 
@@ -24,14 +24,14 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """Places of elements by name, and frames (left, bottom, right, top) of sub-graphs by prefix. [inch]"""
+    """Positions of elements by name, and frames (left, bottom, right, top) of sub-graphs by prefix. [inch]"""
 
     positions: Mapping[str, Point]
     frames: Mapping[str, Box]
 
 
 def layout(graph: BondGraph) -> Layout:
-    """Layout of a graph: no two elements at one place, sub-graphs in frames that do not meet.
+    """Layout of a graph: elements do not coincide, and frames of sub-graphs do not overlap.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def _box(points: Sequence[Point]) -> Box:
 
 
 def _place_group(graph: BondGraph, names: list[str]) -> dict[str, Point]:
-    """Places of the elements of one sub-graph around its main row, which is at y = 0."""
+    """Positions of the elements of one sub-graph around its main row at y = 0."""
     inside = set(names)
     neighbours = {
         name: [bond.other(name) for bond in graph.bonds_of(name) if bond.other(name) in inside] for name in names
@@ -81,7 +81,7 @@ def _place_group(graph: BondGraph, names: list[str]) -> dict[str, Point]:
 
 
 def _core(graph: BondGraph, names: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> list[str]:
-    """What lies on the way of power: all but the branches that end blindly."""
+    """Elements on the power path: all except dead-end branches."""
     kinds = {name: graph[name].kind for name in names}
     sources = [name for name in names if kinds[name] in SOURCES and _ends_a_chain(graph, name, kinds, neighbours)]
     kept = {name for name in names if kinds[name] in (*JUNCTIONS, *TWO_PORTS)} | set(sources)
@@ -101,7 +101,7 @@ def _ends_blindly(name: str, kept: set[str], kinds: Mapping[str, str], neighbour
 
 
 def _ends_a_chain(graph: BondGraph, name: str, kinds: Mapping[str, str], neighbours: Mapping[str, list[str]]) -> bool:
-    """Whether a source stands at an end: it takes power, or its junction receives none from anything else here."""
+    """Whether a source is at an end of the path: it absorbs power, or it alone supplies its junction here."""
     (bond,) = graph.bonds_of(name)
     junction = bond.other(name)
     if kinds.get(junction, "") not in JUNCTIONS:
@@ -114,7 +114,7 @@ def _ends_a_chain(graph: BondGraph, name: str, kinds: Mapping[str, str], neighbo
 
 
 def _columns(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[str]], ports: set[str]) -> dict[str, int]:
-    """Steps from where power enters."""
+    """Column of each element: steps from where power enters."""
     columns = {_first(graph, core, neighbours, ports): 0}
     waiting = list(columns)
     while waiting:
@@ -123,7 +123,7 @@ def _columns(graph: BondGraph, core: list[str], neighbours: Mapping[str, list[st
             if other in core and other not in columns:
                 columns[other] = columns[name] + 1
                 waiting.append(other)
-    for name in core:  # a part that hangs together with the rest by signals only
+    for name in core:  # parts connected to the rest by signals only
         columns.setdefault(name, 0)
     return columns
 
@@ -152,12 +152,12 @@ def _rows(core: list[str], columns: Mapping[str, int], neighbours: Mapping[str, 
         here = sorted((name for name in core if columns[name] == column), key=lambda name: found[index[name]][0])
         for place, name in enumerate(here):
             rows[name] = (len(here) - 1) / 2.0 - place
-    # Two in a column leave the middle free for what they enclose.
+    # Two elements in a column leave the middle row free for the elements they enclose.
     return {name: 2.0 * row if abs(row) == 0.5 else row for name, row in rows.items()}
 
 
 def _split(children: list[str], row: float) -> tuple[list[str], list[str]]:
-    """What hangs above and what below."""
+    """Branches drawn above, and those drawn below."""
     if row > 0:
         return children, []
     if row < 0:
@@ -166,7 +166,7 @@ def _split(children: list[str], row: float) -> tuple[list[str], list[str]]:
 
 
 def _spaced(columns: Mapping[str, int], widths: Mapping[str, int]) -> dict[int, float]:
-    """Distance of every column from the first, so that what hangs side by side has room."""
+    """Distance of each column from the first, with room for branches side by side."""
     room = {
         column: max(widths[name] for name in columns if columns[name] == column) for column in set(columns.values())
     }
@@ -188,7 +188,7 @@ def _hang(
 
 
 def _offsets(graph: BondGraph, placed: Mapping[str, Mapping[str, Point]]) -> dict[str, Point]:
-    """Where each sub-graph's own origin goes."""
+    """Offset of the origin of each sub-graph."""
     group_of = {name: group for group, places in placed.items() for name in places}
     offsets: dict[str, Point] = {}
     right = 0.0
@@ -220,7 +220,7 @@ def _above(
     group: str,
     group_of: Mapping[str, str],
 ) -> Point:
-    """Above everything, with what it measures over what it modulates."""
+    """Offset above all other sub-graphs, with the measured element above the elements it modulates."""
     tops = [_box(list(placed[other].values()))[3] + offset[1] for other, offset in offsets.items()]
     measured = {signal.name: signal.of for signal in graph.signals if group_of.get(signal.of) == group}
     modulated = [

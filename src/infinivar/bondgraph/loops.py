@@ -1,8 +1,8 @@
-"""Values of laws, the order in which they can be computed, and the algebraic loops among them.
+"""Values of laws, their order of evaluation, and algebraic loops between them.
 
-A law whose argument depends on the law's own value is an algebraic loop: a gear whose friction is in proportion to the
-torque it passes on, between two inertias. Where the law is proportional to that argument on either side of zero, as
-friction in proportion to load is, one Newton step from zero is the exact solution.
+A law whose argument depends on its own value forms an algebraic loop; an example is a gear with load-proportional friction
+between two inertias. If the law is proportional to that argument on each side of zero, as such friction is, one Newton step
+from zero is the exact solution.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from infinivar.bondgraph.graph import BondGraphError
 
 @dataclass(frozen=True, slots=True)
 class LawValue:
-    """What a law returns at one port: a symbol for it, and its expression in arguments and parameters."""
+    """Value of a law at one port: its symbol, and its expression in arguments and parameters."""
 
     symbol: sympy.Symbol
     element: str
     arguments: tuple[tuple[sympy.Symbol, Any], ...]
-    """Symbols of flows and signals in `formula`, and what they stand for."""
+    """Symbols of flows and signals in `formula`, and the expressions they stand for."""
     formula: Any
     value: Any
-    """The formula of the arguments' expressions; where the law is part of an algebraic loop, the loop's solution."""
+    """The formula with the arguments substituted; in an algebraic loop, the solution of the loop."""
 
 
 def ordered(graph: str, laws: Iterable[LawValue]) -> tuple[LawValue, ...]:
-    """The laws in an order in which each needs only values before it, with loops solved.
+    """Sort the laws so that each depends only on earlier ones, and solve the loops.
 
     Raises
     ------
@@ -63,13 +63,13 @@ def _solved(graph: str, law: LawValue) -> LawValue:
             slope = law.formula.diff(argument).xreplace(at_rest)
             return replace(law, value=law.formula.xreplace(at_rest) / (1 - gain * slope))
     raise BondGraphError(
-        f"{graph}: the law of {law.element!r} depends on its own value in an algebraic loop, and is not proportional to "
-        f"the argument concerned; put a storage between them"
+        f"{graph}: the law of {law.element!r} depends on its own value in an algebraic loop and is not proportional to "
+        f"that argument; add a storage to break the loop"
     )
 
 
 def _proportional(formula: Any, argument: Any) -> bool:
-    """Whether the formula is proportional to the argument on either side of zero, judged at random points."""
+    """Whether the formula is proportional to the argument on each side of zero, tested at random points."""
     chance = random.Random(1)
     others = formula.free_symbols - {argument}
     for _ in range(8):

@@ -1,4 +1,4 @@
-"""Marching through time in pieces, from one instant at which an input may jump to the next."""
+"""Time integration in segments, between the instants at which an input may jump."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.model import Model
 
 _SAME_TIME = 1e-9
-"""Instants closer than this, relative to the whole motion, are one: a sample and an output written differently."""
+"""Instants closer than this, relative to the duration, are equal: a sample and an output time that differ by rounding."""
 
 _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _NODES, _WEIGHTS = 0.5 * (1.0 + _GAUSS), 0.5 * _WEIGHTS
@@ -23,7 +23,7 @@ _STEPS = np.append(_NODES, 1.0)
 
 
 class March:
-    """One integration underway: what is known at the output times reached."""
+    """One integration in progress: results at the output times reached so far."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class March:
         start: list[float],
         energies_too: bool,
     ) -> None:
-        """Begin at the first of `times`; `energies_too` makes energies further states instead of sums over nodes."""
+        """Start at the first of `times`; `energies_too` integrates energies as states instead of by quadrature."""
         self.made, self.parameters = made, parameters
         self.times, self.outside, self.controller = times, outside, controller
         self.count, self.energies_too = len(start), energies_too
@@ -49,11 +49,11 @@ class March:
         self.nodes: list[tuple[Any, Any, Any]] = []
         self.widths: list[Any] = []
         self.passed = 0
-        """Intervals between wanted times so far."""
+        """Number of intervals completed."""
         self.passed_at = np.zeros(len(times), dtype=int)
 
     def integrate(self, step: Callable[..., tuple[Any, str]], progress: Callable[[float], None]) -> str:
-        """March through the pieces; returns why it stopped early, "" if it did not."""
+        """Integrate all segments; returns the reason for an early stop, or ""."""
         times, sampled = self.times, set(self._samples())
         held: dict[str, float] = {}
         for piece, (begin, end) in enumerate(itertools.pairwise(self._bounds(sampled))):
@@ -74,7 +74,7 @@ class March:
         return ""
 
     def _piece(self, step: Callable[..., tuple[Any, str]], begin: float, end: float, functions: Sequence[Input]) -> str:
-        """Integrate from one bound to the next; returns what stops it, "" for nothing."""
+        """Integrate one segment; returns the reason for an early stop, or ""."""
         last = int(np.searchsorted(self.times, end, side="right"))
         inside = self.times[self.reached : last]
         wanted = inside if len(inside) and inside[-1] == end else np.append(inside, end)
@@ -84,8 +84,8 @@ class March:
         grid[stride - 1 :: stride] = wanted
         try:
             rows, problem = step(self.now, begin, grid, functions)
-        except (ArithmeticError, ValueError) as left:  # a law left the range in which it means something
-            return f"a law has no value there ({left}). Try another stick speed or tolerance."
+        except (ArithmeticError, ValueError) as problem:  # a law was evaluated outside its domain
+            return f"a law is undefined at this point ({problem}). Try another stick speed or tolerance."
         if problem:
             return problem
         ends = rows[stride - 1 :: stride]
@@ -105,19 +105,19 @@ class March:
         return ""
 
     def _bounds(self, sampled: set[float]) -> list[float]:
-        """Ends of the pieces."""
+        """Bounds of the segments."""
         breaks = self._inside(at for given in self.outside.values() for at in given.breaks)
         return sorted({float(self.times[0]), float(self.times[-1]), *breaks, *sampled})
 
     def _samples(self) -> list[float]:
-        """Instants after the first at which the controller samples."""
+        """Sample times of the controller after the first."""
         if self.controller is None:
             return []
         first, last, period = float(self.times[0]), float(self.times[-1]), self.controller.sample_time
         return self._inside(first + index * period for index in range(1, int((last - first) / period) + 1))
 
     def _inside(self, instants: Iterable[float]) -> list[float]:
-        """Those within the motion, as the output times next to them have it."""
+        """Instants within the motion, snapped to output times that differ only by rounding."""
         times = self.times
         close = _SAME_TIME * (times[-1] - times[0])
         found = np.fromiter(instants, dtype=float)
@@ -138,25 +138,25 @@ class March:
         return functions
 
     def _measured(self, time: float, held: Mapping[str, float]) -> dict[str, float]:
-        """Signals at a time. Inputs not set yet count as 0, where a signal depends on one."""
+        """Signals at a time. Inputs that are not set yet count as 0."""
         made, outside = self.made, self.outside
         inputs = [outside[name].value(time) if name in outside else held.get(name, 0.0) for name in made.inputs]
         rates = [outside[name].rate(time) if name in outside else 0.0 for name in made.rates]
         return dict(zip(made.signals, self.measured(self.now[: self.count], inputs, rates), strict=True))
 
     def states(self) -> Any:
-        """(n, states) At the output times reached."""
+        """States at the output times reached. (n, states)"""
         return self.rows[: self.reached, : self.count]
 
     def energies(self) -> tuple[Any, Any]:
-        """(n, sources and losses), and (n, bonds) along half arrows: so far, at the output times reached. [J]"""
+        """Cumulative energies at the output times reached: (n, sources and losses), and (n, bonds) along half arrows. [J]"""
         bonds = len(self.made.bonds)
         summed = self._summed(bonds + self.extra)
         own = self.rows[: self.reached, self.count :] if self.energies_too else summed[:, bonds:]
         return own, summed[:, :bonds]
 
     def _summed(self, count: int) -> Any:
-        """Integrals over the nodes, at the output times reached: powers of bonds, then of sources and losses."""
+        """Quadrature over the nodes, at the output times reached: powers of bonds, then of sources and losses."""
         if not self.nodes or not count:
             return np.zeros((self.reached, count))
         states, inputs, rates = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
@@ -170,13 +170,13 @@ class March:
         return grown[self.passed_at[: self.reached]]
 
     def inputs(self) -> tuple[Any, Any]:
-        """(n, inputs) and (n, rates) At the output times reached."""
+        """Inputs and their rates at the output times reached. (n, inputs), (n, rates)"""
         moving: list[Input] = [self.outside.get(name, Constant(0.0)) for name in self.made.rates]
         return self.held[: self.reached], _over(moving, self.times[: self.reached], rate=True)
 
 
 def _over(functions: Sequence[Input], times: Any, rate: bool = False) -> Any:
-    """(n, functions) Values or rates at times."""
+    """Values or rates of the functions at given times. (n, functions)"""
     found = np.empty((len(times), len(functions)))
     if all(isinstance(function, Constant) for function in functions):
         found[:] = 0.0 if rate else [function.value(0.0) for function in functions]

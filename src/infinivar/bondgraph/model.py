@@ -1,4 +1,4 @@
-"""A graph ready to compute with: names, and code for its dynamics and its outputs, kept between runs."""
+"""Computable model of a graph: names, and generated code for dynamics and outputs, cached between runs."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from infinivar.bondgraph.graph import BondGraph
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """What of a graph's equations a computation needs; plain text, so that it can be kept in a file.
+    """The parts of a graph's equations that a computation needs, as plain text that can be cached in a file.
 
     Attributes
     ----------
-    states, state_kinds   Names of elements (inertias, compliances) and integral signals, and which each is.
-    inputs, rates         Names of inputs, and of those whose time derivative is needed, too.
+    states, state_kinds   Names of elements (inertias, compliances) and integral signals, and their kinds.
+    inputs, rates         Names of inputs, and of the inputs whose time derivative is needed.
     losses                Element and name of every loss.
     sources               Names of the sources.
     bonds                 Tail and head of every bond.
@@ -51,12 +51,12 @@ class Model:
     outputs: str
 
     def function(self, which: str, xp: Any, parameters: Mapping[str, float]) -> Callable[..., tuple[Any, ...]]:
-        """The code named "measured", "motion", "dynamics" or "outputs", of (states, inputs, rates), over an array namespace."""
+        """The function "measured", "motion", "dynamics" or "outputs" of (states, inputs, rates), over an array namespace."""
         return compiled(getattr(self, which), floats=xp is FloatNamespace)(xp, parameters)
 
 
 def model(graph: BondGraph) -> Model:
-    """Model of a complete graph, from an earlier run if its equations were derived before.
+    """Model of a complete graph, from the cache if its equations were derived before.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def model(graph: BondGraph) -> Model:
     Raises
     ------
     BondGraphError
-        As `infinivar.bondgraph.equations.derive`, and if a law uses a function that the array namespace has not.
+        As `infinivar.bondgraph.equations.derive`, and if a law uses a function that the array namespace lacks.
     """
     key = _fingerprint(graph)
     path = None if key is None else cache_folder() / f"{key}.json"
@@ -78,7 +78,7 @@ def model(graph: BondGraph) -> Model:
             kept = json.loads(path.read_text("utf-8"))
             return Model(**{name: _tuples(value) for name, value in kept.items()})
         except (OSError, ValueError, TypeError):
-            pass  # not there, or cut short: derive it anew
+            pass  # missing or truncated: derive it again
     made = _derived(graph)
     if path is not None:
         _keep(path, made)
@@ -125,7 +125,7 @@ def _derived(graph: BondGraph) -> Model:
 
 
 def cache_folder() -> Path:
-    """Where models are kept between runs: below XDG_CACHE_HOME, or ~/.cache."""
+    """Folder of cached models, below XDG_CACHE_HOME or ~/.cache."""
     root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(root) / "infinivar"
 
@@ -137,7 +137,7 @@ def _keep(path: Path, made: Model) -> None:
             json.dump(asdict(made), file)
         Path(file.name).replace(path)
     except OSError:
-        pass  # a cache that cannot be written is no reason to stop
+        pass  # continue without a cache
 
 
 def _tuples(value: Any) -> Any:
@@ -145,9 +145,9 @@ def _tuples(value: Any) -> Any:
 
 
 def _fingerprint(graph: BondGraph) -> str | None:
-    """Text that two graphs share only if they have one model; None if a law is not the package's own.
+    """Key that two graphs share only if they have the same model; None if a law is not part of the package.
 
-    Own laws are told by their name and what they close over: the digest of the package's source stands for the rest.
+    The name and closure identify a law of the package; the digest of the package's source covers its content.
     """
     try:
         described = [_described(element) for element in graph.elements]
@@ -193,7 +193,7 @@ def _described(value: Any) -> Any:
 
 @functools.cache
 def _sources() -> str:
-    """Digest of the package's own source: a changed formula makes every kept model void."""
+    """Digest of the package's source: a changed formula invalidates every cached model."""
     digest = hashlib.sha256()
     root = Path(__file__).parents[1]
     for folder in ("_core", "contact", "parts", "transmission", "motion", "bondgraph", "drivetrain"):

@@ -1,10 +1,10 @@
 """Integration of a graph's equations in time, and of the energy of every source and loss.
 
-Energies are sums over nodes between the output times, computed when the motion is known. Where that does not close the
-balance, because something happened between the nodes, the motion is computed again with the energies as further states.
+Energies are computed after the motion by quadrature between the output times. If the balance does not close, because of fast
+changes between the nodes, the motion is computed again with the energies as additional states.
 
-LSODA (default), Radau and BDF are SciPy's; CVODES comes with CasADi, if that is installed. All integrate in pieces, from
-one instant at which an input may jump to the next: a sample of the controller, a step of an outside input.
+LSODA (default), Radau and BDF come from SciPy; CVODES comes with CasADi, if installed. All methods integrate in segments
+between the instants at which an input may jump: controller samples and steps of external inputs.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from infinivar.bondgraph.steppers import Method, stepper
 from infinivar.errors import nearest
 
 RTOL = 1e-10
-"""Relative tolerance unless another is given. LSODA starts afresh at every sample, each time with an error of this size
-in the same direction: a thousand samples on, the energy balance still closes to 1e-7."""
+"""Default relative tolerance. LSODA restarts at every sample, each time with an error of this size in the same direction;
+after a thousand samples the energy balance still closes to 1e-7."""
 
 
 def solve(
@@ -46,30 +46,29 @@ def solve(
     Parameters
     ----------
     graph : BondGraph
-    times : (n,) float                    Increasing; the motion begins at the first. [s]
-    inputs : mapping of name to value     Constants, or functions of time; for sources by element, for outside signals by
-        name. Those of the controller may be left out.
+    times : (n,) float                    Increasing output times; the motion starts at the first. [s]
+    inputs : mapping of name to value     Constants, or functions of time, by name of the source or external signal. Inputs
+        set by the controller may be omitted.
     initial : mapping of name to float    States by name: flow of an inertia, displacement of a compliance, value of an
-        integral signal. 0 where left out.
+        integral signal. Default: 0.
     controller : Controller               Sets inputs at its samples.
-    method : str                          LSODA (Radau takes over for a piece in which it gives up), Radau, BDF, or CVODES
-        with CasADi.
+    method : str                          LSODA (Radau replaces it in a segment where it fails), Radau, BDF, or CVODES with
+        CasADi.
     rtol : float                          Relative tolerance of the states.
-    scales : mapping of name to float     Sizes of the states below which errors do not matter, times `rtol`; 1 where
-        left out.
-    closure : float                       Largest error of the energy balance, relative to the energy moved.
-    energies_as_states : bool             Integrate energies with the motion at once, where much happens between the output
-        times and samples; it takes about twice as long.
-    progress : callable                   Called with the share done.
+    scales : mapping of name to float     Scales of the states; the absolute tolerance is `rtol` times the scale. Default: 1.
+    closure : float                       Largest residual of the energy balance, relative to the energy moved.
+    energies_as_states : bool             Integrate energies together with the motion, for fast changes between output
+        times and samples; about twice as slow.
+    progress : callable                   Called with the completed fraction.
 
     Returns
     -------
-    Trajectory   Cut short, with the reason in `outcome`, where the solver gives up.
+    Trajectory   Truncated, with the reason in `outcome`, if the solver fails.
 
     Raises
     ------
     BondGraphError
-        If the graph has no equations, an input is missing, a name is not known, or times do not increase.
+        If the graph has no equations, an input is missing, a name is unknown, or times do not increase.
     AuditError
         If an element creates energy.
     ClosureError
@@ -99,7 +98,7 @@ def solve(
         run = March(made, parameters, outside, controller, times, start, energies_too)
         step = stepper(method, made, parameters, rtol, absolute, energies_too) if made.states else _nothing_moves
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a solver that gives up says so in the outcome
+            warnings.simplefilter("ignore")  # the outcome reports a solver failure
             outcome = run.integrate(step, progress or (lambda share: None))
         return audited(graph, made, parameters, run, outcome, closure)
 
@@ -116,12 +115,12 @@ def _increasing(graph: BondGraph, times: Any) -> Any:
 
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or len(times) < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0):
-        raise BondGraphError(f"{graph.name}: times must be two or more that increase")
+        raise BondGraphError(f"{graph.name}: times must be at least two increasing values")
     return times
 
 
 def _nothing_moves(now: Sequence[float], begin: float, wanted: Any, functions: Sequence[Input]) -> tuple[Any, str]:
-    """A step of a graph without states: sources decide everything at once."""
+    """Step of a graph without states, which the sources determine completely."""
     import numpy as np
 
     return np.empty((len(wanted), 0)), ""

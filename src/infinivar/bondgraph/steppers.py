@@ -1,4 +1,4 @@
-"""Solvers behind one call: integrate from a state over one piece, in which no input jumps."""
+"""Common interface to the solvers: integrate from a state over one segment without input jumps."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from infinivar.bondgraph.model import Model
 Method = Literal["LSODA", "Radau", "BDF", "CVODES"]
 
 _ENERGY_SCALE = 1e-2
-"""Energies below this count as small, for the tolerance. [J]"""
+"""Energy scale of the absolute tolerance. [J]"""
 
 _MOST_STEPS = 20_000
-"""Of LSODA in one piece."""
+"""Most steps of LSODA in one segment."""
 
 _SMALLEST_RTOL = 1e-12
-"""Below this SciPy's own solvers complain: rounding is near."""
+"""Smallest tolerance that SciPy's solvers accept without a warning."""
 
 
 def stepper(
     method: str, made: Model, parameters: Mapping[str, float], rtol: float, absolute: Any, energies_too: bool
 ) -> Callable[..., tuple[Any, str]]:
-    """Function that integrates one piece: (state, begin, times wanted, inputs) to (rows, problem).
+    """Function that integrates one segment: (state, begin, output times, inputs) to (rows, problem).
 
     Parameters
     ----------
     method : str                   LSODA, Radau, BDF or CVODES.
-    made, parameters               The graph's model and its numbers.
+    made, parameters               Model of the graph and its parameter values.
     rtol : float                   Relative tolerance.
     absolute : (n,) float          Absolute tolerances of the states.
-    energies_too : bool            Whether energies of sources and losses are further states.
+    energies_too : bool            Whether energies of sources and losses are states as well.
 
     Raises
     ------
     BondGraphError
-        If there is no such method, or it is not installed.
+        If the method is unknown or not installed.
     """
     if method == "CVODES":
         from infinivar.bondgraph import cvodes

@@ -1,7 +1,7 @@
-"""Tracing: what a formula over an array namespace is as a SymPy expression.
+"""Tracing: convert a formula over an array namespace to a SymPy expression.
 
-A law is called with `Traced` values, whose array namespace turns every operation into SymPy. What comes back is the
-formula itself, from which equations are printed, derivatives taken and code made.
+A law is called with `Traced` values, whose array namespace records every operation in SymPy. The result is the formula, used
+to print equations, take derivatives and generate code.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sympy
 
 
 class Traced:
-    """A scalar that records what is done with it; stands where a formula expects an array."""
+    """A scalar that records the operations on it, in place of an array."""
 
     __slots__ = ("expression",)
     shape = ()
@@ -26,12 +26,12 @@ class Traced:
         self.expression = expression
 
     def __array_namespace__(self, api_version: str | None = None) -> type[TracingNamespace]:
-        """Where the functions of this library are, as the Python array API has it."""
+        """Array namespace of this class, as the Python array API requires."""
         return TracingNamespace
 
     def __bool__(self) -> bool:
-        """Values are not known yet: formulas choose by `where`."""
-        raise TypeError("a traced value has no truth: write the choice with where()")
+        """Values are not known during tracing: formulas must choose by `where`."""
+        raise TypeError("a traced value has no truth value: use where() to choose")
 
     def __neg__(self) -> Traced:
         """-x."""
@@ -113,13 +113,13 @@ class clip(sympy.Function):  # noqa: N801  (named as in the array namespace, for
 
     @classmethod
     def eval(cls, value: Any, low: Any, high: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The number, of numbers."""
+        """Evaluate if all arguments are numbers."""
         if value.is_number and low.is_number and high.is_number:
             return sympy.Max(low, sympy.Min(value, high))
         return None
 
     def fdiff(self, argindex: int = 1) -> Any:
-        """1 by the argument that the result is equal to, 0 by the others."""
+        """Derivative: 1 for the argument that the result equals, 0 for the others."""
         value, low, high = self.args
         below, above = value < low, value > high  # type: ignore[operator]
         where = (sympy.Not(sympy.Or(below, above)), below, above)[argindex - 1]
@@ -139,7 +139,7 @@ class TracingNamespace:
 
     @staticmethod
     def asarray(value: Any, dtype: Any = None) -> Traced:
-        """A number or traced value as a traced one."""
+        """Convert a number or traced value to a traced value."""
         return Traced(symbolic(value))
 
     @staticmethod
@@ -169,7 +169,7 @@ class TracingNamespace:
 
 
 def trace(law: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
-    """Expression, or tuple or mapping of expressions, that a law makes of SymPy expressions.
+    """Evaluate a law for SymPy expressions.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The bodies of a rolling contact: what they are made of, and their shapes where they touch."""
+"""The bodies of a rolling contact: their materials, and their shapes at the contact."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from infinivar._core.fields import check, component, quantity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
-    """Elastic material with the stresses that it bears.
+    """Elastic material with its strength and hysteresis.
 
     Raises
     ------
@@ -30,12 +30,12 @@ class Material:
     hysteresis_factor: float = quantity(
         "1",
         Interval(ge=0, le=1),
-        "Hysteresis loss factor alpha_fr: share of the strain energy lost in rolling",
+        "Hysteresis loss factor alpha_fr: fraction of the strain energy lost in rolling",
         default=0.01,
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -45,20 +45,20 @@ class Material:
 
     @property
     def plane_strain_compliance(self) -> float:
-        """(1 - nu^2)/E: this body's share of the give of a contact. [1/Pa]"""
+        """(1 - nu^2)/E, this body's contribution to the compliance of a contact. [1/Pa]"""
         return (1.0 - self.poisson**2) / self.youngs_modulus
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wheel:
-    """Crowned wheel: a torus piece that rolls on its largest circle."""
+    """Crowned wheel: a section of a torus that rolls on its largest circle."""
 
     rolling_radius: Array = quantity("m", Gt(0), "Rolling radius r")
-    crown_radius: Array = quantity("m", Gt(0), "Crown radius: of the profile across the rolling direction")
+    crown_radius: Array = quantity("m", Gt(0), "Crown radius of the profile, across the rolling direction")
     material: Material = component("Material of the wheel")
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
 
@@ -70,12 +70,12 @@ class Cylinder:
     material: Material = component("Material of the cylinder")
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
 
 def plane_strain_modulus(first: Material, second: Material) -> float:
-    """E* of two bodies in contact, 1/E* the sum of their plane-strain compliances. [Pa]
+    """E* of two bodies in contact; 1/E* is the sum of their plane-strain compliances. [Pa]
 
     Source: johnson1985, section 4.2.
     """

@@ -1,12 +1,12 @@
-r"""Creep laws: how fast a wheel drifts sideways under a lateral force, and forces under creep in several directions.
+r"""Creep laws: lateral creepage under a lateral force, and forces under combined creepage and spin.
 
-A law relates two numbers: the force ratio ``x = fu/(mu P)`` and the scaled creepage ``xi = (C/(mu P)) u/|v|``, which
-the linear law makes equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, gross slip, though
-Polach's only in the limit. Rolling theory counts in ``k = C22 G a b upsilon/(3 mu N)``, which is ``xi/3``.
+A law relates the force ratio ``x = fu/(mu P)`` to the scaled creepage ``xi = (C/(mu P)) u/|v|``; in the linear law they are
+equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, the slip limit; Polach's law reaches it only
+asymptotically. Rolling theory uses ``k = C22 G a b upsilon/(3 mu N)``, which is ``xi/3``.
 
-The laws are "linear", straight to slip; "faulring", linear with a loss of link speed above 70 % of slip;
-"vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory. Only "fastsim" is meant for
-any spin, and "vermeulen-johnson", in the form of shen1983, for a little.
+The laws are "linear", proportional up to slip; "faulring", linear with a loss of link speed above 70 % of the slip force;
+"vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory. Only "fastsim" is valid for
+any spin; "vermeulen-johnson", in the form of shen1983, is valid for small spin.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class CreepLaw:
     creepage : force ratio -> scaled creepage; finite beyond slip, too
     slope : force ratio -> derivative of the scaled creepage, finite and >= 0
     force : scaled creepage -> force ratio
-    slip_creepage : scaled creepage at which gross slip begins, inf if the law only tends to it
-    flow_factor : force ratio -> factor on the link speed and its derivative, or None where the law is a creep law alone
+    slip_creepage : scaled creepage at which gross slip begins, inf if the law reaches it only asymptotically
+    flow_factor : force ratio -> factor on the link speed and its derivative, or None for a law without a flow loss
     """
 
     name: str
@@ -97,7 +97,7 @@ def law(wanted: str | CreepLaw) -> CreepLaw:
     Raises
     ------
     ParameterError
-        If there is none; the message names those there are.
+        If the name is unknown; the message lists the laws.
     """
     if isinstance(wanted, CreepLaw):
         return wanted
@@ -123,7 +123,7 @@ def law_in_motion(found: CreepLaw) -> CreepLaw:
     return found
 
 
-_find = law  # below, `law` is the name that is looked for
+_find = law  # `law` below is a parameter
 
 
 def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
@@ -138,13 +138,13 @@ def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson:
 
     Returns
     -------
-    (...,) float   |Fy|/(mu N) with the sign of k; inputs broadcast. In terms of k every law is the same for all shapes
-        and materials, which enter by way of C22: `a_over_b` and `poisson` only broadcast. [-]
+    (...,) float   |Fy|/(mu N) with the sign of k; inputs broadcast. Shape and material enter only through C22 in k, so
+        `a_over_b` and `poisson` only broadcast. [-]
 
     Raises
     ------
     ParameterError
-        If there is no such law.
+        If the law is unknown.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
     """
@@ -163,13 +163,13 @@ def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0
 
     Returns
     -------
-    (...,) float   C22 G a b upsilon/(3 mu N) with the sign of the force; at gross slip the smallest there is (infinite
-        with "polach"), nan beyond. [-]
+    (...,) float   C22 G a b upsilon/(3 mu N) with the sign of the force; at gross slip the smallest such creepage
+        (infinite for "polach"), nan beyond. [-]
 
     Raises
     ------
     ParameterError
-        If there is no such law.
+        If the law is unknown.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
     """
@@ -186,9 +186,9 @@ def planar_force(
 ) -> tuple[Array, Array]:
     """Longitudinal and lateral force under creep in both directions and spin.
 
-    "fastsim" runs the algorithm with 50 x 50 cells and the exact direction of slip. The other laws take the force of
-    Kalker's linear theory and reduce its size, keeping its direction: with "vermeulen-johnson" that is the law of
-    shen1983, meant for small spin; the others serve for little more than none.
+    "fastsim" runs the algorithm with 50 x 50 cells and the exact direction of slip. The other laws reduce the magnitude of
+    the force of Kalker's linear theory and keep its direction: "vermeulen-johnson" is then the law of shen1983, for small
+    spin; the others are valid only for negligible spin.
 
     Parameters
     ----------
@@ -201,13 +201,13 @@ def planar_force(
 
     Returns
     -------
-    fx, fy : (...,) float   Forces over mu N that resist: positive under a positive creepage, as on the track. On the
-        wheel they have the other sign. Inputs broadcast. [-]
+    fx, fy : (...,) float   Forces over mu N on the track, positive for a positive creepage; on the wheel they have the
+        opposite sign. Inputs broadcast. [-]
 
     Raises
     ------
     ParameterError
-        If there is no such law; with "fastsim", if `a_over_b` or `poisson` is outside its range.
+        If the law is unknown; with "fastsim", if `a_over_b` or `poisson` is out of range.
 
     Source: shen1983, kalker1982, vermeulen1964, polach2005, by law.
     """
@@ -228,22 +228,22 @@ def planar_force(
 
 
 def _broadcast(value: Array, *others: Array) -> Array:
-    """`value` as floats in the shape that all arguments have together."""
+    """`value` as floats, broadcast to the common shape of all arguments."""
     xp = namespace(value, *others)
     return xp.broadcast_arrays(*as_floats(xp, value, *others))[0]
 
 
 def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Array:
-    """Factor on the link speed that always takes power away; 0 at and beyond slip.
+    """Factor on the link speed that always removes power; 0 at and beyond slip.
 
-    Where the lateral force drives the link (``-fu ldot > 0``) the paper's factor slows it. Where the load drives, the
-    same factor would create power; its reciprocal lets the link run away faster instead, with the same torque.
+    Where the lateral force drives the link (``-fu ldot > 0``), the paper's factor slows the link. Where the load drives,
+    the same factor would create power; its reciprocal makes the link faster instead, at the same torque.
 
     Parameters
     ----------
-    law : CreepLaw              One with a flow factor.
+    law : CreepLaw              A law with a flow factor.
     ratio : (...,) float        Lateral force over mu P. [-]
-    link_speed : (...,) float   Link speed before the loss, or anything with its sign. [m s^-1]
+    link_speed : (...,) float   Link speed before the loss, or any value with its sign. [m s^-1]
 
     Returns
     -------
@@ -260,11 +260,11 @@ def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Arra
 
 
 def before_flow_loss(law: CreepLaw, ratio: Array, slope: Array) -> tuple[Array, Array]:
-    """Speed ratio that `directed_flow_factor` turns into `slope`, and its derivative by the force ratio; nan beyond slip.
+    """Speed ratio that `directed_flow_factor` maps to `slope`, and its derivative by the force ratio; nan beyond slip.
 
     Parameters
     ----------
-    law : CreepLaw         One with a flow factor.
+    law : CreepLaw         A law with a flow factor.
     ratio : (...,) float   Lateral force over mu P. [-]
     slope : (...,) float   Link speed over surface speed with the loss. [-]
 

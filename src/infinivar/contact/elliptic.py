@@ -1,8 +1,8 @@
 r"""Elliptic integrals of a point contact, over any array namespace.
 
-With ``Delta(w) = sqrt(w (g^2 + w)(1 + w))`` and the semi-axes ``a = g b``, ``b = 1``, everything about a Hertzian ellipse
-is made of four integrals from 0 to infinity: of ``1/Delta``, ``1/((g^2 + w) Delta)``, ``1/((1 + w) Delta)`` and
-``1/((g^2 + w)(1 + w) Delta)``. They are analytic in g, the circle ``g = 1`` included.
+With ``Delta(w) = sqrt(w (g^2 + w)(1 + w))`` and the semi-axes ``a = g b``, ``b = 1``, all properties of a Hertzian ellipse
+follow from four integrals from 0 to infinity: of ``1/Delta``, ``1/((g^2 + w) Delta)``, ``1/((1 + w) Delta)`` and
+``1/((g^2 + w)(1 + w) Delta)``. They are analytic in g, including the circle ``g = 1``.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import NamedTuple
 from infinivar._core.array_namespace import Array, namespace
 
 _MEANS = 9
-"""Arithmetic-geometric means: each doubles the digits; 9 are enough for axis ratios from 1e-12 to 1e12."""
+"""Steps of the arithmetic-geometric mean. Each doubles the digits; 9 suffice for axis ratios from 1e-12 to 1e12."""
 
 _DUPLICATIONS = 16
-"""Each brings the arguments 4 times closer together once they are of one size; these leave 1e-15 for ratios to 1e8."""
+"""Duplication steps. Each reduces the spread of the arguments by 4; 16 leave 1e-15 for ratios up to 1e8."""
 
 _NEAR_CIRCLE = 2e-4
-"""Of |1 - g^2|: closer to the circle a difference quotient loses more digits than its Taylor series."""
+"""Bound on |1 - g^2|; nearer to the circle a difference quotient loses more digits than its Taylor series."""
 
 
 class EllipseIntegrals(NamedTuple):
@@ -50,7 +50,7 @@ def ellipse_integrals(axis_ratio: Array) -> EllipseIntegrals:
     """
     xp = namespace(axis_ratio)
     g = axis_ratio
-    # K and D = (K - E)/k^2 with k^2 = 1 - g^2, from sums whose terms all have one sign: nothing cancels at the circle.
+    # K and D = (K - E)/k^2 with k^2 = 1 - g^2, from sums with terms of one sign, so nothing cancels at the circle.
     mean, other = 0.5 * (1.0 + g), xp.sqrt(g)
     share = 0.25 * (1.0 - g) / (1.0 + g)
     square = 0.25 * (1.0 - g) ** 2
@@ -94,7 +94,7 @@ def carlson_rd(x: Array, y: Array, z: Array) -> Array:
         shift = root_x * root_y + root_y * root_z + root_z * root_x
         total = total + weight / (root_z * (z + shift))
         x, y, z, weight = 0.25 * (x + shift), 0.25 * (y + shift), 0.25 * (z + shift), 0.25 * weight
-    # What is left are three nearly equal arguments: the series about their mean to second order.
+    # The three arguments are now nearly equal: expand about their mean to second order.
     mean = 0.2 * (x + y + 3.0 * z)
     dx, dy = 1.0 - x / mean, 1.0 - y / mean
     dz = -(dx + dy) / 3.0

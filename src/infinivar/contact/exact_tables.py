@@ -1,4 +1,4 @@
-"""Exact rolling theory, tabulated: what the creep laws are held against."""
+"""Tables of exact rolling theory, the reference for the creep laws."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def lateral_creep() -> list[dict[str, Any]]:
 
 
 def spin_creep() -> list[dict[str, Any]]:
-    """Curves of steady lateral creep with spin, one for each spin, of a circular patch.
+    """Curves of steady lateral creep of a circular patch with spin, one for each value of spin.
 
     Returns
     -------
     list of dict
         ``a_over_b`` and ``spin`` psi = C23 G (a b)^1.5 phi/(mu N), float; ``scaled_creepage`` k, ``lateral_force`` over
-        mu N and ``moment`` over mu N sqrt(a b), (n,) float, in the sense in which a positive creepage is resisted by a
-        positive force. Poisson ratio 0.3, error about 0.01. [-]
+        mu N and ``moment`` over mu N sqrt(a b), (n,) float; a positive creepage causes a positive force. Poisson ratio
+        0.3, error about 0.01. [-]
 
     Source: kalker1990 (theory); computed with an independent program.
     """
@@ -37,15 +37,15 @@ def spin_creep() -> list[dict[str, Any]]:
 
 
 def combined_creep() -> list[dict[str, Any]]:
-    """Curves of steady creep in a slanting direction, one for each direction, of a circular patch.
+    """Curves of steady combined creep of a circular patch, one for each direction of creep.
 
     Returns
     -------
     list of dict
         ``a_over_b``, float; ``direction``, float, 0 longitudinal, 90 lateral [deg]; ``scaled_creepage`` k, of which
         k cos(direction) is C11 G a b ux/(3 mu N) and k sin(direction) is C22 G a b uy/(3 mu N); ``longitudinal_force``
-        and ``lateral_force`` over mu N, ``moment`` over mu N sqrt(a b), (n,) float, in the sense in which a positive
-        creepage is resisted by a positive force. Poisson ratio 0.3, error about 0.01. [-]
+        and ``lateral_force`` over mu N, ``moment`` over mu N sqrt(a b), (n,) float; a positive creepage causes a positive
+        force. Poisson ratio 0.3, error about 0.01. [-]
 
     Source: kalker1990 (theory); computed with an independent program.
     """

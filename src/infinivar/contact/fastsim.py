@@ -1,12 +1,12 @@
-r"""Kalker's simplified theory with longitudinal and lateral creep and spin: the FASTSIM algorithm over many contacts.
+r"""Kalker's simplified theory with longitudinal and lateral creep and spin: the FASTSIM algorithm for many contacts.
 
-The surface is a mattress of springs that know nothing of each other, with one flexibility for each kind of creep,
+The surface is a bed of independent springs, with one flexibility for each kind of creep,
 
 .. math:: L_1 = \frac{8 a}{3 C_{11} G}, \qquad L_2 = \frac{8 a}{3 C_{22} G}, \qquad
     L_3 = \frac{\pi a^2}{4 C_{23} G \sqrt{a b}},
 
-so that small creepages give the forces of Kalker's linear theory. In creepages scaled by those forces, elastic
-constants and coefficients drop out but for a/b, and C11/C22 where the direction of slip is made exact.
+so that small creepages give the forces of Kalker's linear theory. With creepages scaled by those forces, the only
+remaining parameters are a/b and, for the exact direction of slip, C11/C22.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from infinivar._core.array_namespace import Array, _repeat, as_floats, namespace
 from infinivar.errors import ParameterError
 
 _BLOCK = 3200
-"""Strips in one pass over NumPy: the dozen arrays of a pass then stay in the second-level cache."""
+"""Strips per pass with NumPy, so that the dozen arrays of a pass stay in the second-level cache."""
 
 
 class PatchForces(NamedTuple):
-    """What a contact patch passes on, in the sense in which a positive creepage is resisted by a positive force.
+    """Forces of a contact patch on the track; a positive creepage causes a positive force.
 
     Attributes
     ----------
     fx, fy : (...,) float    Longitudinal and lateral force over mu N. [-]
     mz : (...,) float        Moment about the contact normal over mu N sqrt(a b). [-]
-    slip_share : (...,) float   Share of the patch's area that slips, in whole cells. [-]
+    slip_share : (...,) float   Fraction of the patch area that slips, in whole cells. [-]
     """
 
     fx: Array
@@ -49,15 +49,15 @@ def forces(
 ) -> PatchForces:
     r"""Forces of an elliptic contact in steady rolling with creep and spin.
 
-    With coordinates over a and b, tractions over ``2 mu N/(pi a b)`` and ``w = 9 pi k/32``, the tractions grow from the
-    leading edge of each strip, where they are zero, by
+    With coordinates scaled by a and b, tractions scaled by ``2 mu N/(pi a b)`` and ``w = 9 pi k/32``, the tractions are
+    zero at the leading edge of each strip and grow along it by
 
     .. math:: -\frac{\partial p_x}{\partial x} = 2 w_x - 2 \psi \frac{b}{a} y, \qquad
         -\frac{\partial p_y}{\partial x} = 2 w_y + 2 \psi x,
 
-    and where together they exceed the bound ``1 - x^2 - y^2`` they are cut back to it. FASTSIM keeps their direction,
-    which is right for equal flexibilities. With L1 and L2 apart, what is cut off, times them, is the slip, and must
-    point the way the traction does: with ``q = sqrt(C11/C22)`` and r the excess over the bound, relative to it, they are
+    and where their resultant exceeds the bound ``1 - x^2 - y^2`` it is reduced to the bound. FASTSIM keeps the direction,
+    which is exact for equal flexibilities. If L1 and L2 differ, the slip is the traction removed times the flexibilities
+    and must be parallel to the traction. With ``q = sqrt(C11/C22)`` and the relative excess r over the bound,
 
     .. math:: p_x \propto p_x^* (1 + r/q), \qquad p_y \propto p_y^* (1 + r q).
 
@@ -65,10 +65,10 @@ def forces(
     ----------
     k_x, k_y : (...,) float   C11 G a b ux/(3 mu N) and C22 G a b uy/(3 mu N) with the creepages ux, uy; finite. [-]
     psi : (...,) float        Spin, C23 G (a b)^1.5 phi/(mu N); finite. [-]
-    a_over_b : (...,) float   Rolling over lateral semi-axis of the patch, > 0; nan elsewhere. Only spin feels it. [-]
+    a_over_b : (...,) float   Rolling over lateral semi-axis of the patch, > 0, else nan. It matters only with spin. [-]
     c11_over_c22 : (...,) float   Kalker's coefficients; 1 is FASTSIM as published. [-]
     cells : int               Cells along each strip. [-]
-    strips : int              Strips side by side. [-]
+    strips : int              Number of strips. [-]
 
     Returns
     -------
@@ -78,16 +78,16 @@ def forces(
     Raises
     ------
     ParameterError
-        If `cells` or `strips` is not at least 1.
+        If `cells` or `strips` is below 1.
 
     Notes
     -----
-    Strips are of equal angle, narrower towards the sides; a cell carries the mean of its traction and of its bound. So
-    the linear forces ``3 k_x`` and ``3 k_y + psi``, and gross slip in one direction, come out exact with any number of
-    cells. Between them, 50 x 50 leave an error of 3e-4 of mu N against endlessly many, falling with the square of the
-    number, where traction keeps its direction; elsewhere up to 8e-3, in proportion to the cells' length, as the
-    direction of slip lags by part of a cell. The moment has the right sense, but not Kalker's coefficients: a mattress
-    gives it too short an arm.
+    Strips subtend equal angles, so they are narrower towards the sides; each cell holds the mean of its traction and of its
+    bound. The linear forces ``3 k_x`` and ``3 k_y + psi``, and gross slip in one direction, are therefore exact for any
+    number of cells. In between, 50 x 50 cells leave an error of 3e-4 of mu N relative to infinitely many, falling with the
+    square of the number, as long as the traction keeps its direction; elsewhere the error is up to 8e-3 and proportional to
+    the cell length, because the direction of slip lags by part of a cell. The moment has the correct sign but not Kalker's
+    coefficients: in a bed of springs its lever arm is too short.
 
     Source: kalker1982, with kalker1990 for the flexibilities.
     """
@@ -112,9 +112,9 @@ def forces(
 def _march(
     xp: Any, cells: int, strips: int, k_x: Array, k_y: Array, psi: Array, a_over_b: Array, c11_over_c22: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """Parts of `PatchForces` for columns of contacts.
+    """Components of `PatchForces` for columns of contacts.
 
-    In a strip of half-length c, x is over c and tractions are over c^2 here, so that all strips share cells and bound.
+    In a strip of half-length c, x is scaled by c and tractions by c^2, so that all strips share cells and bound.
     """
     angle = (xp.arange(strips, dtype=xp.float64) + 0.5) * (math.pi / strips) - 0.5 * math.pi
     y, half = xp.sin(angle), xp.cos(angle)
@@ -126,7 +126,7 @@ def _march(
     root_ratio = xp.sqrt(c11_over_c22)
 
     def cell(state: tuple[Array, ...]) -> tuple[Array, ...]:
-        """From the means over one cell to those over the next; what they grow by is that at the edge between."""
+        """Advance from the means over one cell to those over the next; the growth is that at the edge between them."""
         index, p_x, p_y, sum_x, sum_y, arm, slipping = state
         edge = 1.0 - step * index
         centre = edge - 0.5 * step
@@ -142,7 +142,7 @@ def _march(
         slipping = slipping + xp.astype(slips, xp.float64)
         return index + 1.0, p_x, p_y, sum_x + p_x, sum_y + p_y, arm + centre * p_y, slipping
 
-    # Half a step before the leading edge, so that the first cell gets its mean.
+    # Start half a step before the leading edge, so that the first cell has its mean.
     none = xp.zeros_like(grow_x)
     before_y = -0.5 * grow_y - psi * (step + step * step / 3.0)
     start = (0.0, -0.5 * grow_x, before_y, none, none, none, none)

@@ -1,4 +1,4 @@
-"""Coulomb friction: its direction, near rest too, and a friction limit that falls with speed."""
+"""Coulomb friction, including at rest, and a friction limit that falls with speed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from infinivar._core.array_namespace import Array, as_floats, namespace
 
 
 def coulomb(speed: Array, size: Array, stick_speed: Array | None = None, *, held: Array | None = None) -> Array:
-    r"""Coulomb friction: against a motion, and at rest a static constraint that takes what it can.
+    r"""Coulomb friction: opposes motion, and at rest is a static constraint that carries what it can.
 
     .. math:: F = F_c\,\mathrm{sgn}\,v \;(v \ne 0), \qquad F = -\mathrm{clip}(f, -F_c, F_c) \;(v = 0), \qquad\text{or}\quad
         F = \tfrac12 F_c\,s\,(3 - s^2), \quad s = \mathrm{clip}(v/v_\varepsilon, -1, 1)
@@ -15,10 +15,10 @@ def coulomb(speed: Array, size: Array, stick_speed: Array | None = None, *, held
     ----------
     speed : (...,) float         v, of any unit.
     size : (...,) float          F_c, >= 0, of any unit.
-    stick_speed : (...,) float   v_eps > 0, below which friction falls smoothly to zero, for simulation in time: what
-        should stick creeps at less than this. At and above it friction is exactly Coulomb's. None: a step.
-    held : (...,) float          f, what has to be exerted behind the friction; at rest, friction exerts as much of it as it
-        can, so that ``f + F`` is left. None: at rest friction neither helps nor hinders.
+    stick_speed : (...,) float   v_eps > 0, below which friction falls smoothly to zero, for time-domain simulation: a body
+        that should stick creeps more slowly than this. From v_eps on friction is exactly Coulomb's. None: a step.
+    held : (...,) float          f, force to be exerted; at rest, friction exerts as much of it as it can, and ``f + F``
+        remains. None: at rest friction is zero.
 
     Returns
     -------
@@ -45,8 +45,8 @@ def falling(speed: Array, friction: Array, fast_friction_ratio: Array, decay_spe
     Parameters
     ----------
     speed : (...,) float                 V; its sign does not matter. [m s^-1]
-    friction : (...,) float              mu_0, at rest. [-]
-    fast_friction_ratio : (...,) float   A, friction far above V_0 over that at rest, 0 to 1; 1 is constant friction. [-]
+    friction : (...,) float              mu_0, friction limit at rest. [-]
+    fast_friction_ratio : (...,) float   A, friction limit far above V_0 over that at rest, 0 to 1; 1: constant. [-]
     decay_speed : (...,) float           V_0, > 0. [m s^-1]
 
     Returns

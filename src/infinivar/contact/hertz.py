@@ -1,7 +1,7 @@
 r"""Hertzian contact: line, ellipse, and a crowned wheel on a cylinder at any steering angle.
 
-The gap between the bodies before they touch is ``(c_x x^2 + c_y y^2)/2``; x is the rolling direction, y lateral, and the
-contact has the semi-axes a along x and b along y.
+The undeformed gap between the bodies is ``(c_x x^2 + c_y y^2)/2``. x is the rolling direction and y the lateral one; the
+contact has semi-axes a along x and b along y.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class Ellipse(NamedTuple):
     b: Array
     """Semi-axis along y. [m]"""
     peak_pressure: Array
-    """In the middle, p0. [Pa]"""
+    """Pressure at the centre, p0. [Pa]"""
     approach: Array
-    """By which distant points of the bodies come closer. [m]"""
+    """Approach of distant points of the bodies. [m]"""
 
     @property
     def mean_pressure(self) -> Array:
@@ -39,7 +39,7 @@ class Crossed(NamedTuple):
     """Contact of a wheel steered on a cylinder."""
 
     ellipse: Ellipse
-    """a is the semi-axis next to the rolling direction."""
+    """Its a is the semi-axis closer to the rolling direction."""
     rotation: Array
     """Angle of that axis from the rolling direction, towards lateral, within +-45 degrees. [rad]"""
 
@@ -66,7 +66,7 @@ def line(load_per_length: Array, radius: Array, e_star: Array) -> tuple[Array, A
 
     Notes
     -----
-    Valid for a half-width far below the radius, and below first yield.
+    Valid for a half-width much smaller than the radius, and below first yield.
 
     Source: johnson1985, section 4.2(c).
     """
@@ -118,7 +118,7 @@ def ellipse(load: Array, curvature_x: Array, curvature_y: Array, e_star: Array) 
     wanted = xp.log(c_x) - xp.log(c_y)
 
     def step(logarithm: Array) -> Array:
-        """One Newton step for ln(X/Y) = ln(c_x/c_y) in ln(a/b), in which it is nearly straight."""
+        """One Newton step for ln(X/Y) = ln(c_x/c_y) in ln(a/b), which is nearly linear."""
         g = xp.exp(logarithm)
         _, along_a, along_b, mixed = ellipse_integrals(g)
         slope = -3.0 + mixed / along_a + g * g * mixed / along_b
@@ -135,8 +135,8 @@ def ellipse(load: Array, curvature_x: Array, curvature_y: Array, e_star: Array) 
 def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array) -> Crossed:
     r"""Contact of a crowned wheel on a cylinder at a steering angle.
 
-    The cylinder's curvature 1/R lies along its circumference, which is the rolling direction at angle 0 and turns away
-    from it by the steering angle; the sum with the wheel's curvatures 1/r and 1/r_c has the principal axes
+    The cylinder has curvature 1/R along its circumference, at the steering angle to the rolling direction. Its sum with the
+    wheel's curvatures 1/r and 1/r_c has principal axes at
 
     .. math:: \tan 2\theta = \frac{-\sin 2\phi / R}{1/r - 1/r_c + \cos 2\phi / R}
 
@@ -149,7 +149,7 @@ def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array
 
     Returns
     -------
-    Crossed   Ellipse, and its rotation from the rolling direction. Where the patch is circular the rotation is 0.
+    Crossed   Ellipse and its rotation from the rolling direction; the rotation of a circular patch is 0.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array
     along = 0.5 * (rolling - crown + across * xp.cos(2.0 * angle))
     shear = -0.5 * across * xp.sin(2.0 * angle)
     half = xp.sqrt(along * along + shear * shear)
-    # The axis next to the rolling direction is the more curved one where `along` is positive.
+    # Where `along` is positive, the axis closer to the rolling direction is the more curved one.
     half = xp.where(along < 0, -half, half)
     level = along == 0
     quarter = 0.25 * math.pi * xp.sign(shear)
@@ -175,11 +175,11 @@ def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array
 
 
 def axis_stresses(depth: Array, a: Array, b: Array, peak_pressure: Array, poisson: Array) -> tuple[Array, Array, Array]:
-    r"""Principal stresses below the middle of an elliptical contact; tension is positive.
+    r"""Principal stresses below the centre of an elliptical contact; tension is positive.
 
     Parameters
     ----------
-    depth : (...,) float           Below the surface, > 0. [m]
+    depth : (...,) float           Depth below the surface, > 0. [m]
     a, b : (...,) float            Semi-axes, > 0. [m]
     peak_pressure : (...,) float   p0. [Pa]
     poisson : (...,) float         Poisson's ratio of this body. [-]
@@ -192,10 +192,10 @@ def axis_stresses(depth: Array, a: Array, b: Array, peak_pressure: Array, poisso
     """
     xp = namespace(depth, a, b, peak_pressure, poisson)
     z, a, b, p0, nu = as_floats(xp, depth, a, b, peak_pressure, poisson)
-    scale = xp.sqrt(a * b)  # of one size, so that no product overflows
+    scale = xp.sqrt(a * b)  # normalise, so that no product overflows
     z, a, b = z / scale, a / scale, b / scale
     from_a, from_b, from_z = a * a + z * z, b * b + z * z, z * z
-    # Derivatives of the potential of the pressure, and of its integral over depth, over pi p0 a b/2.
+    # Derivatives of the pressure's potential, and of its integral over depth, divided by pi p0 a b/2.
     by_xx = -4.0 / 3.0 * carlson_rd(from_z, from_b, from_a)
     by_yy = -4.0 / 3.0 * carlson_rd(from_z, from_a, from_b)
     by_z = -4.0 / 3.0 * z * carlson_rd(from_a, from_b, from_z)
@@ -211,7 +211,7 @@ def axis_stresses(depth: Array, a: Array, b: Array, peak_pressure: Array, poisso
 
 
 def largest_shear(a: Array, b: Array, peak_pressure: Array, poisson: Array) -> tuple[Array, Array]:
-    """Largest shear stress below the middle of an elliptical contact, and its depth.
+    """Largest shear stress below the centre of an elliptical contact, and its depth.
 
     Parameters
     ----------
@@ -221,12 +221,12 @@ def largest_shear(a: Array, b: Array, peak_pressure: Array, poisson: Array) -> t
 
     Returns
     -------
-    shear, depth : (...,) float   [Pa], [m]; relative error of the depth about 1e-4, of the shear far less. The depth is
-        0 where the middle of the surface is sheared most (long patches with a Poisson ratio below about 0.2).
+    shear, depth : (...,) float   [Pa], [m]; relative error of the depth about 1e-4, of the shear much less. The depth is 0
+        if the shear is largest at the surface (long patches with a Poisson ratio below about 0.2).
 
     Notes
     -----
-    Without traction at the surface, which adds little below a friction of 0.3.
+    Neglects surface traction, which adds little for a friction coefficient below 0.3.
 
     Source: johnson1985, section 4.5.
     """

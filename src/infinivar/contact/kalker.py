@@ -1,6 +1,6 @@
-r"""Kalker's coefficients: the forces and the moment that small creepages cause in an elliptical rolling contact.
+r"""Kalker's coefficients: forces and moment of an elliptical rolling contact at small creepage.
 
-For creepages that cause no slip worth the name, with the semi-axis a along the rolling direction x and b along y::
+For creepages with negligible slip, and semi-axes a along the rolling direction x and b along y::
 
     Fx = -C11 G a b upsilon_x
     Fy = -C22 G a b upsilon_y - C23 G (a b)^(3/2) spin
@@ -24,10 +24,10 @@ _END = math.log(10.0)
 """|ln(a/b)| where the table ends."""
 
 _STIFFNESS = 1e3
-"""Of the splines against the half digit that the table is rounded by: every node still rounds to what is printed."""
+"""Stiffness of the splines relative to the table's rounding of half a digit: every node still rounds to its printed value."""
 
 _AROUND = 256
-"""Directions over which the mean of a periodic function is taken."""
+"""Number of directions in the mean of a periodic function."""
 
 
 class KalkerCoefficients(NamedTuple):
@@ -46,14 +46,14 @@ class KalkerCoefficients(NamedTuple):
 def coefficients(a_over_b: Array, poisson: Array) -> KalkerCoefficients:
     r"""Coefficients of the linear theory for any ellipse and any isotropic material.
 
-    In ``s = ln(a/b)`` a natural cubic spline of the tabulated logarithms, the smoothest within their rounding; in Poisson's
-    ratio a parabola through the three tabulated values of 1/C11, 1/C22, 1/C23 and (1 - nu)^q C33, where q goes from 1 for
-    a << b to 0 for a >> b. Beyond a/b = 0.1 and 10 the logarithms are
+    In ``s = ln(a/b)`` the interpolation is a natural cubic spline of the tabulated logarithms, the smoothest within their
+    rounding. In Poisson's ratio it is a parabola through the three tabulated values of 1/C11, 1/C22, 1/C23 and
+    (1 - nu)^q C33, where q goes from 1 for a << b to 0 for a >> b. Outside a/b = 0.1 to 10 the logarithms are
 
     .. math:: \ln C = \ln A(s) + e^{-t^2} \left[\ln T(s') - \ln A(s')\right], \quad t = |s| - \ln 10, \quad
         |s'| = \ln 10 + \tfrac12\left(1 - e^{-2t}\right)
 
-    with T the table, continued with the slope of its end, and A the asymptote: values and first derivatives are
+    with the table T, extrapolated with its slope at the end, and the asymptote A. Values and first derivatives are
     continuous everywhere.
 
     Parameters
@@ -68,17 +68,17 @@ def coefficients(a_over_b: Array, poisson: Array) -> KalkerCoefficients:
     Raises
     ------
     ParameterError
-        If an argument is outside its range. Where values are not known (traced arrays) the result is nan there.
+        If an argument is out of range. For traced arrays the result is nan there instead.
 
     Notes
     -----
-    C11, C22 and C23 round to the printed digits at the nodes of the table; C33, which it lacks, is computed. A solution
-    by elements, itself good to 0.1 %, differs at and between the nodes by up to 0.6 % for a/b from 0.1 to 3 (C23 by 1 %
-    at 0.1 and Poisson's ratio 0.5) and by up to 1.3 % from there to 10; C33 by up to 0.4 % below a/b = 4 and 1.2 % from
-    there to 10. Beyond, the asymptotes leave out terms of order a/b across the rolling direction, but of order 1/ln(a/b)
-    along it: at a/b = 30 C11 and C22 are 3 % low, and C33 is up to 18 % high.
+    C11, C22 and C23 round to the printed digits at the nodes of the table; C33, which the table lacks, is computed. An
+    element solution, accurate to 0.1 %, differs at and between the nodes by up to 0.6 % for a/b from 0.1 to 3 (C23 by 1 %
+    at 0.1 and Poisson's ratio 0.5) and by up to 1.3 % from 3 to 10; C33 differs by up to 0.4 % below a/b = 4 and 1.2 % from
+    4 to 10. Outside the table, the asymptotes neglect terms of order a/b for ellipses across the rolling direction, but of
+    order 1/ln(a/b) along it: at a/b = 30, C11 and C22 are 3 % low, and C33 is up to 18 % high.
 
-    Source: kalker1990, Table E.3 and its asymptotes; C33 as told in `data/kalker.toml`.
+    Source: kalker1990, Table E.3 and its asymptotes; C33 as described in `data/kalker.toml`.
     """
     check_value("a_over_b", a_over_b, "1", Gt(0))
     check_value("poisson", poisson, "1", Interval(ge=0, le=0.5))
@@ -89,7 +89,7 @@ def coefficients(a_over_b: Array, poisson: Array) -> KalkerCoefficients:
 
     inside = xp.clip(s, -_END, _END)
     beyond = xp.abs(s) - xp.abs(inside)
-    # The table's lead over the asymptote falls about as fast as g: half an e-fold on, its last slope brings it to half.
+    # The table's excess over the asymptote falls about as fast as g: half an e-fold on, its last slope halves it.
     near = inside + xp.sign(s) * 0.5 * (1.0 - xp.exp(-2.0 * beyond))
     fade = xp.exp(-beyond * beyond)
     values = (
@@ -102,17 +102,17 @@ def coefficients(a_over_b: Array, poisson: Array) -> KalkerCoefficients:
 
 
 def full_slip_creepage(a_over_b: Array, poisson: Array, c22: Array) -> Array:
-    r"""Lateral creepage at which the whole patch slips, over that at which the linear law does.
+    r"""Lateral creepage of full slip, relative to the creepage at which the linear law slips.
 
-    Under the full traction of gross slip, a semi-ellipsoid over the patch, the elastic displacement changes along the rolling
-    direction fastest at the leading edge, by ``eta = D a``. A larger creepage leaves no point that could stick:
+    Under the traction of gross slip, a semi-ellipsoid over the patch, the elastic displacement changes fastest along the
+    rolling direction at the leading edge, by ``eta = D a``. At a larger creepage no point can stick:
 
     .. math:: \xi = \frac{3 C_{22}}{2\pi} \int_0^\pi \left[(1-\nu)\frac{\sin^2\psi}{q} + \nu\frac{\sin^4\psi}{q^3}\right] d\psi,
         \qquad q = \sqrt{(a/b)^2 \cos^2\psi + \sin^2\psi}
 
     Parameters
     ----------
-    a_over_b : (...,) float   Rolling over lateral semi-axis, 0.02 to 50: there the sum is good to 1e-5. [-]
+    a_over_b : (...,) float   Rolling over lateral semi-axis, 0.02 to 50; there the sum is accurate to 1e-5. [-]
     poisson : (...,) float    Combined Poisson's ratio. [-]
     c22 : (...,) float        Kalker's coefficient for both. [-]
 
@@ -122,8 +122,8 @@ def full_slip_creepage(a_over_b: Array, poisson: Array, c22: Array) -> Array:
 
     Notes
     -----
-    Exact for a Poisson's ratio of 0. Above, tractions across the creep delay full slip: here the force is short of mu N by
-    up to 0.1 % (0.3) and 0.3 % (0.5).
+    Exact for a Poisson's ratio of 0. For larger ratios, tractions across the creep direction delay full slip: at this
+    creepage the force is below mu N by up to 0.1 % (ratio 0.3) and 0.3 % (ratio 0.5).
 
     Source: johnson1985, section 3.2 (displacement under an ellipsoidal traction); kalker1990, condition of gross slip.
     """
@@ -137,7 +137,7 @@ def full_slip_creepage(a_over_b: Array, poisson: Array, c22: Array) -> Array:
 
 
 def combined(shear_modulus_1: Array, poisson_1: Array, shear_modulus_2: Array, poisson_2: Array) -> tuple[Array, Array]:
-    r"""Shear modulus and Poisson's ratio that stand for two bodies of different materials.
+    r"""Combined shear modulus and Poisson's ratio of two bodies of different materials.
 
     .. math:: \frac{1}{G} = \frac{1}{2}\left(\frac{1}{G_1} + \frac{1}{G_2}\right), \qquad
         \frac{\nu}{G} = \frac{1}{2}\left(\frac{\nu_1}{G_1} + \frac{\nu_2}{G_2}\right)
@@ -154,13 +154,13 @@ def combined(shear_modulus_1: Array, poisson_1: Array, shear_modulus_2: Array, p
     Raises
     ------
     ParameterError
-        If an argument is outside its range.
+        If an argument is out of range.
 
     Notes
     -----
-    Tangential tractions bring both bodies the same displacements as two bodies of this one material. What is neglected:
-    where ``(1 - 2 nu)/G`` of the bodies differs, pressure alone displaces the surfaces tangentially against each other,
-    and tractions change the pressure. faulring2006 prints a quarter of this shear modulus.
+    Under tangential traction the two bodies displace like two bodies of this one material. This neglects the coupling of
+    bodies that differ in ``(1 - 2 nu)/G``: there, pressure alone displaces the surfaces tangentially, and tractions change
+    the pressure. faulring2006 prints a quarter of this shear modulus.
 
     Source: kalker1990, the combined elastic constants.
     """
@@ -170,7 +170,7 @@ def combined(shear_modulus_1: Array, poisson_1: Array, shear_modulus_2: Array, p
     check_value("poisson_2", poisson_2, "1", Interval(ge=0, le=0.5))
     xp = namespace(shear_modulus_1, poisson_1, shear_modulus_2, poisson_2)
     g1, nu1, g2, nu2 = xp.broadcast_arrays(*as_floats(xp, shear_modulus_1, poisson_1, shear_modulus_2, poisson_2))
-    # The softer body counts more. As a step from nu2, rounding leaves equal ratios equal.
+    # The softer body has the larger weight. Written as a step from nu2, so that rounding keeps equal ratios equal.
     share = 1.0 / (1.0 + g1 / g2)
     return 2.0 * g1 * share, nu2 + (nu1 - nu2) * share
 
@@ -178,7 +178,7 @@ def combined(shear_modulus_1: Array, poisson_1: Array, shear_modulus_2: Array, p
 def _log_asymptotes(xp: Any, s: Array, nu: Array) -> tuple[Array, ...]:
     """ln of C11, C22, C23, C33 for slender ellipses: across the rolling direction for s < 0, along it for s > 0.
 
-    Between the ends of the table, the values at its ends.
+    Within the table's range, the values at its ends.
     """
     size = xp.maximum(xp.abs(s), xp.asarray(_END, dtype=xp.float64))  # -ln g
     log = math.log(16.0) + 2.0 * size  # Lambda = ln(16/g^2)
@@ -201,9 +201,9 @@ def _log_asymptotes(xp: Any, s: Array, nu: Array) -> tuple[Array, ...]:
 
 
 def _log_table(xp: Any, s: Array, nu: Array) -> tuple[Array, ...]:
-    """ln of C11, C22, C23, C33 by the table, continued straight beyond its ends."""
+    """ln of C11, C22, C23, C33 from the table, extrapolated linearly beyond its ends."""
     knots, straight, bends = (xp.asarray(part, dtype=xp.float64) for part in _spline())
-    # A natural spline as a sum over all its knots: no interval to look up, and straight beyond the ends by itself.
+    # A natural spline as a sum over all knots needs no interval search and is linear beyond the ends.
     column = s[..., None]
     logs = straight[0, :] + straight[1, :] * column + xp.matmul(xp.abs(column - knots) ** 3, bends)
     # Lagrange's parabola through Poisson's ratios 0, 1/4, 1/2.
@@ -225,8 +225,8 @@ def _spline() -> tuple[Any, Any, Any]:
     Returns
     -------
     knots (n,), straight (2, 12), bends (n, 12)
-        Spline k is ``straight[0, k] + straight[1, k] s + sum_i bends[i, k] |s - knots[i]|^3``; for each coefficient in
-        turn, three Poisson's ratios.
+        Spline k is ``straight[0, k] + straight[1, k] s + sum_i bends[i, k] |s - knots[i]|^3``. Each coefficient has three
+        consecutive splines, one for each Poisson's ratio.
     """
     import numpy as np
 
@@ -236,7 +236,7 @@ def _spline() -> tuple[Any, Any, Any]:
     table = np.concatenate([np.asarray(column["values"]) for column in columns], axis=1)
     digits = np.repeat([column["digits"] for column in columns], 3)
     rounding = 0.5 * 10.0 ** (np.floor(np.log10(table)) + 1 - digits) / table
-    # Natural: without the last two conditions the sum would bend beyond the ends.
+    # The last two conditions make the spline natural, that is linear beyond the ends.
     n = len(knots)
     line = np.stack([np.ones(n), knots])
     system = np.block([[line.T, np.abs(knots[:, None] - knots) ** 3], [np.zeros((2, 2)), line]])

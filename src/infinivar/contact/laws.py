@@ -1,9 +1,9 @@
-r"""The creep laws' formulas, one group a law, all of a force ratio ``x`` in [-1, 1] and a scaled creepage ``xi``.
+r"""Formulas of the creep laws, grouped by law: force ratio ``x`` in [-1, 1] and scaled creepage ``xi``.
 
-The linear law makes the two equal. Each law is odd, passive (``x xi >= 0``) and starts with the slope 1. Those that bend
-give a creepage for every ratio: up to gross slip exactly, beyond it a constant, so that an iteration that overshoots
-finds its way back. Their slopes grow without bound towards gross slip; they are capped where ``1 - |x|`` is less than
-float64 resolves (at 1e10 or more), and zero beyond.
+In the linear law the two are equal. Each law is odd, passive (``x xi >= 0``) and has slope 1 at the origin. The nonlinear
+laws return a creepage for every ratio: exact up to gross slip and constant beyond it, so that an iteration that overshoots
+recovers. Their slopes diverge towards gross slip; they are capped where ``1 - |x|`` is below float64 resolution (at 1e10
+or more), and zero beyond.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FASTSIM_SLIP = 32.0 / (3.0 * math.pi)
 """Scaled creepage at which the whole patch slips."""
 
 _POLACH_SERIES = (1 / 60, 1 / 1400, 1 / 25200, 43 / 17248000, 1213 / 7207200000)
-"""Of psi in s = (6 M)^(1/3), where psi - sin psi = M, after psi = s."""
+"""Series of psi in s = (6 M)^(1/3), where psi - sin psi = M, after the first term psi = s."""
 
 _RESOLUTION = 2.0**-53
 """Distance of the largest float64 below 1 from 1."""
@@ -31,7 +31,7 @@ def linear_creepage(force_ratio: Array) -> Array:
 
     Parameters
     ----------
-    force_ratio : (...,) float   Lateral force over mu P. Beyond +-1 the law continues; the caller names the slip. [-]
+    force_ratio : (...,) float   Lateral force over mu P. The law continues beyond +-1; the caller detects slip. [-]
 
     Returns
     -------
@@ -43,7 +43,7 @@ def linear_creepage(force_ratio: Array) -> Array:
 
 
 def linear_slope(force_ratio: Array) -> float:
-    """Derivative of `linear_creepage`, one everywhere.
+    """Derivative of `linear_creepage`: 1 everywhere.
 
     Source: faulring2006, Eq 7.
     """
@@ -51,7 +51,7 @@ def linear_slope(force_ratio: Array) -> float:
 
 
 def linear_force(creepage: Array) -> Array:
-    """Force ratio of the linear law: proportional to the creepage, then constant at gross slip.
+    """Force ratio of the linear law: proportional to the creepage up to gross slip, then constant.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def faulring_flow_factor(force_ratio: Array) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    force_ratio : (...,) float   Lateral force over mu P. Meaningless beyond +-1, where the factor turns negative. [-]
+    force_ratio : (...,) float   Lateral force over mu P. Invalid beyond +-1, where the factor is negative. [-]
 
     Returns
     -------
@@ -90,13 +90,13 @@ def faulring_flow_factor(force_ratio: Array) -> tuple[Array, Array]:
 
 
 def vermeulen_johnson_force(creepage: Array) -> Array:
-    r"""Force ratio of Vermeulen and Johnson: an ellipse that sticks, touching the leading edge, in one that slips.
+    r"""Force ratio of Vermeulen and Johnson: an elliptical stick region that touches the leading edge of the patch.
 
     .. math:: x = 1 - (1 - \xi/3)^3 \quad (0 \le \xi \le 3)
 
     Parameters
     ----------
-    creepage : (...,) float   Scaled creepage, may be infinite; gross slip from 3 on. [-]
+    creepage : (...,) float   Scaled creepage, may be infinite; gross slip begins at 3. [-]
 
     Returns
     -------
@@ -149,14 +149,14 @@ def vermeulen_johnson_slope(force_ratio: Array) -> Array:
 
 
 def polach_force(creepage: Array) -> Array:
-    r"""Force ratio of Polach without spin and without a friction that falls with the sliding speed.
+    r"""Force ratio of Polach, without spin and with a friction limit independent of the sliding speed.
 
     .. math:: x = \frac{2}{\pi} \left(\frac{\epsilon}{1 + \epsilon^2} + \arctan \epsilon\right),
         \qquad \epsilon = \frac{\pi}{4} \xi
 
     Parameters
     ----------
-    creepage : (...,) float   Scaled creepage, may be infinite: there is no gross slip at a finite one. [-]
+    creepage : (...,) float   Scaled creepage, may be infinite; no finite creepage reaches gross slip. [-]
 
     Returns
     -------
@@ -170,12 +170,12 @@ def polach_force(creepage: Array) -> Array:
 
 
 def polach_creepage(force_ratio: Array) -> Array:
-    """Scaled creepage of Polach's law, to rounding of the force ratio.
+    """Scaled creepage of Polach's law, accurate to rounding of the force ratio.
 
     Parameters
     ----------
-    force_ratio : (...,) float   Lateral force over mu P; from +-1 on the creepage stays at 2e5, that of a ratio which
-        float64 cannot tell from 1. [-]
+    force_ratio : (...,) float   Lateral force over mu P; from +-1 on the creepage stays at 2e5, the value for a ratio that
+        float64 cannot distinguish from 1. [-]
 
     Returns
     -------
@@ -207,10 +207,10 @@ def polach_slope(force_ratio: Array) -> Array:
 
 
 def _polach_epsilon(xp, size: Array) -> Array:
-    """eps of a force ratio >= 0. With phi = 2 atan(eps): phi + sin phi = pi x, near slip better (pi - phi) - sin phi.
+    """eps of a force ratio >= 0. With phi = 2 atan(eps), phi + sin phi = pi x; near slip, (pi - phi) - sin phi is better.
 
-    The series of the second form is good to 5e-4 over the whole range. One step of fourth order, which needs no more
-    sines than one of second, leaves rounding, and so little to add that its tangent is a short series.
+    The series of the second form is accurate to 5e-4 over the whole range. One step of fourth order, which needs no more
+    sines than a step of second order, leaves only rounding. The step is so small that a short series gives its tangent.
     """
     rest = _rest(xp, size)
     root = (6.0 * math.pi * rest) ** (1.0 / 3.0)
@@ -225,17 +225,17 @@ def _polach_epsilon(xp, size: Array) -> Array:
 
 
 def fastsim_force(creepage: Array) -> Array:
-    r"""Force ratio of Kalker's simplified theory without spin: his FASTSIM with endlessly many cells.
+    r"""Force ratio of Kalker's simplified theory without spin: the limit of FASTSIM for infinitely many cells.
 
     .. math:: x = \frac{6 \alpha (1 + 4 w^2) - 12 \pi w^2 + 2 w \sqrt{1 - w^2} (13 + 2 w^2)}{3 \pi}, \qquad
         w = \sin \alpha = \frac{3 \pi}{32} \xi
 
-    In a strip of half-length c (over a) the traction grows from the leading edge until it meets the parabolic bound at
-    ``2 w - c``; strips shorter than w slip all along. The formula is the integral over the strips.
+    In a strip of half-length c (relative to a) the traction grows from the leading edge until it reaches the parabolic
+    bound at ``2 w - c``; strips shorter than w slip completely. The formula is the integral over the strips.
 
     Parameters
     ----------
-    creepage : (...,) float   Scaled creepage, may be infinite; gross slip from 32/(3 pi) = 3.395 on. [-]
+    creepage : (...,) float   Scaled creepage, may be infinite; gross slip begins at 32/(3 pi) = 3.395. [-]
 
     Returns
     -------
@@ -248,15 +248,15 @@ def fastsim_force(creepage: Array) -> Array:
     slips = w >= 1.0
     angle = xp.asin(xp.where(slips, 0.0, w))
     force, rest, _, _ = _fastsim(xp, angle)
-    # Not by comparing `rest`: SymPy would take the choice above out of it, and asin past 1.
+    # The condition must not use `rest`: SymPy would move the choice above out of it and evaluate asin beyond 1.
     force = xp.where(w < 0.5, force, 1.0 - xp.clip(rest, 0.0, 1.0))
     return _signed(xp, creepage, xp.where(slips, 1.0, force))
 
 
 def fastsim_creepage(force_ratio: Array) -> Array:
-    """Scaled creepage of Kalker's simplified theory without spin, to about two roundings of the force ratio.
+    """Scaled creepage of Kalker's simplified theory without spin, accurate to about two roundings of the force ratio.
 
-    Near gross slip that is little: the creepage changes by `fastsim_slope` times as much as the ratio.
+    Near gross slip that means few digits: an error in the ratio is multiplied by `fastsim_slope`.
 
     Parameters
     ----------
@@ -310,7 +310,7 @@ def _fastsim_angle(xp, size: Array) -> Array:
 def _fastsim(xp, angle: Array) -> tuple[Array, Array, Array, Array]:
     """Force ratio x at asin(w), 1 - x, and the first and second derivative of x by that angle.
 
-    The first is exact to rounding for small angles, the second near a right angle; they cancel at the other end.
+    x is exact to rounding for small angles and 1 - x near a right angle; each suffers cancellation at the other end.
     """
     w, cosine = xp.sin(angle), xp.cos(angle)
     left = 0.5 * math.pi - angle
@@ -324,7 +324,7 @@ def _fastsim(xp, angle: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _start(root: Array, series: tuple[float, ...], last_root: float, last: float) -> Array:
-    """Series root + series[0] root^3 + ... of an odd function, one more term chosen to give `last` at `last_root`."""
+    """Series root + series[0] root^3 + ... of an odd function, with one more term so that it is `last` at `last_root`."""
     sum_of_series = sum(factor * last_root ** (3 + 2 * i) for i, factor in enumerate(series))
     extra = (last - last_root - sum_of_series) / last_root ** (3 + 2 * len(series))
     square, tail = root * root, extra
@@ -339,7 +339,7 @@ def _halley(value: Array, excess: Array, slope: Array, curvature: Array) -> Arra
 
 
 def _size(xp, value: Array) -> Array:
-    """As abs, with the derivative 1 at 0 that an odd law needs there."""
+    """Absolute value with derivative 1 at 0, as an odd law requires."""
     return xp.where(value < 0, -value, value)
 
 
@@ -348,5 +348,5 @@ def _signed(xp, value: Array, size: Array) -> Array:
 
 
 def _rest(xp, size: Array) -> Array:
-    """1 - |x|, never less than float64 resolves."""
+    """1 - |x|, but at least the resolution of float64."""
     return xp.where(size >= 1.0, _RESOLUTION, 1.0 - size)

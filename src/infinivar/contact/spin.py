@@ -1,4 +1,4 @@
-"""Steering moment: what it takes to turn a loaded contact patch on the spot."""
+"""Steering moment: friction moment of a loaded contact patch that turns on the spot."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from infinivar.contact.elliptic import ellipse_integrals
 
 
 def line_moment(load: Array, half_length: Array, friction: Array) -> Array:
-    r"""Moment to turn a thin line of uniform pressure about its middle, all of it sliding.
+    r"""Moment to turn a thin line of uniform pressure about its centre, fully sliding.
 
     .. math:: M = \tfrac{1}{2} \mu_s P b
 
@@ -19,7 +19,7 @@ def line_moment(load: Array, half_length: Array, friction: Array) -> Array:
 
     Returns
     -------
-    (...,) float   Size of the moment; it opposes the turning. [N m]
+    (...,) float   Magnitude of the moment; it opposes the rotation. [N m]
 
     Source: faulring2006, section V (steering plant).
     """
@@ -27,12 +27,12 @@ def line_moment(load: Array, half_length: Array, friction: Array) -> Array:
 
 
 def ellipse_moment(load: Array, a: Array, b: Array, friction: Array) -> Array:
-    r"""Moment to turn a Hertzian patch about its middle, all of it sliding.
+    r"""Moment to turn a Hertzian patch about its centre, fully sliding.
 
     .. math:: M = \tfrac{3}{8} \mu_s P L E(e)
 
-    with the larger semi-axis L and the complete elliptic integral of the second kind, whose product is a quarter of the
-    rim; a circle gives (3 pi/16) mu P a, a thin ellipse (3/8) mu P b.
+    with the larger semi-axis L and the complete elliptic integral E of the second kind; L E is a quarter of the
+    circumference. A circle gives (3 pi/16) mu P a, a thin ellipse (3/8) mu P b.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def ellipse_moment(load: Array, a: Array, b: Array, friction: Array) -> Array:
 
     Returns
     -------
-    (...,) float   Size of the moment; it opposes the turning. [N m]
+    (...,) float   Magnitude of the moment; it opposes the rotation. [N m]
 
     Source: integral of mu p r over the patch; johnson1985, Eq 4.24 for the pressure.
     """

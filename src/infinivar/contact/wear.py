@@ -1,4 +1,4 @@
-"""Wear of the dry contact by Archard's law: orders of magnitude."""
+"""Wear of the dry contact by Archard's law; an order-of-magnitude estimate."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ def rolling_distance(
     hardness: Array,
     wear_coefficient: Array,
 ) -> Array:
-    r"""Distance that a wheel rolls until its track has worn to a depth.
+    r"""Rolling distance after which the track has worn to a given depth.
 
-    Archard's volume per load and sliding distance, k/H, is taken over the friction work: where the patch slides it does
-    so under mu p, so the volume worn in one metre of rolling is the creep work in it over mu, times k/H.
+    Archard's volume per load and sliding distance, k/H, is related to the friction work: where the patch slides, the
+    traction is mu p, so the volume worn per metre of rolling is the creep work over mu, times k/H.
 
     .. math:: V' = \frac{k}{H} \frac{f_u \upsilon}{\mu}, \qquad s = \frac{h \, 2 \pi r \, w}{V'}
 
     Parameters
     ----------
     depth : (...,) float              h. [m]
-    track_radius : (...,) float       r, of the body that wears. [m]
-    track_width : (...,) float        w, of the worn track: the lateral size of the patch. [m]
+    track_radius : (...,) float       r of the wearing body. [m]
+    track_width : (...,) float        w of the worn track: the lateral width of the patch. [m]
     lateral_force : (...,) float      fu. [N]
-    creepage : (...,) float           u/abs(v), of the sign of the force. [-]
+    creepage : (...,) float           u/abs(v), with the sign of the force. [-]
     friction : (...,) float           mu. [-]
-    hardness : (...,) float           H, of the softer body. [Pa]
-    wear_coefficient : (...,) float   Archard's dimensionless k: 1e-3 to 1e-4 for dry like metals, 1e-6 and less
-        lubricated. Measured values of one pair scatter by a factor of ten. [-]
+    hardness : (...,) float           H of the softer body. [Pa]
+    wear_coefficient : (...,) float   Archard's dimensionless k: 1e-3 to 1e-4 for similar dry metals, 1e-6 and less if
+        lubricated. Measured values for one material pair scatter by a factor of ten. [-]
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Whole drive-trains, composed from elements and parts, and the requirement they must meet."""
+"""Complete drive-trains, composed from elements and parts."""

@@ -28,56 +28,60 @@ from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 _COASTING_STEPS = 60
-"""Each leaves the energy of a cycle off by the share of creep that depends on speed: a few are enough."""
+"""Most iterations for the coasting speed. Each reduces the error by the speed-dependent share of creep, so few suffice."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SteeringPlant:
-    """What turns the wheel. In steady operation it stands still and takes no power; motion that changes needs it.
+    """Steering motor, gear and bell that turn the wheel. Idle in steady operation; required for time-varying motion.
 
     Source: faulring2006, Fig 11.
     """
 
     motor: Motor = component("Steering motor")
     ratio: float = quantity("1", Gt(0), "Reduction between steering motor and bell")
-    bell_inertia: float = quantity("kg m^2", Gt(0), "Inertia of the bell that holds the wheel, about its steering axis")
-    sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the patch that turns on the spot")
+    bell_inertia: float = quantity(
+        "kg m^2", Gt(0), "Inertia of the bell that carries the wheel, about the steering axis"
+    )
+    sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the contact patch as it turns on the spot")
     patch_half_length: float | None = quantity(
         "m",
         Gt(0),
-        "Lateral half-length b of the contact patch, where no geometry of the contact gives it",
+        "Lateral half-length b of the contact patch, if the contact geometry is not given",
         default=None,
     )
     bell_bearing: Bearing | None = component("Bearing of the bell, which carries the preload", default=None)
     bell_friction: float | None = quantity(
         "m",
         Ge(0),
-        "Measured friction torque of the bell bearing over preload, c_b, instead of bell_bearing",
+        "Measured friction torque of the bell bearing over preload, c_b; replaces bell_bearing",
         default=None,
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         if self.bell_bearing is not None:
             bearing = self.bell_bearing.type
             wanted = "deep_groove, angular_contact or thrust_ball, which carry the preload along the bell's axis"
             require(bearing not in ("cylindrical", "needle"), "bell_bearing.type", bearing, wanted)
         if self.bell_bearing is None and self.bell_friction is None:
-            raise ParameterError("bell_friction is missing: give it, or bell_bearing, from which it follows")
+            raise ParameterError("bell_friction is missing: give it, or bell_bearing, which determines it")
         if self.bell_bearing is not None and self.bell_friction is not None:
-            raise ParameterError("bell_friction and bell_bearing exclude each other: it would follow from bell_bearing")
+            raise ParameterError(
+                "bell_friction and bell_bearing exclude each other: bell_bearing determines bell_friction"
+            )
 
     def friction_torques(self, transmission: RotaryLinearIVT) -> dict[str, Array]:
-        """What holds the bell against slow steering: the patch that turns on the spot, and the bell bearing.
+        """Friction torques that resist slow steering: contact patch and bell bearing.
 
         Parameters
         ----------
-        transmission : RotaryLinearIVT   Gives preload and patch: an ellipse from its geometry, else a uniform line.
+        transmission : RotaryLinearIVT   Provides preload and patch: an ellipse from its geometry, else a uniform line.
 
         Returns
         -------
-        dict   "patch" and "bell", sizes of torques that oppose steering. [N m]
+        dict   "patch" and "bell", magnitudes of the torques. [N m]
 
         Source: faulring2006, section V-B; `infinivar.contact.spin`.
         """
@@ -92,16 +96,16 @@ class SteeringPlant:
         return {"patch": turning, "bell": bell}
 
     def follow(self, transmission: RotaryLinearIVT, *, rate: Array, acceleration: Array) -> MotorSide:
-        """What the steering motor does to turn the wheel; its reduction loses nothing, as in the paper.
+        """Torque and power of the steering motor for a steering motion; its gear is lossless, as in the paper.
 
         Parameters
         ----------
-        transmission : RotaryLinearIVT       Gives preload and patch.
+        transmission : RotaryLinearIVT       Provides preload and patch.
         rate, acceleration : (...,) float    Of the steering angle. [rad s^-1], [rad s^-2]
 
         Returns
         -------
-        MotorSide   With what flows into the inertia of motor and bell.
+        MotorSide   Includes the power stored in the inertia of motor and bell.
 
         Raises
         ------
@@ -129,7 +133,7 @@ class SteeringPlant:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoboticDrive:
-    """Motor and gearhead turn a cylinder at constant speed; a steered wheel takes off what the link needs.
+    """Motor and gearhead turn a cylinder at constant speed; a steered wheel drives the link from it.
 
     Source: faulring2006, Fig 10, Fig 11, Fig 12 and Fig 13.
     """
@@ -137,18 +141,18 @@ class CoboticDrive:
     motor: Motor = component("Cylinder motor")
     gearhead: Gearhead = component("Gearhead between motor and cylinder")
     transmission: RotaryLinearIVT = component("The rotational-to-linear element")
-    cylinder_speed: float = quantity("rad/s", NonZero(), "Speed at which the cylinder is kept")
+    cylinder_speed: float = quantity("rad/s", NonZero(), "Constant speed of the cylinder")
     guideway: Guideway = component("Guideway of the link", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the cylinder motor", default_factory=Amplifier)
     cylinder_inertia: float | None = quantity(
-        "kg m^2", Gt(0), "Inertia of the cylinder about its axis; motion that changes its speed needs it", default=None
+        "kg m^2", Gt(0), "Inertia of the cylinder about its axis; required if its speed varies", default=None
     )
     link_mass: float | None = quantity("kg", Gt(0), "Mass of the moving link without load", default=None)
     steering: SteeringPlant | None = component("Steering plant", default=None)
-    control: CoboticControl = component("Controllers, for simulation in time", default_factory=CoboticControl)
+    control: CoboticControl = component("Controllers for time-domain simulation", default_factory=CoboticControl)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         if self.steering is None:
             return
@@ -160,27 +164,27 @@ class CoboticDrive:
 
     @property
     def motors(self) -> Mapping[str, Motor]:
-        """Cylinder motor and, where described, steering motor."""
+        """Cylinder motor and, if given, steering motor."""
         steering = {} if self.steering is None else {"steering": self.steering.motor}
         return {"cylinder": self.motor, **steering}
 
     @property
     def steering_amplifier(self) -> Amplifier:
-        """Of the kind of the cylinder motor's; what a drive draws on standby is counted there."""
+        """Same type as the cylinder motor's amplifier, without standby power, which that amplifier accounts for."""
         return replace(self.amplifier, standby_power=0.0)
 
     @labelled
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
-        """Steady point at a link speed and force, in all four quadrants, with the wheel steered accordingly.
+        """Steady operating point at a link speed and force, in all four quadrants; the steering angle follows.
 
         Parameters
         ----------
-        speed : (...,) float   Link speed. Standing still under load needs a small steering angle. [m s^-1]
+        speed : (...,) float   Link speed. Standing still under load requires a small steering angle. [m s^-1]
         force : (...,) float   Force applied by the drive to the load. [N]
 
         Returns
         -------
-        DrivePoint   Inputs broadcast. Where the wheel would slip there is no steady motion and all powers are nan.
+        DrivePoint   Inputs broadcast. Where the wheel would slip, no steady motion exists and all powers are nan.
 
         Source: faulring2006, section VI-B, Fig 10, Fig 12 and Fig 13.
         """
@@ -212,7 +216,7 @@ class CoboticDrive:
         )
 
     def check_motion(self) -> None:
-        """Raise ParameterError that names a value which motion needs and this drive lacks, if there is one."""
+        """Raise ParameterError if a value that motion requires is missing; the message names it."""
         needed(self.link_mass, "link_mass")
         needed(needed(self.steering, "steering").motor.rotor_inertia, "steering.motor.rotor_inertia")
         try:
@@ -221,11 +225,11 @@ class CoboticDrive:
             raise ParameterError(f"transmission.{problem}") from None
 
     def unheld(self) -> CoboticDrive:
-        """The drive without the friction that helps to hold a load at rest: the guideway's, as all else keeps turning."""
+        """The drive without friction that helps to hold a load at rest: that of the guideway, as all else keeps turning."""
         return replace(self, guideway=Guideway())
 
     def pressed(self, preload: Array) -> CoboticDrive:
-        """The same drive under another preload [N]; what was measured of the contact follows it.
+        """The same drive under another preload [N]; measured values of the contact scale with it.
 
         Source: johnson1985, section 4.2 for the patch; `RotaryLinearIVT.pressed`.
         """
@@ -242,36 +246,36 @@ class CoboticDrive:
         Raises
         ------
         ParameterError
-            If one that motion needs is not known.
+            If an inertia that motion requires is missing.
         """
         rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
         return needed(self.cylinder_inertia, "cylinder_inertia") + self.gearhead.ratio**2 * rotor
 
     def _on_link(self, course: Course, load_mass: Array) -> tuple[Varying, Array]:
-        """Force of the transmission on the link that moves link and load along a course, and the guideway's loss."""
+        """Force that the transmission applies to the link to follow a course, and the loss in the guideway."""
         driving = course.driving_force(load_mass + needed(self.link_mass, "link_mass"))
         drag, loss = self.guideway.operate(force=driving.value, speed=course.heading, preload=self.transmission.preload)
         return Varying(driving.value + drag, driving.rate, driving.curvature), loss
 
     def coast(self, course: Course, *, period: Array, load_mass: Array = 0.0) -> Varying:
-        """Speed of the cylinder where its motor gives a constant torque and its inertia does the rest.
+        """Cylinder speed over a cycle at constant motor torque, with the cylinder as a flywheel.
 
         Parameters
         ----------
         course : Course            A whole cycle at the midpoints of equal steps, on the last axis.
-        period : (...) float       Of the cycle, without that axis. [s]
+        period : (...) float       Period of the cycle, without that axis. [s]
         load_mass : (...,) float   [kg]
 
         Returns
         -------
-        Varying   Its mean is the drive's cylinder speed; nan for cycles in which the cylinder would stop or the wheel slip, or
-            which come so near to it that no speed is found. The curvature is a difference of rates, good enough for what
-            little it adds to the steering.
+        Varying   Its mean is the drive's cylinder speed. nan for cycles in which the cylinder would stop or the wheel slip,
+            or that are too close to this for the iteration to converge. The second derivative is a finite difference, which
+            suffices for its small effect on steering.
 
         Raises
         ------
         ParameterError
-            If a value is missing that motion needs.
+            If a value that motion requires is missing.
 
         Source: energy balance of the cylinder: ``d(J omega^2/2)/dt = T omega - tau omega``.
         """
@@ -309,25 +313,25 @@ class CoboticDrive:
         cylinder_speed: Varying | None = None,
         common_bus: bool = False,
     ) -> MovingPoint:
-        """Instants of a course, by inverse dynamics.
+        """Operating points along a course, by inverse dynamics.
 
         Parameters
         ----------
-        course : Course            Motion of the load, and the force on it from outside.
-        load_mass : (...,) float   Mass of the load, in addition to the link's own. [kg]
-        cylinder_speed : Varying   Not 0; constantly the drive's own if left out. [rad s^-1] ...
-        common_bus : bool          Whether what one motor returns feeds the other before the amplifier meets the rest; else
-            each motor has an amplifier of its own.
+        course : Course            Motion of the load, and the external force on it.
+        load_mass : (...,) float   Mass of the load, in addition to the link's mass. [kg]
+        cylinder_speed : Varying   Nonzero; by default the drive's constant cylinder speed. [rad s^-1] ...
+        common_bus : bool          Whether power returned by one motor feeds the other before the amplifier; else each motor
+            has its own amplifier.
 
         Returns
         -------
-        MovingPoint   Inputs broadcast. Where the wheel would slip all powers are nan. At a reversal of the link friction
-            makes the steering angle jump; what that takes is left out.
+        MovingPoint   Inputs broadcast. Where the wheel would slip, all powers are nan. At a reversal of the link, friction
+            makes the steering angle jump; the energy for this jump is not included.
 
         Raises
         ------
         ParameterError
-            If a value is missing that motion needs, or the creep law has a flow loss.
+            If a value that motion requires is missing, or the creep law has a flow loss.
 
         Source: faulring2006, section VI-C.
         """

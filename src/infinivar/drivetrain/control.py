@@ -1,4 +1,4 @@
-"""Settings of the controllers of a drive: sample rate, bandwidths and current limits."""
+"""Controller settings of a drive: sample rate, bandwidths and current limits."""
 
 from __future__ import annotations
 
@@ -13,44 +13,44 @@ from infinivar.errors import ParameterError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoboticControl:
-    """Loops of a cobotic drive: cylinder speed, steering angle, and link position above it."""
+    """Loops of a cobotic drive: cylinder speed, steering angle, and an outer loop for link position."""
 
     sample_rate: float = quantity("Hz", Gt(0), "Rate at which controllers sample", default=1000.0)
     cylinder_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the cylinder's speed loop", default=4.0)
     steering_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the steering servo", default=25.0)
     link_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the link's position loop", default=4.0)
     current_limit: float | None = quantity(
-        "A", Gt(0), "Largest current of the cylinder motor; stall current if left out", default=None
+        "A", Gt(0), "Current limit of the cylinder motor; default: stall current", default=None
     )
     steering_current_limit: float | None = quantity(
-        "A", Gt(0), "Largest current of the steering motor; stall current if left out", default=None
+        "A", Gt(0), "Current limit of the steering motor; default: stall current", default=None
     )
     rest_error: float = quantity(
         "m", Gt(0), "How far from its goal a load that is to stand still may be left at rest", default=1e-4
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         _slower(self, "cylinder_bandwidth", "steering_bandwidth", "link_bandwidth")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConventionalControl:
-    """Loops of a conventional drive: motor speed, and load position above it."""
+    """Loops of a conventional drive: motor speed, and an outer loop for load position."""
 
     sample_rate: float = quantity("Hz", Gt(0), "Rate at which controllers sample", default=1000.0)
     speed_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the speed loop", default=25.0)
     link_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the load's position loop", default=4.0)
     current_limit: float | None = quantity(
-        "A", Gt(0), "Largest current of the motor; stall current if left out", default=None
+        "A", Gt(0), "Current limit of the motor; default: stall current", default=None
     )
     rest_error: float = quantity(
         "m", Gt(0), "How far from its goal a load that is to stand still may be left at rest", default=1e-4
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         _slower(self, "speed_bandwidth", "link_bandwidth")
 

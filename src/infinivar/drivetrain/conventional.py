@@ -22,7 +22,7 @@ from infinivar.parts.motor import Motor
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConventionalDrive:
-    """Motor through a fixed ratio to a pulley that pulls the load along a guideway.
+    """Motor and fixed-ratio gearhead drive a pulley, which pulls the load along a guideway.
 
     Source: faulring2006, Fig 14.
     """
@@ -30,15 +30,17 @@ class ConventionalDrive:
     motor: Motor = component("Motor")
     gearhead: Gearhead = component("Gearhead between motor and pulley")
     pulley: Pulley = component("Pulley or capstan")
-    guideway: Guideway = component("Guideway of the load, cable drag included", default_factory=Guideway)
+    guideway: Guideway = component("Guideway of the load, including cable drag", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
     output_inertia: float | None = quantity(
         "kg m^2", Gt(0), "Inertia of gear, pulley and cable at the gear output", default=None
     )
-    control: ConventionalControl = component("Controllers, for simulation in time", default_factory=ConventionalControl)
+    control: ConventionalControl = component(
+        "Controllers for time-domain simulation", default_factory=ConventionalControl
+    )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -48,7 +50,7 @@ class ConventionalDrive:
 
     @labelled
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
-        """Steady point at a load speed and force, in all four quadrants.
+        """Steady operating point at a load speed and force, in all four quadrants.
 
         Parameters
         ----------
@@ -57,7 +59,7 @@ class ConventionalDrive:
 
         Returns
         -------
-        DrivePoint   Inputs broadcast. Powers are finite outside limits, too: they say what would be needed.
+        DrivePoint   Inputs broadcast. Powers are finite where infeasible as well: they are the demand.
 
         Source: faulring2006, section VI-A and Fig 14.
         """
@@ -78,12 +80,12 @@ class ConventionalDrive:
         )
 
     def check_motion(self) -> None:
-        """Raise ParameterError that names a value which motion needs and this drive lacks, if there is one."""
+        """Raise ParameterError if a value that motion requires is missing; the message names it."""
         needed(self.output_inertia, "output_inertia")
         needed(self.motor.rotor_inertia, "motor.rotor_inertia")
 
     def unheld(self) -> ConventionalDrive:
-        """The drive without the friction that helps to hold a load at rest: of motor, gearhead, pulley and guideway."""
+        """The drive without friction that helps to hold a load at rest: of motor, gearhead, pulley and guideway."""
         return replace(
             self,
             motor=self.motor.without_friction(),
@@ -93,21 +95,21 @@ class ConventionalDrive:
         )
 
     def follow(self, course: Course, *, load_mass: Array = 0.0) -> MovingPoint:
-        """Instants of a course, by inverse dynamics.
+        """Operating points along a course, by inverse dynamics.
 
         Parameters
         ----------
-        course : Course            Motion of the load, and the force on it from outside.
+        course : Course            Motion of the load, and the external force on it.
         load_mass : (...,) float   Mass of the load. [kg]
 
         Returns
         -------
-        MovingPoint   Inputs broadcast. Powers are finite outside limits, too: they say what would be needed.
+        MovingPoint   Inputs broadcast. Powers are finite where infeasible as well: they are the demand.
 
         Raises
         ------
         ParameterError
-            If an inertia is missing that motion needs.
+            If an inertia that motion requires is missing.
 
         Source: faulring2006, section VI-C and Fig 14.
         """

@@ -1,4 +1,4 @@
-"""What every drive-train has in common: the points it returns, and the side of its motor."""
+"""Common parts of all drive-trains: operating points, the protocol, and the motor side."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from infinivar.power import PowerPoint
 class DrivePoint(PowerPoint, Result):
     """Steady operating point of a drive-train; arrays that broadcast to one shape, SI.
 
-    `losses` names every loss from supply to load [W]; `states` holds currents, voltages, angles and the like, each
-    under a name that ends in its unit. Where a limit leaves no steady motion the powers are nan and `limit` says why.
+    `losses` lists every loss from supply to load [W]. `states` holds currents, voltages, angles and similar values; each
+    name ends in its unit. Where no steady motion exists, the powers are nan and `limit` gives the reason.
     """
 
     power_in: Array
@@ -44,12 +44,12 @@ class MovingPoint(Result):
 
     Attributes
     ----------
-    power_in, power_out : (...,) float    From the supply, to the load with its mass. [W]
-    losses : name to (...,) float         From supply to load. [W]
-    stored : name to (...,) float         Power that flows into each inertia of the drive; negative where it comes back. [W]
-    utilisation : (Limit, what) to (...,) float   Demand over allowance at each instant; of a motor's continuous torque it
-        may exceed 1 for a while. [-]
-    states : name to (...,) float         Currents, voltages, angles and the like, under names that end in their unit.
+    power_in, power_out : (...,) float    Power from the supply, and to the load including its mass. [W]
+    losses : name to (...,) float         Losses from supply to load. [W]
+    stored : name to (...,) float         Power into each inertia of the drive; negative where it is returned. [W]
+    utilisation : (Limit, part) to (...,) float   Demand over allowance at each instant; for a motor's continuous torque it
+        may exceed 1 temporarily. [-]
+    states : name to (...,) float         Currents, voltages, angles and similar values; each name ends in its unit.
     """
 
     power_in: Array
@@ -61,7 +61,7 @@ class MovingPoint(Result):
 
 
 def chosen(where: Array, one: MovingPoint, other: MovingPoint) -> MovingPoint:
-    """Instants of one point where a mask says so, and of another elsewhere; both of the same kind of drive."""
+    """Values of one point where a mask is true and of another elsewhere; both from the same type of drive."""
     xp = namespace(where)
 
     def mixed(name: str) -> dict:
@@ -95,18 +95,18 @@ class Drive(Protocol):
         ...
 
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
-        """Steady point at a load speed [m s^-1] and force on the load [N], in all four quadrants.
+        """Steady operating point at a load speed [m s^-1] and force on the load [N], in all four quadrants.
 
-        Must not depend on calls made at the same time: maps are computed on several threads.
+        Must be thread-safe: maps are computed on several threads.
         """
         ...
 
     def follow(self, course: Course, *, load_mass: Array = 0.0) -> MovingPoint:
-        """Instants of a course with a load [kg], by inverse dynamics."""
+        """Operating points along a course with a load [kg], by inverse dynamics."""
         ...
 
     def check_motion(self) -> None:
-        """Raise ParameterError that names a value which `follow` needs and this drive lacks, if there is one."""
+        """Raise ParameterError if a value that `follow` requires is missing; the message names it."""
         ...
 
 
@@ -114,12 +114,12 @@ class MotorSide(NamedTuple):
     """Motor and gearhead behind an output torque and speed."""
 
     power: Array
-    """Electrical, at the motor; negative where it generates. [W]"""
+    """Electrical power at the motor; negative where it generates. [W]"""
     losses: dict[str, Array]
     utilisation: dict[Limit, Array]
     states: dict[str, Array]
     stored: Array
-    """Power that flows into the inertia of rotor and gearhead. [W]"""
+    """Power into the inertia of rotor and gearhead. [W]"""
 
 
 def motor_side(
@@ -130,7 +130,7 @@ def motor_side(
     output_speed: Array,
     output_acceleration: Array | None = None,
 ) -> MotorSide:
-    """What motor and gearhead do for an output torque and speed.
+    """Operation of motor and gearhead at an output torque and speed.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def motor_side(
     Raises
     ------
     ParameterError
-        If the speed changes and the rotor inertia is not known.
+        If the speed varies and the rotor inertia is missing.
 
     Source: faulring2006, Fig 12 and Fig 14.
     """
@@ -169,19 +169,19 @@ def motor_side(
 
 
 def placed(utilisation: Mapping[Limit, Array], motor: str = "motor") -> dict[Demand, Array]:
-    """Demands on one motor and its gearhead, each with the part whose limit it is."""
+    """Demands on one motor and its gearhead, keyed by limit and part."""
     return {(limit, "gearhead" if limit == Limit.GEAR else motor): demand for limit, demand in utilisation.items()}
 
 
 def needed(value: T | None, field: str) -> T:
-    """The value, or a ParameterError that names the field which motion needs."""
+    """The value; raises ParameterError if it is None, naming the field."""
     if value is None:
         raise ParameterError(f"{field} is missing: motion needs it")
     return value
 
 
 def with_rated_gear(drive: T) -> T:
-    """The drive with the torque at which its gear's efficiency holds spelled out: the motor's continuous one unless given."""
+    """The drive with an explicit rated torque of its gear; by default that is the motor's continuous torque."""
     gearhead, motor = getattr(drive, "gearhead", None), getattr(drive, "motor", None)
     if gearhead is None or motor is None or gearhead.loss_model != "coulomb" or gearhead.rated_torque is not None:
         return drive

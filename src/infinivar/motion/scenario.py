@@ -83,13 +83,13 @@ class Scenario(Task):
                 "cylinder = 'at rest' moves nothing: steering must be locked, decoupled or held with it"
             )
         if self.link == "free" and self.motion is not None:
-            raise ParameterError("motion means nothing with link = 'free'; leave it out")
+            raise ParameterError("motion does not apply with link = 'free'; remove it")
         if self.link == "imposed" and self.force is not None:
             raise ParameterError("force means nothing with link = 'imposed': the motion is given; leave it out")
         if self.link == "imposed" and isinstance(self.motion, Step):
             raise ParameterError("motion.shape = 'step' cannot be imposed: it needs an infinite force; use reach")
         if self.link == "controlled" and self.steering != "controlled" and self.motion is not None:
-            raise ParameterError(f"motion means nothing with steering = {self.steering!r}; leave it out, or impose it")
+            raise ParameterError(f"motion does not apply with steering = {self.steering!r}; remove it, or impose it")
 
     @property
     def path(self) -> Motion:

@@ -1,4 +1,4 @@
-"""Motor amplifier: what the supply gives for what the motor takes, and what happens when the motor gives back."""
+"""Motor amplifier: supply power for a motor power, and the handling of regenerated power."""
 
 from __future__ import annotations
 
@@ -20,28 +20,31 @@ Regeneration = Literal["burn", "store", "none"]
 class Amplifier:
     """Amplifier between supply and motor.
 
-    Negative motor power is burnt in a brake resistor (``burn``, as in the paper), returned to the supply with
-    `storage_efficiency` (``store``), or cannot be taken at all (``none``: the point is outside the limit REGENERATION,
-    and its power counts as burnt).
+    Negative motor power is dissipated in a brake resistor (``burn``, as in the paper), returned to the supply with
+    `storage_efficiency` (``store``), or not accepted (``none``: the point exceeds the REGENERATION limit, and the power
+    counts as dissipated).
 
     Raises
     ------
     ParameterError
-        If a field is outside its range, or if ``store`` comes without `storage_efficiency`.
+        If a field is out of range, or if `storage_efficiency` is missing with ``store``.
     """
 
     regeneration: Regeneration = component("What happens to negative electrical power", default="burn")
     storage_efficiency: float | None = quantity(
-        "1", Interval(ge=0, le=1), "Share of negative power that the supply gets back; needed with store", default=None
+        "1",
+        Interval(ge=0, le=1),
+        "Fraction of negative power returned to the supply; required with store",
+        default=None,
     )
-    efficiency: float = quantity("1", Interval(gt=0, le=1), "Power out over power in, either way", default=1.0)
-    standby_power: float = quantity("W", Ge(0), "Power drawn whether or not the motor runs", default=0.0)
+    efficiency: float = quantity("1", Interval(gt=0, le=1), "Power out over power in, in either direction", default=1.0)
+    standby_power: float = quantity("W", Ge(0), "Power drawn at all times, with the motor running or not", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         if self.regeneration == "store":
-            require(self.storage_efficiency is not None, "storage_efficiency", None, "given with regeneration = store")
+            require(self.storage_efficiency is not None, "storage_efficiency", None, "set with regeneration = store")
 
     def supply(self, motor_power: Array) -> tuple[Array, Array, Mapping[Limit, Array]]:
         """Power drawn from the supply for a motor power.
@@ -52,9 +55,9 @@ class Amplifier:
 
         Returns
         -------
-        power_in, loss : (...,) float   Power from the supply (negative only with ``store``) and loss, brake resistor
-            and standby included. [W]
-        utilisation : of the regeneration limit, with ``none`` only.
+        power_in, loss : (...,) float   Power from the supply (negative only with ``store``) and loss, including brake
+            resistor and standby. [W]
+        utilisation : mapping           Of the regeneration limit, with ``none`` only.
 
         Source: faulring2006, section VI-C (regenerative resistor); store and none: energy balance.
         """

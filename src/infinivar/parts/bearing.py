@@ -1,10 +1,11 @@
-"""Rolling bearings: frictional moment, rating life and static safety, one at a time and in pairs on an axle.
+"""Rolling bearings: frictional moment, rating life and static safety, for single bearings and for pairs on an axle.
 
-Constants of the frictional-moment model. Formulas of deep groove and angular contact bearings: skf2013, table 2a.
-Constants: skf2018, where two or more independent public transcriptions of its tables agree: every deep groove series,
-and the row "other single row" of angular contact bearings (series 72 and 73 have rows of their own). Thrust ball
-bearings rest on one transcription. Roller bearings have the simple model only: their constants go by series and rest
-on one transcription at best. Tapered roller bearings are left out, since their life takes factors of each bearing.
+Formulas of the frictional moment for deep groove and angular contact bearings: skf2013, table 2a. Constants: skf2018,
+where at least two independent public transcriptions of its tables agree. That covers every deep groove series, and the
+row "other single row" of angular contact bearings (series 72 and 73 have separate rows). The constants of thrust ball
+bearings come from one transcription. Roller bearings have the simple model only: their constants depend on the series,
+and at most one transcription is available. Tapered roller bearings are not included, because their life requires factors
+that differ for each bearing.
 """
 
 from __future__ import annotations
@@ -37,10 +38,10 @@ COEFFICIENTS = {
     "cylindrical": 0.0011,
     "needle": 0.0020,
 }
-"""Constant coefficient of friction by type: open bearings, rollers with a cage. Source: skf2013, table 1."""
+"""Constant coefficient of friction by type, for open bearings and rollers with a cage. Source: skf2013, table 1."""
 
 SIZE_POWERS = {"bore": 1.0, "outside_diameter": 1.0, "dynamic_rating": 2.0, "static_rating": 2.0}
-"""Fields of a bearing that go with its size, and with which power of it: ratings with an area."""
+"""Exponent with which each field scales with bearing size; the ratings scale with area."""
 
 _DEEP_GROOVE = {  # R1, R2, S1, S2
     ("2", "3"): (4.4e-7, 1.7, 2.00e-3, 100.0),
@@ -68,7 +69,7 @@ _Y_ANGLE = (1.00, 0.87, 0.76, 0.66, 0.57, 0.50)
 _Y0_ANGLE = (0.42, 0.38, 0.33, 0.29, 0.26, 0.22)
 
 _RATING_LIFE = 1e6
-"""Revolutions that the dynamic rating stands for."""
+"""Revolutions at the dynamic rating."""
 
 
 def _interpolated(xp: Any, at: Array, points: tuple[float, ...], values: tuple[float, ...]) -> Array:
@@ -87,7 +88,7 @@ def _power(xp: Any, base: Array, exponent: float) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BearingMoment:
-    """Frictional moment of a bearing by source; arrays of one shape, >= 0, against the rotation. [N m]"""
+    """Frictional moment of a bearing by source; arrays of one shape, >= 0, opposing rotation. [N m]"""
 
     rolling: Array
     sliding: Array
@@ -96,54 +97,60 @@ class BearingMoment:
 
     @property
     def total(self) -> Array:
-        """Sum of all sources; times the speed it is the loss. [N m]"""
+        """Sum of all sources; multiplied by the speed it gives the loss. [N m]"""
         return self.rolling + self.sliding + self.seal + self.drag
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bearing:
-    """Rolling bearing with its catalogue figures, lubricant and a friction model.
+    """Rolling bearing with its catalogue data, lubricant and a friction model.
 
-    - ``skf``: rolling, sliding, seal and drag moments of the SKF model, for ball bearings. The load shares grow with
-      powers of the load (sliding with Fr^(5/3)), and the film that a lubricant of `viscosity` builds up with speed
-      takes the sliding coefficient from `boundary_friction` to `ehl_friction`.
-    - ``coefficient``: ``0.5 mu P d`` at any speed, d the bore and P the equivalent load of `life`. SKF gives it for
-      loads about a tenth of the dynamic rating and good lubrication.
+    - ``skf``: rolling, sliding, seal and drag moments of the SKF model, for ball bearings. The load-dependent moments
+      grow with powers of the load (sliding with Fr^(5/3)). As speed builds up a film of lubricant with `viscosity`, the
+      sliding coefficient changes from `boundary_friction` to `ehl_friction`.
+    - ``coefficient``: ``0.5 mu P d`` at any speed, with the bore d and the equivalent load P of `life`. SKF states it for
+      loads of about a tenth of the dynamic rating and good lubrication.
 
-    Loads enter by size: the sign of a load or of the speed does not matter. A thrust ball bearing takes no radial
-    load, a roller bearing (its rings without flanges) no axial load: under such a load life and static safety are 0,
-    and the moment disregards it.
+    The signs of loads and speed do not matter. A thrust ball bearing carries no radial load, and a roller bearing (with
+    rings without flanges) no axial load: under such a load, life and static safety are 0 and the moment ignores it.
 
-    The lubricant's defaults are assumptions: a grease whose base oil, mineral, has 100 mm^2/s where the bearing runs.
-    `calculation_factor` defaults to what textbook tables of Y against Fa/C0 hold for all bearings.
+    The lubricant's defaults are assumptions: a grease with mineral base oil of 100 mm^2/s at running temperature.
+    `calculation_factor` defaults to the value behind textbook tables of Y over Fa/C0.
 
     Raises
     ------
     ParameterError
-        If a field is outside its range, if the model ``skf`` has no constants for the type or series, or if an oil
-        bath comes without `oil_level` and `drag_factor`.
+        If a field is out of range, if the ``skf`` model has no constants for the type or series, or if `oil_level` and
+        `drag_factor` are missing for an oil bath.
     """
 
     name: str = component("Name for reports", default="bearing")
-    type: BearingType = component("Kind of bearing, single row and with a cage", default="deep_groove")
-    series: Series = component("Series of a deep groove bearing, which the skf model needs", default="other")
+    type: BearingType = component("Bearing type, single row with a cage", default="deep_groove")
+    series: Series = component("Series of a deep groove bearing; required by the skf model", default="other")
     bore: float = quantity("m", Gt(0), "Bore diameter d")
     outside_diameter: float = quantity("m", Gt(0), "Outside diameter D")
     dynamic_rating: float = quantity("N", Gt(0), "Basic dynamic load rating C")
     static_rating: float = quantity("N", Gt(0), "Basic static load rating C0")
-    calculation_factor: float = quantity("1", Gt(0), "Factor f0 of a deep groove bearing's axial load", default=12.3)
+    calculation_factor: float = quantity(
+        "1", Gt(0), "Factor f0 for the axial load of a deep groove bearing", default=12.3
+    )
     contact_angle: float = quantity(
-        "rad", Interval(gt=0, le=QUARTER_TURN), "Of angular contact bearings, 20 to 45 deg", default=math.radians(40)
+        "rad",
+        Interval(gt=0, le=QUARTER_TURN),
+        "Contact angle of angular contact bearings, 20 to 45 deg",
+        default=math.radians(40),
     )
     friction_model: FrictionModel = component("skf (ball bearings) or coefficient (simple)", default="skf")
     friction_coefficient: float | None = quantity(
-        "1", Ge(0), "Of the simple model; left out, the catalogue's for the type", default=None
+        "1", Ge(0), "Friction coefficient of the simple model; default: the catalogue value for the type", default=None
     )
-    viscosity: float = quantity("m^2/s", Gt(0), "Kinematic, of the (base) oil as it is in the bearing", default=100e-6)
-    lubrication: Lubrication = component("grease, oil_air, or oil_bath with the oil low", default="grease")
+    viscosity: float = quantity(
+        "m^2/s", Gt(0), "Kinematic viscosity of the (base) oil at running temperature", default=100e-6
+    )
+    lubrication: Lubrication = component("grease, oil_air, or oil_bath with a low oil level", default="grease")
     oil_level: float | None = quantity("m", Gt(0), "Depth H of an oil bath in the bearing", default=None)
     drag_factor: float | None = quantity("1", Ge(0), "Factor V_M of an oil bath, from SKF's diagram", default=None)
-    boundary_friction: float = quantity("1", Ge(0), "Sliding coefficient without a film, turning", default=0.12)
+    boundary_friction: float = quantity("1", Ge(0), "Sliding coefficient without a film, when turning", default=0.12)
     starting_friction: float = quantity("1", Ge(0), "Sliding coefficient at rest", default=0.15)
     ehl_friction: float = quantity(
         "1", Ge(0), "Sliding coefficient with a full film; synthetic oil 0.04, transmission fluid 0.1", default=0.05
@@ -152,19 +159,19 @@ class Bearing:
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical, and models without constants."""
+        """Validate the fields, and that the friction model has constants for the bearing."""
         check(self)
         if isinstance(self.bore, (int, float)) and isinstance(self.outside_diameter, (int, float)):
             wanted = f"> bore ({self.bore:g} m)"
             require(self.outside_diameter > self.bore, "outside_diameter", self.outside_diameter, wanted)
         if self.friction_model == "skf":
-            wanted = f"coefficient for a {self.type} bearing (no constants of the skf model are confirmed for it)"
+            wanted = f"coefficient for a {self.type} bearing (the skf model has no confirmed constants for this type)"
             require(self.type in _K_Z, "friction_model", self.friction_model, wanted)
             named = self.type != "deep_groove" or self.series != "other"
-            require(named, "series", self.series, "named for the skf model of a deep groove bearing")
+            require(named, "series", self.series, "the series of the deep groove bearing, which the skf model requires")
             for field in ("oil_level", "drag_factor"):
                 bath, given = self.lubrication == "oil_bath", getattr(self, field)
-                require((given is not None) == bath, field, given, "given with lubrication = oil_bath, and only then")
+                require((given is not None) == bath, field, given, "set if, and only if, lubrication = oil_bath")
 
     def moment(self, radial: Array, axial: Array, speed: Array) -> BearingMoment:
         """Frictional moment under a load at a speed.
@@ -172,19 +179,19 @@ class Bearing:
         Parameters
         ----------
         radial, axial : (...,) float   Loads; their sign does not matter. [N]
-        speed : (...,) float           Of one ring against the other; its sign does not matter. [rad s^-1]
+        speed : (...,) float           Relative speed of the rings; its sign does not matter. [rad s^-1]
 
         Returns
         -------
         BearingMoment
-            By source, inputs broadcast; the simple model has rolling and sliding together in `sliding`. At speed 0
-            the moment that must be overcome to start: sliding with `starting_friction`, and seals. [N m]
+            By source; inputs broadcast. The simple model reports rolling and sliding together in `sliding`. At speed 0
+            this is the starting moment: sliding with `starting_friction`, and seals. [N m]
 
         Notes
         -----
-        Two steps are the published model's own. Setting off, the sliding coefficient falls from `starting_friction` to
-        `boundary_friction`. And the sliding moment of a deep groove bearing jumps as an axial load appears, however
-        small: the powers of the mean diameter in mm are -0.26 without and -0.145 with one, a factor dm^0.115 (1.37
+        The published model has two steps. When rotation starts, the sliding coefficient falls from `starting_friction`
+        to `boundary_friction`. The sliding moment of a deep groove bearing jumps as soon as any axial load acts: the
+        exponent of the mean diameter in mm is -0.26 without axial load and -0.145 with it, a factor of dm^0.115 (1.37
         for a 608).
 
         Source: skf2013, tables 1 and 2a; skf2018 (constants, starting and running coefficient).
@@ -201,7 +208,7 @@ class Bearing:
         return BearingMoment(rolling=rolling, sliding=sliding, seal=seal, drag=drag)
 
     def starting_moment(self, radial: Array, axial: Array) -> Array:
-        """Moment to set the bearing turning, as `moment` at speed 0.
+        """Moment that starts the bearing turning, as `moment` at speed 0.
 
         Parameters
         ----------
@@ -216,7 +223,7 @@ class Bearing:
         return self.moment(radial, axial, 0.0).total
 
     def life(self, radial: Array, axial: Array) -> Array:
-        """Basic rating life, which nine in ten such bearings reach.
+        """Basic rating life, which 90 % of such bearings reach.
 
         Parameters
         ----------
@@ -228,8 +235,8 @@ class Bearing:
 
         Notes
         -----
-        Normal clearance. The equivalent load is the greater of Fr and X Fr + Y Fa; choosing by the standard's limit e
-        gives the same within 0.6 %, with a step at e. Y is interpolated in f0 Fa/C0 (or in the contact angle), and
+        Valid for normal clearance. The equivalent load is the greater of Fr and X Fr + Y Fa; the standard's limit e gives
+        the same result within 0.6 %, with a step at e. Y is interpolated in f0 Fa/C0 (or in the contact angle), and
         constant beyond the table.
 
         Source: iso2007, Eq 1 and table 3.
@@ -246,7 +253,7 @@ class Bearing:
 
         Returns
         -------
-        (...,) float   Infinite without load; below about 1 the raceways take marks. [-]
+        (...,) float   Infinite without load; below about 1 the raceways are indented. [-]
 
         Source: iso2006, Eq for P0 and table 2.
         """
@@ -255,7 +262,7 @@ class Bearing:
         return xp.where(self._refused(radial, axial) > 0, 0.0, safety)
 
     def _loads(self, radial: Array, axial: Array, speed: Array) -> tuple[Any, Array, Array, Array]:
-        """Array namespace, and sizes of the loads and of the speed in one shape."""
+        """Array namespace, and magnitudes of the loads and the speed in one shape."""
         xp = namespace(self, radial, axial, speed)
         return xp, *xp.broadcast_arrays(*(xp.abs(value) for value in as_floats(xp, radial, axial, speed)))
 
@@ -264,7 +271,7 @@ class Bearing:
         return {"thrust_ball": radial, "cylindrical": axial, "needle": axial}.get(self.type, 0.0 * radial)
 
     def _equivalent(self, xp: Any, radial: Array, axial: Array) -> tuple[Array, Array]:
-        """Equivalent dynamic and static load, without regard to loads that the type cannot carry."""
+        """Equivalent dynamic and static load, ignoring loads that the type cannot carry."""
         if self.type == "thrust_ball":
             return axial, axial
         if self.type in ("cylindrical", "needle"):
@@ -279,14 +286,14 @@ class Bearing:
         return xp.maximum(radial, mixed), xp.maximum(radial, static)
 
     def _damage(self, xp: Any, radial: Array, axial: Array) -> Array:
-        """Share of the life that a million revolutions take."""
+        """Fraction of the life that a million revolutions consume."""
         exponent = 10.0 / 3.0 if self.type in ("cylindrical", "needle") else 3.0
         damage = (self._equivalent(xp, radial, axial)[0] / self.dynamic_rating) ** exponent
         return xp.where(self._refused(radial, axial) > 0, math.inf, damage)
 
     def _skf(self, xp: Any, radial: Array, axial: Array, speed: Array) -> tuple[Array, Array, Array]:
         """Rolling, sliding and drag moment of the SKF model. [N m]"""
-        # From here to the last line in the model's units: mm, N, r/min, mm2/s and N mm.
+        # All but the last line use the model's units: mm, N, r/min, mm2/s and N mm.
         bore, outside = 1e3 * self.bore, 1e3 * self.outside_diameter
         mean, turns, viscosity = 0.5 * (bore + outside), speed * (30.0 / math.pi), 1e6 * self.viscosity
 
@@ -309,7 +316,7 @@ class Bearing:
             f_t = xp.where(wetted <= math.pi, xp.sin(0.5 * wetted), 1.0)
             r_s = 0.36 * mean**2 * (wetted - xp.sin(wetted)) * 0.05 * k_z * slenderness
             churning = 0.4 * self.drag_factor * rows * k_z * slenderness * 1e-12 * mean**5 * turns**2
-            # n^2 (n dm^2 f_t / nu)^-1.379, with the powers of n taken together: it is 0 at rest.
+            # n^2 (n dm^2 f_t / nu)^-1.379 with the powers of n combined, so that it is 0 at rest.
             scale = _power(xp, turns, 2.0 - 1.379) * (mean**2 * f_t / viscosity) ** -1.379
             drag = churning + 1.093e-7 * mean**3 * scale * r_s
         return 1e-3 * rolling, 1e-3 * sliding, 1e-3 * drag
@@ -318,9 +325,9 @@ class Bearing:
         """G_rr and G_sl for a mean diameter in mm, turns in r/min."""
         if self.type == "deep_groove":
             r1, r2, s1, s2 = _BY_SERIES[self.series]
-            pushed = axial > 1e-15 * self.static_rating  # smaller loads are none: their powers would underflow
+            pushed = axial > 1e-15 * self.static_rating  # powers of smaller loads underflow
             push = xp.where(pushed, axial, 1.0)
-            # The formula is for axial loads below the static rating; at 200 times that the angle would pass 90 degrees.
+            # The formula holds for axial loads below the static rating; at 200 times that the angle exceeds 90 degrees.
             angle = math.radians(24.6) * (push / self.static_rating) ** 0.24
             sine = xp.sin(xp.clip(angle, 0.0, 0.5 * math.pi))
             g_rr = r1 * mean**1.96 * _power(xp, radial + xp.where(pushed, r2 / sine * push, 0.0), 0.54)
@@ -344,34 +351,34 @@ class PairMoment:
 
     @property
     def total(self) -> Array:
-        """Moment of both bearings; times the speed it is the loss. [N m]"""
+        """Moment of both bearings; multiplied by the speed it gives the loss. [N m]"""
         return self.first.total + self.second.total
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BearingPair:
-    """Two equal bearings on one axle that share a radial preload and bear a lateral force at a lever (wheel radius).
+    """Two equal bearings on one axle that carry a radial preload and a lateral force at a lever arm (the wheel radius).
 
-    Each carries half the preload, plus or minus the tilting moment over the span; a share that turns negative is
-    carried in the other direction. The lateral force is carried axially by one bearing alone: the one with the
-    greater radial load, the worse case (the first where they are equal). Axial forces that angular contact bearings
-    put on each other are not included.
+    Each carries half the preload, plus or minus the tilting moment over the span; a negative load acts in the opposite
+    direction. One bearing alone carries the lateral force axially: the one with the greater radial load, which is the
+    worse case (the first if they are equal). Axial forces that angular contact bearings exert on each other are not
+    included.
 
     Raises
     ------
     ParameterError
-        If a field is outside its range, or if the bearings take no radial load.
+        If a field is out of range, or if the bearings cannot carry radial load.
     """
 
     bearing: Bearing = component("Each of the two bearings")
     span: float | None = quantity(
-        "m", Gt(0), "Distance of the bearings; left out, nothing tilts the axle", default=None
+        "m", Gt(0), "Distance between the bearings; without it tilting is neglected", default=None
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
-        require(self.bearing.type != "thrust_ball", "bearing", self.bearing.type, "a type that takes radial load")
+        require(self.bearing.type != "thrust_ball", "bearing", self.bearing.type, "a type that carries radial load")
 
     def loads(self, preload: Array, lateral: Array, lever: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Radial and axial load of the first and of the second bearing.
@@ -417,7 +424,7 @@ class BearingPair:
         return PairMoment(first=self.bearing.moment(*first, speed), second=self.bearing.moment(*second, speed))
 
     def starting_moment(self, preload: Array, lateral: Array, lever: Array) -> Array:
-        """Moment to set the axle turning, as `moment` at speed 0.
+        """Moment that starts the axle turning, as `moment` at speed 0.
 
         Parameters
         ----------
@@ -432,9 +439,9 @@ class BearingPair:
         return self.moment(preload, lateral, lever, 0.0).total
 
     def life(self, preload: Array, lateral: Array, lever: Array) -> Array:
-        """Revolutions that nine in ten pairs reach with both bearings sound.
+        """Basic rating life of the pair: revolutions that 90 % of pairs reach without a failure of either bearing.
 
-        Survival probabilities multiply, so it is less than the lesser of the two lives: by 0.54 where they are equal.
+        Survival probabilities multiply, so the pair's life is below the shorter of the two: 0.54 of it if they are equal.
 
         Parameters
         ----------

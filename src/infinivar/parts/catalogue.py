@@ -1,4 +1,4 @@
-"""The shipped catalogue: tables of motors, gearheads, bearings and gear efficiencies with their sources."""
+"""Shipped catalogue: tables of motors, gearheads, bearings and gear efficiencies, with sources."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from infinivar.errors import InputError, nearest
 
 @functools.cache
 def data(name: str) -> dict[str, Any]:
-    """Nested tables of a data file as written: "motors", "gearheads", "bearings" or "gear_efficiencies"."""
+    """Raw content of a data file: "motors", "gearheads", "bearings" or "gear_efficiencies"."""
     return tomllib.loads((resources.files("infinivar.parts") / "data" / f"{name}.toml").read_text("utf-8"))
 
 
@@ -29,7 +29,7 @@ def entry(name: str, key: str) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If the catalogue has no such part; the message names the nearest.
+        If the catalogue has no such part; the message suggests the closest name.
     """
     parts = entries(name)
     if key not in parts:

@@ -1,4 +1,4 @@
-"""Fixed-ratio gearhead: two ways to turn one efficiency figure into a loss that never creates power."""
+"""Fixed-ratio gearhead with two loss models derived from one efficiency; neither creates power."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class GearPoint:
 
 
 def coulomb_torque(efficiency: Array, rated_torque: Array) -> Array:
-    """Friction torque at the motor that gives the efficiency at rated torque and is constant elsewhere.
+    """Constant friction torque at the motor that gives the stated efficiency at rated torque.
 
     Parameters
     ----------
     efficiency : (...,) float     At rated torque, in (0, 1]. [-]
-    rated_torque : (...,) float   Motor-side torque for which the efficiency holds. [N m]
+    rated_torque : (...,) float   Motor-side torque at which the efficiency is stated. [N m]
 
     Returns
     -------
@@ -46,19 +46,19 @@ def coulomb_torque(efficiency: Array, rated_torque: Array) -> Array:
 def proportional_friction(
     speed: Array, torque: Array, efficiency: Array, backdriving_efficiency: Array, stick_speed: Array | None = None
 ) -> Array:
-    """Friction torque at the motor of a gear that delivers a share of the power it receives, either way.
+    """Friction torque at the motor of a gear whose loss is proportional to power, in either direction.
 
     Parameters
     ----------
-    speed : (...,) float         Of the motor. [rad s^-1]
-    torque : (...,) float        Motor-side torque that the gear passes on, without its friction. [N m]
-    efficiency : (...,) float    Share while the motor drives, in (0, 1]. [-]
-    backdriving_efficiency : (...,) float   Share while the load drives, in [0, 1]; 0 is a gear that locks itself. [-]
+    speed : (...,) float         Motor speed. [rad s^-1]
+    torque : (...,) float        Torque that the gear transmits, at the motor and without friction. [N m]
+    efficiency : (...,) float    Efficiency while the motor drives, in (0, 1]. [-]
+    backdriving_efficiency : (...,) float   Efficiency while the load drives, in [0, 1]; 0 is a self-locking gear. [-]
     stick_speed : (...,) float   As in `infinivar.contact.friction.coulomb`. [rad s^-1]
 
     Returns
     -------
-    (...,) float   Against the motion; at rest what helps to hold the torque, as much as while the load drives. [N m]
+    (...,) float   Opposes the motion. At rest it helps to hold the torque, up to the friction when the load drives. [N m]
 
     Source: definition of efficiency, taken in the direction in which power flows.
     """
@@ -72,10 +72,10 @@ def proportional_friction(
 class Gearhead:
     """Gearhead with ratio, efficiency and a loss model.
 
-    - ``coulomb`` (the paper): constant friction torque ``(1 - efficiency) rated_torque`` at the motor. Losses do not
-      vanish with the load, so a lightly loaded gear is inefficient, as gears are.
-    - ``proportional``: power delivered is ``efficiency`` times power received while the motor drives, and
-      ``backdriving_efficiency`` times while the load does: as a rule less, and 0 for a gear that locks itself.
+    - ``coulomb`` (the paper): constant friction torque ``(1 - efficiency) rated_torque`` at the motor. The loss remains at
+      light load, so a lightly loaded gear is inefficient, as real gears are.
+    - ``proportional``: power delivered is ``efficiency`` times the power received while the motor drives, and
+      ``backdriving_efficiency`` times while the load drives: usually lower, and 0 for a self-locking gear.
 
     Raises
     ------
@@ -90,18 +90,21 @@ class Gearhead:
     backdriving_efficiency: float | None = quantity(
         "1",
         Interval(ge=0, le=1),
-        "Efficiency while the load drives, of the proportional loss model; 0 is self-locking; as `efficiency` if left out",
+        "Efficiency while the load drives, for the proportional loss model; 0: self-locking; default: `efficiency`",
         default=None,
     )
     rated_torque: float | None = quantity(
-        "N m", Gt(0), "Motor-side torque at which the efficiency holds; the motor's continuous torque", default=None
+        "N m",
+        Gt(0),
+        "Motor-side torque at which the efficiency is stated; default: the motor's continuous torque",
+        default=None,
     )
     continuous_torque: float | None = quantity("N m", Gt(0), "Permissible continuous output torque", default=None)
-    inertia: float | None = quantity("kg m^2", Gt(0), "Inertia at the motor side", default=None)
+    inertia: float | None = quantity("kg m^2", Gt(0), "Inertia on the motor side", default=None)
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         check_choice(
             self, "loss_model", {"coulomb": (), "proportional": ()}, {"proportional": ("backdriving_efficiency",)}
@@ -109,7 +112,7 @@ class Gearhead:
 
     @property
     def least_efficiency(self) -> float:
-        """The smaller of both directions' efficiencies; 1 is a gear without loss. [-]"""
+        """The lower of the efficiencies in the two directions; 1 is a lossless gear. [-]"""
         return min(self.efficiency, given(self.backdriving_efficiency, self.efficiency))
 
     def without_friction(self) -> Gearhead:
@@ -123,12 +126,12 @@ class Gearhead:
         ----------
         output_torque, output_speed : (...,) float   At the output, power positive to the load. At exactly zero speed
             friction helps to hold. [N m], [rad s^-1]
-        motor_rated_torque : float                   Stands in for `rated_torque` where that is None. [N m]
+        motor_rated_torque : float                   Used if `rated_torque` is None. [N m]
 
         Returns
         -------
         GearPoint
-            motor torque [N m], motor speed [rad s^-1], loss [W], utilisation of the continuous torque if given.
+            Motor torque [N m], motor speed [rad s^-1], loss [W], utilisation of the continuous torque if that is known.
 
         Source: coulomb: faulring2006, section VI-A. proportional: definition of efficiency, taken in the direction in
         which power flows.
@@ -147,18 +150,18 @@ class Gearhead:
         )
 
     def proportional_friction(self, speed: Array, torque: Array) -> Array:
-        """Friction torque at the motor with the proportional loss model; arguments as of the function so called. [N m]"""
+        """Friction torque at the motor with the proportional loss model; arguments of `proportional_friction`. [N m]"""
         back = given(self.backdriving_efficiency, self.efficiency)
         return proportional_friction(speed, torque, self.efficiency, back)
 
     def coulomb_friction(self, motor_rated_torque: Array) -> Array:
-        """Constant friction torque at the motor, 0 with the other loss model; argument as in `operate`. [N m]"""
+        """Constant friction torque at the motor, 0 for the proportional model; argument as in `operate`. [N m]"""
         if self.loss_model != "coulomb":
             return 0.0
         return coulomb_torque(self.efficiency, given(self.rated_torque, motor_rated_torque))
 
     def utilisation(self, output_torque: Array) -> dict[Limit, Array]:
-        """Demand over allowance of the continuous torque at the output [N m]; nothing if that is not given. [-]"""
+        """Demand over allowance for the continuous output torque; empty if that is not known. [-]"""
         if self.continuous_torque is None:
             return {}
         xp = namespace(self, output_torque)

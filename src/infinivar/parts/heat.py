@@ -1,12 +1,12 @@
-r"""Heat in a motor: winding and housing as two thermal masses, from the data sheet.
+r"""Thermal model of a motor: winding and housing as two thermal masses, from the data sheet.
 
 .. math::
     C_w \dot T_w &= I^2 R (1 + \alpha (T_w - T_0)) - (T_w - T_h)/R_{wh} \\
     C_h \dot T_h &= P_f + (T_w - T_h)/R_{wh} - (T_h - T_a)/R_{ha}
 
-with ``C_w = tau_w/R_wh`` and ``C_h = tau_h/R_ha``. Copper resists more when it is warm; the motor's friction ``P_f``, which the
-no-load current stands for, warms the housing. For given mean squares of current the equations are linear, so that steps of
-time are exact, and whole cycles follow from powers of one matrix.
+with ``C_w = tau_w/R_wh`` and ``C_h = tau_h/R_ha``. The resistance of copper rises with temperature; the motor's friction ``P_f``,
+known from the no-load current, heats the housing. For given mean squares of current the equations are linear, so time steps
+are exact and whole cycles follow from powers of one matrix.
 
 Source: maxon2020 (thermal resistances, time constants, coefficient of copper).
 """
@@ -26,9 +26,9 @@ from infinivar.parts.motor import Motor
 from infinivar.units import celsius, plain
 
 COPPER = 0.0039
-"""Relative rise of the resistance of copper, from its value at 25 °C. [1/K]"""
+"""Temperature coefficient of the resistance of copper, relative to 25 °C. [1/K]"""
 REFERENCE = 298.15
-"""Temperature for which data sheets give the resistance. [K]"""
+"""Temperature at which data sheets state the resistance. [K]"""
 NEEDED = (
     "winding_to_housing",
     "housing_to_ambient",
@@ -36,17 +36,17 @@ NEEDED = (
     "housing_time_constant",
     "max_winding_temperature",
 )
-"""Fields of a motor that the model needs."""
+"""Motor fields that the model requires."""
 
 _STEPS_PER_TIME_CONSTANT = 50
 _LEAST_STEPS, _MOST_STEPS = 8, 4000
 _NEVER = 60
-"""Doublings of a cycle after which what has not happened never does: 1e18 cycles."""
+"""Doublings of a cycle, 1e18 cycles in all, after which the limit counts as never reached."""
 _MARGIN = 1e-9
 _LONGEST_STEP = 60.0
-"""Of the slower time constant."""
+"""Longest time step, in multiples of the slower time constant."""
 _BOUND = 1e12
-"""What a kelvin must not grow to within a cycle: no winding's temperature is bounded beyond."""
+"""Largest growth of a temperature difference within a cycle; beyond it the winding counts as running away."""
 _HALVINGS = 40
 
 
@@ -56,13 +56,13 @@ class Heat(Result):
 
     Attributes
     ----------
-    winding, housing : float      Highest temperatures once the motor has settled; inf where it never settles. [K]
-    mean_winding : float          Mean temperature of the winding then. [K]
-    permissible : float           Of the winding. [K]
-    time_to_limit : float         From a start at ambient until the winding passes it; inf if it never does. [s]
-    ambient : float               [K]
-    time, winding_history, housing_history : (n,) float   Temperatures at the ends of cycles from a cold start; where the
-                                  winding never settles, until it passes the limit. [s], [K]
+    winding, housing : float      Highest temperatures in the settled state; inf if the motor never settles. [K]
+    mean_winding : float          Mean winding temperature in the settled state. [K]
+    permissible : float           Permissible winding temperature. [K]
+    time_to_limit : float         Time from a start at ambient until the winding exceeds it; inf if it never does. [s]
+    ambient : float               Ambient temperature. [K]
+    time, winding_history, housing_history : (n,) float   Temperatures at the ends of cycles after a cold start; if the
+                                  winding never settles, up to the limit. [s], [K]
     """
 
     winding: float
@@ -77,28 +77,28 @@ class Heat(Result):
 
     @property
     def bears(self) -> bool:
-        """Whether the winding stays within what is permissible."""
+        """Whether the winding stays within its permissible temperature."""
         return self.time_to_limit == math.inf
 
     @property
     def verdict(self) -> str:
-        """One clause for people."""
+        """Verdict in one clause."""
         limit = celsius(self.permissible)
         if self.bears:
-            return f"winding settles at {celsius(self.winding)} of {limit}"
+            return f"winding settles at {celsius(self.winding)} (limit {limit})"
         after = f"after {_duration(self.time_to_limit)}"
         if self.winding == math.inf:
-            return f"winding heats without bound; {limit} reached {after}"
-        return f"winding reaches {celsius(self.winding)} of {limit}, which it passes {after}"
+            return f"winding temperature grows without bound; limit {limit} exceeded {after}"
+        return f"winding reaches {celsius(self.winding)}; limit {limit} exceeded {after}"
 
 
 def missing(motor: Motor) -> list[str]:
-    """Fields that the model needs and the motor lacks."""
+    """Required fields that the motor lacks."""
     return [name for name in NEEDED if getattr(motor, name) is None]
 
 
 def warm(motor: Motor, temperature: float) -> Motor:
-    """The motor with its winding at a temperature [K]: only the resistance changes.
+    """The motor with its winding at a given temperature [K]; only the resistance changes.
 
     Source: maxon2020.
     """
@@ -112,8 +112,8 @@ def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float
     ----------
     motor : Motor                     With all of `NEEDED`.
     square_current : (n,) float       Mean square of the current. [A^2]
-    friction_power : (n,) float       What friction turns into heat. [W]
-    ambient : float                   [K]
+    friction_power : (n,) float       Heat from friction. [W]
+    ambient : float                   Ambient temperature. [K]
 
     Returns
     -------
@@ -145,18 +145,18 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     Parameters
     ----------
     motor : Motor                            With all of `NEEDED`.
-    current, friction_power : (n,) float     At the midpoints of equal steps of the cycle; one value where constant. [A], [W]
-    period : float                           Of the cycle. [s]
-    ambient : float                          Around the motor. [K]
+    current, friction_power : (n,) float     At the midpoints of equal steps of the cycle; one value if constant. [A], [W]
+    period : float                           Period of the cycle. [s]
+    ambient : float                          Ambient temperature. [K]
 
     Returns
     -------
-    Heat   A start above the permissible temperature passes it at once.
+    Heat   With an ambient above the permissible temperature the limit is exceeded at once.
 
     Raises
     ------
     ParameterError
-        If the motor lacks a value that the model needs.
+        If the motor lacks a value that the model requires.
 
     Source: maxon2020; see the module.
     """
@@ -169,7 +169,7 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     start = np.array([ambient, ambient, 1.0])
     settled = None if cycle is None else _settled(cycle)
     along = np.full((1, 3), math.inf) if settled is None else _along(steps.maps, settled)[1:]
-    # From a cold start every cycle begins warmer than the one before: what the settled motor bears never passes.
+    # After a cold start each cycle begins warmer than the last: if the settled motor is within the limit, so is every cycle.
     bears = ambient <= limit and along[:, 0].max() <= limit * (1.0 + _MARGIN)
     passing, reached = (math.inf, start) if bears else _passes(steps, cycle, start, limit)
     if settled is None and passing < math.inf:
@@ -194,17 +194,17 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
 def settled(
     motor: Motor, current: Array, friction_power: Array, period: float, ambient: float = REFERENCE
 ) -> tuple[Array, Array]:
-    """Highest and mean winding temperature of a motor that has settled in a cycle, in closed form.
+    """Highest and mean winding temperature of a motor in the settled state of a cycle, in closed form.
 
-    The housing counts as equally warm all along, and the winding's resistance is that of its mean temperature: right for
-    cycles short against the housing's time constant. Unlike `heat`, over any array namespace and several cycles at once.
+    Assumes a constant housing temperature and the winding resistance at its mean temperature, which holds for cycles much
+    shorter than the housing's time constant. Unlike `heat`, it accepts any array namespace and several cycles at once.
 
     Parameters
     ----------
     motor : Motor                              With all of `NEEDED`.
     current, friction_power : (..., n) float   At the midpoints of equal steps of the cycle. [A], [W]
-    period : float                             Of the cycle. [s]
-    ambient : float                            Around the motor. [K]
+    period : float                             Period of the cycle. [s]
+    ambient : float                            Ambient temperature. [K]
 
     Returns
     -------
@@ -225,7 +225,7 @@ def settled(
     cold = ambient + outer * rubbed + (inner + outer) * joule * (1.0 - COPPER * REFERENCE)
     mean = xp.where(settles, cold / xp.where(settles, rest, 1.0), xp.inf)
     warmth = xp.where(settles, 1.0 + COPPER * (mean - REFERENCE), 1.0)
-    # About the mean the winding follows its own losses: each step adds its share, of which a fraction stays over the next.
+    # Around its mean the winding follows its own losses: each step adds heat, of which a fraction remains in later steps.
     count = square.shape[-1]
     step = period / count
     gained = (inner * -xp.expm1(-step / lag)) * (motor.resistance * warmth * square - joule * warmth)
@@ -241,16 +241,16 @@ def settled(
 
 
 class _Steps(NamedTuple):
-    """A cycle in steps of constant power."""
+    """A cycle divided into steps of constant power."""
 
     generators: np.ndarray
-    """Of (T_w, T_h, 1) by time, a step each. (k, 3, 3) [s^-1]"""
+    """Generator of (T_w, T_h, 1) for each step. (k, 3, 3) [s^-1]"""
     ends: np.ndarray
-    """Times since the beginning of the cycle, from 0. (k + 1,) [s]"""
+    """Times since the start of the cycle, beginning with 0. (k + 1,) [s]"""
     active: np.ndarray
-    """Time of each step in which anything happens. (k,) [s]"""
+    """Part of each step before the state has settled or run away. (k,) [s]"""
     maps: np.ndarray
-    """Of (T_w, T_h, 1) over each step, exact. (k, 3, 3)"""
+    """Exact map of (T_w, T_h, 1) over each step. (k, 3, 3)"""
 
 
 def _steps(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float) -> _Steps:
@@ -265,7 +265,7 @@ def _steps(motor: Motor, current: Any, friction_power: Any, period: float, ambie
     generators = np.zeros((count, 3, 3))
     generators[:, :2, :2], generators[:, :2, 2] = matrix, vector
     ends = edges * (period / edges[-1])
-    # What lasts longer than this has settled, or run away, before it ends; beyond, exponentials lose their digits.
+    # A longer step has settled, or run away, before it ends; its exponential would lose all digits.
     longest = _LONGEST_STEP * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
     grows = np.linalg.eigvals(matrix).real.max(axis=-1)
     active = np.minimum(np.diff(ends), np.minimum(longest, 2.0 * math.log(_BOUND) / np.maximum(grows, 1.0 / longest)))
@@ -273,16 +273,16 @@ def _steps(motor: Motor, current: Any, friction_power: Any, period: float, ambie
 
 
 def _over(generators: np.ndarray, time: Any) -> np.ndarray:
-    """Maps over times."""
+    """State maps over given times."""
     from scipy.linalg import expm
 
     maps = np.array(expm(generators * np.asarray(time)[..., None, None]))
-    maps[..., 2, :] = (0.0, 0.0, 1.0)  # exactly, or repeated doubling would make much of its rounding
+    maps[..., 2, :] = (0.0, 0.0, 1.0)  # exact, since repeated doubling amplifies rounding
     return maps
 
 
 def _cycle(steps: np.ndarray) -> np.ndarray | None:
-    """Map over a whole cycle; None where warmth grows without bound within one."""
+    """Map over a whole cycle; None if temperatures run away within it."""
     cycle = np.eye(3)
     for step in steps:
         cycle = step @ cycle
@@ -292,7 +292,7 @@ def _cycle(steps: np.ndarray) -> np.ndarray | None:
 
 
 def _settled(cycle: np.ndarray) -> np.ndarray | None:
-    """State that a cycle leads back to; None where each cycle makes the motor warmer."""
+    """Periodic state of a cycle; None if every cycle makes the motor warmer."""
     if np.max(np.abs(np.linalg.eigvals(cycle[:2, :2]))) >= 1.0:
         return None
     rest = np.linalg.solve(np.eye(2) - cycle[:2, :2], cycle[:2, 2])
@@ -300,7 +300,7 @@ def _settled(cycle: np.ndarray) -> np.ndarray | None:
 
 
 def _along(steps: np.ndarray, state: np.ndarray, limit: float = math.inf) -> np.ndarray:
-    """States from the beginning of a cycle to its end or to the first winding above a limit. (k, 3)"""
+    """States from the start of a cycle to its end, or to the first winding temperature above a limit. (k, 3)"""
     found = [state]
     for step in steps:
         if found[-1][0] > limit:
@@ -310,9 +310,9 @@ def _along(steps: np.ndarray, state: np.ndarray, limit: float = math.inf) -> np.
 
 
 def _passes(steps: _Steps, cycle: np.ndarray | None, state: np.ndarray, limit: float) -> tuple[float, np.ndarray]:
-    """Time after which the winding passes the limit, inf if it never does, and the state then.
+    """Time until the winding exceeds the limit (inf if it never does), and the state at that time.
 
-    The first cycle to pass it is found by halving over doubled cycles.
+    Finds the first such cycle by bisection over powers of two of the cycle map.
     """
     limit = limit * (1.0 + _MARGIN)
 
@@ -347,7 +347,7 @@ def _passes(steps: _Steps, cycle: np.ndarray | None, state: np.ndarray, limit: f
 def _history(
     cycle: np.ndarray | None, state: np.ndarray, period: float, span: float, least: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times and states at the ends of cycles from a cold start, over a span of time, with at least a given number of points."""
+    """Times and states at the ends of cycles after a cold start, over a time span, with at least `least` points."""
     cycles = max(1, round(span / period / 200))
     count = max(least, int(span / (cycles * period)))
     stride = np.eye(3) if cycle is None else np.linalg.matrix_power(cycle, cycles)

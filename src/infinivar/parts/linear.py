@@ -1,4 +1,4 @@
-"""Parts on the linear side: the pulley or capstan that makes motion linear, and the guideway that carries the load."""
+"""Linear parts: the pulley or capstan that converts rotation to linear motion, and the guideway of the load."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from infinivar.contact.friction import coulomb
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pulley:
-    """Pulley or capstan: turns torque into cable force, with Coulomb friction in its own bearings.
+    """Pulley or capstan: converts torque to cable force, with Coulomb friction in its bearings.
 
     Raises
     ------
@@ -25,7 +25,7 @@ class Pulley:
     friction_torque: float = quantity("N m", Ge(0), "Coulomb friction torque of pulley and bearings", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
     def operate(self, *, force: Array, speed: Array) -> tuple[Array, Array, Array]:
@@ -37,7 +37,7 @@ class Pulley:
 
         Returns
         -------
-        torque, speed, loss : (...,) float   At the shaft; loss of the pulley. [N m], [rad s^-1], [W]
+        torque, speed, loss : (...,) float   Torque and speed at the shaft, loss in the pulley. [N m], [rad s^-1], [W]
 
         Source: faulring2006, Fig 14 (transformer r_pulley).
         """
@@ -49,7 +49,7 @@ class Pulley:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guideway:
-    """Linear guide with Coulomb friction: a constant part, and a part proportional to the preload it carries.
+    """Linear guide with Coulomb friction: a constant part plus a part proportional to the preload.
 
     Raises
     ------
@@ -57,26 +57,26 @@ class Guideway:
         If a field is outside its range; the message names field, value and unit.
     """
 
-    friction: float = quantity("N", Ge(0), "Friction force that does not depend on preload", default=0.0)
+    friction: float = quantity("N", Ge(0), "Friction force independent of preload", default=0.0)
     coefficient: float = quantity("1", Ge(0), "Friction coefficient c_l, force over preload", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
     def friction_force(self, preload: Array = 0.0) -> Array:
-        """Size of the friction force under a normal force. [N]
+        """Magnitude of the friction force under a normal force. [N]
 
         Source: faulring2006, Fig 13 (``c_l P``).
         """
         return self.friction + self.coefficient * preload
 
     def operate(self, *, force: Array, speed: Array, preload: Array = 0.0) -> tuple[Array, Array]:
-        """Friction force against the motion, or at rest what it takes of a force, and its loss.
+        """Friction force that opposes the motion, or at rest helps to hold a force, and its loss.
 
         Parameters
         ----------
-        force : (...,) float     That has to be exerted on what the guide carries. [N]
+        force : (...,) float     Force to be exerted on the load that the guide carries. [N]
         speed : (...,) float     [m s^-1]
         preload : (...,) float   Normal force on the guide. [N]
 

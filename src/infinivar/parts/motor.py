@@ -28,9 +28,9 @@ class MotorPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motor:
-    """DC motor: ``V = I R + K w``, with the friction torque that its no-load current stands for.
+    """DC motor: ``V = I R + K w``, with a friction torque equal to K times the no-load current.
 
-    Optional fields may be None: thermal and inertial data that a steady map does not need.
+    Optional fields may be None: a steady map needs no thermal or inertial data.
 
     Raises
     ------
@@ -40,14 +40,14 @@ class Motor:
 
     name: str = component("Name for reports", default="motor")
     voltage: float = quantity("V", Gt(0), "Supply voltage available to the motor")
-    resistance: float = quantity("ohm", Gt(0), "Terminal resistance, windings at data-sheet temperature")
+    resistance: float = quantity("ohm", Gt(0), "Terminal resistance with the winding at data-sheet temperature")
     torque_constant: float = quantity("N m/A", Gt(0), "Torque constant K, also the back-emf constant in V s/rad")
-    no_load_current: float = quantity("A", Ge(0), "No-load current; K times it is the friction torque")
-    continuous_torque: float = quantity("N m", Gt(0), "Torque at the shaft that the motor bears continuously")
+    no_load_current: float = quantity("A", Ge(0), "No-load current; the friction torque is K times this current")
+    continuous_torque: float = quantity("N m", Gt(0), "Continuous torque at the shaft")
     peak_torque: float | None = quantity(
         "N m",
         Gt(0),
-        "Torque at the shaft that it bears for a moment; only voltage limits it if left out",
+        "Peak torque at the shaft; without it only the voltage limits the torque",
         default=None,
     )
     inductance: float | None = quantity("H", Gt(0), "Terminal inductance", default=None)
@@ -62,7 +62,7 @@ class Motor:
     max_winding_temperature: float | None = quantity("K", Gt(0), "Permissible winding temperature", default=None)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         known = all(isinstance(value, (int, float)) for value in (self.no_load_current, self.voltage, self.resistance))
         if known:
@@ -77,12 +77,12 @@ class Motor:
 
     @property
     def friction_torque(self) -> float:
-        """Friction torque from the no-load current. [N m]"""
+        """Friction torque, from the no-load current. [N m]"""
         return self.torque_constant * self.no_load_current
 
     @property
     def continuous_current(self) -> float:
-        """Current at the continuous torque, which heats the winding to its limit. [A]"""
+        """Current at the continuous torque; it heats the winding to its temperature limit. [A]"""
         return self.continuous_torque / self.torque_constant + self.no_load_current
 
     @property
@@ -92,13 +92,13 @@ class Motor:
 
     @property
     def peak_efficiency(self) -> float:
-        """Best efficiency at the supply voltage, ``(1 - sqrt(I0/Istall))^2``. [-]"""
+        """Peak efficiency at the supply voltage, ``(1 - sqrt(I0/Istall))^2``. [-]"""
         return (1.0 - (self.no_load_current * self.resistance / self.voltage) ** 0.5) ** 2
 
     def scaled(self, factor: float) -> Motor:
-        """`factor` such motors sharing one shaft: torque, currents, inertia and mass grow, speed and voltage stay.
+        """`factor` such motors on one shaft: torque, currents, inertia and mass scale; speed and voltage do not.
 
-        This is the only scaling that keeps efficiency, speed and voltage. Diameter has no meaning then and is dropped.
+        No other scaling preserves efficiency, speed and voltage. The result has no diameter.
         """
 
         def times(value: float | None, by: float) -> float | None:
@@ -120,7 +120,7 @@ class Motor:
         )
 
     def without_friction(self) -> Motor:
-        """The motor without its friction, at the same limits of current."""
+        """The motor without friction, with the same current limits."""
 
         def more(torque: float | None) -> float | None:
             return None if torque is None else torque + self.friction_torque
@@ -137,14 +137,14 @@ class Motor:
 
         Parameters
         ----------
-        torque : (...,) float   Torque from the motor to its load, at the shaft. [N m]
+        torque : (...,) float   Shaft torque that the motor applies to its load. [N m]
         speed : (...,) float    Shaft speed; at exactly 0 friction helps to hold. [rad s^-1]
 
         Returns
         -------
         MotorPoint
             current [A], voltage [V], electrical power [W] (negative where the motor generates), losses "winding" and
-            "motor friction" [W], utilisation of the thermal and voltage limits, and of the permissible speed if given.
+            "motor friction" [W], utilisation of the thermal and voltage limits, and of peak torque and speed if known.
 
         Source: faulring2006, Fig 12 and Fig 14 (gyrator and resistance); friction and continuous torque: data sheets,
         maxon2020.
@@ -165,15 +165,15 @@ class Motor:
         )
 
     def utilisation(self, *, current: Array, voltage: Array, speed: Array) -> dict[Limit, Array]:
-        """Demand over allowance of continuous torque, supply voltage and, if given, peak torque and permissible speed.
+        """Demand over allowance for continuous torque, supply voltage and, if known, peak torque and permissible speed.
 
         Parameters
         ----------
-        current, voltage, speed : (...,) float   At the terminals and of the shaft. [A], [V], [rad s^-1]
+        current, voltage, speed : (...,) float   Terminal current and voltage, shaft speed. [A], [V], [rad s^-1]
 
         Returns
         -------
-        dict of Limit to (...,) float   1 is the limit. [-]
+        dict of Limit to (...,) float   1 is at the limit. [-]
 
         Source: data sheets, maxon2020.
         """

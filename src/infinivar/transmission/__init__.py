@@ -1,1 +1,1 @@
-"""Transmission elements: what turns cylinder or motor power into link or load power."""
+"""Transmission elements between the cylinder and the link."""

@@ -1,8 +1,8 @@
-"""The wheel's contact while its motion changes: forces from velocities, at rest and in gross slip, too.
+"""Contact forces from velocities for time-varying motion, including rest and gross slip.
 
-What `RotaryLinearIVT.operate` gives for steady motion, as constitutive laws of the creep velocity u and the rolling
-velocity v. Creepage is creep over rolling speed, which means nothing where nothing rolls: below a rolling speed of
-``stick_speed`` the contact is a viscous one that yields at ``stick_speed/K`` at most.
+These are the laws behind `RotaryLinearIVT.operate` as functions of the creep velocity u and the rolling velocity v. Creepage
+is creep speed over rolling speed, which is undefined at rest: below a rolling speed of ``stick_speed`` the contact becomes
+viscous, and creeps at ``stick_speed/K`` at most before it slips.
 
 Source: faulring2006, sections II and III, in passive form.
 """
@@ -27,16 +27,16 @@ def lateral_force(
 
     Parameters
     ----------
-    law : CreepLaw                   Without a flow loss.
+    law : CreepLaw                   A law without a flow loss.
     creep_speed : (...,) float       u. [m s^-1]
     rolling_speed : (...,) float     v. [m s^-1]
     slip_force : (...,) float        mu P. [N]
     creep_stiffness : (...,) float   C. [N]
-    stick_speed : (...,) float       v_eps > 0; at ten times this rolling speed the creep is half a percent too large. [m s^-1]
+    stick_speed : (...,) float       v_eps > 0; at a rolling speed of 10 v_eps the creep is 0.5 % too large. [m s^-1]
 
     Returns
     -------
-    (...,) float   f_u, with the sign of u; its size is the slip force in gross slip. [N]
+    (...,) float   f_u, with the sign of u; in gross slip its magnitude is the slip force. [N]
 
     Source: faulring2006, Eq 7, in passive form; other laws as in `infinivar.contact.creep`.
     """
@@ -51,7 +51,7 @@ def slips(
     stick_speed: Array,
     slip_creepage: Array,
 ) -> Array:
-    """Whether the whole patch slides: from the scaled creepage `slip_creepage` on. Other arguments as in `lateral_force`."""
+    """Whether the whole patch slides, that is, the scaled creepage exceeds `slip_creepage`; see also `lateral_force`."""
     xp = namespace(creep_speed, rolling_speed)
     return xp.abs(scaled_creepage(creep_speed, rolling_speed, slip_force, creep_stiffness, stick_speed)) > slip_creepage
 
@@ -59,7 +59,7 @@ def slips(
 def scaled_creepage(
     creep_speed: Array, rolling_speed: Array, slip_force: Array, creep_stiffness: Array, stick_speed: Array
 ) -> Array:
-    """Creepage over that at which the linear law slips; arguments as in `lateral_force`. [-]"""
+    """Creepage relative to the slip limit of the linear law; arguments as in `lateral_force`. [-]"""
     xp = namespace(creep_speed, rolling_speed)
     rolling = xp.sqrt(rolling_speed * rolling_speed + stick_speed * stick_speed)
     return creep_stiffness / slip_force * (creep_speed / rolling)

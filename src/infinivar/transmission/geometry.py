@@ -1,4 +1,4 @@
-"""From shapes, materials and bearings to what a rolling contact loses."""
+"""Losses of a rolling contact from its geometry, materials and bearings."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from infinivar.parts.bearing import Bearing, BearingPair
 
 
 class LossGroups(NamedTuple):
-    """What decides the losses of a wheel on a cylinder at one cylinder speed."""
+    """Parameters that determine the losses of a wheel on a cylinder, at one cylinder speed."""
 
     slip_force: Array
     """mu P. [N]"""
     creep_stiffness: Array
     """C = C22 G a b, lateral force over creepage. [N]"""
     rolling_torque: Array
-    """Hysteresis, about the wheel axle. [N m]"""
+    """Hysteresis torque about the wheel axle. [N m]"""
     bearing_torque: Array
-    """Friction of the axle bearings. [N m]"""
+    """Friction torque of the axle bearings. [N m]"""
     wheel_radius: Array
     """r. [m]"""
     full_slip: Array
-    """Scaled creepage C u/(mu P |v|) from which exact theory has the whole patch slip. [-]"""
+    """Scaled creepage C u/(mu P |v|) at which the whole patch slips by exact theory. [-]"""
 
     def slip_creepage(self, law: CreepLaw) -> Array:
-        """Scaled creepage from which a wheel slides: where the creep law saturates, or exact theory, if that is sooner. [-]"""
+        """Scaled creepage at the slip limit: where the creep law saturates, or full slip by exact theory if lower. [-]"""
         full = self.full_slip
         if isinstance(full, (int, float)):
             return min(full, law.slip_creepage)
@@ -45,7 +45,7 @@ class LossGroups(NamedTuple):
 
     @property
     def rolling_force(self) -> Array:
-        """Force against rolling, (tau_in + tau_wa)/r. [N]"""
+        """Rolling resistance, (tau_in + tau_wa)/r. [N]"""
         return (self.rolling_torque + self.bearing_torque) / self.wheel_radius
 
     @property
@@ -55,23 +55,23 @@ class LossGroups(NamedTuple):
 
     @property
     def creep_group(self) -> Array:
-        """K = C/(mu P): the linear law slips at the creepage 1/K. [-]"""
+        """K = C/(mu P); the slip limit of the linear law is the creepage 1/K. [-]"""
         return self.creep_stiffness / self.slip_force
 
 
 PRELOAD_POWERS = {"creep_stiffness": 2.0 / 3.0, "rolling_torque": 4.0 / 3.0, "bearing_torque": 1.0}
-"""With which power of the preload measured groups grow: semi-axes grow with its cube root.
+"""Exponent of the preload with which each measured value scales; semi-axes scale with the cube root of preload.
 
 Source: johnson1985, section 4.2; faulring2006, sections III-A and III-B; bearings with a constant coefficient of friction.
 """
 
 
 class PressedContact(NamedTuple):
-    """A wheel pressed on its cylinder: what follows before anything moves."""
+    """Static contact of a wheel pressed on its cylinder."""
 
     patch: hertz.Ellipse
     rotation: Array
-    """Of the patch from the rolling direction. [rad]"""
+    """Rotation of the patch from the rolling direction. [rad]"""
     shear_modulus: Array
     """Combined G. [Pa]"""
     poisson: Array
@@ -85,12 +85,12 @@ class PressedContact(NamedTuple):
 
     @property
     def full_slip(self) -> Array:
-        """Scaled creepage from which the whole patch slips; see `infinivar.contact.kalker.full_slip_creepage`. [-]"""
+        """Scaled creepage at which the whole patch slips; see `infinivar.contact.kalker.full_slip_creepage`. [-]"""
         return _plain(kalker.full_slip_creepage(self.axis_ratio, self.poisson, self.coefficients.c22))
 
     @property
     def creep_stiffness(self) -> Array:
-        """C = C22 G a b; exact where the patch is circular or its axes lie along and across the rolling direction. [N]
+        """C = C22 G a b; exact if the patch is circular or its axes lie along and across the rolling direction. [N]
 
         Source: kalker1990, linear theory; faulring2006, Eq 7.
         """
@@ -98,26 +98,26 @@ class PressedContact(NamedTuple):
 
 
 MEASURED_FULL_SLIP = 2.586
-"""That of `LossGroups.full_slip` for a circular patch of steel, which stands for contacts whose geometry is not known.
+"""Value of `LossGroups.full_slip` for contacts without known geometry: that of a circular patch of steel.
 
 Source: `infinivar.contact.kalker.full_slip_creepage` at a/b = 1 and Poisson's ratio 0.3.
 """
 
 
 class ContactStress(NamedTuple):
-    """How hard the pressed bodies are stressed."""
+    """Stresses in the pressed bodies."""
 
     shear: Mapping[str, Array]
     """Largest shear stress below the surface, by body. [Pa]"""
     depth: Mapping[str, Array]
-    """Where it is. [m]"""
+    """Depth of that stress. [m]"""
     utilisation: Mapping[Limit, Array]
-    """Shear over half the yield strength (Tresca), mean pressure over hardness, of the weaker body; where known. [-]"""
+    """Shear over half the yield strength (Tresca), mean pressure over hardness, for the weaker body, if known. [-]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactGeometry:
-    """Shapes, materials and axle bearings of the wheel: gives creep stiffness and friction torques.
+    """Geometry, materials and axle bearings of the wheel, which determine creep stiffness and friction torques.
 
     Raises
     ------
@@ -131,20 +131,23 @@ class ContactGeometry:
     axle_bearing: Bearing = component("One of the two equal bearings of the wheel's axle")
     bearing_span: float | None = quantity("m", Gt(0), "Distance between the axle bearings", default=None)
     lateral_share: float = quantity(
-        "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is taken", default=0.5
+        "1", Interval(ge=0, le=1), "Lateral force over slip force at which bearing friction is evaluated", default=0.5
     )
     fast_friction_ratio: float = quantity(
-        "1", Interval(gt=0, le=1), "Friction limit at high speed over that at rest; 1 is constant friction", default=1.0
+        "1",
+        Interval(gt=0, le=1),
+        "Friction limit at high speed over that at rest; 1: independent of speed",
+        default=1.0,
     )
     friction_decay_speed: float | None = quantity(
-        "m/s", Gt(0), "Surface speed over which the friction limit falls", default=None
+        "m/s", Gt(0), "Surface speed scale over which the friction limit falls", default=None
     )
     wear_coefficient: float | None = quantity(
         "1", Gt(0), "Archard's wear coefficient k of the dry contact", default=None
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
         bearing = self.axle_bearing.type
         wanted = "deep_groove or angular_contact, which carry preload and lateral force"
@@ -158,7 +161,7 @@ class ContactGeometry:
 
     @property
     def hysteresis_factor(self) -> float:
-        """Hysteresis loss factor of both bodies together. [-]"""
+        """Combined hysteresis loss factor of both bodies. [-]"""
         return hysteresis.combined_hysteresis(self.wheel_material, self.cylinder_material)
 
     def press(
@@ -170,17 +173,17 @@ class ContactGeometry:
         ----------
         wheel_radius, cylinder_radius : (...,) float   r and R. [m]
         preload : (...,) float                         P, > 0. [N]
-        steering_angle : (...,) float                  phi; away from 0 and +-pi/2 the patch is turned from the rolling
-            direction, and the coefficients are those of a patch that is not: exact for a circle only. [rad]
+        steering_angle : (...,) float                  phi; except at 0 and +-pi/2 the patch is rotated from the rolling
+            direction. The coefficients neglect this rotation and are then exact only for a circle. [rad]
 
         Returns
         -------
-        PressedContact   Plain floats where all arguments are.
+        PressedContact   Plain floats if all arguments are.
 
         Raises
         ------
         ParameterError
-            If an argument is outside its range.
+            If an argument is out of range.
 
         Source: johnson1985, chapter 4; kalker1990, appendix E.
         """
@@ -205,16 +208,16 @@ class ContactGeometry:
     def loss_groups(
         self, contact: PressedContact, *, wheel_radius: Array, preload: Array, friction: Array, surface_speed: Array
     ) -> LossGroups:
-        """What decides the losses at a surface speed of the cylinder.
+        """Parameters that determine the losses, at a surface speed of the cylinder.
 
         Parameters
         ----------
-        contact : PressedContact         What `press` returns.
+        contact : PressedContact         Result of `press`.
         wheel_radius : (...,) float      r. [m]
         preload : (...,) float           P. [N]
         friction : (...,) float          mu at rest. [-]
-        surface_speed : (...,) float     R omega. Bearing friction and friction limit are those of this speed; steered,
-            the wheel rolls faster by 1/cos(phi). [m s^-1]
+        surface_speed : (...,) float     R omega, for bearing friction and friction limit; a steered wheel rolls faster by
+            1/cos(phi). [m s^-1]
 
         Returns
         -------
@@ -237,7 +240,7 @@ class ContactGeometry:
         )
 
     def axle_friction(self, *, wheel_radius: Array, preload: Array, slip_force: Array, surface_speed: Array) -> Array:
-        """Friction torque of the wheel's bearings [N m]; arguments as those of `loss_groups`."""
+        """Friction torque of the wheel's bearings; arguments as in `loss_groups`. [N m]"""
         return self.axle.moment(
             preload, self.lateral_share * slip_force, wheel_radius, surface_speed / wheel_radius
         ).total
@@ -245,17 +248,17 @@ class ContactGeometry:
     def utilisation(
         self, contact: PressedContact, *, wheel_radius: Array, preload: Array, slip_force: Array
     ) -> Mapping[Limit, Array]:
-        """Demand over allowance of every limit that the preload alone can exceed.
+        """Demand over allowance for every limit that the preload alone can exceed.
 
         Parameters
         ----------
-        contact : PressedContact           What `press` returns.
+        contact : PressedContact           Result of `press`.
         wheel_radius, preload : (...,) float   r, P. [m], [N]
         slip_force : (...,) float          mu P; the bearings carry `lateral_share` of it sideways. [N]
 
         Returns
         -------
-        mapping of Limit to (...,) float   Those that are known, above 1 where exceeded. [-]
+        mapping of Limit to (...,) float   Known limits only; above 1 where exceeded. [-]
 
         Source: as `stress`; iso2006 for the bearings.
         """
@@ -263,11 +266,11 @@ class ContactGeometry:
         return {**self.stress(contact).utilisation, Limit.BEARING: _plain(1.0 / safety)}
 
     def stress(self, contact: PressedContact) -> ContactStress:
-        """Stress below the surface of both bodies against what they bear.
+        """Stress below the surface of both bodies, relative to their strength.
 
         Parameters
         ----------
-        contact : PressedContact   What `press` returns.
+        contact : PressedContact   Result of `press`.
 
         Returns
         -------
@@ -305,5 +308,5 @@ def _largest(values: list[Array]) -> Array:
 
 
 def _plain(value: Array) -> Any:
-    """A NumPy scalar as a float, which every array library mixes with; anything else as it is."""
+    """A NumPy scalar as a float, which every array library accepts; any other value unchanged."""
     return float(value) if namespace(value).__name__ == "numpy" and getattr(value, "ndim", 0) == 0 else value

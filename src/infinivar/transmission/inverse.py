@@ -1,12 +1,12 @@
 r"""The steering angle for a motion: the inverse of the wheel's steady operation.
 
-In scale-free terms, with ``T = s tan(phi)``, the link speed over the surface speed q, the link force over the slip force
-f and the groups H and K, a motion needs
+With ``T = s tan(phi)``, the ratio q of link speed to surface speed, the ratio f of link force to slip force and the groups H
+and K, a motion satisfies
 
 .. math:: x = H T - f \sqrt{1 + T^2}, \qquad e = \xi(x)/K, \qquad q = \frac{e - T}{1 + e T},
 
-three equations for the force ratio x, the creepage e and T. Where several T give the motion, sought is the one nearest to
-the locked wheel.
+three equations for the force ratio x, the creepage e and T. If several T give the motion, the solution is the one nearest
+to the locked wheel.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from infinivar.contact.creep import CreepLaw
 from infinivar.transmission.geometry import LossGroups
 
 _STEPS = 24
-"""Most points settle in 2 or 3. Near the fastest motion two solutions meet and a step gains one bit only."""
+"""Most points converge in 2 or 3 steps. Near the fastest motion two solutions merge and each step gains only one bit."""
 
 _SHORT_OF_SLIP = 1.0 - 1e-6
-"""Force ratio from which a search starts at most: at slip a curved law has no slope."""
+"""Largest force ratio at which a search starts: at the slip limit the slope of a nonlinear law diverges."""
 
 
 def steering_tangent(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
@@ -30,9 +30,9 @@ def steering_tangent(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, l
 
     Parameters
     ----------
-    law : CreepLaw           Any.
-    groups : LossGroups      H and K.
-    slope : (...,) float     Link speed over the size of the surface speed, q. [-]
+    law : CreepLaw           Any law.
+    groups : LossGroups      Provides H and K.
+    slope : (...,) float     Link speed over magnitude of the surface speed, q. [-]
     load : (...,) float      Link force over slip force, f. [-]
 
     Returns
@@ -51,7 +51,7 @@ def _ratio(xp: Any, groups: LossGroups, load: Array, tangent: Array) -> tuple[Ar
 
 
 def _by_angle(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
-    """For straight laws: Newton's method for T (1 + e q) - e + q = 0 in T, nearly linear as e is 1/K at most."""
+    """For linear laws: Newton's method for T (1 + e q) - e + q = 0 in T, nearly linear since e is at most 1/K."""
     stiffness = groups.creep_group
 
     def step(tangent: Array) -> Array:
@@ -68,17 +68,17 @@ def _by_angle(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Ar
 
     start = -slope + 0.0 * load
     if law.flow_factor is not None:
-        # Beyond slip Eq 17 is a polynomial without meaning that would throw the iteration off: start at slip.
+        # Beyond slip Eq 17 is invalid and would make the iteration diverge: start at slip.
         reach = xp.sqrt(xp.clip(1.0 / xp.where(load == 0, 1e-9, load) ** 2 - 1.0, 0.0, 1e18))
         start = xp.clip(start, -reach, reach)
     return newton(xp, step, start, _STEPS)
 
 
 def _by_creepage(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
-    """For laws that bend: Newton's method for force(K e) = x(T(e)) in e, with T = (e - q)/(1 + e q).
+    """For nonlinear laws: Newton's method for force(K e) = x(T(e)) in e, with T = (e - q)/(1 + e q).
 
-    As a function of creepage the force is concave and flat at slip, where the creepage as a function of force is steep.
-    From the left of its first root the iteration climbs a concave curve and cannot miss it.
+    The force is a concave function of creepage and flat at slip, whereas the inverse function is steep there. Started to the
+    left of the first root, the iteration climbs a concave curve and converges to that root.
     """
     stiffness = groups.creep_group
 
@@ -93,9 +93,9 @@ def _by_creepage(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load:
 
     ideal, _ = _ratio(xp, groups, load, -slope)
     ideal = xp.clip(ideal, -_SHORT_OF_SLIP, _SHORT_OF_SLIP)
-    # Where the wheel drives, more creepage takes more force: the ideal wheel's is left of the root. Where the load drives
-    # it takes less, and the force at the ideal wheel's creepage is; if the angle changes sign on the way, the force
-    # without any.
+    # Where the wheel drives, creepage raises the force, so the force of the ideal wheel is left of the root. Where the load
+    # drives, creepage lowers it, and the force at the ideal wheel's creepage is left of the root; if the angle changes sign
+    # in between, the force at zero angle is.
     turned = tangent_at(law.creepage(ideal) / stiffness)
     after, _ = _ratio(xp, groups, load, xp.where(turned * slope > 0, 0.0, turned))
     start = law.creepage(xp.where(xp.abs(after) < xp.abs(ideal), after, ideal)) / stiffness
@@ -105,6 +105,6 @@ def _by_creepage(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load:
 
 
 def _newton_step(xp: Any, at: Array, value: Array, slope: Array) -> Array:
-    """Next iterate; nan where the slope is not positive: beyond the fastest motion that this load allows."""
+    """Next iterate; nan where the slope is not positive, that is, beyond the fastest motion under this load."""
     rises = slope > 0
     return xp.where(rises, at - value / xp.where(rises, slope, 1.0), xp.nan)

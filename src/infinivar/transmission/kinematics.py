@@ -8,10 +8,10 @@ from typing import Any
 from infinivar._core.array_namespace import Array, signed_infinity
 
 BEYOND_ANY = 1e200
-"""Stands for the secant of a right angle: finite, so that no force times it is still no force."""
+"""Secant of a right angle: finite, so that its product with a zero force is zero."""
 
 RIGHT_ANGLE = 1e-15
-"""Cosines below this are those of a right angle: cos(pi/2) is 6e-17 in float64."""
+"""A cosine below this counts as a right angle: cos(pi/2) is 6e-17 in float64."""
 
 
 def relative_velocities(link_speed: Array, surface_speed: Array, cosine: Array, sine: Array) -> tuple[Array, Array]:
@@ -38,7 +38,7 @@ def contact_balance(
 
     Parameters
     ----------
-    lateral_force, rolling_force : (...,) float   fu and fr. [N]
+    lateral_force, rolling_force : (...,) float   f_u and f_r. [N]
     cosine, sine : (...,) float                   Of the steering angle. [-]
     cylinder_radius : (...,) float                R. [m]
 
@@ -54,7 +54,7 @@ def contact_balance(
 
 @dataclass(frozen=True, slots=True)
 class Steering:
-    """Steering angle by its functions, so that formulas call no trigonometry."""
+    """Trigonometric functions of the steering angle, computed once for all formulas."""
 
     cosine: Array
     sine: Array
@@ -81,9 +81,9 @@ class Steering:
 def driven(
     xp: Any, surface_speed: Array, spin: Array, creepage: Array, steering: Steering, along: Array
 ) -> tuple[Array, Array]:
-    """Rolling speed |v| and link speed of a wheel that rolls the way the cylinder drives it.
+    """Rolling speed |v| and link speed of a wheel that rolls in the direction in which the cylinder drives it.
 
-    `along` is ``cos(phi) + s e sin(phi)``, positive for such a wheel; elsewhere the result means nothing.
+    `along` is ``cos(phi) + s e sin(phi)``, positive for such a wheel; otherwise the result is invalid.
     """
     rolling = surface_speed / xp.where(along > 0, along, 1.0)
     return rolling, rolling * (creepage * steering.cosine - spin * steering.sine)

@@ -1,4 +1,4 @@
-"""Where a transmission element stands: what `operate` and `deliver` return."""
+"""Operating point of a transmission element, as returned by `operate` and `deliver`."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from infinivar.power import PowerPoint
 class OperatingPoint(PowerPoint, Result):
     """Where the element stands: arrays that broadcast to one shape, SI.
 
-    Where the contact slips under a prescribed force there is no steady motion: link speed, powers and losses are nan
-    and `limit` says why. Where it slips at a prescribed speed the forces are those of gross sliding. The efficiency
-    is nan outside limits and where both sides feed the losses.
+    If the contact slips under a prescribed force, no steady motion exists: link speed, powers and losses are nan, and
+    `limit` gives the reason. If it slips at a prescribed speed, the forces are those of gross sliding. The efficiency is
+    nan where infeasible and where both sides feed the losses.
     """
 
     cylinder_speed: Array

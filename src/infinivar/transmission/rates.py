@@ -1,9 +1,9 @@
-r"""How fast a wheel must be steered while the motion it gives changes.
+r"""Steering rate and acceleration that a time-varying motion requires.
 
 The three equations of `infinivar.transmission.inverse`, written as ``G(T, e, q) = T (1 + e q) - e + q = 0`` with
 ``e = xi(x)/K`` and ``x = H T - f sqrt(1 + T^2)``, are differentiated twice along a motion. Friction makes the angle jump
-where the link reverses; between reversals it is smooth, and so are these rates. Differences of angles from sample to
-sample would see the jumps.
+where the link reverses; between reversals it is smooth, and so are these rates. Finite differences of the angle would
+include the jumps.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from infinivar.transmission.geometry import LossGroups
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 _PROBE = 1e-6
-"""Half the step in force ratio over which the slope of a bent law is differenced; it leaves 1e-9 of the curvature."""
+"""Half the step in force ratio for differencing the slope of a nonlinear law; relative error of the curvature 1e-9."""
 
 
 class Varying(NamedTuple):
-    """A quantity at each instant, with its first and second derivative by time."""
+    """A quantity at each instant, with its first and second time derivatives."""
 
     value: Array
     rate: Array = 0.0
@@ -31,20 +31,20 @@ class Varying(NamedTuple):
 def steering_rates(
     element: RotaryLinearIVT, *, tangent: Array, cylinder_speed: Varying, link_speed: Varying, link_force: Varying
 ) -> tuple[Array, Array]:
-    """Speed and acceleration with which the wheel is steered while the link follows a motion.
+    """Steering rate and acceleration while the link follows a motion.
 
     Parameters
     ----------
-    element : RotaryLinearIVT   With a creep law without a flow loss.
-    tangent : (...,) float      Of the steering angle, as `RotaryLinearIVT.deliver` finds it for the motion. [-]
-    cylinder_speed : Varying    omega, not 0. The groups H and K are taken as constant in time. [rad s^-1] ...
+    element : RotaryLinearIVT   Its creep law must have no flow loss.
+    tangent : (...,) float      Tangent of the steering angle, from `RotaryLinearIVT.deliver` for the motion. [-]
+    cylinder_speed : Varying    omega, nonzero. The groups H and K count as constant in time. [rad s^-1] ...
     link_speed : Varying        Speed, acceleration and jerk. [m s^-1] ...
     link_force : Varying        Applied by the transmission to the link. [N] ...
 
     Returns
     -------
-    rate, acceleration : (...,) float   Of phi. Between reversals of the link: at a reversal friction makes the angle jump,
-        which is left out. [rad s^-1], [rad s^-2]
+    rate, acceleration : (...,) float   Rates of phi between reversals of the link; the jump of the angle at a reversal is
+        not included. [rad s^-1], [rad s^-2]
 
     Raises
     ------
@@ -76,12 +76,12 @@ def steering_rates(
 def tangent_rates(
     xp: Any, law: CreepLaw, groups: LossGroups, tangent: Array, slope: Varying, load: Varying
 ) -> tuple[Array, Array]:
-    r"""First and second derivative by time of the steering tangent of a motion.
+    r"""First and second time derivative of the steering tangent of a motion.
 
     Parameters
     ----------
-    law : CreepLaw         Without a flow loss.
-    groups : LossGroups    H and K, taken as constant in time.
+    law : CreepLaw         A law without a flow loss.
+    groups : LossGroups    Provides H and K, which count as constant in time.
     tangent : (...,) float T of `inverse.steering_tangent` for the motion. [-]
     slope : Varying        Link speed over surface speed, q. [-], [s^-1], [s^-2]
     load : Varying         Link force over slip force, f; friction between reversals is constant. [-], [s^-1], [s^-2]
@@ -108,7 +108,7 @@ def tangent_rates(
 
     bend = (
         -(f.value / (root * root) * rate * rate + 2.0 * tangent * rate * f.rate) / root - root * f.curvature
-    )  # of x, without its part in the curvature of T
+    )  # second derivative of x, without the term in the second derivative of T
     swell = give * bend
     if not law.straight:
         curve = (law.slope(ratio + _PROBE) - law.slope(ratio - _PROBE)) / (2.0 * _PROBE * stiffness)

@@ -9,8 +9,8 @@ applied by the transmission to the link, ``tau`` the torque applied by the cylin
     f_u &= C\,u/|v|, & f_r &= \mathrm{sgn}(v)\,(\tau_{in} + \tau_{wa})/r
 
 so that ``tau omega - fl ldot = fu u + fr v >= 0`` always. With the creepage ``e = u/|v|`` and ``s = sgn(omega)``, a
-wheel that rolls the way the cylinder drives it (``s v < 0``) moves the link at
-``ldot = R |omega| (e - s t)/(1 + s e t)``, ``t = tan(phi)``: forward operation is explicit, and its inverse is one
+wheel that rolls in the direction in which the cylinder drives it (``s v < 0``) moves the link at
+``ldot = R |omega| (e - s t)/(1 + s e t)``, ``t = tan(phi)``. Forward operation is therefore explicit, and its inverse is one
 Newton iteration in ``t``.
 
 Source: faulring2006, sections II and III, in passive form (see the errata and the equation index in the documentation).
@@ -53,16 +53,16 @@ from infinivar.transmission.kinematics import (
 from infinivar.transmission.operating_point import OperatingPoint
 
 MEASURED = ("creep_stiffness", "rolling_torque", "bearing_torque")
-"""Fields that stand for a contact whose geometry is not described."""
+"""Fields that describe a contact by measured values, instead of `geometry`."""
 
 _SPEED_TOLERANCE = 1e-6
-"""Of surface and link speed together. Rounding leaves 1e-15, and more only within a millionth of slip with Eq 17."""
+"""Relative to the sum of surface and link speed. Rounding leaves 1e-15, and more only within 1e-6 of slip with Eq 17."""
 
 _ROUNDING = 2e-15
-"""Of a force ratio that follows from an angle: some units in the last place."""
+"""Rounding error of a force ratio computed from an angle: a few units in the last place."""
 
 _ROUNDED = 1e-9
-"""By which a creepage, a difference of speeds, may seem to be beyond slip."""
+"""Rounding error by which a creepage, as a difference of speeds, may exceed the slip limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,10 +77,10 @@ class RotaryLinearIVT:
 
     cylinder_radius: float = quantity("m", Gt(0), "Cylinder radius R")
     wheel_radius: float = quantity("m", Gt(0), "Rolling radius r of the wheel")
-    preload: float = quantity("N", Gt(0), "Normal force P that presses the wheel on the cylinder")
+    preload: float = quantity("N", Gt(0), "Normal force P between wheel and cylinder")
     friction: float = quantity("1", Gt(0), "Rolling friction limit mu: the contact slips at mu P")
     geometry: ContactGeometry | None = component(
-        "Shapes, materials and bearings, from which creep stiffness and torques follow", default=None
+        "Geometry, materials and bearings, which determine creep stiffness and torques", default=None
     )
     creep_stiffness: float | None = quantity(
         "N", Gt(0), "Measured creep stiffness C = C22 G a b, lateral force over creepage", default=None
@@ -92,7 +92,7 @@ class RotaryLinearIVT:
         "N m", Ge(0), "Measured friction torque of the wheel's axle bearings", default=None
     )
     steering_range: float = quantity(
-        "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle to either side", default=math.pi / 2
+        "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle in either direction", default=math.pi / 2
     )
     creep_law: CreepLaw = component(
         "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach or fastsim",
@@ -102,13 +102,13 @@ class RotaryLinearIVT:
     _memo: dict[float, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical, and press the wheel on the cylinder."""
+        """Validate the fields and compute the static contact."""
         check(self)
         object.__setattr__(self, "creep_law", creep.law(self.creep_law))  # which may be given by its name
         given = [name for name in MEASURED if getattr(self, name) is not None]
         if self.geometry is not None:
             if given:
-                raise ParameterError(f"{given[0]} and geometry exclude each other: it would follow from geometry")
+                raise ParameterError(f"{given[0]} and geometry exclude each other: geometry determines {given[0]}")
             contact = self.geometry.press(
                 wheel_radius=self.wheel_radius, cylinder_radius=self.cylinder_radius, preload=self.preload
             )
@@ -116,7 +116,7 @@ class RotaryLinearIVT:
         elif len(given) < len(MEASURED):
             missing = next(name for name in MEASURED if name not in given)
             raise ParameterError(
-                f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, from which they follow"
+                f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, which determines all three"
             )
 
     @property
@@ -126,7 +126,7 @@ class RotaryLinearIVT:
 
     @property
     def utilisation(self) -> Mapping[Limit, Array]:
-        """Demand over allowance of the limits that the preload alone can exceed; empty for measured groups. [-]"""
+        """Demand over allowance for the limits that the preload alone can exceed; empty for measured values. [-]"""
         if self.geometry is None or self.contact is None:
             return {}
         return self.geometry.utilisation(
@@ -134,7 +134,7 @@ class RotaryLinearIVT:
         )
 
     def pressed(self, preload: Array) -> RotaryLinearIVT:
-        """The same wheel under another preload [N]; measured groups hold at its own, and follow by `PRELOAD_POWERS`."""
+        """The same wheel under another preload [N]; measured values scale by `PRELOAD_POWERS`."""
         if self.geometry is not None:
             return replace(self, preload=preload)
         share = preload / self.preload
@@ -142,18 +142,18 @@ class RotaryLinearIVT:
         return replace(self, preload=preload, **grown)
 
     def groups(self, cylinder_speed: Array) -> LossGroups:
-        """What decides the losses, at a cylinder speed: measured groups as given, or what follows from geometry.
+        """Parameters that determine the losses, at a cylinder speed: measured values, or derived from geometry.
 
         Parameters
         ----------
-        cylinder_speed : (...,) float   omega; only geometry makes a difference of it. [rad s^-1]
+        cylinder_speed : (...,) float   omega; measured values do not depend on it. [rad s^-1]
 
         Returns
         -------
-        LossGroups   Slip force, creep stiffness, torques, and the groups H and K made of them.
+        LossGroups   Slip force, creep stiffness, torques, and the groups H and K derived from them.
         """
         if self.geometry is not None and self.contact is not None:
-            # Most callers come with one speed, again and again, and from several threads.
+            # Most callers repeat the same speed, from several threads.
             if type(cylinder_speed).__module__ == "numpy" and cylinder_speed.ndim == 0:
                 cylinder_speed = float(cylinder_speed)
             number = isinstance(cylinder_speed, (int, float))
@@ -201,16 +201,16 @@ class RotaryLinearIVT:
         Returns
         -------
         OperatingPoint
-            Inputs broadcast. Prescribed force beyond slip: motion is nan, `limit` is SLIP. Prescribed speed beyond
-            slip: forces of gross sliding, `limit` is SLIP. A creepage beyond full slip is SLIP, too, however small the
-            force that the law gives it. At rest (no cylinder nor link speed) the contact holds any
-            force below slip: with a prescribed force, static friction takes what it can and `torque` is the smallest
-            that holds; with a prescribed speed of zero the forces are not determined and nan.
+            Inputs broadcast. With a prescribed force beyond slip, motion is nan and `limit` is SLIP. With a prescribed
+            speed beyond slip, the forces are those of gross sliding and `limit` is SLIP. A creepage beyond full slip is
+            SLIP as well, even if the law gives it a smaller force. At rest (cylinder and link speed zero) the contact
+            holds any force below slip: with a prescribed force, static friction carries what it can and `torque` is the
+            smallest that holds the link; with a prescribed speed of zero the forces are indeterminate and nan.
 
         Raises
         ------
         ParameterError
-            If both or neither of `link_force` and `link_speed` are given, or a steering angle is beyond a right angle.
+            If both or neither of `link_force` and `link_speed` are given, or a steering angle exceeds a right angle.
 
         Source: faulring2006, Eq 16, which is this solution for a linear creep law in the driving quadrant.
         """
@@ -221,7 +221,7 @@ class RotaryLinearIVT:
         omega, phi, given = as_floats(xp, cylinder_speed, steering_angle, given)
         if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + RIGHT_ANGLE):
             raise ParameterError(
-                "steering_angle must be within -pi/2 and pi/2 rad; the wheel has no direction of its own"
+                "steering_angle must be between -pi/2 and pi/2 rad; a wheel steered by pi rad further is the same wheel"
             )
         groups = self.groups(cylinder_speed)
         omega, phi, given = xp.broadcast_arrays(omega, phi, given)
@@ -236,14 +236,14 @@ class RotaryLinearIVT:
 
         Parameters
         ----------
-        cylinder_speed : (...,) float   omega. At zero the link can only stand (angle 0) or be decoupled (+-pi/2), where
-            it feels the rolling resistance, whatever force is asked for. [rad s^-1]
+        cylinder_speed : (...,) float   omega. At zero the link can only stand still (angle 0) or be decoupled (+-pi/2),
+            where only the rolling resistance acts on it, regardless of `link_force`. [rad s^-1]
         link_speed, link_force : (...,) float   Of the link, force as applied by the transmission. [m s^-1], [N]
 
         Returns
         -------
-        (...,) float   phi; nan where the contact would slip. Where two angles give the same motion (possible only
-            beyond |tan phi| = K, or near slip with Eq 17 or a law that bends) the one nearer to the locked state. [rad]
+        (...,) float   phi; nan where the contact would slip. If two angles give the same motion (possible only beyond
+            |tan phi| = K, or near slip with Eq 17 or a nonlinear law), the one nearer to the locked state. [rad]
 
         Source: inverse of `operate`; derivation in the theory page.
         """
@@ -258,7 +258,7 @@ class RotaryLinearIVT:
             speed, self.cylinder_radius * omega, 1.0 / root, tangent / root
         )
         demand = self._slip_demand(xp, groups, rolled - load * root, creep_speed, rolling_speed)
-        angle = xp.where(possible & (demand <= 1.0), xp.atan(tangent), xp.nan)  # a nan demand is not
+        angle = xp.where(possible & (demand <= 1.0), xp.atan(tangent), xp.nan)  # false for a nan demand
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
 
     @labelled
@@ -272,13 +272,13 @@ class RotaryLinearIVT:
         Returns
         -------
         OperatingPoint
-            Its arrays broadcast to one shape. Where no steering angle does it, link speed and powers are nan and the
-            limit is SLIP.
+            Inputs broadcast. Where no steering angle gives the motion, link speed and powers are nan and the limit is
+            SLIP.
 
         Raises
         ------
         AuditError
-            If an angle found does not give the speed asked for: a fault of the program.
+            If the computed angle does not give the requested speed, which is a bug.
 
         Source: inverse of `operate`; derivation in the theory page.
         """
@@ -291,7 +291,7 @@ class RotaryLinearIVT:
     def _tangent(
         self, xp: Any, groups: LossGroups, omega: Array, link_speed: Array, link_force: Array
     ) -> tuple[Array, Array]:
-        """Tangent of the steering angle for a motion, nan where none gives it, and whether the wheel can follow at all."""
+        """Tangent of the steering angle for a motion (nan if none gives it), and whether the wheel can follow it."""
         spin = xp.sign(omega)
         slope = safe_divide(xp, link_speed, self.cylinder_radius * xp.abs(omega), 0.0)
         tangent = steering_tangent(xp, self.creep_law, groups, slope, link_force / groups.slip_force)
@@ -307,12 +307,12 @@ class RotaryLinearIVT:
         possible: Array = True,
         exact_speed: Array | None = None,
     ) -> OperatingPoint:
-        """Operating point for a prescribed link force; `exact_speed` is the link speed if known from elsewhere."""
+        """Operating point for a prescribed link force; `exact_speed` is the link speed if it is known."""
         rolling_force, slip_force = groups.rolling_force, groups.slip_force
         cosine, sine = steering.cosine, steering.sine
         spin = xp.sign(omega)
         standing = spin == 0
-        # Static friction along the rolling direction takes as much of the force as it can.
+        # Static friction along the rolling direction carries as much of the force as it can.
         held = xp.clip(-link_force * sine, -rolling_force, rolling_force)
         against_rolling = xp.where(standing, held, -spin * rolling_force)
         lateral = -(link_force + against_rolling * sine) * steering.secant
@@ -338,7 +338,7 @@ class RotaryLinearIVT:
             )
             rolls = rolls & (standing | (rolling_speed * spin < 0))
         if exact_speed is not None:
-            # The steering angle was found to rounding, which Eq 17 blows up near slip: close the balance exactly.
+            # The steering angle is exact to rounding, which Eq 17 amplifies near slip: close the balance exactly.
             rest = exact_speed - link_speed
             _check_angle(
                 xp,
@@ -378,7 +378,7 @@ class RotaryLinearIVT:
         cosine, sine = steering.cosine, steering.sine
         surface_speed = self.cylinder_radius * omega
         creep_speed, rolling_speed = relative_velocities(link_speed, surface_speed, cosine, sine)
-        # cos(pi/2) is set to zero, but a wheel may still have nothing to roll on; inf is what a saturating law expects.
+        # The rolling speed may be exactly zero while the wheel slides; a saturating law expects an infinite creepage then.
         creepage = safe_divide(xp, creep_speed, xp.abs(rolling_speed), 0.0)
         slides = (rolling_speed == 0) & (creep_speed != 0)
         creepage = xp.where(slides, signed_infinity(xp, creep_speed), creepage)
@@ -413,7 +413,7 @@ class RotaryLinearIVT:
         """How near the wheel is to sliding: by its lateral force or by its creepage, whichever is nearer; 1 is slip."""
         most = groups.slip_creepage(self.creep_law) * (1.0 + _ROUNDED)
         rolling = xp.abs(rolling_speed)
-        rolling = xp.where(rolling > 0, rolling, 1.0 / BEYOND_ANY)  # a wheel may slide without rolling at all
+        rolling = xp.where(rolling > 0, rolling, 1.0 / BEYOND_ANY)  # a wheel may slide without rolling
         creepage = groups.creep_group * xp.abs(creep_speed) / (rolling * most)
         by_force = xp.abs(ratio)
         return xp.where(creepage > by_force, creepage, by_force)
@@ -421,7 +421,7 @@ class RotaryLinearIVT:
     def _ratio_with_flow_loss(
         self, xp: Any, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array, sliding: Array
     ) -> tuple[Array, Array]:
-        """Force ratio at which the link has a prescribed speed under a law with a flow loss; `sliding` beyond slip."""
+        """Force ratio for a prescribed link speed under a law with a flow loss; `sliding` beyond slip."""
         cosine, sine = steering.cosine, steering.sine
         spin = xp.sign(omega)
         surface_speed = self.cylinder_radius * xp.abs(omega)
@@ -464,9 +464,9 @@ class RotaryLinearIVT:
 def _check_angle(xp: Any, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:
     """The steering angle found must give the speed asked for; without this a wrong one would hide in the creep loss.
 
-    `give` is the link speed by force ratio: next to slip a law that only tends to it makes much of the ratio's rounding.
+    `give` is the derivative of link speed by force ratio: near slip, an asymptotic law amplifies the rounding of the ratio.
     """
     if xp.__name__ != "numpy" or not xp.any(rolls & (xp.abs(rest) > _SPEED_TOLERANCE * scale)):
         return
     if xp.any(rolls & (xp.abs(rest) > _SPEED_TOLERANCE * scale + _ROUNDING * give())):
-        raise AuditError("the steering angle found does not give the link speed asked for")
+        raise AuditError("the computed steering angle does not give the requested link speed")

@@ -1,4 +1,4 @@
-"""A drive set up for a scenario: its graph, what acts on it, where it begins, and its controllers."""
+"""A drive set up for a scenario: its graph, inputs, initial states and controllers."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from infinivar.motion.scenario import Scenario
 from infinivar.parts.motor import Motor
 
 _MOST_SAMPLES = 1e7
-"""Of a run: hours of computing."""
+"""Most controller samples in a run; more would take hours."""
 
 _HEAVY = 1e6
-"""A load that friction cannot hold. [N]"""
+"""Load that friction cannot hold. [N]"""
 
 _TRUSTED = 0.99
-"""Share of the friction at rest on which a controller counts: with all of it the load would begin to slide."""
+"""Fraction of the friction at rest that a controller relies on; with all of it the load would begin to slide."""
 
 
 @dataclass(frozen=True, slots=True)
 class Machine:
-    """A graph with what drives it: inputs from outside, initial states, and the controller."""
+    """A graph with its external inputs, initial states and controller."""
 
     graph: BondGraph
     inputs: Mapping[str, float | Input]
@@ -61,17 +61,18 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    drive : CoboticDrive or ConventionalDrive   With the inertias that motion requires.
     scenario : Scenario
 
     Returns
     -------
-    Machine   A cylinder that runs has its speed and the current that keeps it; a controlled link moves as its motion begins.
+    Machine   A running cylinder starts at its speed, with the current that maintains it; a controlled link starts with the
+        position and speed of its motion.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion needs, or the scenario asks for what the drive has not (a steered wheel).
+        If a value that motion requires is missing, or the scenario requires a part that the drive lacks (a steered wheel).
     """
     if scenario.duration * drive.control.sample_rate > _MOST_SAMPLES:
         longest = _MOST_SAMPLES / drive.control.sample_rate
@@ -112,7 +113,7 @@ def _held_angle(scenario: Scenario) -> float | None:
     if scenario.steering == "controlled":
         if scenario.link == "free":
             raise ParameterError(
-                "steering = 'controlled' has nothing to follow with link = 'free'; lock, decouple or hold it"
+                "steering = 'controlled' has no motion to follow with link = 'free'; use locked, decoupled or held"
             )
         return None
     return {"locked": 0.0, "decoupled": 0.5 * math.pi, "held": scenario.steering_angle}[scenario.steering]
@@ -179,7 +180,7 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         ("cylinder", scenario.cylinder, "running"),
     ):
         if value != usual:
-            raise ParameterError(f"{field} = {value!r} needs a cobotic drive; this one is conventional")
+            raise ParameterError(f"{field} = {value!r} requires a cobotic drive; this drive is conventional")
     stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
     graph = plants.conventional_graph(
         drive,
@@ -216,7 +217,7 @@ def _conventional_controller(
     rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
     gain = motor.torque_constant * ratio / radius
     gear = _gear_friction(drive, gain)
-    # Controllers sample: however soon friction sticks, they take less than this as hardly moving.
+    # Sampled controllers cannot resolve lower speeds, regardless of the stick speed.
     hardly = max(stick_speed, plants.STICK_SPEED)
     return controllers.ConventionalController(
         sample_time=1.0 / settings.sample_rate,
@@ -270,7 +271,7 @@ def _standstill(error: float, stick_speed: float, slow: float) -> controllers.St
 
 
 def _holding(drive: ConventionalDrive, current: float) -> float:
-    """Current that, with the help of friction, holds what takes another current without it. [A]"""
+    """Holding current with the help of friction, given the holding current without it. [A]"""
     motor = drive.motor
     force = current * motor.torque_constant * drive.gearhead.ratio / drive.pulley.radius
     helped = float(drive.operate(speed=0.0, force=force).states["motor_current_A"])

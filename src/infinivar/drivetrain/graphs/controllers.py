@@ -1,9 +1,10 @@
-"""Controllers that a real machine would have, sampled at a rate, with limited current.
+"""Sampled controllers with limited current, as in a real machine.
 
-A loop's bandwidth places its poles: the cylinder's speed loop and the steering's position loop follow from the inertias
-and torque constants, so that a study gives one number a loop. Integral action hunts for ever against Coulomb friction: it
-builds up until the part breaks away, and overshoots. So the loops that move the load feed the known friction forward, and
-where the motion is to stand still, they leave the load at rest once it is near enough, and friction holds what it can.
+The bandwidth of a loop places its poles. Inertias and torque constants then determine the gains of the cylinder's speed loop
+and of the steering position loop, so a study gives one number per loop. Integral action against Coulomb friction causes a
+limit cycle: the integral builds up until the part breaks away, and overshoots. Therefore the loops that move the load feed
+the known friction forward. Where the motion stands still, they leave the load at rest once it is within the permitted error,
+and friction holds what it can.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from infinivar.motion.motion import Motion, MotionState
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop:
-    """PI control with limited output: the integral stops where the output is cut off."""
+    """PI controller with limited output and anti-windup: the integral stops while the output is limited."""
 
     proportional: float
     integral: float
@@ -26,7 +27,7 @@ class Loop:
     def act(
         self, error: float, memory: float, period: float, ahead: Callable[[float], float] = lambda grown: grown
     ) -> tuple[float, float]:
-        """Output and new integral; `memory` is the integral so far, `ahead` what is given for it, with what is fed forward."""
+        """Output and new integral; `memory` is the integral so far, `ahead` maps it to the output with feedforward."""
         grown = memory + self.integral * error * period
         wanted = self.proportional * error + ahead(grown)
         output = min(max(wanted, -self.limit), self.limit)
@@ -41,10 +42,9 @@ def speed_loop(bandwidth: float, inertia: float, gain: float, limit: float) -> L
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Servo:
-    """Position servo of an inertia with known friction: two poles at the bandwidth, and no integral that could hunt.
+    """Position servo of an inertia with known friction: two poles at the bandwidth, no integral action.
 
-    The friction's current (`friction` [A]) is given in the direction wanted, in full from the speed `full_speed` [rad s^-1]
-    on.
+    Friction feedforward (`friction` [A]) acts in the commanded direction, in full from the speed `full_speed` [rad s^-1] on.
     """
 
     proportional: float
@@ -68,7 +68,7 @@ class Servo:
         )
 
     def act(self, error: float, speed: float, wanted_speed: float) -> float:
-        """Current for an angle's error, its speed, and that of the angle wanted. [rad], [rad s^-1]"""
+        """Current for an angle error, the angular speed and the commanded speed. [rad], [rad s^-1]"""
         heading = wanted_speed + self.proportional / self.damping * error
         current = (
             self.proportional * error
@@ -84,10 +84,10 @@ def _share(value: float, full: float) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Standstill:
-    """When a load is stopped, and left at rest: its goal stands still, it is near it, and it hardly moves. [m], [m s^-1]
+    """Conditions under which a load is left at rest: stationary goal, small error, negligible speed. [m], [m s^-1]
 
-    A load at rest stays so until its goal moves, or until it has drifted twice as far or slides: friction that holds lets it
-    creep a little.
+    A load at rest remains so until its goal moves, or its error doubles, or it slides: friction that holds it still lets it
+    creep slightly.
     """
 
     error: float
@@ -100,17 +100,17 @@ class Standstill:
         return abs(goal.speed) <= self.sliding and abs(goal.position - position) <= room * self.error
 
     def still(self, rests: bool, speed: float) -> bool:
-        """Whether it hardly moves."""
+        """Whether its speed is negligible."""
         return abs(speed) <= (self.sliding if rests else self.slow)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoboticController:
-    """Cylinder at constant speed, steering servo, and the link's position loop, which asks for steering angles.
+    """Cylinder at constant speed, steering servo, and the link's position loop, which commands steering angles.
 
-    The link follows where the wheel points: ``ldot = -R omega tan(phi)``. Its loop asks for the speed of the motion and a
-    correction in proportion to the position error, and for the angle that gives that speed. While the link is left at
-    rest the wheel stays as it is, held by friction.
+    The wheel's direction sets the link speed: ``ldot = -R omega tan(phi)``. The position loop commands the angle for the speed
+    of the motion plus a correction proportional to the position error. While the link is left at rest, friction holds the
+    wheel at its angle.
     """
 
     sample_time: float
@@ -148,7 +148,7 @@ class CoboticController:
             return self.held_angle, 0.0, False
         surface = self._surface(measured["omega"])
         if self.standstill.near(rests, goal, measured["l"]):
-            # The angle at which the link would stand, creep and all, is as far off as the link still moves.
+            # The angle at which the link stands still, including creep, differs by the angle of the remaining link speed.
             standing = measured["phi"] + math.atan(measured["ldot"] / surface)
             return standing, 0.0, self.standstill.still(rests, measured["ldot"])
         slope = -(goal.speed + self.link_gain * (goal.position - measured["l"])) / surface
@@ -159,18 +159,19 @@ class CoboticController:
         return angle, change / (1.0 + slope * slope), False
 
     def _surface(self, cylinder_speed: float) -> float:
-        """Speed of the cylinder's surface; one that hardly turns moves nothing, and is not steered after. [m s^-1]"""
+        """Surface speed of the cylinder, with a lower bound so that a nearly stationary cylinder gives no angle. [m s^-1]"""
         turning = max(abs(cylinder_speed), 0.05 * abs(self.cylinder_speed))
         return math.copysign(self.surface_radius * turning, self.cylinder_speed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConventionalController:
-    """Speed loop of the load at the motor, under a position loop.
+    """Position loop of the load with an inner speed loop.
 
-    Inertia and friction at the load (`inertia` [A s^2 m^-1], `friction` [A]) and at the motor (`rotor`, `motor_friction`) are
-    fed forward, with what the gear passes on while it drives and while it is driven (`driving`, `driven` [-]), so that the
-    integral comes to the force from outside. While the load is left at rest the motor gives what friction does not hold of it.
+    Inertia and friction of the load (`inertia` [A s^2 m^-1], `friction` [A]) and of the motor (`rotor`, `motor_friction`) are
+    fed forward, multiplied by the gear's factors while it drives and while it is backdriven (`driving`, `driven` [-]), so that
+    the integral converges to the external force. While the load is left at rest, the motor supplies what friction does not
+    hold.
     """
 
     sample_time: float
@@ -186,7 +187,7 @@ class ConventionalController:
     path: Motion | None
     standstill: Standstill
     holding: Callable[[float], float]
-    """Current that holds the load at rest with the help of friction, of the current without it. [A]"""
+    """Maps the holding current without friction to the holding current with it. [A]"""
     output: str
 
     def start(self, measured: Mapping[str, float]) -> tuple[float, float | None]:
@@ -196,7 +197,7 @@ class ConventionalController:
     def sample(
         self, time: float, measured: Mapping[str, float], memory: tuple[float, float | None]
     ) -> tuple[dict[str, float], tuple[float, float | None]]:
-        """Motor current from speed and position of the load; none where nothing is to be followed."""
+        """Motor current from speed and position of the load; zero without a motion to follow."""
         if self.path is None:
             return {self.output: 0.0}, memory
         goal = self.path.at(time)
@@ -212,7 +213,7 @@ class ConventionalController:
         effort = integral + self.inertia * goal.acceleration
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
-        # A load that the gear keeps from the motor teaches the integral nothing.
+        # While a self-locking gear holds the load, the integral does not grow.
         current, integral = self.speed.act(
             wanted - measured["ldot"],
             integral,

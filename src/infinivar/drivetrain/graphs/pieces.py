@@ -1,6 +1,6 @@
-"""Pieces of bond graphs that plants share: the electrical side of a motor, gears, friction, a load.
+"""Bond-graph components shared by the plants: the electrical side of a motor, gears, friction, a load.
 
-Each gives elements, chains of bonds between them, and signals.
+Each function returns elements, chains of bonds between them, and signals.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from infinivar.parts.gearhead import Gearhead, proportional_friction
 from infinivar.parts.motor import Motor
 
 Electrical = Literal["current", "voltage"]
-"""What the amplifier imposes: a current, as in the paper, or a voltage behind which a current loop works."""
+"""Output of the amplifier: a current, as in the paper, or a voltage controlled by a current loop."""
 
 CURRENT_LOOP = 1000.0
 """Bandwidth of the amplifier's current loop in voltage drive. [Hz]"""
@@ -35,14 +35,14 @@ def motor_terminals(
     resistance = Parameter(f"R_{tag}", motor.resistance, "ohm")
     constant = Parameter(f"K_{tag}", motor.torque_constant, "N m/A")
     lost = friction("motor_friction", f"T_{{m,{tag}}}", motor.friction_torque, "N m", stick, f"{named}motor friction")
-    hung, hung_chains = hang(rotor=(lost,))
+    attached, attached_chains = attach(rotor=(lost,))
     elements = [
         bg.one("electrical", "" if electrical == "current" else f"i_{tag}"),
         bg.resistance("winding", resistance.symbol, resistance.value, "ohm", title=f"{named}winding"),
         bg.gyrator("motor", constant.symbol, constant.value, "N m/A"),
         bg.one("rotor", rf"\omega_{{m,{tag}}}"),
         bg.inertia("J_m", f"J_{{m,{tag}}}", inertia, "kg m^2", title=f"{named}rotor"),
-        *hung,
+        *attached,
     ]
     chains = ["source > electrical > motor > rotor > J_m", "electrical > winding", *hung_chains]
     burnt = functools.partial(_amplifier_loss, amplifier)  # unlike a closure, it can be pickled
@@ -86,7 +86,7 @@ def _inverse(ratio: Array) -> Array:
 def _current_loop(
     wanted: Array, current: Array, speed: Array, resistance: Array, constant: Array, gain: Array, largest: Array
 ) -> Array:
-    """Voltage of an amplifier that controls its current, as far as the supply reaches."""
+    """Voltage of an amplifier with current control, limited to the supply voltage."""
     xp = namespace(wanted, current, speed)
     return xp.clip(resistance * wanted + constant * speed + gain * (wanted - current), -largest, largest)
 
@@ -94,7 +94,7 @@ def _current_loop(
 def gearhead(
     gearhead: Gearhead, motor: Motor, tag: str, stick: Parameter
 ) -> tuple[list[Element], list[str], list[Signal]]:
-    """Transformer of a gearhead, its loss and inertia at the motor's side."""
+    """Transformer of a gearhead, with its loss and inertia on the motor side."""
     elements = [gear("gear", f"n_{tag}", gearhead.ratio)]
     chains, signals = [], []
     if gearhead.inertia is not None:
@@ -129,15 +129,15 @@ def gear(name: str, symbol: str, ratio: float) -> Element:
 
 
 def friction(name: str, symbol: str, size: float, unit: str, stick: Parameter, title: str = "") -> Element | None:
-    """Coulomb friction; None where there is none."""
+    """Coulomb friction; None if its magnitude is zero."""
     if not size:
         return None
     parameters = {"size": Parameter(f"{{{symbol}}}^0", float(size), unit), "stick_speed": stick}
     return bg.resistance(name, symbol, coulomb, parameters=parameters, title=title)
 
 
-def hang(**places: tuple[Element | None, ...]) -> tuple[list[Element], list[str]]:
-    """Elements at junctions, by the junction's name, and their bonds; None is left out."""
+def attach(**places: tuple[Element | None, ...]) -> tuple[list[Element], list[str]]:
+    """Elements attached to junctions, given by junction name, and their bonds; skips None."""
     pairs = [(place, element) for place, elements in places.items() for element in elements if element is not None]
     return [element for _, element in pairs], [f"{place} > {element.name}" for place, element in pairs]
 
@@ -148,7 +148,7 @@ def motion_signals(of: str) -> list[Signal]:
 
 
 def load(mass: float | None, imposed_motion: bool, at: str = "output") -> tuple[list[Element], list[str]]:
-    """The 1-junction of the load with its mass, and what acts on it from outside."""
+    """The 1-junction of the load with its mass, and the source of external force or motion."""
     elements, chains = [bg.one(at, r"\dot{l}")], []
     if mass:
         elements.append(bg.inertia("load_mass", "m", mass, "kg", title="load"))

@@ -1,7 +1,7 @@
 """Bond graphs of the drive-trains: the plants of the paper's Figs 2, 6 and 11-14, from parts.
 
-Elements take the very laws of `infinivar.contact`, `infinivar.parts` and `infinivar.transmission`. Friction sticks below
-a `stick_speed` (see `infinivar.contact.friction.coulomb`), given at the link and carried over to every shaft by its ratio.
+The elements use the laws of `infinivar.contact`, `infinivar.parts` and `infinivar.transmission`. Friction sticks below a
+`stick_speed` (see `infinivar.contact.friction.coulomb`), which is stated at the link and scaled to each shaft by its ratio.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from infinivar.transmission import creepage
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 STICK_SPEED = 1e-4
-"""Speed of the link below which friction sticks, unless another is asked for. [m s^-1]"""
+"""Default link speed below which friction sticks. [m s^-1]"""
 
 CONVENTIONAL_STICK_SPEED = 1e-5
-"""The same of a conventional drive: what its motor leaves to friction for as long as a load rests creeps. [m s^-1]"""
+"""The same for a conventional drive; lower, because a load held by friction creeps as long as it rests. [m s^-1]"""
 
 
 def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
-    """The ideal element: one transformer that the steering angle modulates.
+    """The ideal element: one transformer, modulated by the steering angle.
 
     Source: faulring2006, Fig 2, Eq 1 and Eq 2.
     """
@@ -71,12 +71,12 @@ def _along(phi: Array, radius: Array) -> Array:
 
 
 def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_speed: float = STICK_SPEED) -> BondGraph:
-    """The element with its creep, rolling and bearing losses; the steering angle `phi` comes from outside.
+    """The element with its creep, rolling and bearing losses; the steering angle `phi` is an input.
 
     Parameters
     ----------
     ivt : RotaryLinearIVT
-    cylinder_speed : float   For which friction limit and bearing friction are taken. [rad s^-1]
+    cylinder_speed : float   Speed at which friction limit and bearing friction are evaluated. [rad s^-1]
     stick_speed : float      [m s^-1]
 
     Returns
@@ -86,7 +86,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
     Raises
     ------
     ParameterError
-        If the creep law is no law of force and creepage ("faulring").
+        If the creep law has a flow loss ("faulring").
 
     Source: faulring2006, Fig 6, in passive form.
     """
@@ -103,7 +103,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
     def rolling(name: str, symbol: str, torque: Array, title: str) -> Element | None:
         return pieces.friction(name, symbol, float(torque) / ivt.wheel_radius, "N", stick, title)
 
-    hung, chains = pieces.hang(
+    attached, chains = pieces.attach(
         rolling=(
             rolling("hysteresis", r"f_{in}", groups.rolling_torque, "rolling"),
             rolling("axle", r"f_{wa}", groups.bearing_torque, "bearing"),
@@ -148,18 +148,18 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
 def steering_plant(
     drive: CoboticDrive, *, electrical: Electrical = "current", stick_speed: float = STICK_SPEED
 ) -> BondGraph:
-    """Steering motor, its gear without loss, and the bell with its friction; measures the steering angle `phi`.
+    """Steering motor, lossless gear, and the bell with its friction; measures the steering angle `phi`.
 
     Raises
     ------
     ParameterError
-        If a value is missing that motion needs; the message names the field.
+        If a value that motion requires is missing; the message names the field.
 
     Source: faulring2006, Fig 11.
     """
     steering = drive.steering
     if steering is None:
-        raise ParameterError("steering is missing: simulation in time needs the steering plant")
+        raise ParameterError("steering is missing: time-domain simulation needs the steering plant")
     friction = steering.friction_torques(drive.transmission)
     turning = stick_speed / drive.transmission.wheel_radius
     stick = Parameter(r"\varepsilon_s", turning, "rad/s")
@@ -167,7 +167,7 @@ def steering_plant(
     elements, chains, signals = pieces.motor_terminals(
         steering.motor, drive.steering_amplifier, "s", electrical, motor_stick, "steering", "steering."
     )
-    hung, hung_chains = pieces.hang(
+    attached, attached_chains = pieces.attach(
         bell=(
             pieces.friction("bell_bearing", r"T_{bell}", friction["bell"], "N m", stick, "steering bearing"),
             pieces.friction("patch", r"T_{shear}", friction["patch"], "N m", stick, "steering patch"),
@@ -180,9 +180,9 @@ def steering_plant(
             bg.inertia("J_b", "J_b", steering.bell_inertia, "kg m^2", title="bell"),
             *elements,
             pieces.gear("gear", "n_s", steering.ratio),
-            *hung,
+            *attached,
         ],
-        [*chains, "rotor > gear > bell > J_b", *hung_chains],
+        [*chains, "rotor > gear > bell > J_b", *attached_chains],
         [
             *signals,
             Signal(name="phi", symbol=r"\phi", of="bell", integral=True),
@@ -203,7 +203,7 @@ def cylinder_plant(
     Raises
     ------
     ParameterError
-        If a value is missing that motion needs; the message names the field.
+        If a value that motion requires is missing; the message names the field.
 
     Source: faulring2006, Fig 12.
     """
@@ -231,7 +231,7 @@ def link_plant(drive: CoboticDrive, *, stick_speed: float = STICK_SPEED) -> Bond
 
     Returns
     -------
-    BondGraph   Open at its 1-junction "link", to the transmission and to the load.
+    BondGraph   Open at its 1-junction "link", which connects to the transmission and the load.
 
     Raises
     ------
@@ -243,13 +243,13 @@ def link_plant(drive: CoboticDrive, *, stick_speed: float = STICK_SPEED) -> Bond
     mass = needed(drive.link_mass, "link_mass")
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
     drag = drive.guideway.friction_force(drive.transmission.preload)
-    hung, chains = pieces.hang(link=(pieces.friction("guideway", r"f_{lg}", drag, "N", stick),))
+    attached, chains = pieces.attach(link=(pieces.friction("guideway", r"f_{lg}", drag, "N", stick),))
     return BondGraph(
         "Link plant",
         [
             bg.one("link", r"\dot{l}"),
             bg.inertia("m_l", "m_l", mass, "kg", title="link"),
-            *hung,
+            *attached,
         ],
         ["link > m_l", *chains],
         pieces.motion_signals("link"),
@@ -264,24 +264,24 @@ def cobotic_graph(
     imposed_motion: bool = False,
     stick_speed: float = STICK_SPEED,
 ) -> BondGraph:
-    """The whole cobotic system: four plants, a load, and a force or a motion from outside.
+    """The complete cobotic system: four plants, a load, and an external force or motion.
 
     Parameters
     ----------
-    drive : CoboticDrive      With `cylinder_inertia`, `link_mass`, the motors' inertia and `steering`.
+    drive : CoboticDrive      Requires `cylinder_inertia`, `link_mass`, the motors' inertia and `steering`.
     load_mass : float         Mass of the load; None for none. [kg]
     electrical                "current" or "voltage".
-    imposed_motion : bool     Whether the load is moved at a given speed ("motion") rather than pushed by a force ("force").
-    stick_speed : float       Of the link, below which friction sticks. [m s^-1]
+    imposed_motion : bool     Whether the external input is a speed ("motion") rather than a force ("force").
+    stick_speed : float       Link speed below which friction sticks. [m s^-1]
 
     Returns
     -------
-    BondGraph   Its inputs: cylinder and steering current, force or motion.
+    BondGraph   With inputs for cylinder and steering current, and force or motion.
 
     Raises
     ------
     ParameterError
-        If a value is missing that motion needs; the message names the field.
+        If a value that motion requires is missing; the message names the field.
 
     Source: faulring2006, Fig 10.
     """
@@ -308,7 +308,7 @@ def conventional_graph(
     imposed_motion: bool = False,
     stick_speed: float = CONVENTIONAL_STICK_SPEED,
 ) -> BondGraph:
-    """The conventional system; arguments as of `cobotic_graph`.
+    """The conventional system; arguments as in `cobotic_graph`.
 
     Source: faulring2006, Fig 14.
     """
@@ -322,7 +322,7 @@ def conventional_graph(
     pulley_stick = Parameter(r"\varepsilon_p", shaft, "rad/s")
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
     gpc = drive.output_inertia
-    hung, hung_chains = pieces.hang(
+    attached, attached_chains = pieces.attach(
         pulley=(
             None if gpc is None else bg.inertia("J_gpc", "J_{gpc}", gpc, "kg m^2", title="pulley"),
             pieces.friction("pulley_friction", "T_p", drive.pulley.friction_torque, "N m", pulley_stick, "pulley"),
@@ -333,7 +333,7 @@ def conventional_graph(
         "Conventional system",
         [
             *load,
-            *hung,
+            *attached,
             *elements,
             *gear,
             bg.one("pulley", r"\omega_p"),
@@ -342,7 +342,7 @@ def conventional_graph(
         [
             *chains,
             "rotor > gear > pulley > r_pulley > load",
-            *hung_chains,
+            *attached_chains,
             *gear_chains,
             *load_chains,
         ],
@@ -358,18 +358,18 @@ def plant_graph(
     Parameters
     ----------
     drive : CoboticDrive or ConventionalDrive
-    plant : str           "system"; of a cobotic drive also "lossless", "transmission", "steering", "cylinder", "link".
+    plant : str           "system"; for a cobotic drive also "lossless", "transmission", "steering", "cylinder", "link".
     electrical : str      "current" or "voltage".
     load_mass : float     Mass of the load in the system; None for none. [kg]
 
     Returns
     -------
-    BondGraph   Complete: sources stand for the neighbours of a plant.
+    BondGraph   Complete: sources replace the neighbours of a plant.
 
     Raises
     ------
     ParameterError
-        If there is no such plant or electrical side, or the drive lacks a value that motion needs.
+        If the plant or electrical side is unknown, or a value that motion requires is missing.
 
     Source: those of the plants of this module.
     """
@@ -392,7 +392,7 @@ def plant_graph(
     return _closed(makers[plant](), _NEIGHBOURS.get(plant, {}))
 
 
-# What a plant's neighbours decide at its open junctions, and whether they take power there.
+# Sources that replace a plant's neighbours at its open junctions, and whether they take up power there.
 _NEIGHBOURS: dict[str, dict[str, tuple[Element, bool]]] = {
     "lossless": {
         "surface": (bg.flow_source("from_cylinder", r"\omega"), False),
@@ -417,7 +417,7 @@ def _closed(graph: BondGraph, neighbours: Mapping[str, tuple[Element, bool]]) ->
 
 
 def _turn(name: str, symbol: str, law: Callable[..., Array], parameters: dict[str, Parameter]) -> Element:
-    """One of the transformers that turn velocities from cylinder and link to the wheel's own directions."""
+    """Transformer from a velocity of cylinder or link to one of the wheel's directions."""
     return bg.transformer(name, symbol, law, signals=("phi",), parameters=parameters)
 
 
