@@ -50,7 +50,7 @@ def _usable_streams() -> None:
 
 
 def flush() -> None:
-    """Hand over what was printed. A reader that has gone, such as head, wants no more: that is no failure."""
+    """Flush stdout. A closed pipe, as after head, is not an error."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:

@@ -241,7 +241,7 @@ def _misspelt(unit: str, si_unit: str) -> str | None:
     if re.search("[Hh](ert)?z", unit):
         return f"must name the angle, which {unit!r} does not"
     if si_unit in ("rad", "rad/s") and not _NAMES_AN_ANGLE.search(unit):
-        # 1/s and Hz convert to rad/s as if a turn were a radian: too likely a mistake to let through.
+        # pint converts 1/s and Hz to rad/s as if a turn were a radian, which is most likely a mistake.
         choices = "rpm, rev/s, deg/s or rad/s" if si_unit == "rad/s" else "deg, rad or rev"
         return f"must name the angle ({choices})"
     return None

@@ -49,7 +49,7 @@ class ElementEnergy(NamedTuple):
 
 @result
 class Trajectory(Result):
-    """Motion of a graph; arrays over time, SI.
+    """Simulated motion of a graph; arrays over time, SI.
 
     Attributes
     ----------

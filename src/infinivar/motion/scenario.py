@@ -85,7 +85,7 @@ class Scenario(Task):
         if self.link == "free" and self.motion is not None:
             raise ParameterError("motion does not apply with link = 'free'; remove it")
         if self.link == "imposed" and self.force is not None:
-            raise ParameterError("force means nothing with link = 'imposed': the motion is given; leave it out")
+            raise ParameterError("force does not apply with link = 'imposed', where the motion is given; remove it")
         if self.link == "imposed" and isinstance(self.motion, Step):
             raise ParameterError("motion.shape = 'step' cannot be imposed: it needs an infinite force; use reach")
         if self.link == "controlled" and self.steering != "controlled" and self.motion is not None:

@@ -97,7 +97,7 @@ def _misfits(tree: Raw, own: Mapping[str, Key], shape: str, path: str) -> Iterat
             yield f"{path}.{name} is missing: shape = {shape!r} needs it"
     for name in tree:
         if name not in own and name != SHAPE:
-            yield f"{path}.{name} means nothing with shape = {shape!r}; leave it out"
+            yield f"{path}.{name} does not apply with shape = {shape!r}; remove it"
 
 
 def _values(known: Mapping[str, Key], tree: Raw, path: str, faults: list[str]) -> dict[str, Entry]:

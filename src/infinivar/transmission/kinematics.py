@@ -63,7 +63,7 @@ class Steering:
 
     @classmethod
     def at_angle(cls, xp: Any, angle: Array) -> Steering:
-        """From an angle, right angles included."""
+        """From an angle, including right angles."""
         cosine, sine = xp.cos(angle), xp.sin(angle)
         right = xp.abs(cosine) < RIGHT_ANGLE
         safe = xp.where(right, 1.0, cosine)
@@ -72,7 +72,7 @@ class Steering:
 
     @classmethod
     def at_tangent(cls, xp: Any, tangent: Array) -> Steering:
-        """From a finite tangent, or nan."""
+        """From a tangent, finite or nan."""
         secant = xp.sqrt(1.0 + tangent * tangent)
         cosine = 1.0 / secant
         return cls(cosine, tangent * cosine, tangent, secant)

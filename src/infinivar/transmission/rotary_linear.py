@@ -410,7 +410,7 @@ class RotaryLinearIVT:
     def _slip_demand(
         self, xp: Any, groups: LossGroups, ratio: Array, creep_speed: Array, rolling_speed: Array
     ) -> Array:
-        """How near the wheel is to sliding: by its lateral force or by its creepage, whichever is nearer; 1 is slip."""
+        """Demand over allowance for slip: the larger of lateral force and creepage relative to slip; 1 is the slip limit."""
         most = groups.slip_creepage(self.creep_law) * (1.0 + _ROUNDED)
         rolling = xp.abs(rolling_speed)
         rolling = xp.where(rolling > 0, rolling, 1.0 / BEYOND_ANY)  # a wheel may slide without rolling

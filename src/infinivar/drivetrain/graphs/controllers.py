@@ -95,7 +95,7 @@ class Standstill:
     sliding: float
 
     def near(self, rests: bool, goal: MotionState, position: float) -> bool:
-        """Whether the load is to be stopped where it is; `rests` says whether it was left at rest so far."""
+        """Whether to stop the load at its position; `rests` is whether it has been left at rest so far."""
         room = 2.0 if rests else 1.0
         return abs(goal.speed) <= self.sliding and abs(goal.position - position) <= room * self.error
 
@@ -143,7 +143,7 @@ class CoboticController:
         return dict(zip(self.outputs, (cylinder, steering), strict=True)), (drive, rests)
 
     def steer(self, goal: MotionState, measured: Mapping[str, float], rests: bool) -> tuple[float, float, bool]:
-        """Steering angle wanted [rad], its speed [rad s^-1], and whether the link is left at rest with the wheel as it is."""
+        """Commanded steering angle [rad] and rate [rad s^-1], and whether link and wheel are left at rest."""
         if self.held_angle is not None:
             return self.held_angle, 0.0, False
         surface = self._surface(measured["omega"])

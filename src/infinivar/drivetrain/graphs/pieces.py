@@ -44,7 +44,7 @@ def motor_terminals(
         bg.inertia("J_m", f"J_{{m,{tag}}}", inertia, "kg m^2", title=f"{named}rotor"),
         *attached,
     ]
-    chains = ["source > electrical > motor > rotor > J_m", "electrical > winding", *hung_chains]
+    chains = ["source > electrical > motor > rotor > J_m", "electrical > winding", *attached_chains]
     burnt = functools.partial(_amplifier_loss, amplifier)  # unlike a closure, it can be pickled
     if electrical == "current":
         return [bg.flow_source("source", f"I_{tag}", losses=burnt, title=f"{named}supply"), *elements], chains, []
@@ -75,7 +75,7 @@ def motor_terminals(
 
 
 def _amplifier_loss(amplifier: Amplifier, power: Array, **given: Array) -> dict[str, Array]:
-    """What the amplifier loses at a motor power; in voltage drive the loop's parameters come along."""
+    """Loss in the amplifier as a function of motor power; in voltage drive it is passed the loop's parameters as well."""
     return {"amplifier": amplifier.supply(power)[1]}
 
 
@@ -124,7 +124,7 @@ def gearhead(
 
 
 def gear(name: str, symbol: str, ratio: float) -> Element:
-    """Reduction: the shaft behind it turns `ratio` times more slowly."""
+    """Reduction gear: the output shaft turns slower by `ratio`."""
     return bg.transformer(name, symbol, _inverse, parameters={"ratio": Parameter(symbol, ratio)})
 
 

@@ -130,7 +130,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
                 losses=_shares,
                 title="creep",
             ),
-            *hung,
+            *attached,
         ],
         [
             "surface > surface_across > lateral",
