@@ -111,8 +111,8 @@ def test_a_gear_that_loses_a_share_is_solved_exactly(study, loss):
     """With both laws the torque into the gear balances motor, friction and rotor to rounding, driving and driven."""
     import numpy as np
 
-    from infinivar.bondgraph.code import FloatNamespace
     from infinivar.bondgraph.model import model
+    from infinivar.bondgraph.namespaces import FloatNamespace
 
     name = {"coulomb": "cobotic", "proportional": "cobotic-b"}[loss]
     graph = plants.cobotic_graph(study.drives[name], load_mass=0.8)

@@ -18,11 +18,11 @@ from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import model as models
 from infinivar.bondgraph import solver as solving
 from infinivar.bondgraph.causality import assign
-from infinivar.bondgraph.code import FloatNamespace, casadi_namespace
 from infinivar.bondgraph.describe import latex, text
 from infinivar.bondgraph.equations import derive
 from infinivar.bondgraph.graph import Bond, BondGraph, BondGraphError, Parameter, Signal, join
 from infinivar.bondgraph.model import model
+from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
 from infinivar.bondgraph.solver import solve
 from infinivar.bondgraph.steppers import stepper
 from infinivar.bondgraph.trace import Traced, clip, trace

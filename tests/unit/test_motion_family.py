@@ -199,8 +199,8 @@ def test_other_data_are_another_study(tmp_path):
         (
             "[duty.d]\nshape = 'hold'\ntime = '1 s'\npause = '1 s'\nshare = 0.5",
             [
-                "duty.d.pause means nothing with shape = 'hold'; leave it out",
-                "duty.d.share means nothing with shape = 'hold'; leave it out",
+                "duty.d.pause does not apply with shape = 'hold'; remove it",
+                "duty.d.share does not apply with shape = 'hold'; remove it",
             ],
         ),
         (

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from infinivar.bondgraph.code import casadi_namespace
 from infinivar.bondgraph.graph import BondGraphError
 from infinivar.bondgraph.inputs import Input
 from infinivar.bondgraph.model import Model
+from infinivar.bondgraph.namespaces import casadi_namespace
 
 
 def stepper(

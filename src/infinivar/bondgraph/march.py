@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.bondgraph.code import FloatNamespace
 from infinivar.bondgraph.graph import BondGraphError
 from infinivar.bondgraph.inputs import Constant, Controller, Input
 from infinivar.bondgraph.model import Model
+from infinivar.bondgraph.namespaces import FloatNamespace
 
 _SAME_TIME = 1e-9
 """Instants closer than this, relative to the duration, are equal: a sample and an output time that differ by rounding."""

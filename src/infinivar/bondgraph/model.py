@@ -14,8 +14,9 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from infinivar.bondgraph.code import FloatNamespace, compiled
+from infinivar.bondgraph.code import compiled
 from infinivar.bondgraph.graph import BondGraph
+from infinivar.bondgraph.namespaces import FloatNamespace
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

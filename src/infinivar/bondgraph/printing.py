@@ -8,8 +8,8 @@ from typing import Any
 import sympy
 from sympy.printing.pycode import AbstractPythonCodePrinter
 
-from infinivar.bondgraph.code import FUNCTIONS
 from infinivar.bondgraph.graph import BondGraphError
+from infinivar.bondgraph.namespaces import FUNCTIONS
 
 _ATOM = 1000
 """Precedence of names and numbers: anything else gets parentheses."""

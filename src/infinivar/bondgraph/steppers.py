@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from infinivar.bondgraph.code import FloatNamespace
 from infinivar.bondgraph.graph import BondGraphError
 from infinivar.bondgraph.inputs import Constant, Input
 from infinivar.bondgraph.model import Model
+from infinivar.bondgraph.namespaces import FloatNamespace
 
 Method = Literal["LSODA", "Radau", "BDF", "CVODES"]
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.simulate import Simulation, simulate
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.motion.motion import MotionState
+from infinivar.motion.repeated import Repeated
 from infinivar.motion.scenario import Scenario
 from infinivar.transmission.rates import Varying
 from infinivar.units import percent, plain, signed
@@ -38,49 +38,6 @@ _NAMED = 4
 def _places(size: float) -> int:
     """Decimals that show two digits of a number."""
     return max(0, 1 - math.floor(math.log10(size))) if 0.0 < size < math.inf else 0
-
-
-class Repeated:
-    """A motion or force of a duty cycle for a scenario: a periodic cubic spline, quick at single instants."""
-
-    shape: ClassVar[str] = "duty cycle"
-    breaks: Sequence[float] = ()
-
-    def __init__(self, period: float, values: np.ndarray, begin: float) -> None:
-        """From a time `begin` [s] of the cycle on."""
-        from scipy.interpolate import CubicSpline
-
-        self.period: float = period
-        self.step: float = period / len(values)
-        self.begin: float = begin
-        nodes = np.arange(len(values) + 1) * self.step
-        self.pieces: list[list[float]] = CubicSpline(
-            nodes, np.append(values, values[0]), bc_type="periodic"
-        ).c.T.tolist()
-
-    def __eq__(self, other: object) -> bool:
-        """Whether the other repeats the same spline from the same time on."""
-        return isinstance(other, Repeated) and vars(self) == vars(other)
-
-    def at(self, time: float) -> MotionState:
-        """Value and its first two derivatives at a time [s]."""
-        since = (self.begin + time) % self.period
-        place = min(int(since / self.step), len(self.pieces) - 1)
-        s = since - place * self.step
-        cubic, square, linear, constant = self.pieces[place]
-        return MotionState(
-            constant + s * (linear + s * (square + s * cubic)),
-            linear + s * (2.0 * square + 3.0 * s * cubic),
-            2.0 * square + 6.0 * s * cubic,
-        )
-
-    def value(self, time: float) -> float:
-        """Force at a time. [N]"""
-        return self.at(time)[0]
-
-    def rate(self, time: float) -> float:
-        """Slope of the force over time. [N s^-1]"""
-        return self.at(time)[1]
 
 
 @result
