@@ -35,6 +35,7 @@ SHARED = {"test_compare.py", "test_duty.py", "test_pages.py", "test_reproduce.py
 """Files of tests/cli that read the same results of slow commands."""
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items):
     """Each file goes to one worker, whose fixtures it shares; files that read the same results of commands go together."""
     for item in items:
