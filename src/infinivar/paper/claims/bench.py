@@ -1,4 +1,4 @@
-"""Two drives and a mass to shake: maps on the planes that claims are judged on, and values that the paper leaves open."""
+"""Two drives that shake a mass: dynamic maps for judging claims, and the values that the paper leaves open."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from infinivar.parts.linear import Guideway
 
 
 class Pair(NamedTuple):
-    """Maps of the two drives that Fig 17 compares, and how its axes count."""
+    """Maps of the two drives that Fig 17 compares, and the scale of the frequency axis."""
 
     cobotic: DynamicMap
     conventional: DynamicMap
@@ -28,23 +28,23 @@ class Pair(NamedTuple):
 
     @property
     def weight(self) -> np.ndarray:
-        """Area of each cell, up to a factor: frequencies are sampled in equal steps of their logarithm."""
+        """Relative area of each cell; the frequencies are equally spaced in their logarithm."""
         steps = self.cobotic.frequency if self.frequency_axis == "linear" else np.ones_like(self.cobotic.frequency)
         return np.broadcast_to(steps[:, None], self.cobotic.works.shape)
 
     @property
     def below(self) -> np.ndarray:
-        """Cells below 10 Hz and above 10 % of the maximum power, where one drive at least works."""
+        """Cells below 10 Hz and above 10 % of the maximum power in which at least one drive works."""
         plane = (self.cobotic.frequency < 10.0)[:, None] & (self.cobotic.fraction > 0.1)[None, :]
         return plane & (self.cobotic.works | self.conventional.works)
 
     def mean(self, values: np.ndarray, where: np.ndarray) -> float:
-        """Mean by area over some cells, nan if there are none."""
+        """Area-weighted mean over the selected cells; nan if none is selected."""
         weight = self.weight[where]
         return float(np.average(np.asarray(values)[where], weights=weight)) if weight.size else float("nan")
 
     def median(self, values: np.ndarray, where: np.ndarray) -> float:
-        """Median by area over some cells, nan if there are none."""
+        """Area-weighted median over the selected cells; nan if none is selected."""
         known, weight = np.asarray(values)[where], self.weight[where]
         if not known.size:
             return float("nan")
@@ -54,7 +54,7 @@ class Pair(NamedTuple):
 
 
 class Bench(NamedTuple):
-    """A cobotic and a conventional drive, and a mass to shake."""
+    """A cobotic and a conventional drive, and the mass that they shake."""
 
     cobotic: CoboticDrive
     conventional: ConventionalDrive
@@ -63,11 +63,11 @@ class Bench(NamedTuple):
 
     @classmethod
     def of(cls, machine: Machine, name: str = "cobotic") -> Bench:
-        """One of the machine's cobotic drives and Motor 2's."""
+        """The bench with one of the machine's cobotic drives and the Motor 2 drive."""
         return cls(machine.cobotic(name), machine.conventional("motor2-gear4"), machine.power, machine.load_mass)
 
     def moved(self, parameter: str, factor: float) -> Bench:
-        """The same with a parameter multiplied by a factor."""
+        """The bench with one parameter multiplied by a factor."""
         return MOVES[parameter].move(self, factor)
 
     def pair(
@@ -78,7 +78,7 @@ class Bench(NamedTuple):
         power_axis: Scale = "linear",
         frequency_axis: Scale = "logarithmic",
     ) -> Pair:
-        """Maps of both drives."""
+        """Dynamic maps of both drives."""
         cobotic, conventional = (
             plane_map(drive, self.power, self.load_mass, definition, cells, power_axis)
             for drive in (self.cobotic, self.conventional)
@@ -87,7 +87,7 @@ class Bench(NamedTuple):
 
 
 class Move(NamedTuple):
-    """A value that the paper leaves open: what it is, and a bench on which it is multiplied by a factor."""
+    """A value that the paper leaves open: its name and unit, how to read it from a bench, and how to multiply it by a factor."""
 
     words: str
     unit: str
@@ -134,35 +134,35 @@ def with_bell_friction(drive: CoboticDrive, factor: float) -> CoboticDrive:
 
 
 def patch_friction(drive: CoboticDrive) -> float:
-    """Torque that turns the contact patch on the spot: its size times its sliding friction. [N m]"""
+    """Torque to turn the contact patch on the spot, from its size and sliding friction. [N m]"""
     return float(_steering(drive).friction_torques(drive.transmission)["patch"])
 
 
 def with_patch_friction(drive: CoboticDrive, factor: float) -> CoboticDrive:
-    """The drive with so many times the torque that turns the contact patch."""
+    """The drive with the torque to turn the contact patch multiplied by a factor."""
     steering = _steering(drive)
     return replace(drive, steering=replace(steering, sliding_friction=factor * steering.sliding_friction))
 
 
 def with_link_mass(drive: CoboticDrive, factor: float) -> CoboticDrive:
-    """The drive with so many times the link mass."""
+    """The drive with its link mass multiplied by a factor."""
     return replace(drive, link_mass=factor * needed(drive.link_mass, "link_mass"))
 
 
 def with_link_drag(drive: CoboticDrive, factor: float) -> CoboticDrive:
-    """The drive with so many times the friction of its link's guideway."""
+    """The drive with the friction of the link guideway multiplied by a factor."""
     guide = drive.guideway
     return replace(drive, guideway=Guideway(friction=factor * guide.friction, coefficient=factor * guide.coefficient))
 
 
 def with_cylinder_radius(drive: CoboticDrive, factor: float) -> CoboticDrive:
-    """The drive with a cylinder so many times as large, at the same speed."""
+    """The drive with its cylinder radius multiplied by a factor, at the same cylinder speed."""
     element = drive.transmission
     return replace(drive, transmission=replace(element, cylinder_radius=factor * element.cylinder_radius))
 
 
 def with_drag(drive: ConventionalDrive, factor: float) -> ConventionalDrive:
-    """The drive with so many times the drag at its load."""
+    """The drive with the drag at its load multiplied by a factor."""
     return replace(drive, guideway=Guideway(friction=factor * drive.guideway.friction))
 
 
@@ -237,7 +237,7 @@ MOVES: Mapping[str, Move] = FrozenDict(
         ),
     }
 )
-"""Values that the paper does not print, by what they are."""
+"""Values that the paper does not print, by name."""
 
 TRACED = ("steering_inertia", "link_mass", "bell_friction", "drag")
-"""Those of which a report says how far they may go."""
+"""Values for which the report states the range over which a verdict stays the same."""

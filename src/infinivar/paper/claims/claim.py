@@ -1,4 +1,4 @@
-"""A claim with its verdict, and the machine it is checked on."""
+"""A claim with its verdict, and the machine on which it is checked."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 class Claim:
     """One claim of the paper, checked.
 
-    `paper` and `computed` are numbers in `unit` where the claim is one, else words; `figure` is the figure it belongs to. For the
-    rest see `infinivar.paper.claims.verdict.Finding`.
+    `paper` and `computed` are numbers in `unit` if the claim states a number, otherwise text. `figure` is the number of the
+    figure that the claim belongs to. `infinivar.paper.claims.verdict.Finding` describes the other fields.
     """
 
     id: str
@@ -50,37 +50,37 @@ class Claim:
 
 @functools.cache
 def statements() -> tuple[dict[str, Any], ...]:
-    """Every claim as the paper makes it: id, section, figure (if any), claim, paper, unit (if any)."""
+    """The claims of the paper: id, section, figure (if any), claim, paper, unit (if any)."""
     text = (resources.files("infinivar.paper") / "claims" / "claims.toml").read_text("utf-8")
     return tuple(tomllib.loads(text)["claim"])
 
 
 class Machine:
-    """The paper's machine as shipped, with what several checks need computed once."""
+    """The paper's machine as shipped; quantities that several checks need are computed once."""
 
     set_name = "faulring2006"
 
     def __eq__(self, other: object) -> bool:
-        """All machines are the one that is shipped: they differ only in what they have computed so far."""
+        """True for any two: all represent the shipped machine, and differ only in what they have computed so far."""
         return type(other) is type(self)
 
     def __hash__(self) -> int:
-        """The same for all."""
+        """Equal for all instances, as they compare equal."""
         return hash(self.set_name)
 
     @functools.cached_property
     def comparison(self) -> Comparison:
-        """All drives of the set against its requirement."""
+        """Comparison of all drives of the set against its requirement."""
         return compare(replace(self.study, duty={}))
 
     @functools.cached_property
     def study(self) -> Study:
-        """All drives of the set, without computing anything."""
+        """The shipped study, with all drives of the set."""
         return shipped_study(self.set_name)
 
     @functools.cached_property
     def shaken(self) -> Mapping[str, DynamicMap]:
-        """Fig 17: dynamic maps of both cobotic drives and of Motor 2's, by name, in the paper's definition."""
+        """Fig 17: dynamic maps of both cobotic drives and of the Motor 2 drive, by name, by the paper's definition."""
         return {name: self.shake(name) for name in ("cobotic", "cobotic-b", "motor2-gear4")}
 
     def shake(self, name: str) -> DynamicMap:
@@ -112,7 +112,7 @@ class Machine:
 
     @property
     def load_mass(self) -> float:
-        """Mass that is moved. [kg]"""
+        """Mass of the load. [kg]"""
         return needed(self.study.requirement.load_mass, "requirement.load_mass")
 
     @property
@@ -122,17 +122,17 @@ class Machine:
 
     @property
     def element(self) -> RotaryLinearIVT:
-        """Its rolling-contact element; the efficiency depends on H and K alone."""
+        """The rolling-contact element; its efficiency depends on H and K alone."""
         return self.drive.transmission
 
     @property
     def cylinder_speed(self) -> float:
-        """Speed of its cylinder. [rad/s]"""
+        """Cylinder speed of the cobotic drive. [rad/s]"""
         return self.drive.cylinder_speed
 
 
 def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: float = 14.0) -> OperatingPoint:
-    """The element driving a link at a reduction ratio and a load.
+    """Operating point of an element that drives a link at a given reduction ratio and load.
 
     Parameters
     ----------
@@ -148,6 +148,6 @@ def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: fl
 
 
 def efficiency_by(element: RotaryLinearIVT, load: Any, ratio: Any) -> Any:
-    """Efficiency of `at_ratio`, also where the creepage of Eq 17 is beyond full slip; nan beyond the slip force. [-]"""
+    """Efficiency at `at_ratio`, even where Eq 17 implies a creepage beyond full slip; nan beyond the slip force. [-]"""
     point = at_ratio(element, load, ratio)
     return power.efficiency(point.power_in, point.power_out)

@@ -1,4 +1,4 @@
-"""Checks of what the paper recommends to change (section VII), on the geometry of the reconstruction."""
+"""Checks of the design changes that the paper recommends (section VII), on the geometry of the reconstruction."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from infinivar.paper.claims.verdict import Finding, Found, Variant, row, settle,
 from infinivar.parts.bearing import SIZE_POWERS
 
 _NAMES = {
-    "friction": "friction limit with the preload as its inverse",
+    "friction": "friction coefficient at constant slip force",
     "wheel_radius": "wheel radius",
     "axle_bore": "size of the axle bearings",
     "preload": "preload",
     "hysteresis_factor": "hysteresis loss factor",
-    "youngs_modulus": "modulus",
+    "youngs_modulus": "elastic modulus",
     "crown_radius": "crown radius",
 }
 _SHIPPED = (0.5, 8.0)
-"""Share of the slip force and ratio at which the paper's element is at work."""
+"""Working point of the paper's element: share of the slip force, and ratio."""
 _ELSEWHERE = ((0.15, 8.0), (0.9, 8.0), (0.5, 50.0))
 _LIGHTER = 0.99
 _SLOWEST = 1.0
-"""Frequency from which on the power taken while shaking is compared. [Hz]"""
+"""Lowest frequency at which the power drawn while shaking is compared. [Hz]"""
 _RUN_UP_TIME = 1.5
-"""Of the cylinder, as in the shipped scenario. [s]"""
+"""Run-up time of the cylinder, as in the shipped scenario. [s]"""
 _RUN_UPS = 60.0
-"""Time between two of them. [s]"""
+"""Time between two run-ups. [s]"""
 
 
 @functools.lru_cache(maxsize=256)
 def _slopes(drive: CoboticDrive, parameter: str, place: tuple[float, float] = _SHIPPED) -> dict[str, float]:
-    """Percent of each loss per percent of a parameter, at a share of the slip force and a ratio."""
+    """Change of each loss in percent per percent of a parameter, at a share of the slip force and a ratio."""
     load, ratio = place
     element = drive.transmission
     duty = Duty(cylinder_speed=drive.cylinder_speed, link_force=load * element.slip_force, ratio=ratio)
@@ -54,17 +54,17 @@ def _with_bearings(drive: CoboticDrive, model: str) -> CoboticDrive:
 
 
 def _elsewhere(machine: Machine, found: Callable[[CoboticDrive, tuple[float, float]], Found]) -> Iterator[Variant]:
-    """The same at other points, with the other reconstruction, and with the other model of bearings."""
+    """Findings at other operating points, for the other reconstruction, and with the other bearing model."""
     drive = machine.drive
     for load, ratio in _ELSEWHERE:
         yield row("choice", f"at {load:.0%} of the slip force and {ratio:g}:1", found(drive, (load, ratio)))
     yield row("value", "reconstruction B", found(machine.cobotic("cobotic-b"), _SHIPPED))
     skf = _with_bearings(drive, "skf")
-    yield row("definition", "bearings by SKF's later friction model", found(skf, _SHIPPED))
+    yield row("definition", "SKF's later friction model of the bearings", found(skf, _SHIPPED))
 
 
 def s1(machine: Machine) -> Finding:
-    """Hysteresis loss factor."""
+    """Effect of the hysteresis loss factor."""
 
     def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
         slope = _slopes(drive, "hysteresis_factor", place)["total"]
@@ -74,14 +74,14 @@ def s1(machine: Machine) -> Finding:
     groups = machine.element.groups(machine.cylinder_speed)
     bearing = float(groups.bearing_torque / (groups.bearing_torque + groups.rolling_torque))
     why = (
-        f"One percent less of it takes {shipped.computed:.2f} % off the loss of the element at 8:1: axle bearings are "
-        f"{bearing:.0%} of the rolling loss, hysteresis is the rest."
+        f"Lowering it by 1 % lowers the loss of the element at 8:1 by {shipped.computed:.2f} %: the axle bearings cause "
+        f"{bearing:.0%} of the rolling loss, hysteresis the rest."
     )
     return settle(shipped, why, _elsewhere(machine, found))
 
 
 def _turning(drive: CoboticDrive) -> dict[str, float]:
-    """Percent of each torque that holds the bell, per percent of mu, the slip force as it is."""
+    """Change in percent of each friction torque on the bell per percent of mu, at constant slip force."""
     assert drive.steering is not None
     before = drive.steering.friction_torques(drive.transmission)
     after = drive.steering.friction_torques(with_friction(drive.transmission, 1.01 * drive.transmission.friction))
@@ -89,25 +89,26 @@ def _turning(drive: CoboticDrive) -> dict[str, float]:
 
 
 def s2(machine: Machine) -> Finding:
-    """Friction limit, the preload following so that the slip force stays."""
+    """Effect of the friction coefficient, with the preload adjusted to keep the slip force."""
 
     def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
         slopes, steering = _slopes(drive, "friction", place), _turning(drive)
         falls = [slopes["rolling"], slopes["bearing"], *steering.values()]
         verdict = yes(max(falls) < 0 < slopes["creep"])
-        return Found(slopes["total"], "all but creep below 0 % per percent, creep above", verdict)
+        return Found(slopes["total"], "creep above 0 % per percent, all others below", verdict)
 
     slopes, steering = _slopes(machine.drive, "friction"), _turning(machine.drive)
     why = (
-        f"Per percent of mu: hysteresis {slopes['rolling']:+.2f} %, bearings {slopes['bearing']:+.2f} %, creep "
-        f"{slopes['creep']:+.2f} %, in all {slopes['total']:+.2f} % at 8:1; to turn the patch {steering['patch']:+.2f} %, "
-        f"bell bearing {steering['bell']:+.2f} %, and the guideway's share in the preload falls with it."
+        f"Raising mu by 1 % changes the loss at 8:1 by {slopes['total']:+.2f} %: hysteresis {slopes['rolling']:+.2f} %, "
+        f"bearings {slopes['bearing']:+.2f} %, creep {slopes['creep']:+.2f} %. The torque to turn the contact patch changes by "
+        f"{steering['patch']:+.2f} %, the torque of the bell bearing by {steering['bell']:+.2f} %. The guideway friction due to "
+        "the preload falls with the preload."
     )
     return settle(found(machine.drive), why, _elsewhere(machine, found))
 
 
 def s3(machine: Machine) -> Finding:
-    """Modulus of both bodies."""
+    """Effect of the elastic modulus of both bodies."""
 
     def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
         slope = _slopes(drive, "youngs_modulus", place)["creep"]
@@ -115,14 +116,14 @@ def s3(machine: Machine) -> Finding:
 
     slopes = _slopes(machine.drive, "youngs_modulus")
     why = (
-        f"But only by {-slopes['creep']:.2f} % per percent, since a stiffer patch is also smaller; the smaller patch takes "
-        f"{-slopes['rolling']:.2f} % off the hysteresis."
+        f"Raising the modulus by 1 % lowers the creep loss by only {-slopes['creep']:.2f} %, because a stiffer contact patch is "
+        f"also smaller. The smaller patch lowers the hysteresis loss by {-slopes['rolling']:.2f} %."
     )
     return settle(found(machine.drive), why, _elsewhere(machine, found))
 
 
 def _bell_slope(drive: CoboticDrive, model: str) -> float:
-    """Percent of the bell bearing's torque at the start of a turn per percent of its size, by a friction model."""
+    """Change in percent of the bell bearing's starting torque per percent of its size, by a friction model."""
     assert drive.steering is not None
     bearing = needed(drive.steering.bell_bearing, "steering.bell_bearing")
     step = 0.01
@@ -135,7 +136,7 @@ def _bell_slope(drive: CoboticDrive, model: str) -> float:
 
 
 def s4(machine: Machine) -> Finding:
-    """Size of the axle bearings, by both friction models."""
+    """Effect of the size of the bearings, by both friction models."""
 
     def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
         slope = _slopes(drive, "axle_bore", place)["bearing"]
@@ -150,27 +151,27 @@ def s4(machine: Machine) -> Finding:
     bells = {"a constant coefficient of friction": bell("coefficient"), "SKF's later friction model": bell("skf")}
     variants = [
         *_elsewhere(machine, found),
-        *(row("definition", f"bell bearing by {words}", tried) for words, tried in bells.items()),
+        *(row("definition", f"bell bearing with {words}", tried) for words, tried in bells.items()),
     ]
-    turns = " and ".join(f"{tried.computed:+.2f} %" for tried in bells.values())
+    by_model = " and ".join(f"{tried.computed:+.2f} %" for tried in bells.values())
     why = (
-        f"By a constant coefficient of friction a percent of the size of the axle bearings is {simple:+.2f} % of their loss; by "
-        f"SKF's later model, at the same load, {skf:+.2f} %: its sliding torque falls with size and only its rolling torque "
-        f"rises. Of the bell bearing it is {turns} of the torque."
+        f"With a constant coefficient of friction, axle bearings 1 % larger change their loss by {simple:+.2f} %. With SKF's "
+        f"later model, at the same load, they change it by {skf:+.2f} %: the sliding torque falls with size and only the rolling "
+        f"torque rises. A bell bearing 1 % larger changes its torque by {by_model} in the two models."
     )
     value = f"{simple:+.2f} and {skf:+.2f} % per percent of size"
     return settle(found(machine.drive)._replace(computed=value), why, variants)
 
 
 def run_up_energy(drive: CoboticDrive, time: float = _RUN_UP_TIME) -> float:
-    """Energy from the supply to bring the cylinder to speed at constant acceleration, the link at rest. [J]"""
+    """Energy from the supply to run the cylinder up at constant acceleration with the link at rest. [J]"""
     steps = 200
     share = (np.arange(steps) + 0.5) / steps
-    speed, quickening = share * drive.cylinder_speed, drive.cylinder_speed / time
+    speed, acceleration = share * drive.cylinder_speed, drive.cylinder_speed / time
     element = drive.transmission.deliver(cylinder_speed=speed, link_speed=0.0, link_force=0.0)
-    torque = element.torque + needed(drive.cylinder_inertia, "cylinder_inertia") * quickening
+    torque = element.torque + needed(drive.cylinder_inertia, "cylinder_inertia") * acceleration
     side = motor_side(
-        drive.motor, drive.gearhead, output_torque=torque, output_speed=speed, output_acceleration=quickening
+        drive.motor, drive.gearhead, output_torque=torque, output_speed=speed, output_acceleration=acceleration
     )
     power_in, _, _ = drive.amplifier.supply(side.power)
     return float(np.mean(power_in)) * time
@@ -178,7 +179,7 @@ def run_up_energy(drive: CoboticDrive, time: float = _RUN_UP_TIME) -> float:
 
 @functools.lru_cache(maxsize=64)
 def _shaken(bench: Bench, drive: CoboticDrive, cylinder: str) -> tuple[np.ndarray, np.ndarray]:
-    """Power from the supply over part of the coarse plane, and where the drive works. [W]"""
+    """Power from the supply over part of the coarse plane [W], and where the drive works."""
     plane = PLANES["coarse", "linear"]
     found = dynamic_map(
         drive,
@@ -193,10 +194,10 @@ def _shaken(bench: Bench, drive: CoboticDrive, cylinder: str) -> tuple[np.ndarra
 
 
 def s5(machine: Machine) -> Finding:
-    """Bell, link and cylinder, each a percent lighter, in the power taken while shaking a mass."""
+    """Effect of a 1 % lighter bell, link or cylinder on the power drawn while shaking a mass."""
 
     def mean_change(bench: Bench, drive: CoboticDrive, cylinder: str = "constant") -> float:
-        """Percent of the power from the supply, on average where the drive works before and after."""
+        """Mean change in percent of the power from the supply, where the drive works before and after."""
         (before, works), (after, still) = (_shaken(bench, one, cylinder) for one in (bench.cobotic, drive))
         both = works & still
         return 100.0 * float(np.mean((after / before - 1.0)[both])) if both.any() else float("nan")
@@ -205,7 +206,7 @@ def s5(machine: Machine) -> Finding:
         return replace(drive, cylinder_inertia=_LIGHTER * needed(drive.cylinder_inertia, "cylinder_inertia"))
 
     def of_run_ups(bench: Bench) -> float:
-        """Percent of the power from the supply if the cylinder is brought to speed once in a while."""
+        """Change in percent of the mean power from the supply if the cylinder runs up periodically."""
         power_in, works = _shaken(bench, bench.cobotic, "constant")
         saved = run_up_energy(lighter(bench.cobotic)) - run_up_energy(bench.cobotic)
         return 100.0 * saved / _RUN_UPS / float(np.mean(power_in[works]))
@@ -226,7 +227,7 @@ def s5(machine: Machine) -> Finding:
 
     cases = {
         "constant": "cylinder at constant speed",
-        "run-up": f"cylinder brought to speed once every {_RUN_UPS:g} s",
+        "run-up": f"one run-up of the cylinder every {_RUN_UPS:g} s",
         "flywheel": "cylinder as a flywheel",
     }
     variants = [
@@ -243,32 +244,32 @@ def s5(machine: Machine) -> Finding:
     whole = run_up_energy(drive)
     saved = whole - run_up_energy(lighter(drive))
     why = (
-        f"Percent of the power from the supply per percent of inertia or mass, on average from {_SLOWEST:g} to 30 Hz within "
-        "limits. At constant speed, as in the paper, the cylinder's inertia costs nothing. "
-        f"A run-up in {_RUN_UP_TIME:g} s takes {whole:.2f} J, of which {stored:.2f} J are stored in the cylinder; a percent less "
-        f"of it saves {1000 * saved:.1f} mJ, {1e6 * saved / _RUN_UPS:.0f} microwatts at one run-up every {_RUN_UPS:g} s. Where "
-        f"the cylinder stores braking energy as a flywheel, a percent less of it changes the power by "
+        "The computed values are changes in the power from the supply for 1 % less inertia or mass, averaged from "
+        f"{_SLOWEST:g} to 30 Hz within limits. At constant speed, as in the paper, the inertia of the cylinder costs nothing. A "
+        f"run-up in {_RUN_UP_TIME:g} s needs {whole:.2f} J, of which the cylinder stores {stored:.2f} J. A cylinder 1 % lighter "
+        f"saves {1000 * saved:.1f} mJ, or {1e6 * saved / _RUN_UPS:.0f} microwatts with one run-up every {_RUN_UPS:g} s. If the "
+        f"cylinder stores braking energy as a flywheel, lowering its inertia by 1 % changes the power by "
         f"{flown['cobotic']:+.1g} % (A) and {flown['cobotic-b']:+.1g} % (B)."
     )
     return settle(found("cobotic", "constant"), why, variants)
 
 
 def s6(machine: Machine) -> Finding:
-    """Ranking of the parameters by their effect on the loss at 8:1."""
+    """Rank the parameters by their effect on the loss at 8:1."""
 
     def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
         slopes = {name: _slopes(drive, name, place)["total"] for name in _NAMES}
         ranked = sorted(slopes, key=lambda name: -abs(slopes[name]))
         words = ", ".join(f"{_NAMES[name]} {slopes[name]:+.2f}" for name in ranked)
-        return Found(words, "none: no ranking is printed", "undecidable")
+        return Found(words, "none: the paper prints no ranking", "undecidable")
 
     why = (
-        "Percent of the element's loss per percent of the parameter, at half the slip force and 8:1, bearings by a constant "
-        "coefficient; the ranking that the paper refers to is not printed in it, so there is nothing to compare with."
+        "The computed values are changes in percent of the element's loss per percent of the parameter, at half the slip force "
+        "and 8:1, with a constant coefficient of friction in the bearings. The paper refers to a ranking but does not print it."
     )
     variants = [
         row("choice", "at 15 % of the slip force and 8:1", found(machine.drive, (0.15, 8.0))),
-        row("definition", "bearings by SKF's later friction model", found(_with_bearings(machine.drive, "skf"))),
+        row("definition", "SKF's later friction model of the bearings", found(_with_bearings(machine.drive, "skf"))),
     ]
     return settle(found(machine.drive), why, variants)
 

@@ -19,17 +19,17 @@ from infinivar.units import plain
 _HALF = 0.5
 _WHOLE_PERCENT = 0.005
 _READING = 0.01
-"""Whole percents, some read off a plot: half a percent of rounding, and as much of reading."""
+"""Tolerance of whole percents, some read off a plot: half a point for rounding and half a point for reading. [-]"""
 _BAND = 0.1
-"""Relative error up to which a line approximates a curve well."""
+"""Largest relative error at which a straight line counts as a good approximation."""
 _TENFOLD = 1.25
-"""Factor within which a ratio is about ten."""
+"""Factor within which a ratio counts as about ten."""
 _COULOMBIC = 1 / 3
-"""Spread of a torque over a range of speeds up to which one would call it independent of speed."""
+"""Largest relative change over a range of speeds at which a torque counts as independent of speed."""
 _SIMILAR = 0.15
-"""Difference of efficiency up to which two are similar."""
+"""Largest difference at which two efficiencies count as similar. [-]"""
 _STEEP = 0.2
-"""Fall of the efficiency from 8:1 to 100:1 from which on it is steep."""
+"""Smallest drop in efficiency from 8:1 to 100:1 that counts as steep. [-]"""
 _BANDS = (
     ("planetary", 1, 50),
     ("planetary", 50, 150),
@@ -38,11 +38,11 @@ _BANDS = (
     ("harmonic", 50, 150),
 )
 _MEASURED_TO = 100.0
-"""Largest ratio at which the paper's experiment measured."""
+"""Largest ratio measured in the paper's experiment."""
 
 
 def excess_creep(force_ratio: float) -> np.ndarray:
-    """Creep of the exact theory over that of the linear law at a force ratio, one value a curve."""
+    """Creep by the exact theory over creep by the linear law at a force ratio, one value per curve."""
     from scipy.interpolate import PchipInterpolator
 
     found = [
@@ -52,7 +52,7 @@ def excess_creep(force_ratio: float) -> np.ndarray:
 
 
 def with_friction_model(element: RotaryLinearIVT, model: str) -> RotaryLinearIVT:
-    """The design with another friction model of its axle bearings."""
+    """The element with another friction model for its axle bearings."""
     geometry = element.geometry
     assert geometry is not None
     bearing = replace(geometry.axle_bearing, friction_model=model)
@@ -64,13 +64,13 @@ def _other(machine: Machine) -> RotaryLinearIVT:
 
 
 def _elements(machine: Machine) -> Iterator[tuple[str, RotaryLinearIVT]]:
-    """Elements that the paper leaves open, by what they are."""
+    """Other elements that the paper's statements allow, each with a description."""
     yield "reconstruction B", _other(machine)
     yield from fitted_elements(machine.element).items()
 
 
 def _printed_point(machine: Machine, ratio: float, printed: float) -> Finding:
-    """E1 and E2, to which H and K were fitted."""
+    """Check E1 or E2, to which H and K were fitted."""
 
     def found(element: RotaryLinearIVT) -> Found:
         return near(float(at_ratio(element, _HALF, ratio).efficiency), printed, _READING)
@@ -79,9 +79,9 @@ def _printed_point(machine: Machine, ratio: float, printed: float) -> Finding:
     missed = [_missed(found(element), printed) for element in (machine.element, _other(machine))]
     variants = [row("value", words, found(element)) for words, element in _elements(machine)]
     why = (
-        f"The paper prints neither H nor K: the two printed efficiencies fix them (H = {groups.rolling_group:.5f}, "
-        f"K = {groups.creep_group:.0f}), so that nothing is tested. The wheels of the reconstructions were shaped to come "
-        f"near: A misses the figure by {missed[0]}, B by {missed[1]}."
+        f"The paper prints neither H nor K. The two printed efficiencies determine them (H = {groups.rolling_group:.5f}, "
+        f"K = {groups.creep_group:.0f}), so this tests nothing. The wheels of the reconstructions were shaped to match: "
+        f"A misses the printed value by {missed[0]}, B by {missed[1]}."
     )
     return settle(found(machine.element), why, variants, by_construction=True)
 
@@ -113,7 +113,7 @@ def e3(machine: Machine) -> Finding:
     falls = float(ratios[np.nanargmin(np.abs(curve - 0.5))])
     shipped = found(element)
     why = (
-        f"Eqs 16 and 17 with H and K that meet E1 and E2 give {shipped.computed:.3f} at 1:1 and fall to 0.50 only near "
+        f"With the H and K that satisfy E1 and E2, Eqs 16 and 17 give {shipped.computed:.3f} at 1:1 and reach 0.50 only near "
         f"{falls:.2f}:1."
     )
     variants = [
@@ -125,7 +125,7 @@ def e3(machine: Machine) -> Finding:
 
 
 def _best(element: RotaryLinearIVT, load: np.ndarray | None = None) -> tuple[float, float, float]:
-    """Largest efficiency over ratio and load, with the ratio and the load."""
+    """Peak efficiency over ratio and load, and where it occurs."""
     loads = np.linspace(0.02, 0.999, 150) if load is None else load
     ratios = np.geomspace(0.3, 100.0, 400)
     efficiency = at_ratio(element, loads[:, None], ratios[None, :]).efficiency
@@ -134,33 +134,34 @@ def _best(element: RotaryLinearIVT, load: np.ndarray | None = None) -> tuple[flo
 
 
 def e4(machine: Machine) -> Finding:
-    """Best efficiency over load and ratio."""
+    """Peak efficiency over load and ratio."""
     value, ratio, load = _best(machine.element)
     others = {words: _best(element)[0] for words, element in _elements(machine)}
     found = near(value, 0.98, _READING)
     variants = [
-        row("choice", "rounding of a whole percent alone", near(value, 0.98, _WHOLE_PERCENT)),
+        row("choice", "half a point of tolerance, for rounding alone", near(value, 0.98, _WHOLE_PERCENT)),
         row("choice", "twice the tolerance", near(value, 0.98, 2 * _READING)),
-        row("definition", "best at half load", near(_best(machine.element, np.array([_HALF]))[0], 0.98, _READING)),
+        row("definition", "peak at half load", near(_best(machine.element, np.array([_HALF]))[0], 0.98, _READING)),
         *(row("value", words, near(best, 0.98, _READING)) for words, best in others.items()),
     ]
     known = [value, *others.values()]
     why = (
-        f"The best point, at {ratio:.2f}:1 and {load:.2f} of the slip force, is {abs(value - 0.98) * 100:.1f} points off the "
-        f"printed 98 percent, and rounds to {value:.0%}; H and K that E1 and E2 allow give {min(known):.3f} to {max(known):.3f}."
+        f"The peak, at {ratio:.2f}:1 and {load:.2f} of the slip force, differs from the printed 98 % by "
+        f"{abs(value - 0.98) * 100:.1f} points and rounds to {value:.0%}. Values of H and K consistent with E1 and E2 give "
+        f"{min(known):.3f} to {max(known):.3f}."
     )
     return settle(found, why, variants)
 
 
 def e5(machine: Machine) -> Finding:
-    """Departure of the exact creep curve from a straight line."""
+    """Deviation of the exact creep curve from a straight line."""
 
     def off(load: float, line: str) -> float:
-        """Largest relative error of a line, for the worst of the curves."""
+        """Largest relative error of a straight line over all curves."""
         excess = np.array([excess_creep(at) for at in np.linspace(0.1, load, 13)])
         if line == "tangent":
             return float(excess[-1].max() - 1.0)
-        # The best line errs as much at the curve's beginning, where the exact creep is linear, as at its end.
+        # The error of the best-fitting line is as large at the start, where the exact creep is linear, as at the end.
         return float(np.max((excess.max(axis=0) - 1.0) / (excess.max(axis=0) + 1.0)))
 
     def found(load: float, line: str, band: float) -> Found:
@@ -170,21 +171,21 @@ def e5(machine: Machine) -> Finding:
     at60, at70 = excess_creep(0.6), excess_creep(0.7)
     value = f"{at60.min():.2f}-{at60.max():.2f} x at 0.6, {at70.min():.2f}-{at70.max():.2f} x at 0.7"
     lines = {
-        "tangent": "the tangent at zero, by Kalker's coefficient",
-        "best": "the straight line that fits best",
+        "tangent": "the tangent at zero (Kalker's coefficient)",
+        "best": "the best-fitting straight line",
     }
     variants = [
         row("choice", f"band of {0.5 * _BAND:.0%}", found(0.6, "tangent", 0.5 * _BAND)),
         row("choice", f"band of {2 * _BAND:.0%}", found(0.6, "tangent", 2 * _BAND)),
         row("definition", "up to 0.7 of mu P", found(0.7, "tangent", _BAND)),
         row("definition", lines["best"], found(0.6, "best", _BAND)),
-        row("definition", f"{lines['best']}, and a band of {2 * _BAND:.0%}", found(0.6, "best", 2 * _BAND)),
-        row("definition", f"{lines['best']} up to 0.7, and a band of {2 * _BAND:.0%}", found(0.7, "best", 2 * _BAND)),
+        row("definition", f"{lines['best']}, band of {2 * _BAND:.0%}", found(0.6, "best", 2 * _BAND)),
+        row("definition", f"{lines['best']} up to 0.7, band of {2 * _BAND:.0%}", found(0.7, "best", 2 * _BAND)),
     ]
     shipped = found(0.6, "tangent", _BAND)._replace(computed=value)
     why = (
-        f"Exact rolling theory creeps this many times as much as the linear law there (a/b from 0.2 to 5): {lines['tangent']}, "
-        f"is {off(0.6, 'tangent'):.0%} off at 0.6 of mu P, {lines['best']}, {off(0.6, 'best'):.0%}."
+        "The computed values are the creep by exact rolling theory over that by the linear law (a/b from 0.2 to 5). At 0.6 of "
+        f"mu P {lines['tangent']} is off by {off(0.6, 'tangent'):.0%}, {lines['best']} by {off(0.6, 'best'):.0%}."
     )
     return settle(shipped, why, variants)
 
@@ -211,13 +212,13 @@ def e6(machine: Machine) -> Finding:
             row("value", f"hysteresis loss factor {size:.2g}", found(ratio(element, size)))
             for size in (factor / FACTOR, factor / 2, factor / 10)
         ),
-        row("definition", "SKF's later friction model of the same bearings", found(skf)),
+        row("definition", "SKF's later friction model for the same bearings", found(skf)),
         row("value", "reconstruction B", found(ratio(_other(machine)))),
     ]
     why = (
-        f"{value:.1f} with the largest hysteresis loss factor that the paper allows, {factor:g}, and ten with "
-        f"{factor * value / 10:.4f}: the loss factor, which the paper does not print, decides. With SKF's later model of "
-        f"the same bearings it is {skf:.0f}."
+        f"The verdict depends on the hysteresis loss factor, which the paper does not print: the largest that the paper allows, "
+        f"{factor:g}, gives {value:.1f}, and {factor * value / 10:.4f} would give ten. SKF's later model for the same bearings "
+        f"gives {skf:.0f}."
     )
     reach = Range("hysteresis loss factor", "1", factor, float(f"{factor * value * _TENFOLD / 10:.3g}"), None)
     return settle(found(value), why, variants, [reach])
@@ -238,7 +239,7 @@ def e7(machine: Machine) -> Finding:
         groups = element.groups(machine.cylinder_speed * np.array(shares))
         torque = np.asarray(groups.rolling_torque + groups.bearing_torque) + np.zeros(len(shares))
         spread = float(np.ptp(torque) / torque.mean())
-        words = f"torque changes by {spread:.0%} over {shares[-1] / shares[0]:.0f}:1 in speed"
+        words = f"torque changes by {spread:.0%} over a {shares[-1] / shares[0]:.0f}:1 range of speed"
         return Found(words, f"by less than {most:.0%}", yes(spread < most))
 
     geometry = skf.geometry
@@ -247,21 +248,21 @@ def e7(machine: Machine) -> Finding:
     variants = [
         row("choice", "half the threshold", found(most=0.5 * _COULOMBIC)),
         row("choice", "twice the threshold", found(most=2 * _COULOMBIC)),
-        row("choice", "from half to twice the cylinder's speed", found(shares=narrow)),
-        row("value", f"base oil of {oil / FACTOR:.0f} mm²/s", found(with_oil(1 / FACTOR))),
-        row("value", f"base oil of {oil * FACTOR:.0f} mm²/s", found(with_oil(FACTOR))),
-        row("definition", "bearings by a constant coefficient of friction", found(machine.element)),
+        row("choice", "from half to twice the cylinder speed", found(shares=narrow)),
+        row("value", f"base oil viscosity {oil / FACTOR:.0f} mm²/s", found(with_oil(1 / FACTOR))),
+        row("value", f"base oil viscosity {oil * FACTOR:.0f} mm²/s", found(with_oil(FACTOR))),
+        row("definition", "constant coefficient of friction in the bearings", found(machine.element)),
     ]
     why = (
-        "Hysteresis does not depend on speed. In SKF's model of the axle bearings the sliding torque falls as a film builds "
-        f"up, and the rolling torque rises; speeds are from a tenth to twice the cylinder's, the base oil has {oil:.0f} mm²/s. "
-        "The paper does not say how little a torque must change to count as independent."
+        "Hysteresis is independent of speed. In SKF's model of the axle bearings the sliding torque falls as a lubricant film "
+        "builds up, while the rolling torque rises. Speeds range from a tenth to twice the cylinder speed; the base oil has a "
+        f"viscosity of {oil:.0f} mm²/s. The paper does not say how small a change counts as independent."
     )
     return settle(found(), why, variants)
 
 
 def _against_gears(machine: Machine, load: float, law: str, upto: float, statistic: str) -> dict[str, float]:
-    """Efficiency of the element minus that of gears, by band of ratio."""
+    """Efficiency of the element minus the efficiency of gears, by ratio band."""
     element = replace(machine.element, creep_law=law)
     middle = {"median": np.median, "mean": np.mean}[statistic]
     found = {}
@@ -272,20 +273,20 @@ def _against_gears(machine: Machine, load: float, law: str, upto: float, statist
         ratio, efficiency = np.asarray([(gear["ratio"], gear["efficiency"]) for gear in gears]).T
         within = (ratio >= low) & (ratio < high) & (ratio <= upto)
         if within.any():
-            # Beyond about 440:1 half load drags the link backwards: the element transmits nothing.
+            # Beyond about 440:1 a half load drags the link backwards, and the element transmits no power.
             ours = np.nan_to_num(efficiency_by(element, load, ratio[within]))
             found[f"{kind} {low}-{min(high, upto):.0f}:1"] = float(middle(ours - efficiency[within]))
     return found
 
 
 def _rolling_share(element: RotaryLinearIVT, load: float) -> float:
-    """Share of hysteresis and axle bearings in what the element loses at 100:1."""
+    """Share of hysteresis and axle bearings in the loss of the element at 100:1."""
     point = at_ratio(element, load, 100.0)
     return 1.0 - float(point.losses["creep"]) / sum(float(loss) for loss in point.losses.values())
 
 
 def e8(machine: Machine) -> Finding:
-    """Element against catalogue gears of the same ratio, band by band."""
+    """Element against catalogue gears of the same ratio, by ratio band."""
 
     def found(
         load: float = _HALF,
@@ -302,27 +303,29 @@ def e8(machine: Machine) -> Finding:
     level = [name for name, difference in bands.items() if abs(difference) <= _SIMILAR]
     behind = [name for name, difference in bands.items() if difference < -_SIMILAR]
     ahead = [name for name, difference in bands.items() if difference > _SIMILAR]
-    parts = {"level with": level, "behind": behind, "ahead of": ahead}
+    parts = {"similar to": level, "less efficient than": behind, "more efficient than": ahead}
     rolling = _rolling_share(machine.element, _HALF)
     standing = "; ".join(f"{words} {', '.join(names)}" for words, names in parts.items() if names)
     variants = [
         row("choice", "half the threshold", found(within=0.5 * _SIMILAR)),
         row("choice", "twice the threshold", found(within=2 * _SIMILAR)),
-        row("choice", "mean, not median", found(statistic="mean")),
-        row("choice", f"only up to {_MEASURED_TO:.0f}:1, where the paper measured", found(upto=_MEASURED_TO)),
+        row("choice", "mean instead of median", found(statistic="mean")),
+        row(
+            "choice", f"only up to {_MEASURED_TO:.0f}:1, the largest ratio the paper measured", found(upto=_MEASURED_TO)
+        ),
         row("definition", "at 15 % of the slip force", found(0.15)),
         row("definition", "at 95 % of the slip force, Eq 16 alone", found(0.95)),
         row("definition", "at 95 % of the slip force, Eqs 16 and 17", found(0.95, "faulring")),
     ]
     why = (
-        f"Median of element (half load) minus gear, by band of ratio. The element is {standing}. At 100:1 {rolling:.0%} of "
-        "what it loses is rolling loss; data on harmonic and worm gears are few."
+        "The computed values are medians of element efficiency (half load) minus gear efficiency, by ratio band. The element is "
+        f"{standing}. At 100:1, {rolling:.0%} of its loss is rolling loss. Data on harmonic and worm gears are scarce."
     )
     return settle(found(), why, variants)
 
 
 def e9(machine: Machine) -> Finding:
-    """How far efficiency falls from 8:1 to 100:1, and the share of rolling loss in it."""
+    """Drop in efficiency from 8:1 to 100:1, and the share of rolling loss."""
 
     def drop(element: RotaryLinearIVT, load: float) -> tuple[float, float]:
         near_8, at_100 = (float(at_ratio(element, load, ratio).efficiency) for ratio in (8.0, 100.0))
@@ -345,14 +348,14 @@ def e9(machine: Machine) -> Finding:
     listed = ", ".join(f"{part:.0%} at f = {load}" for load, part in shares.items())
     most = [f"{load}" for load, part in shares.items() if part > 0.5]
     why = (
-        f"From 8:1 to 100:1, at half load. Hysteresis and axle bearings are {listed} of the loss at 100:1: more than creep at "
-        f"f = {', '.join(most)}."
+        "The efficiencies are at 8:1 and 100:1, at half load. Of the loss at 100:1, hysteresis and axle "
+        f"bearings make up {listed}: more than creep at f = {', '.join(most)}."
     )
     return settle(found(), why, variants)
 
 
 def e10(machine: Machine) -> Finding:
-    """Spread of the slip angle over three decades of cylinder speed."""
+    """Change of the slip angle over three decades of cylinder speed."""
     speeds = np.array([0.1, 1.0, 14.0, 100.0])
 
     def found(law: str) -> Found:
@@ -360,12 +363,12 @@ def e10(machine: Machine) -> Finding:
         point = at_ratio(element, _HALF, 8.0, cylinder_speed=speeds)  # type: ignore[arg-type]
         slip_angle = np.arctan(point.creep_speed / np.abs(point.rolling_speed))
         value = float(np.ptp(slip_angle) / np.abs(slip_angle).mean())
-        return Found(f"relative spread {plain(value, 1)}", "below 1e-9, which is rounding", yes(value < 1e-9))
+        return Found(f"relative change {plain(value, 1)}", "below 1e-9 (rounding)", yes(value < 1e-9))
 
     variants = [row("definition", f"creep law {law}", found(law)) for law in creep.LAWS]
     why = (
-        "Steady creep of elastic bodies with Coulomb friction has no time scale, so no creep law here contains a speed: "
-        f"the slip angle is the same from {speeds[0]:g} to {speeds[-1]:g} rad/s by any of {len(variants)} laws."
+        "Steady creep of elastic bodies with Coulomb friction has no time scale, so none of the creep laws contains a speed: "
+        f"with each of the {len(variants)} laws the slip angle is the same from {speeds[0]:g} to {speeds[-1]:g} rad/s."
     )
     return settle(found(machine.element.creep_law.name), why, variants)
 
@@ -379,11 +382,11 @@ def e11(machine: Machine) -> Finding:
     ]
     factor = float(np.asarray(creep.faulring_flow_factor(np.float64(0.95))[0]))
     why = (
-        "The curves are drawn (Fig 7), but the paper prints no values to compare with; at f = 0.95 Eq 17 multiplies Eq 16 by "
-        f"{factor:.2f} at most, so only one of the two can be the curve that is drawn."
+        "Fig 7 shows the curves, but the paper prints no values to compare with. At f = 0.95 Eq 17 multiplies Eq 16 by at most "
+        f"{factor:.2f}, so only one of the two can be the curve in the figure."
     )
     value = f"peak at f = 0.95: {peaks[0]:.2f} by Eq 16, {peaks[1]:.2f} by Eq 17"
-    return settle(Found(value, "none: no values are printed", "undecidable"), why)
+    return settle(Found(value, "none: the paper prints no values", "undecidable"), why)
 
 
 CHECKS = {

@@ -1,4 +1,4 @@
-"""Elements with the groups H and K that the paper's two printed efficiencies imply, as far as their digits go."""
+"""Elements with the groups H and K that the paper's two printed efficiencies imply, within their rounding."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _EDGES = {
     "H and K fitted to 0.495 and 0.945": (0.495, 0.945),
 }
 _GUESS = (0.003, 250.0)
-"""Of H and K; the two efficiencies have but one solution."""
+"""Starting values of H and K; the two efficiencies determine a unique solution."""
 
 
 def with_groups(element: RotaryLinearIVT, rolling_group: float, creep_group: float) -> RotaryLinearIVT:
-    """The element with H and K instead of a geometry: efficiency depends on nothing else."""
+    """The element with H and K in place of a geometry: its efficiency depends on nothing else."""
     slip = element.slip_force
     return replace(
         element,
@@ -36,7 +36,7 @@ def with_groups(element: RotaryLinearIVT, rolling_group: float, creep_group: flo
 
 @functools.lru_cache(maxsize=16)
 def fitted(element: RotaryLinearIVT, at_100: float, at_8: float, ratio: float = 8.0) -> RotaryLinearIVT:
-    """The element with H and K at which it has these efficiencies at half load, at 100:1 and near 8:1.
+    """The element with H and K fitted to two efficiencies at half load, at 100:1 and near 8:1.
 
     Source: faulring2006, section IV-B.
     """
@@ -51,5 +51,5 @@ def fitted(element: RotaryLinearIVT, at_100: float, at_8: float, ratio: float = 
 
 
 def fitted_elements(element: RotaryLinearIVT) -> dict[str, RotaryLinearIVT]:
-    """Elements fitted to the printed efficiencies, and to the ends of what their rounding allows."""
+    """Elements fitted to the printed efficiencies and to the extremes that their rounding allows."""
     return {words: fitted(element, *printed) for words, printed in {**_DIGITS, **_EDGES}.items()}

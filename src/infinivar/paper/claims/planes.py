@@ -1,4 +1,4 @@
-"""Dynamic maps on the planes of frequency and power that claims are judged on, each computed once."""
+"""Dynamic maps over the planes of frequency and power on which claims are judged, each computed once."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ Scale = Literal["linear", "logarithmic"]
 Cells = Literal["fine", "coarse"]
 
 LEAST_FRACTION = 0.01
-"""Where a logarithmic axis of power begins: two decades. [-]"""
+"""Lower end of a logarithmic power axis, two decades below the maximum. [-]"""
 
 _FEWER_SAMPLES = 80
 
 
 class Plane(NamedTuple):
-    """Axes of a plane, [Hz] and fraction of the maximum power [-], and instants of a cycle."""
+    """Axes of a plane, frequency [Hz] and fraction of the maximum power [-], and the number of samples per cycle."""
 
     frequency: np.ndarray
     fraction: np.ndarray
@@ -38,7 +38,7 @@ PLANES: dict[tuple[Cells, Scale], Plane] = {
     ("fine", "logarithmic"): Plane(np.geomspace(0.1, 30.0, 60), LEAST_FRACTION ** (1.0 - _middles(60)), _FEWER_SAMPLES),
     ("coarse", "linear"): Plane(np.geomspace(0.1, 30.0, 24), _middles(16), _FEWER_SAMPLES),
 }
-"""The plane of Fig 17, the same with a logarithmic axis of power, and a coarser one for all but the shipped machine."""
+"""The plane of Fig 17, the same with a logarithmic power axis, and a coarser one for machines other than the shipped one."""
 
 
 @functools.lru_cache(maxsize=512)
@@ -50,7 +50,7 @@ def plane_map(
     cells: Cells,
     power_axis: Scale,
 ) -> DynamicMap:
-    """Dynamic map of a drive on one of the planes; see `dynamic_map`."""
+    """Dynamic map of a drive over one of the planes; see `dynamic_map`."""
     plane = PLANES[cells, power_axis]
     return dynamic_map(
         drive,

@@ -1,4 +1,4 @@
-"""Checks of the claims about shaking a mass (section VI-C and Fig 17), and how far they depend on what the paper leaves open."""
+"""Checks of the claims about shaking a mass (section VI-C and Fig 17), under every choice that the paper leaves open."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from infinivar.paper.claims.planes import LEAST_FRACTION
 from infinivar.paper.claims.verdict import FACTOR, Finding, Found, Kind, Range, Variant, row, settle, yes
 
 FARTHEST = 30.0
-"""Ranges are looked for up to this factor, either way."""
+"""Ranges of a verdict are searched up to this factor, either way."""
 _EXCEPTIONS = 0.05
-""""In general" and "both show" leave room for this share of the cells."""
+"""Share of cells that may be exceptions to "in general" and "both show"."""
 _SIMILAR = 1.25
 """Performances within this factor count as similar."""
 _DIFFERENCE = 0.1
-"""And so do those that differ by less than this. [-]"""
+"""Performances that differ by less than this also count as similar. [-]"""
 _READING = 0.02
-"""Of a level in Fig 17. [-]"""
+"""Tolerance for reading a level in Fig 17. [-]"""
 _UPPER = 0.8
-"""Fraction of the power above which Fig 17 is "upper"."""
+"""Fraction of the maximum power above which a cell of Fig 17 is "upper"."""
 _SIDE = 0.1
-"""Share of the frequency axis, at either end, that is "left" and "right"."""
+"""Share of the frequency axis that counts as "left", and as "right"."""
 
 
 class Reading(NamedTuple):
-    """A definition of performance other than the shipped one, and whether the paper leaves it open or contradicts it."""
+    """An alternative definition of performance, and whether the paper leaves it open or contradicts it."""
 
     kind: Kind
     words: str
@@ -43,19 +43,19 @@ class Reading(NamedTuple):
 
 
 DEFINITIONS = (
-    Reading("definition", "one DC bus: one motor's returned power feeds the other", Definition(common_bus=True)),
-    Reading("definition", "continuous torque bounds the peak, not the RMS", Definition(torque="peak")),
+    Reading("definition", "common DC bus: power returned by one motor feeds the other", Definition(common_bus=True)),
+    Reading("definition", "continuous torque limits the peak, not the RMS", Definition(torque="peak")),
     Reading("contrary", "braking energy stored at 80 %", Definition(returned="store", storage_efficiency=0.8)),
     Reading("contrary", "no negative electrical power", Definition(returned="none")),
-    Reading("contrary", "round trip, burnt", Definition(measure="round trip")),
+    Reading("contrary", "round trip, braking energy dissipated", Definition(measure="round trip")),
     Reading(
         "contrary",
-        "round trip, stored at 80 %",
+        "round trip, braking energy stored at 80 %",
         Definition(measure="round trip", returned="store", storage_efficiency=0.8),
     ),
-    Reading("contrary", "printed integral, which has no finite value", Definition(measure="printed")),
+    Reading("contrary", "integral as printed, which has no finite value", Definition(measure="printed")),
 )
-"""Other readings of "performance" than the paper's, which burns what comes back and counts energy both ways."""
+"""Readings of "performance" other than the paper's, which dissipates returned power and counts energy in both directions."""
 
 Check = Callable[[Pair], Found]
 
@@ -66,11 +66,11 @@ AXES: Mapping[str, Mapping[str, str]] = FrozenDict(
         "both": {"power_axis": "logarithmic", "frequency_axis": "linear"},
     }
 )
-"""Axes on which cells can be counted, other than those of the figure."""
+"""Axes for weighting cells, other than those of the figure."""
 
 
 def better(pair: Pair, *, exceptions: float = _EXCEPTIONS) -> Found:
-    """D1: share of the region in which the cobotic drive works and does better, or works alone."""
+    """D1: share of the region in which the cobotic drive performs better or works alone."""
     ours, theirs = pair.cobotic, pair.conventional
     ahead = ours.works & (~theirs.works | (ours.performance > theirs.performance))
     share = pair.mean(ahead, pair.below)
@@ -78,7 +78,7 @@ def better(pair: Pair, *, exceptions: float = _EXCEPTIONS) -> Found:
 
 
 def similar(pair: Pair, *, within: float = _SIMILAR, statistic: str = "median", least: float = 0.0) -> Found:
-    """D2: ratio of the performances from 1 to 10 Hz where both work."""
+    """D2: ratio of the performances (cobotic over conventional) from 1 to 10 Hz where both work."""
     ours, theirs = pair.cobotic, pair.conventional
     band = ((ours.frequency >= 1.0) & (ours.frequency <= 10.0))[:, None] & ours.works & theirs.works
     band = band & (ours.fraction > least)[None, :]
@@ -96,17 +96,17 @@ def similar(pair: Pair, *, within: float = _SIMILAR, statistic: str = "median", 
         "mean": lambda: pair.mean(ratio, band),
         "geometric mean": lambda: float(np.exp(pair.mean(logarithm, band))),
     }[statistic]()
-    return Found(f"{middle:.2f} times as much ({statistic})", threshold, yes(1 / within <= middle <= within))
+    return Found(f"ratio {middle:.2f} ({statistic})", threshold, yes(1 / within <= middle <= within))
 
 
 def highest(pair: Pair, *, tolerance: float = _READING) -> Found:
-    """D3: largest performance of the cobotic drive within limits."""
+    """D3: highest performance of the cobotic drive within limits."""
     value = float(np.nanmax(pair.cobotic.performance, initial=0.0))
     return Found(value, f"within {tolerance:g} of 0.85", yes(abs(value - 0.85) <= tolerance))
 
 
 def corners(pair: Pair, *, upper: float = _UPPER, side: float = _SIDE, most: float = 0.5) -> Found:
-    """D4: who works in the upper corners of the plane."""
+    """D4: which drive works in the upper corners of the plane."""
     count = pair.cobotic.frequency.size
     width = int(side * count)
     high = pair.cobotic.fraction > upper
@@ -115,13 +115,14 @@ def corners(pair: Pair, *, upper: float = _UPPER, side: float = _SIDE, most: flo
     shares = [float(np.mean(works[part])) for part in (left, right) for works in (ours, theirs)]
     words = "left {:.0%} and {:.0%}, right {:.0%} and {:.0%} of the cells (cobotic and conventional)".format(*shares)
     threshold = (
-        f"left more than {most:.0%} and none, right none; above {upper:.0%} of the power, {side:.0%} of the frequencies"
+        f"left more than {most:.0%} and none, right none; "
+        f"above {upper:.0%} of the power, {side:.0%} of the axis at either end"
     )
     return Found(words, threshold, yes(shares[0] > most and max(shares[1:]) == 0.0))
 
 
 def _parts(steady: DynamicMap, burnt: bool) -> dict[str, np.ndarray]:
-    """What a drive loses; the load's energy that its amplifier burns is not the drive's, unless it is asked for."""
+    """Losses of a drive. The amplifier dissipates energy of the load, so its loss counts only if `burnt` is set."""
     return {name: loss for name, loss in steady.losses.items() if burnt or name != "amplifier"}
 
 
@@ -134,10 +135,10 @@ def most_lost(
     burnt: bool = False,
     of: str = "loss",
 ) -> Found:
-    """D5 and D6: share of the parts whose names begin so in what a drive loses where it works below 10 Hz, above 10 %."""
+    """D5 and D6: share of the losses whose names start with `part`, where the drive works below 10 Hz and above 10 %."""
     steady: DynamicMap = getattr(pair, drive)
     where = pair.below & steady.works
-    threshold = "more than 50 %" if of != "largest" else "more than any other part"
+    threshold = "more than 50 %" if of != "largest" else "more than any other loss"
     if not where.any():
         return Found("works nowhere", threshold, "undecidable")
     losses = _parts(steady, burnt)
@@ -166,7 +167,7 @@ to_resistance = partial(most_lost, drive="conventional", part="winding")
 
 
 def trends(pair: Pair, *, exceptions: float = _EXCEPTIONS, fast: float = 10.0, within: bool = False) -> Found:
-    """D7: share of cells from which performance rises with power, and of those at high frequency from which it falls."""
+    """D7: share of cells where performance rises with power, and of high-frequency cells where it falls with frequency."""
     rising, falling = [], []
     for steady in (pair.cobotic, pair.conventional):
         known = steady.performance if within else steady.unlimited
@@ -176,17 +177,17 @@ def trends(pair: Pair, *, exceptions: float = _EXCEPTIONS, fast: float = 10.0, w
             found.append(float(np.mean(change[where])) if where.any() else np.nan)
     threshold = f"in at least {1 - exceptions:.1%}"
     if not np.all(np.isfinite(rising + falling)):
-        return Found("one of them works nowhere", threshold, "undecidable")
+        return Found("one drive works nowhere", threshold, "undecidable")
     words = "rises in {:.0%} and {:.0%}, falls in {:.0%} and {:.0%} of the cells".format(*rising, *falling)
     return Found(f"{words} (cobotic and conventional)", threshold, yes(min(rising + falling) >= 1 - exceptions))
 
 
 def ranges(bench: Bench, check: Check) -> Iterator[Range]:
-    """How far each of the traced values may move before a check's verdict changes."""
+    """Range of each traced value over which the verdict of a check stays the same."""
     verdict = check(bench.pair()).verdict
 
     def edge(parameter: str, direction: int) -> float | None:
-        """Factor at which the verdict changes, by halving the way there in its logarithm; None if it does not."""
+        """Factor at which the verdict changes, by bisection of its logarithm; None if it does not change."""
         inside, outside = 0.0, float(np.log(FARTHEST))
         if check(bench.moved(parameter, FARTHEST**direction).pair()).verdict == verdict:
             return None
@@ -205,7 +206,7 @@ def ranges(bench: Bench, check: Check) -> Iterator[Range]:
 
 
 def open_values(bench: Bench, found: Callable[[Bench], Found]) -> Iterator[Variant]:
-    """What is found with each value that the paper does not print moved by `FACTOR`, one at a time."""
+    """Findings with each value that the paper does not print varied by `FACTOR`, one at a time."""
     for parameter, move in MOVES.items():
         for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}")):
             yield row("value", f"{move.words} {words}", found(bench.moved(parameter, factor)))
@@ -213,14 +214,14 @@ def open_values(bench: Bench, found: Callable[[Bench], Found]) -> Iterator[Varia
 
 @dataclass(frozen=True, slots=True)
 class _OnPlane:
-    """A claim about both drives on the plane of Fig 17: called with a machine, it gives the finding.
+    """A claim about both drives on the plane of Fig 17; calling it with a machine returns the finding.
 
     Attributes
     ----------
-    check     Decides on one pair of maps.
-    why       What explains the verdict, from the numbers of the machine.
-    choices   The check with other choices that the paper leaves open, by their words.
-    axes      Other axes on which cells can be counted.
+    check     Check of one pair of maps.
+    why       Explanation of the verdict, from the numbers of the machine.
+    choices   The check with other choices that the paper leaves open, by description.
+    axes      Other axes for weighting cells.
     """
 
     check: Check
@@ -229,9 +230,9 @@ class _OnPlane:
     axes: Mapping[str, Mapping[str, str]]
 
     def __call__(self, machine: Machine) -> Finding:
-        """The finding for reconstruction A, under every choice, definition and value.
+        """Return the finding for reconstruction A, with every choice, definition and value tried.
 
-        Choices are tried with both reconstructions; definitions and values on a coarser plane, with the shipped choices.
+        Choices are tried for both reconstructions, definitions and values with the shipped choices on a coarser plane.
         """
         check, bench = self.check, Bench.of(machine)
         figure, other = bench.pair(cells="fine"), Bench.of(machine, "cobotic-b")
@@ -239,14 +240,14 @@ class _OnPlane:
             *(row("choice", words, found) for words, found in self.tried(bench)),
             row("value", "reconstruction B", check(other.pair(cells="fine"))),
             *(row("value", f"reconstruction B, {words}", found) for words, found in self.tried(other)),
-            row("choice", "24 x 16 cells, not 60 x 60", check(bench.pair())),
+            row("choice", "24 x 16 cells instead of 60 x 60", check(bench.pair())),
             *(row(kind, words, check(bench.pair(definition))) for kind, words, definition in DEFINITIONS),
             *open_values(bench, lambda moved: check(moved.pair())),
         ]
         return settle(check(figure), self.why(machine), variants, ranges(bench, check))
 
     def tried(self, bench: Bench) -> Iterator[tuple[str, Found]]:
-        """What is found on other axes and with other choices."""
+        """Findings with other axes and other choices."""
         for words, scale in self.axes.items():
             yield words, self.check(bench.pair(cells="fine", **scale))  # type: ignore[arg-type]
         for words, changed in self.choices.items():
@@ -254,7 +255,7 @@ class _OnPlane:
 
 
 def _thresholds(check: Callable[..., Found], name: str, shipped: float, one: float = 0.0) -> dict[str, Check]:
-    """The check with half and with twice the threshold, counted from `one`."""
+    """The check with half and with twice the threshold, measured from `one`."""
     return {
         words: partial(check, **{name: one + factor * (shipped - one)})
         for words, factor in (("half the tolerance", 0.5), ("twice the tolerance", 2.0))
@@ -263,16 +264,16 @@ def _thresholds(check: Callable[..., Found], name: str, shipped: float, one: flo
 
 def _loss_choices(check: Callable[..., Found]) -> dict[str, Check]:
     return {
-        "median, not mean": partial(check, statistic="median"),
-        "share of the sums, not mean of the shares": partial(check, statistic="of the sums"),
-        "braking energy that is burnt counted as a loss": partial(check, burnt=True),
-        "share of the power drawn, not of the loss": partial(check, of="power"),
-        '"most" as more than any other part': partial(check, of="largest"),
+        "median instead of mean": partial(check, statistic="median"),
+        "share of the summed loss instead of mean share": partial(check, statistic="of the sums"),
+        "dissipated braking energy counted as a loss": partial(check, burnt=True),
+        "share of the power drawn instead of the loss": partial(check, of="power"),
+        '"most" as more than any other loss': partial(check, of="largest"),
     }
 
 
 def _listed(pair: Pair, drive: str) -> str:
-    """The largest parts of what a drive loses below 10 Hz and above 10 %, in words."""
+    """The largest losses of a drive below 10 Hz and above 10 % of the power, as text."""
     steady: DynamicMap = getattr(pair, drive)
     losses = _parts(steady, burnt=False)
     whole, where = np.asarray(sum(losses.values())), pair.below & steady.works
@@ -282,20 +283,21 @@ def _listed(pair: Pair, drive: str) -> str:
 
 
 def _why_better(machine: Machine) -> str:
-    """Who does better below 10 Hz and above 10 %."""
+    """Which drive performs better below 10 Hz and above 10 % of the power."""
     bench = Bench.of(machine)
     pair = bench.pair(cells="fine")
     alone = pair.mean(pair.cobotic.works & ~pair.conventional.works, pair.below)
     both = pair.below & pair.cobotic.works & pair.conventional.works
     least = float(np.min((pair.cobotic.performance / pair.conventional.performance)[both]))
     return (
-        f'"In general" is read as: with up to {_EXCEPTIONS:.0%} of exceptions. The cobotic drive works alone in {alone:.0%} of '
-        f"the region where either works; where both work it has at least {least:.2f} times the conventional one's performance."
+        f'"In general" is taken to allow {_EXCEPTIONS:.0%} of exceptions. Where either drive works, the cobotic drive works '
+        f"alone in {alone:.0%} of the region. Where both work, its performance is at least {least:.2f} times the conventional "
+        "drive's."
     )
 
 
 def _why_similar(machine: Machine) -> str:
-    """How alike both are from 1 to 10 Hz."""
+    """How similar both drives are from 1 to 10 Hz."""
     pair = Bench.of(machine).pair(cells="fine")
     ours, theirs = pair.cobotic, pair.conventional
     both = ((ours.frequency >= 1.0) & (ours.frequency <= 10.0))[:, None] & ours.works & theirs.works
@@ -305,32 +307,33 @@ def _why_similar(machine: Machine) -> str:
         for column in (shared[0], shared[-1])
     )
     return (
-        f"The paper does not say how similar. The ratio of the performances is {low:.2f} at {ours.fraction[shared[0]]:.1%} of "
-        f"the power and {high:.2f} at {ours.fraction[shared[-1]]:.0%}, the most at which both work: what lies in the middle "
-        "depends on how the axis of power counts."
+        "The paper does not say how similar. The performance ratio (cobotic over conventional) is "
+        f"{low:.2f} at {ours.fraction[shared[0]]:.1%} of the power and {high:.2f} at {ours.fraction[shared[-1]]:.0%}, the "
+        "highest at which both work. The median therefore depends on the scale of the power axis."
     )
 
 
 def _why_highest(machine: Machine) -> str:
-    """The largest performance of the cobotic drive."""
+    """The highest performance of the cobotic drive."""
     bench = Bench.of(machine)
     shipped = highest(bench.pair(cells="fine")).computed
     trip = highest(bench.pair(Definition(measure="round trip"))).computed
     return (
-        f"{shipped:.2f} is more than the 0.75 of steady operation, because energy exchanged counts in both directions while "
-        f"braking draws no power; counted as a round trip it is {trip:.2f}."
+        f"{shipped:.2f} exceeds the 0.75 of steady operation because energy exchanged with the load counts in both directions, "
+        f"while braking draws no power. Counted as a round trip, the performance is {trip:.2f}."
     )
 
 
 def _why_corners(machine: Machine) -> str:
-    """Who works in the upper corners."""
+    """Which drive works in the upper corners."""
     ours, theirs = Bench.of(machine).pair(cells="fine")[:2]
     met = [steady.limit_at(*place) for place in ((0, -1), (-1, -1)) for steady in (ours, theirs)]
-    words = ["nothing" if found is None else words_of(found) for found in met]
+    words = ["none" if found is None else words_of(found) for found in met]
     stroke = 2.0 * ours.amplitude[0, -1]
     return (
-        f"In the last cell at the left what binds is {words[0]} (cobotic) and {words[1]} (conventional), at the right {words[2]} "
-        f"and {words[3]}; a stroke of {stroke:.0f} m at the left is not what a guideway allows, and is not counted here."
+        f"The tightest limits in the upper left cell are {words[0]} (cobotic) and {words[1]} (conventional), in the upper right "
+        f"cell {words[2]} and {words[3]}. The stroke at the left, {stroke:.0f} m, exceeds the travel of any guideway, "
+        "but travel is not limited here."
     )
 
 
@@ -338,14 +341,14 @@ def _why_steering(machine: Machine) -> str:
     """Where the cobotic drive's power goes."""
     pairs = [Bench.of(machine, name).pair(cells="fine") for name in ("cobotic", "cobotic-b")]
     return (
-        "Steering is bell bearing, turning patch, and the steering motor's winding and friction together. The largest single "
-        f"losses of A are {_listed(pairs[0], 'cobotic')}; of B {_listed(pairs[1], 'cobotic')}. A and B differ in the law of the "
-        "cylinder gearing's loss, and in the steering plant: the paper prints neither."
+        "Steering includes the bell bearing, the turning contact patch, and the winding and friction of the steering motor. The "
+        f"largest single losses are {_listed(pairs[0], 'cobotic')} in A, and {_listed(pairs[1], 'cobotic')} in B. A and B differ "
+        "in the loss law of the cylinder gear and in the steering plant; the paper prints neither."
     )
 
 
 def half_from(frequency: Sequence[float] | np.ndarray, shares: Sequence[float]) -> float | None:
-    """The least frequency from which on every known share is more than a half; None if there is none. [Hz]"""
+    """Lowest frequency above which every known share exceeds a half; None if it never stays above. [Hz]"""
     start = None
     for one, share in zip(frequency, shares, strict=True):
         if share <= 0.5:
@@ -364,26 +367,27 @@ def _why_resistance(machine: Machine) -> str:
     share = steady.losses["winding"] / np.asarray(sum(losses.values()))
     rising = [pair.mean(share, where & (steady.frequency == one)[:, None]) for one in steady.frequency]
     start = half_from(steady.frequency, rising)
-    reached = f"up to {np.nanmax(rising):.0%}" if start is None else f"more than half from {start:.1f} Hz on"
+    reached = f"reaches {np.nanmax(rising):.0%}" if start is None else f"exceeds half from {start:.1f} Hz"
     return (
-        f"The largest losses are {_listed(pair, 'conventional')}; drag at the load is assumed. The share of resistance rises "
-        f"with force, hence with frequency and power: it is {reached}."
+        f"The largest losses are {_listed(pair, 'conventional')}; drag at the load is assumed. The share of winding resistance "
+        f"rises with force, and so with frequency and power: it {reached}."
     )
 
 
 def _why_trends(machine: Machine) -> str:
     """How performance changes over the plane."""
     return (
-        "From cell to cell: rising with power within limits; falling from 10 Hz on, above what the paper calls mid-range, and "
-        "beyond limits of torque and voltage, too, as the conventional drive hardly works there."
+        "Neighbouring cells are compared. Performance rises with power within limits. It falls with frequency above 10 Hz, "
+        "beyond what the paper calls mid-range; this includes cells beyond the torque and voltage limits, because the "
+        "conventional drive hardly works there."
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _OnMaps:
-    """A claim that compares two maps of the cobotic drive: called with a machine, it gives the finding.
+    """A claim that compares two maps of the cobotic drive; calling it with a machine returns the finding.
 
-    Attributes are those of `_OnPlane`; `check` makes its maps from a bench, and takes the definition of performance.
+    Attributes as in `_OnPlane`, except that `check` takes a bench and a definition of performance, and makes its own maps.
     """
 
     check: Callable[..., Found]
@@ -391,7 +395,7 @@ class _OnMaps:
     choices: Mapping[str, Callable[..., Found]]
 
     def __call__(self, machine: Machine) -> Finding:
-        """The finding under choices, definitions and values."""
+        """Return the finding, with every choice, definition and value tried."""
         check, bench, other = self.check, Bench.of(machine), Bench.of(machine, "cobotic-b")
         variants = [
             row("value", "reconstruction B", check(other)),
@@ -407,7 +411,7 @@ class _OnMaps:
 
 
 def raised(before: DynamicMap, after: DynamicMap) -> Found:
-    """D8: how far performance rises where the drive worked before."""
+    """D8: rise of performance where the drive worked before."""
     gained = (after.performance - before.performance)[before.works]
     value = float(np.nanmax(after.performance, initial=0.0))
     words = f"up to {value:.2f}, higher in {float(np.mean(gained > 0)):.0%} of the cells"
@@ -415,22 +419,22 @@ def raised(before: DynamicMap, after: DynamicMap) -> Found:
 
 
 def recovered(bench: Bench, *, definition: Definition = PAPER, efficiency: float = 1.0) -> Found:
-    """D8: performance with braking energy burnt, and stored."""
+    """D8: performance with braking energy dissipated, and with it stored."""
     stored = replace(definition, returned="store", storage_efficiency=efficiency)
     return raised(bench.pair(definition).cobotic, bench.pair(stored).cobotic)
 
 
 def _why_recovered(machine: Machine) -> str:
     return (
-        "Less is taken from the supply wherever any power comes back. Counted so, performance has no upper limit: a lossless "
-        "drive would take nothing."
+        "The drive draws less power wherever any power comes back. By this definition performance has no upper limit: a "
+        "lossless drive would draw nothing."
     )
 
 
 def lighter(
     bench: Bench, *, definition: Definition = PAPER, factor: float = 0.5, exceptions: float = _EXCEPTIONS
 ) -> Found:
-    """D9: how performance changes with less steering inertia and with less link mass."""
+    """D9: change of performance with a lower steering inertia and with a lower link mass."""
     before = bench.pair(definition).cobotic
     words, holds = [], True
     for parameter, name in (("steering_inertia", "steering inertia"), ("link_mass", "link mass")):
@@ -441,7 +445,7 @@ def lighter(
         wider = float(np.mean(after.works)) - float(np.mean(before.works))
         words.append(
             f"{factor:g} x the {name}: {np.min(gain, initial=np.inf):+.1%} to {np.max(gain, initial=-np.inf):+.1%}, "
-            f"worse in {worse:.0%} of the cells, works in {wider:+.1%} of the plane"
+            f"worse in {worse:.0%} of the cells, working region {wider:+.1%} of the plane"
         )
         holds = holds and worse <= exceptions and wider >= 0
     return Found("; ".join(words), f"worse in at most {exceptions:.1%} of the cells", yes(holds))
@@ -456,9 +460,9 @@ def _why_lighter(machine: Machine) -> str:
     gain = np.where(both, after.performance / before.performance - 1.0, 0.0)
     row_of_worst, _ = np.unravel_index(np.argmin(gain), gain.shape)
     return (
-        "Changes of performance, cell by cell, where the drive works before and after; and of the plane in which it works. Where "
-        f"both motors share one DC bus, half the steering inertia changes it by {gain.min():+.1%} near "
-        f"{before.frequency[row_of_worst]:.1f} Hz."
+        "The computed values are the change of performance in each cell in which the drive works before and after, and the "
+        "change of the share of the plane in which it works. If both motors share a DC bus, half the steering inertia changes "
+        f"the performance by {gain.min():+.1%} near {before.frequency[row_of_worst]:.1f} Hz."
     )
 
 
@@ -469,9 +473,9 @@ CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
         _why_similar,
         {
             **_thresholds(similar, "within", _SIMILAR, one=1.0),
-            "mean, not median": partial(similar, statistic="mean"),
-            "geometric mean, not median": partial(similar, statistic="geometric mean"),
-            "difference, not ratio": partial(similar, statistic="difference"),
+            "mean instead of median": partial(similar, statistic="mean"),
+            "geometric mean instead of median": partial(similar, statistic="geometric mean"),
+            "difference instead of ratio": partial(similar, statistic="difference"),
             "only above 10 % of the power": partial(similar, least=0.1),
         },
         axes=AXES,
@@ -485,7 +489,7 @@ CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
             "upper: above 90 % of the power": partial(corners, upper=0.9),
             "left and right: a fifth of the axis": partial(corners, side=0.2),
             "works at the left: in any cell": partial(corners, most=0.0),
-            "works at the left: in nine cells of ten": partial(corners, most=0.9),
+            "works at the left: in nine out of ten cells": partial(corners, most=0.9),
         },
         axes={},
     ),
@@ -496,8 +500,8 @@ CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
         _why_trends,
         {
             **_thresholds(trends, "exceptions", _EXCEPTIONS),
-            "high frequency: from 5 Hz on": partial(trends, fast=5.0),
-            "falling within limits only, from 5 Hz on": partial(trends, fast=5.0, within=True),
+            "high frequency: above 5 Hz": partial(trends, fast=5.0),
+            "falling within limits only, above 5 Hz": partial(trends, fast=5.0, within=True),
         },
         axes={},
     ),
@@ -510,9 +514,9 @@ CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
         lighter,
         _why_lighter,
         {
-            **{f"{factor:g} times, not half": partial(lighter, factor=factor) for factor in (0.9, 0.25)},
+            **{f"{factor:g} times instead of half": partial(lighter, factor=factor) for factor in (0.9, 0.25)},
             **_thresholds(lighter, "exceptions", _EXCEPTIONS),
         },
     ),
 }
-"""Claims about Fig 17: what decides them, what explains the verdict, and which other choices are tried."""
+"""Claims about Fig 17: their checks, the explanations of their verdicts, and the other choices tried."""

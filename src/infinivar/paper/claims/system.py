@@ -24,24 +24,24 @@ _SMALL = ("motor1-gear1", "motor1-gear2", "motor1-gear3")
 _LARGE = "motor2-gear4"
 _COBOTIC = {"A": "cobotic", "B": "cobotic-b"}
 _READING = 0.01
-"""Whole percents, some read off a plot: half a percent of rounding, and as much of reading."""
+"""Tolerance of whole percents, some read off a plot: half a point for rounding and half a point for reading. [-]"""
 _COBOTIC_VALUES = ("preload", "cylinder_radius", "link_drag")
-"""What steady operation of the cobotic drive has of `MOVES`."""
+"""Those of `MOVES` that affect the cobotic drive in steady operation."""
 
 
 def _over_region(machine: Machine, drive: Drive, count: int = 41) -> tuple[DrivePoint, np.ndarray]:
-    """A drive over the required region, and the share of the area each point stands for."""
+    """Operating points of a drive over the required region, and the share of the area that each represents."""
     speed, force, weight = machine.study.requirement.sample(count)
     return drive.operate(speed=speed, force=force), weight
 
 
 def _spare(machine: Machine, drive: Drive) -> float:
-    """How far the least margin over the region is above 1. [-]"""
+    """Smallest margin over the required region, less 1. [-]"""
     return float(np.min(_over_region(machine, drive)[0].margin)) - 1.0
 
 
 def _coverage(machine: Machine, drive: Drive) -> float:
-    """Share of the region within all limits. [-]"""
+    """Share of the required region within all limits. [-]"""
     point, weight = _over_region(machine, drive)
     return float(weight[np.asarray(point.limit) == Limit.OK].sum())
 
@@ -55,7 +55,7 @@ def _with_ratio(drive: ConventionalDrive, ratio: float) -> ConventionalDrive:
 
 
 def smallest_scale(machine: Machine, ratio: float, drag: float | None = None) -> float:
-    """Smallest scale of Motor 1 that covers the requirement on a fixed ratio, inf where none does. [-]"""
+    """Smallest scale of Motor 1 that covers the required region with a fixed ratio; inf if none does. [-]"""
     from scipy.optimize import brentq
 
     large, motor = machine.conventional(_LARGE), machine.conventional(_SMALL[0]).motor
@@ -68,7 +68,7 @@ def smallest_scale(machine: Machine, ratio: float, drag: float | None = None) ->
 
 
 def drag_at(machine: Machine, spare: Callable[[ConventionalDrive], float]) -> float:
-    """Drag at the load at which `spare` of Motor 2's drive passes zero. [N]"""
+    """Drag at the load at which `spare` of the Motor 2 drive crosses zero. [N]"""
     from scipy.optimize import brentq
 
     large = machine.conventional(_LARGE)
@@ -81,7 +81,7 @@ def _region_peak(machine: Machine, drive: ConventionalDrive) -> float:
 
 
 def _drags(machine: Machine) -> tuple[float, float, float]:
-    """Drag assumed at the load of Motor 2's drive, the least at which C6 holds, and the most at which C3 does. [N]"""
+    """Drag at the load of the Motor 2 drive: assumed, smallest at which C6 holds, largest at which C3 holds. [N]"""
     shipped = machine.conventional(_LARGE).guideway.friction
     least = drag_at(machine, lambda drive: 0.65 - _region_peak(machine, drive))
     most = drag_at(machine, lambda drive: _spare(machine, drive))
@@ -94,7 +94,7 @@ def _drag_range(machine: Machine, low: float | None, high: float | None) -> Rang
 
 
 def _cobotic_values(machine: Machine, found: Callable[[CoboticDrive], Found]) -> Iterator[Variant]:
-    """What is found with the cobotic drive's values moved by `FACTOR`, one at a time."""
+    """Findings with the cobotic drive's values varied by `FACTOR`, one at a time."""
     bench = Bench.of(machine)
     for parameter in _COBOTIC_VALUES:
         for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}")):
@@ -102,7 +102,7 @@ def _cobotic_values(machine: Machine, found: Callable[[CoboticDrive], Found]) ->
 
 
 def c1(machine: Machine) -> Finding:
-    """Coverage of Motor 1 on three ratios."""
+    """Coverage of Motor 1 with three ratios."""
     threshold = "each below 100 %"
 
     def found(drives: list[ConventionalDrive]) -> Found:
@@ -132,7 +132,7 @@ def c1(machine: Machine) -> Finding:
     variants = [
         row("value", f"any ratio from {ratios[0]:g}:1 to {ratios[-1]:g}:1", any_ratio),
         row("value", "no drag at the load", found(bare)),
-        row("value", "any ratio, and no drag at the load", best(0.0)),
+        row("value", "any ratio, without drag at the load", best(0.0)),
         *(
             row(
                 "value",
@@ -142,12 +142,12 @@ def c1(machine: Machine) -> Finding:
             for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}"))
         ),
     ]
-    why = f"What each ratio runs out of: {met}. The ratios are assumed; over all ratios the coverage is {any_ratio.computed}."
+    why = f"Limits exceeded: {met}. The ratios are assumed; over all ratios the coverage is {any_ratio.computed}."
     return settle(found(drives), why, variants)
 
 
 def c2(machine: Machine) -> Finding:
-    """Largest continuous power Motor 1 delivers to the load."""
+    """Largest continuous power that Motor 1 delivers to the load."""
     required = machine.power
 
     def found(name: str | None = None, least: float = required) -> Found:
@@ -156,11 +156,11 @@ def c2(machine: Machine) -> Finding:
         return Found(value, f"at least {plain(least, 3)} W", yes(value >= least))
 
     variants = [
-        *(row("value", f"on {machine.study.titles[name].split(', ')[-1]} only", found(name)) for name in _SMALL),
+        *(row("value", f"with {machine.study.titles[name].split(', ')[-1]} only", found(name)) for name in _SMALL),
         row("value", f"required power x {FACTOR:g}", found(least=FACTOR * required)),
     ]
     value = found()
-    why = f"{value.computed:.1f} W reach the load continuously on its best ratio; {plain(required, 3)} W are required."
+    why = f"With its best ratio it delivers {value.computed:.1f} W to the load continuously; {plain(required, 3)} W are required."
     return settle(value, why, variants)
 
 
@@ -180,14 +180,15 @@ def c3(machine: Machine) -> Finding:
         row("value", "ratio 4.2:1", found(_with_ratio(large, 4.2))),
     ]
     why = (
-        f"Ratio and drag are not printed; they were chosen so that it does, with a margin of {result.tightest.value:.3f} "
-        f"({result.tightest.limit.words}). It does up to {most:.1f} N of drag at the load, of which {drag:.1f} N are assumed."
+        "The paper prints neither ratio nor drag. They were chosen so that the drive covers the regime, with a margin of "
+        f"{result.tightest.value:.3f} ({result.tightest.limit.words}). It would do so with up to {most:.1f} N of drag at the "
+        f"load; {drag:.1f} N are assumed."
     )
     return settle(found(large), why, variants, [_drag_range(machine, None, most)], by_construction=True)
 
 
 def c4(machine: Machine) -> Finding:
-    """Smallest scale of Motor 1, on the shipped ratio and over all ratios."""
+    """Smallest scale of Motor 1, with the shipped ratio and over all ratios."""
     from scipy.optimize import minimize_scalar
 
     least: Any = minimize_scalar(
@@ -209,15 +210,15 @@ def c4(machine: Machine) -> Finding:
         ),
     ]
     why = (
-        f"On the reconstructed {shipped:g}:1 the smallest scale is {at_shipped:.2f}; {least.x:.2f}:1 would need "
-        f"{least.fun:.2f}: the fourth ratio, which the paper does not print, decides."
+        "The verdict depends on the fourth ratio, which the paper does not print: the smallest scale is "
+        f"{at_shipped:.2f} with the reconstructed {shipped:g}:1, and {least.fun:.2f} with {least.x:.2f}:1."
     )
     value = f"{at_shipped:.2f} at {shipped:g}:1, {least.fun:.2f} at {least.x:.2f}:1"
     return settle(found(at_shipped)._replace(computed=value), why, variants)
 
 
 def c5(machine: Machine) -> Finding:
-    """Peak efficiency of Motor 2's drive."""
+    """Peak efficiency of the Motor 2 drive."""
     result = machine.comparison.results[_LARGE]
     large = machine.conventional(_LARGE)
 
@@ -231,24 +232,24 @@ def c5(machine: Machine) -> Finding:
     free = _with_drag(large, 0.0)
     bare, drag = peak(free), large.guideway.friction
     variants = [
-        row("choice", "rounding of a whole percent alone", found(result.peak_efficiency, 0.5 * _READING)),
+        row("choice", "half a point of tolerance, for rounding alone", found(result.peak_efficiency, 0.5 * _READING)),
         row("choice", "twice the tolerance", found(result.peak_efficiency, 2 * _READING)),
         row("value", "no drag at the load", found(bare)),
         row("value", f"drag at the load / {FACTOR:g}", found(peak(_with_drag(large, drag / FACTOR)))),
         row("value", f"drag at the load x {FACTOR:g}", found(peak(_with_drag(large, drag * FACTOR)))),
     ]
     product = large.motor.peak_efficiency * large.gearhead.efficiency
-    variants.append(row("definition", "motor and gear alone, each at its best", found(product)))
+    variants.append(row("definition", "motor and gear alone, each at its peak", found(product)))
     why = (
-        f"{drag:g} N of drag at the load (assumed) cost most of what is missing; without drag it would be {bare:.2f}, but then "
-        f"{_region_peak(machine, free):.2f} inside the regime, against C6. Motor and gear at their best together would have "
-        f"{product:.3f}."
+        f"The assumed drag of {drag:g} N at the load explains most of the difference. Without drag the peak would be "
+        f"{bare:.2f}, but {_region_peak(machine, free):.2f} inside the regime, which contradicts C6. If motor and gear had their "
+        f"peaks at the same point, they would reach {product:.3f}."
     )
     return settle(found(result.peak_efficiency), why, variants)
 
 
 def c6(machine: Machine) -> Finding:
-    """Peak efficiency of Motor 2's drive in the region."""
+    """Peak efficiency of the Motor 2 drive in the required region."""
     large = machine.conventional(_LARGE)
     drag, least, most = _drags(machine)
 
@@ -262,14 +263,14 @@ def c6(machine: Machine) -> Finding:
         row("value", f"drag at the load x {FACTOR:g}", found(_with_drag(large, drag * FACTOR))),
     ]
     why = (
-        f"The drag at the load is not printed; {drag:g} N were chosen so that it does. It does from {least:.1f} N on, and C3 "
-        f"holds up to {most:.1f} N: together they leave little room."
+        f"The paper does not print the drag at the load; {drag:g} N were chosen to satisfy this claim. It holds from "
+        f"{least:.1f} N and C3 up to {most:.1f} N, which leaves little room."
     )
     return settle(found(large), why, variants, [_drag_range(machine, least, None)], by_construction=True)
 
 
 def c7(machine: Machine) -> Finding:
-    """Share of winding loss of Motor 2's drive over the region."""
+    """Share of winding loss in the Motor 2 drive over the required region."""
     large = machine.conventional(_LARGE)
     drag, least, most = _drags(machine)
 
@@ -286,7 +287,7 @@ def c7(machine: Machine) -> Finding:
         other = max((name for name in mean if name != "winding"), key=lambda name: mean[name])
         total = sum(mean.values())
         words = f"{mean['winding'] / total:.1%} of the loss, {other} {mean[other] / total:.1%}"
-        return Found(words, "more than any other part", yes(mean["winding"] > mean[other]))
+        return Found(words, "more than any other loss", yes(mean["winding"] > mean[other]))
 
     def share(threshold: float, of: str = "loss") -> Found:
         parts, power_in, weight = losses(large)
@@ -302,18 +303,22 @@ def c7(machine: Machine) -> Finding:
     corner = machine.comparison.results[_LARGE].corners["maximum force"]
     crossing = drag_at(machine, lead)
     variants = [
-        row("choice", "much: at least a quarter of the loss", share(0.25)),
-        row("choice", "much: at least half of the loss", share(0.5)),
-        row("choice", "much: at least a quarter of the power drawn", share(0.25, "power")),
-        row("value", f"drag at the load {least:.2f} N, the least for C6", largest(_with_drag(large, least))),
-        row("value", f"drag at the load {most:.2f} N, the most for C3", largest(_with_drag(large, most))),
+        row("choice", '"much": at least a quarter of the loss', share(0.25)),
+        row("choice", '"much": at least half of the loss', share(0.5)),
+        row("choice", '"much": at least a quarter of the power drawn', share(0.25, "power")),
+        row(
+            "value",
+            f"drag at the load {least:.2f} N, the smallest at which C6 holds",
+            largest(_with_drag(large, least)),
+        ),
+        row("value", f"drag at the load {most:.2f} N, the largest at which C3 holds", largest(_with_drag(large, most))),
     ]
     mean = means(large)
     parts = {name: mean[name] / sum(mean.values()) for name in ("winding", "guideway")}
     why = (
-        f"Winding heat is {corner.losses['winding'] / sum(corner.losses.values()):.0%} of the loss at maximum force; on average "
-        f"over the regime it is {parts['winding']:.1%}, against {parts['guideway']:.1%} for drag at the load, which is assumed "
-        f"({drag:g} N) and leads from {crossing:.1f} N on. The paper does not say how much is much."
+        f"Winding loss is {corner.losses['winding'] / sum(corner.losses.values()):.0%} of the total at maximum force. Averaged "
+        f"over the regime it is {parts['winding']:.1%}, and drag at the load {parts['guideway']:.1%}. The drag ({drag:g} N) is "
+        f'assumed; above {crossing:.1f} N it would be the larger of the two. The paper does not define "much".'
     )
     return settle(largest(large), why, variants, [_drag_range(machine, None, crossing)])
 
@@ -337,15 +342,15 @@ def b1(machine: Machine) -> Finding:
         *_cobotic_values(machine, found),
     ]
     why = (
-        f"The preload is not printed; it was chosen so that the wheel slips at {slip:.0f} N, beyond the {np.max(force):.0f} N "
-        f"required. What is left to test is the motor: it needs at most {torque:.0%} of its continuous torque and {voltage:.0%} "
-        "of the supply voltage."
+        f"The paper does not print the preload. It was chosen so that the wheel slips at {slip:.0f} N, above the "
+        f"{np.max(force):.0f} N required. Only the motor remains to be tested: it needs at most {torque:.0%} of its continuous "
+        f"torque and {voltage:.0%} of the supply voltage."
     )
     return settle(found(machine.drive), why, variants, by_construction=True)
 
 
 def _peak(machine: Machine, drive: CoboticDrive) -> float:
-    """Largest efficiency within limits, far beyond the region, too."""
+    """Peak efficiency within limits, inside the required region and far beyond it."""
     requirement = machine.study.requirement
     reach = np.geomspace(1e-2, PEAK_REACH, 120)
     point = drive.operate(speed=(reach * requirement.speed)[:, None], force=(reach * requirement.force)[None, :])
@@ -372,14 +377,14 @@ def b2(machine: Machine) -> Finding:
         *_cobotic_values(machine, lambda moved: found(_peak(machine, moved))),
     ]
     why = (
-        f"A reaches {a.peak_efficiency:.3f}, B, with a gear loss in proportion to power, {b.peak_efficiency:.3f}. With the motor "
-        f"as shipped the product is {product:.3f}; the three are not at their best together."
+        f"A reaches {a.peak_efficiency:.3f}; B, whose gear loss is proportional to power, reaches {b.peak_efficiency:.3f}. With "
+        f"the shipped motor the product is {product:.3f}, but motor, gear and element do not have their peaks at the same point."
     )
     return settle(found(a.peak_efficiency), why, variants)
 
 
 def b3(machine: Machine) -> Finding:
-    """Share of the region in which the cobotic drive beats Motor 2 on its gear."""
+    """Share of the required region in which the cobotic drive draws less power than the Motor 2 drive."""
     speed, force, weight = machine.study.requirement.sample(121)
     large = machine.conventional(_LARGE)
 
@@ -392,7 +397,7 @@ def b3(machine: Machine) -> Finding:
     drag = large.guideway.friction
     both = {letter: found(drive) for letter, drive in (("A", a), ("B", b))}
     variants = [
-        row("choice", "in general: in 90 % of the region", found(a, least=0.9)),
+        row("choice", '"any" as in 90 % of the region', found(a, least=0.9)),
         row("value", "reconstruction B", both["B"]),
         row("value", "reconstruction B, in 90 % of the region", found(b, least=0.9)),
         *(
@@ -409,15 +414,15 @@ def b3(machine: Machine) -> Finding:
     idle = {letter: float(drive.operate(speed=1e-9, force=0.0).power_in) for letter, drive in (("A", a), ("B", b))}
     words = f"{both['A'].computed} (A), {both['B'].computed} (B)"
     why = (
-        "Against Motor 2, the only conventional drive that covers. To idle at 14 rad/s, A, whose cylinder gear has a constant "
-        f"friction torque, takes {idle['A']:.1f} W, B, whose gear loses in proportion to power, {idle['B']:.1f} W: that law is "
-        "what differs at light load."
+        "Compared with Motor 2, the only conventional drive that covers the regime. Idling at 14 rad/s costs A, whose cylinder "
+        f"gear has a constant friction torque, {idle['A']:.1f} W, and B, whose gear loss is proportional to power, "
+        f"{idle['B']:.1f} W. This loss law makes the difference at light load."
     )
     return settle(both["A"]._replace(computed=words), why, variants)
 
 
 def b4(machine: Machine) -> Finding:
-    """Limits that bound the cobotic drive anywhere."""
+    """Limits that bound the operating range of the cobotic drive."""
     requirement = machine.study.requirement
 
     def found(drive: CoboticDrive, farthest: float = PEAK_REACH) -> Found:
@@ -426,7 +431,7 @@ def b4(machine: Machine) -> Finding:
         met = {Limit(int(code)) for code in np.unique(point.limit)} - {Limit.OK}
         words = " and ".join(limit.words for limit in sorted(met))
         bounded = {Limit.SLIP, Limit.THERMAL}
-        return Found(words or "none", "slip and motor torque, nothing else", yes(met == bounded))
+        return Found(words or "none", "slip and motor torque only", yes(met == bounded))
 
     drive = machine.drive
     motor = drive.motor
@@ -439,8 +444,8 @@ def b4(machine: Machine) -> Finding:
         *_cobotic_values(machine, found),
     ]
     why = (
-        f"At {abs(drive.cylinder_speed):g} rad/s the motor turns at {turning:.0f} rad/s; its continuous torque there takes "
-        f"{float(needed):.1f} V of {motor.voltage:g} V, so that torque runs out before voltage does."
+        f"With the cylinder at {abs(drive.cylinder_speed):g} rad/s the motor turns at {turning:.0f} rad/s. Its continuous torque "
+        f"there needs {float(needed):.1f} V of {motor.voltage:g} V, so the torque limit is reached before the voltage limit."
     )
     return settle(found(drive), why, variants)
 
@@ -452,15 +457,15 @@ def b5(machine: Machine) -> Finding:
         return near(rpm * 2.0 * np.pi / 60.0 / ratio, 14.0, 0.5)
 
     variants = [
-        row("value", "8035 rpm, as 8040 may be rounded", found(8035.0, 57.0)),
-        row("value", "57.5:1, as 57 may be rounded", found(8040.0, 57.5)),
+        row("value", "8035 rpm, which rounds to 8040", found(8035.0, 57.0)),
+        row("value", "57.5:1, which may be printed as 57", found(8040.0, 57.5)),
         row("value", "both", found(8035.0, 57.5)),
     ]
     value = found(8040.0, 57.0)
     turns = 14.0 * 57.0 * 60.0 / (2.0 * np.pi)
     why = (
-        f"8040 rpm through 57:1 is {value.computed:.2f} rad/s, and 14 rad/s is {turns:.0f} rpm at the motor: rounding of the "
-        "printed digits does not bridge that."
+        f"8040 rpm through 57:1 gives {value.computed:.2f} rad/s, and 14 rad/s corresponds to {turns:.0f} rpm at the motor. "
+        "Rounding of the printed digits does not explain the difference."
     )
     return settle(value, why, variants)
 

@@ -1,4 +1,4 @@
-"""What a check finds, and when it decides: not where a choice of ours, or a value the paper leaves open, turns it round."""
+"""Findings and verdicts: a claim is undecidable if a choice of ours, or a value the paper leaves open, reverses the verdict."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ Kind = Literal["choice", "definition", "value", "contrary"]
 KINDS: Mapping[Kind, str] = MappingProxyType(
     {
         "choice": "our choice",
-        "definition": "definition that the paper leaves open",
-        "value": "value that the paper does not print",
-        "contrary": "contrary to the paper, for comparison only",
+        "definition": "definition the paper leaves open",
+        "value": "value the paper does not print",
+        "contrary": "contradicts the paper; for comparison only",
     }
 )
-"""What a variant changes. The first three must not turn a verdict round; the last does not count."""
+"""What a variant changes. If any of the first three reverses a verdict, the claim is undecidable; the last does not count."""
 
 FACTOR = 1.5
-"""Assumed values are moved by this factor either way: they are not known any better."""
+"""Assumed values are varied by this factor either way, which is how well they are known."""
 
 _NAMED = 4
-"""Variants named in a reason; the table has all."""
+"""Most variants named in a reason; the table lists them all."""
 
 
 class Found(NamedTuple):
-    """One value with its verdict and the threshold that decides between them."""
+    """A computed value, the threshold it is compared with, and the resulting verdict."""
 
     computed: float | str | None
     threshold: str
@@ -37,7 +37,7 @@ class Found(NamedTuple):
 
 
 class Variant(NamedTuple):
-    """What is found under another choice, definition or value."""
+    """The finding under another choice, definition or value."""
 
     kind: Kind
     assuming: str
@@ -47,7 +47,7 @@ class Variant(NamedTuple):
 
 
 class Range(NamedTuple):
-    """Values of one parameter, all others as shipped, over which a claim keeps its verdict; None: as far as looked."""
+    """Range of one parameter, all others as shipped, over which the verdict stays the same; None: no limit within the search."""
 
     parameter: str
     unit: str
@@ -57,11 +57,11 @@ class Range(NamedTuple):
 
 
 class Finding(NamedTuple):
-    """What a check found: the value (a number, or a few words), threshold and verdict, and why in one or two sentences.
+    """Result of a check: value (a number or a few words), threshold, verdict, and the reason in one or two sentences.
 
-    `shown` is the verdict by the shipped choices, definitions and values alone; `variants` what is found under others,
-    `ranges` how far parameters that the paper leaves open may move before `shown` changes. `by_construction` marks a claim
-    that the machine was fitted to: it says that such a machine exists, and tests nothing.
+    `shown` is the verdict with the shipped choices, definitions and values alone. `variants` holds the findings under other
+    ones, `ranges` how far parameters that the paper leaves open may change before `shown` does. `by_construction` marks a
+    claim that the machine was fitted to: the verdict shows that such a machine exists, but tests nothing.
     """
 
     computed: float | str | None
@@ -75,12 +75,12 @@ class Finding(NamedTuple):
 
 
 def yes(condition: bool) -> Verdict:
-    """The verdict on a claim that is true or false."""
+    """The verdict on a claim that is either true or false."""
     return "holds" if condition else "does not hold"
 
 
 def _spaced(text: str) -> str:
-    """Percent signs apart from their numbers, as everywhere else."""
+    """The text with a space before each percent sign, as everywhere else."""
     return re.sub(r"(?<=\d)%", " %", text)
 
 
@@ -90,13 +90,13 @@ def near(value: float, printed: float, tolerance: float) -> Found:
 
 
 def row(kind: Kind, assuming: str, found: Found) -> Variant:
-    """A variant from what is found under it."""
+    """Make a variant from its finding."""
     computed = _spaced(found.computed) if isinstance(found.computed, str) else found.computed
     return Variant(kind, _spaced(assuming), computed, _spaced(found.threshold), found.verdict)
 
 
 def turned(verdict: Verdict, variants: Iterable[Variant]) -> list[Variant]:
-    """Variants that count and come to the opposite verdict."""
+    """Variants that count and reverse the verdict."""
     opposite = {"holds": "does not hold", "does not hold": "holds"}.get(verdict)
     return [variant for variant in variants if variant.kind != "contrary" and variant.verdict == opposite]
 
@@ -109,13 +109,13 @@ def settle(
     *,
     by_construction: bool = False,
 ) -> Finding:
-    """The finding, undecidable if any variant that counts turns the verdict round; the reason then names such variants.
+    """The finding: undecidable if any variant that counts reverses the verdict; the reason then names those variants.
 
     Parameters
     ----------
-    found : Found        With the shipped choices, definitions and values.
-    why : str            Reason, one or more whole sentences.
-    by_construction      The machine was fitted to the claim: variants then only tell how closely.
+    found : Found        Finding with the shipped choices, definitions and values.
+    why : str            Reason, in one or more full sentences.
+    by_construction      The machine was fitted to the claim: variants then only show how closely.
     """
     variants = tuple(variants)
     against = [] if by_construction else turned(found.verdict, variants)
@@ -123,8 +123,8 @@ def settle(
     if against:
         named = [variant.assuming for variant in against[:_NAMED]]
         more = f" and {len(against) - _NAMED} more" if len(against) > _NAMED else ""
-        turns = {"holds": "Holds as shown, but not with", "does not hold": "Does not hold as shown, but would with"}
-        why = f"{turns[verdict]}: {'; '.join(named)}{more}. {why}"
+        reversal = {"holds": "Holds as shown, but not with", "does not hold": "Does not hold as shown, but would with"}
+        why = f"{reversal[verdict]}: {'; '.join(named)}{more}. {why}"
         verdict = "undecidable"
     return Finding(
         computed=_spaced(found.computed) if isinstance(found.computed, str) else found.computed,
