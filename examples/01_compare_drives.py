@@ -2,8 +2,8 @@
 Compare the drives of a study
 =============================
 
-A study names a requirement (force, speed and power) and the drives that should meet it. Which of them covers the
-required region, what limits the others, and what does each lose?
+A study states a requirement (force, speed and power) and the drives that should meet it. Which drives cover the required
+region, what limits the others, and how much power does each lose?
 """
 
 import matplotlib.pyplot as plt
@@ -18,8 +18,8 @@ for drive in result.results.values():
     print(f"{drive.title:38} covers {drive.coverage:4.0%}, tightest limit: {limit} ({margin:.2f})")
 
 # %%
-# A bar for the share of the required region that each drive covers, and one for its mean loss there. A drive that does
-# not cover the region is averaged over the part it reaches, so that its loss is not comparable: it is drawn pale.
+# The bars show the share of the required region that each drive covers, and its mean loss there. The loss of a drive that
+# does not cover the region is averaged only over the part it reaches. It is not comparable and drawn pale.
 
 drives = list(result.results.values())
 fig, (left, right) = plt.subplots(1, 2, figsize=(8.5, 3.2), sharey=True, layout="constrained")
@@ -30,5 +30,5 @@ for place, drive in enumerate(drives):
 left.set_yticks(range(len(drives)), [drive.title for drive in drives])
 left.invert_yaxis()
 left.set_xlabel("covered share of the required region [%]")
-right.set_xlabel("mean loss in it [W]")
+right.set_xlabel("mean loss in the required region [W]")
 plt.show()

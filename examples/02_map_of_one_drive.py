@@ -2,8 +2,8 @@
 Efficiency map of one drive
 ===========================
 
-`steady_map` evaluates a drive on a grid of speed and force. The map holds powers, every loss, the efficiency within
-limits, and the limit that binds. Every point passes the energy audit.
+`steady_map` evaluates a drive on a grid of speed and force. The map holds input and output power, all losses, the
+efficiency within limits, and the limit exceeded. The energy audit checks every point.
 """
 
 import matplotlib.pyplot as plt
@@ -18,8 +18,8 @@ print(f"largest residual of the energy balance: {maps.audit_residual:.1e}")
 print(f"best efficiency: {np.nanmax(maps.efficiency):.1%}")
 
 # %%
-# Efficiency is ``nan`` outside the limits, so the coloured area is the operating range. The line bounds the required
-# region: the largest force, the largest speed, and the power that both may reach together.
+# Efficiency is ``nan`` outside the limits, so the coloured area is the operating range. The line encloses the required
+# region, which is bounded by maximum force, maximum speed and maximum power.
 
 fig, ax = plt.subplots(figsize=(6.5, 4.2), layout="constrained")
 levels = np.arange(0.0, 0.81, 0.1)
@@ -35,7 +35,7 @@ ax.legend(loc="upper right", frameon=True)
 plt.show()
 
 # %%
-# The limits beyond the coloured area, by the share of the grid that each one closes:
+# The limits outside the coloured area, and the share of the grid in which each is exceeded:
 
 for limit in iv.Limit:
     share = np.mean(maps.limit == limit)

@@ -2,8 +2,8 @@
 Steering angle for a motion
 ===========================
 
-The transmission ratio is set by steering a wheel. Without losses the angle follows from the speeds alone; under load the
-wheel creeps, and must be steered further. `steer` is the inverse of `operate` and includes the creep.
+Steering a wheel sets the transmission ratio. Without losses the angle follows from the speeds alone. Under load the wheel
+creeps and must be steered further. `steer` is the inverse of `operate` and accounts for creep.
 """
 
 import matplotlib.pyplot as plt
@@ -32,7 +32,7 @@ left.legend(title="link force\nover slip force")
 plt.show()
 
 # %%
-# Lines end where the wheel slips. Steering by the angle found gives the speed that was asked for:
+# The lines end where the wheel slips. Operating at the angle found gives the requested speed:
 
 angle = ivt.steer(cylinder_speed=omega, link_speed=0.4, link_force=30.0)
 point = ivt.operate(cylinder_speed=omega, steering_angle=angle, link_force=30.0)

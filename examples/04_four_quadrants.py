@@ -2,8 +2,8 @@
 Power balance in four quadrants
 ===============================
 
-The same transmission drives a load, brakes it, and lets the load drive the cylinder. In every quadrant the power that
-goes in and does not come out is the sum of three losses.
+The same transmission drives a load, brakes it, and lets the load drive the cylinder. In every quadrant, power in minus
+power out equals the sum of three losses.
 """
 
 import matplotlib.pyplot as plt
@@ -33,7 +33,7 @@ axes[0].set_ylabel("force on the link [N]")
 plt.show()
 
 # %%
-# Four points, one in each quadrant. The losses are nearly the same whichever way the power flows.
+# One point in each quadrant. The losses hardly depend on the direction of power flow.
 
 print("     speed    force    power in   power out   creep   rolling  bearing")
 for v, f in ((0.4, 30.0), (-0.4, 30.0), (-0.4, -30.0), (0.4, -30.0)):

@@ -2,8 +2,8 @@
 Contact patch from geometry
 ===========================
 
-How large is the contact patch of a crowned wheel on a cylinder, how hard is it pressed, and how stiff is it sideways?
-Hertz's theory gives the patch, Kalker's coefficients the creep stiffness ``C = C22 G a b``.
+How large is the contact patch of a crowned wheel on a cylinder, how high is its pressure, and how stiff is it laterally?
+Hertz's theory gives the patch, Kalker's coefficients give the creep stiffness ``C = C22 G a b``.
 """
 
 import matplotlib.pyplot as plt
@@ -20,8 +20,8 @@ print(f"creep stiffness: {1e-3 * ivt.contact.creep_stiffness:.1f} kN")
 print(f"smallest margin: {1 / max(ivt.utilisation.values()):.2f}")
 
 # %%
-# The crown radius trades pressure against rolling loss. `dataclasses.replace` makes a changed copy; everything that
-# follows from the geometry is computed anew.
+# The crown radius trades pressure against rolling loss. `dataclasses.replace` makes a modified copy and recomputes
+# everything that depends on the geometry.
 
 from dataclasses import replace
 

@@ -2,8 +2,8 @@
 Bearing friction: two models
 ============================
 
-The wheel's axle bearings lose more than its contact. A constant coefficient of friction needs one number; SKF's model
-separates rolling and sliding and depends on load, speed and viscosity.
+The axle bearings of the wheel lose more power than its contact. A constant coefficient of friction needs only one number.
+SKF's model separates rolling and sliding friction and depends on load, speed and viscosity.
 """
 
 import matplotlib.pyplot as plt
@@ -39,7 +39,7 @@ right.legend(loc="upper left")
 plt.show()
 
 # %%
-# Starting takes more torque than turning, and both loads shorten the bearing's life:
+# Starting needs more torque than turning. Radial and axial load both shorten the life of the bearing:
 
 turning = skf.moment(radial, axial, 50.0).total
 starting = skf.starting_moment(radial, axial)

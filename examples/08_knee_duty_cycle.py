@@ -2,8 +2,8 @@
 Energy of a knee exoskeleton per stride
 =======================================
 
-A duty cycle is a motion that repeats. Inverse dynamics gives the energy per cycle, the losses, and the temperature at
-which each motor winding settles. Here: a quarter of the knee's torque at level walking.
+A duty cycle is a periodic motion. Inverse dynamics gives the energy per cycle, the losses, and the steady temperature of
+each motor winding. Here the drive supplies a quarter of the knee torque in level walking.
 """
 
 import matplotlib.pyplot as plt
@@ -18,8 +18,8 @@ for name, found in results.items():
     print(f"{name}: {found.energy:.2f} J per stride, {found.power_in:.2f} W on average")
 
 # %%
-# Power at the load and from the supply over one stride. Where the load drives, power comes back; the amplifier of these
-# drives turns it into heat.
+# Power at the load and from the supply over one stride. When the load drives, power flows back, and the amplifiers of these
+# drives turn it into heat.
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3.7), layout="constrained", width_ratios=(3, 2))
 for colour, (name, found) in zip(("C0", "C1"), results.items(), strict=True):

@@ -2,8 +2,8 @@
 Duty cycle from a recording
 ===========================
 
-A recorded motion drives a study like any other duty cycle. The file holds one cycle, with the columns ``time`` and
-``position`` (or ``speed``) and, if you have it, the ``force`` on the load. Everything above ``cutoff`` is filtered out.
+A recorded motion can serve as a duty cycle. The file holds one cycle, with the columns ``time`` and ``position`` (or
+``speed``) and, optionally, the ``force`` on the load. Frequencies above ``cutoff`` are filtered out.
 """
 
 from pathlib import Path
@@ -13,7 +13,7 @@ import numpy as np
 
 import infinivar as iv
 
-# One cycle of two seconds at 200 Hz; in place of a measurement, a motion with sensor noise made here.
+# One cycle of two seconds at 200 Hz: a synthetic motion with sensor noise stands in for a measurement.
 random = np.random.default_rng(1)
 time = np.linspace(0.0, 2.0, 401)
 phase = np.pi * time
@@ -24,7 +24,7 @@ rows = np.column_stack([time, position, force])
 np.savetxt("recorded_cycle.csv", rows, delimiter=",", header="time [s],position [m],force [N]", comments="", fmt="%.6f")
 
 # %%
-# The study extends a shipped one by the duty cycle:
+# The study extends a shipped study with the duty cycle:
 
 Path("recorded.toml").write_text("""
 extends = "../studies/hand_controller.toml"
@@ -41,7 +41,7 @@ for name, found in results.items():
     print(f"{name}: {found.energy:.2f} J per cycle, largest current {max(found.columns['motor_current_A']):.2f} A")
 
 # %%
-# The recording and the filtered motion that the drives follow, and the motor current that it takes:
+# The recording, the filtered motion that the drives follow, and the motor current it requires:
 
 fig, (upper, lower) = plt.subplots(2, 1, figsize=(6.5, 4.6), sharex=True, layout="constrained")
 upper.plot(time, 1e3 * position, ".", ms=2, color="grey", label="recorded")

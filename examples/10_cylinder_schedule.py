@@ -2,8 +2,8 @@
 Scheduling the cylinder
 =======================
 
-The cylinder of a cobotic drive turns all the time, and idling costs power. How much does a slower cylinder save over a
-duty cycle, and how much more a speed that is scheduled in time?
+The cylinder of a cobotic drive turns continuously, and idling costs power. How much does a slower cylinder save over a
+duty cycle, and how much more does a speed that varies over the cycle?
 """
 
 import matplotlib.pyplot as plt
@@ -15,11 +15,11 @@ study = iv.load_study("../studies/reach_and_hold.toml")
 duty = study.duty["reach-and-hold"]
 found = iv.policies(study.drives["cobotic"], duty)
 for policy in found:
-    limits = "within limits" if policy.feasible else "not feasible"
+    limits = "within limits" if policy.feasible else "infeasible"
     print(f"{policy.name:24} {policy.power_in:5.2f} W  {limits}")
 
 # %%
-# The wheel transmits speed by steering further, so the cylinder only has to turn fast while the link moves fast.
+# Steering the wheel further raises the link speed, so the cylinder must turn fast only while the link moves fast.
 
 feasible = [policy for policy in found if policy.feasible]
 fig, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.4), layout="constrained", width_ratios=(2, 3))

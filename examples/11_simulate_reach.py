@@ -2,8 +2,8 @@
 Simulation of a reach, with its energy audit
 ============================================
 
-The drive runs through a scenario as a bond graph with controllers: the link reaches 100 mm against the load's inertia.
-The energy from the supply is what the load and the storages hold plus what every element lost.
+The drive is simulated as a bond graph with controllers: the link moves 100 mm against the inertia of the load. The energy
+from the supply equals the energy stored plus the losses of all elements.
 """
 
 import matplotlib.pyplot as plt
@@ -20,7 +20,7 @@ print(run.verdict)
 columns = run.columns
 fig, axes = plt.subplots(3, 1, figsize=(6.5, 5.4), sharex=True, layout="constrained")
 axes[0].plot(columns["time_s"], 1e3 * columns["position_m"], label="link")
-axes[0].plot(columns["time_s"], 1e3 * columns["wanted_position_m"], "k:", label="wanted")
+axes[0].plot(columns["time_s"], 1e3 * columns["wanted_position_m"], "k:", label="target")
 axes[0].set_ylabel("position [mm]")
 axes[0].legend()
 axes[1].plot(columns["time_s"], 57.2958 * columns["steering_angle_rad"], color="C2")
@@ -43,5 +43,5 @@ plt.show()
 supplied = sum(energy[-1] for energy in trajectory.supplied.values())
 lost = sum(energy[-1] for energy in trajectory.lost.values())
 stored = sum(energy[-1] - energy[0] for energy in trajectory.stored.values())
-print(f"supplied {supplied:.6f} J = lost {lost:.6f} J + {stored:.6f} J more stored than at the start")
-print(f"missing, of the energy moved: {trajectory.closure:.1e}")
+print(f"supplied {supplied:.6f} J = lost {lost:.6f} J + {stored:.6f} J increase in stored energy")
+print(f"unaccounted share of the energy moved: {trajectory.closure:.1e}")

@@ -2,8 +2,8 @@
 Which parameters matter
 =======================
 
-`sensitivity` ranks the parameters of a drive by what they do to one outcome: here the loss at one operating point, with
-exact derivatives and with each parameter at the ends of its range.
+`sensitivity` ranks the parameters of a drive by their effect on one outcome, here the loss at one operating point. It uses
+exact derivatives, and also evaluates each parameter at both ends of its range.
 """
 
 import matplotlib.pyplot as plt
@@ -14,10 +14,10 @@ study = iv.load_study("../studies/hand_controller.toml")
 found = iv.sensitivity(study, "cobotic", "loss", speed=0.3, force=25.0)
 print(f"loss at 0.3 m/s and 25 N: {found.value:.2f} W")
 for row in found.influences[:5]:
-    print(f"+1 % of {row.words}: {row.elasticity:+.2f} % loss")
+    print(f"+1 % in {row.words} changes the loss by {row.elasticity:+.2f} %")
 
 # %%
-# A tornado of the ten most influential parameters, each moved alone to the ends of its range:
+# Tornado chart of the ten most influential parameters, each varied alone over its range:
 
 rows = found.influences[:10][::-1]
 fig, ax = plt.subplots(figsize=(7.0, 4.0), layout="constrained")

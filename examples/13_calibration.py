@@ -2,9 +2,9 @@
 Calibration from a rig
 ======================
 
-A rig measures current, voltage, travel and angle while the link lifts and lowers masses. The fit gives the losses of the
-transmission with intervals, and says what the data cannot tell apart. Here a virtual rig takes the measurements, with
-the errors of its sensors.
+A rig measures current, voltage, travel and angle while the link lifts and lowers masses. The fit estimates the losses of
+the transmission with intervals, and reports which parameters are not identifiable. Here a virtual rig with sensor errors
+provides the measurements.
 """
 
 import matplotlib.pyplot as plt
@@ -44,7 +44,7 @@ ax.legend(loc="lower left")
 plt.show()
 
 # %%
-# The rig does not know the truth, but we do:
+# The true values, which only a virtual rig can provide:
 
 truth, fitted = drive.transmission.groups(14.0), ivt.groups(14.0)
 print(f"creep stiffness: true {truth.creep_stiffness:.0f} N, fitted {fitted.creep_stiffness:.0f} N")

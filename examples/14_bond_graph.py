@@ -2,8 +2,8 @@
 A bond graph of your own
 ========================
 
-Bond graphs describe any machine by its elements and the power bonds between them. From the graph follow causality,
-equations, a simulation and an energy audit. Here a motor winds up a spring against friction.
+Bond graphs describe a machine by its elements and the power bonds between them. The graph determines causality, equations,
+a simulation and an energy audit. Here a motor winds up a spring against friction.
 """
 
 import matplotlib.pyplot as plt
@@ -43,7 +43,7 @@ print(f"the audit closes to {run.closure:.0e} of the energy moved")
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(8.8, 3.4), layout="constrained")
 left.plot(1e3 * run.time, np.degrees(run.states["spring"]))
-left.set(xlabel="time [ms]", ylabel="angle of the spring [deg]")
+left.set(xlabel="time [ms]", ylabel="spring angle [deg]")
 for name, energy in (("spring", run.stored["spring"]), ("rotor", run.stored["rotor"]), ("drag", run.lost["drag"])):
     verb = "lost in" if name == "drag" else "stored in"
     right.plot(1e3 * run.time, 1e3 * energy, label=f"{verb} the {name}")
@@ -52,6 +52,6 @@ right.legend()
 plt.show()
 
 # %%
-# The winding takes nearly all of it, because a motor that stands still under load turns current into heat only:
+# The winding dissipates nearly all of the energy, because a motor stalled under load only turns current into heat:
 
 print(f"supplied {run.supplied['supply'][-1]:.3f} J, lost in the winding {run.lost['winding'][-1]:.3f} J")

@@ -1,9 +1,9 @@
 """
-Gears that the load drives
-==========================
+Back-driven gears
+=================
 
-A gear of 80 % efficiency does not return 80 % when the load drives it, and must never return more than it receives. The
-loss model and the back-driving efficiency decide how much comes back, and whether the gear locks itself.
+A gear with 80 % efficiency does not return 80 % when the load drives it, and must never return more than it receives. The
+loss model and the back-driving efficiency determine how much power returns, and whether the gear is self-locking.
 """
 
 import matplotlib.pyplot as plt
@@ -20,7 +20,7 @@ gears = {
     ),
     "self-locking": iv.Gearhead(ratio=57.0, efficiency=0.45, loss_model="proportional", backdriving_efficiency=0.0),
 }
-torque = np.linspace(-1.5, 1.5, 601)  # of the load, at the output
+torque = np.linspace(-1.5, 1.5, 601)  # at the output
 speed = 10.0
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(8.8, 3.6), layout="constrained")
@@ -37,7 +37,7 @@ right.set(xlabel="power to the load [W]", ylabel="loss [W]")
 plt.show()
 
 # %%
-# Left of zero the load drives. A load of 10 W returns:
+# Left of zero the load drives. Of 10 W from the load, each gear returns:
 
 for name, gear in gears.items():
     point = gear.operate(output_torque=-1.0, output_speed=speed, motor_rated_torque=rated)

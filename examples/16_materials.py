@@ -2,8 +2,8 @@
 Choosing a material for the wheel
 =================================
 
-The material sets the size of the contact patch, its stiffness against creep, the hysteresis and the pressure that it
-withstands. Each candidate of the catalogue is put into the shipped wheel and cylinder, all else equal.
+The material determines the size of the contact patch, its creep stiffness, the hysteresis loss and the allowable pressure.
+Each candidate replaces the wheel material of the shipped drive, with everything else equal.
 """
 
 from dataclasses import replace
@@ -34,7 +34,7 @@ for name, wheel in wheels.items():
     print(f"{name:20} {1e-9 * pressure:9.2f} {1e-3 * stiffness:8.1f} {sum(point.losses.values()):10.3f} W")
 
 # %%
-# A soft wheel lowers the pressure but creeps more. Demand over what the material allows, where its strength is known:
+# A softer wheel lowers the pressure but creeps more. Demand over allowable value, where the strength is known:
 
 for name, wheel in wheels.items():
     demands = ", ".join(f"{limit.words} {demand:.2f}" for limit, demand in wheel.utilisation.items())

@@ -1,9 +1,9 @@
 """Index of the paper's equations and figures: which function implements each, and which tests check it.
 
-A function says where its law comes from in its docstring, ``Source: faulring2006, Eq 12; johnson1985, section 9.4.``,
-one equation at a time, so that a search for it finds the law. A test says what it checks by a marker,
-``@pytest.mark.source("faulring2006", "Eq 12")``; one that uses the module of a figure checks that figure. All is read from
-the source text: nothing is imported or run.
+A function cites the source of its law in its docstring, ``Source: faulring2006, Eq 12; johnson1985, section 9.4.``, with
+single equations, so that a search for one finds the law. A marker names what a test checks,
+``@pytest.mark.source("faulring2006", "Eq 12")``; a test that uses the module of a figure checks that figure. The index is
+read from the source text: nothing is imported or run.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ EQUATIONS = {
     8: "power lost to creep",
     9: "creep stiffness from a locked run",
     10: "strain work of rolling",
-    11: "share of it that hysteresis loses",
+    11: "strain work lost to hysteresis",
     12: "torque of rolling friction",
     13: "power lost to rolling friction",
     14: "power lost in the axle bearings",
     15: "efficiency of the element",
-    16: "its closed form by load and steering angle",
+    16: "efficiency in closed form, from load and steering angle",
     17: "correction above 70 % of the slip force",
-    18: "efficiency from a measurement",
+    18: "efficiency from measurements",
 }
 
 FIGURES = {
@@ -45,7 +45,7 @@ FIGURES = {
     4: "forces at the contact",
     5: "creep curve",
     6: "bond graph of the transmission with its losses",
-    7: "efficiency of the element by reduction ratio",
+    7: "efficiency of the element against reduction ratio",
     8: "the element against gears on the market",
     9: "both architectures",
     10: "bond graph of the cobotic system",
@@ -55,7 +55,7 @@ FIGURES = {
     14: "bond graph of the conventional system",
     15: "operating ranges of the conventional drives",
     16: "operating range of the cobotic drive",
-    17: "performance at shaking, over frequency and power",
+    17: "performance when shaking a mass, over frequency and power",
 }
 
 _SOURCE = re.compile(r"^[ \t]*Source: (.*?)(?=\n[ \t]*\n|\Z)", re.DOTALL | re.MULTILINE)
@@ -64,7 +64,7 @@ _FIGURE_FILE = re.compile(r"fig(\d\d)_\w+\.py")
 
 
 class Entry(NamedTuple):
-    """A function, class or module that cites the paper, or a test that checks what it prints."""
+    """A function, class or module that cites the paper, or a test that checks an equation or a figure."""
 
     place: str
     """``Eq 12`` or ``Fig 7``."""
@@ -75,7 +75,7 @@ class Entry(NamedTuple):
 
 
 def _functions(tree: ast.Module) -> Iterator[tuple[str, ast.AST]]:
-    """Dotted name and node of the module and of all its classes, functions and methods."""
+    """Dotted names and nodes of a module and all its classes, functions and methods."""
 
     def within(node: ast.AST, prefix: str) -> Iterator[tuple[str, ast.AST]]:
         for child in ast.iter_child_nodes(node):
@@ -94,7 +94,7 @@ def places(docstring: str) -> list[str]:
 
 
 def implementations(package: Path = ROOT / "src" / "infinivar") -> list[Entry]:
-    """Every place where the package implements an equation or draws a figure."""
+    """All places where the package implements an equation or draws a figure."""
     found = []
     for path in sorted(package.rglob("*.py")):
         module = ".".join((package.name, *path.relative_to(package).with_suffix("").parts)).removesuffix(".__init__")
@@ -109,7 +109,7 @@ def implementations(package: Path = ROOT / "src" / "infinivar") -> list[Entry]:
 
 
 def checks(tests: Path = ROOT / "tests") -> list[Entry]:
-    """Every test that is marked with what it checks, or that uses the module of a figure."""
+    """All tests that have a source marker or use the module of a figure."""
     found = []
     for path in sorted(tests.rglob("test_*.py")):
         for node in ast.parse(path.read_text("utf-8")).body:
@@ -122,7 +122,7 @@ def checks(tests: Path = ROOT / "tests") -> list[Entry]:
 
 
 def _marked(test: ast.FunctionDef) -> list[str]:
-    """What the ``source`` markers of a test name."""
+    """Equations and figures in the ``source`` markers of a test."""
     found = []
     for mark in test.decorator_list:
         if isinstance(mark, ast.Call) and ast.unparse(mark.func) == "pytest.mark.source":
@@ -138,7 +138,7 @@ def _drawn(test: ast.FunctionDef) -> list[str]:
 
 
 def _documented(package: Path = ROOT / "src" / "infinivar") -> dict[str, str]:
-    """Names of the package itself by where they are defined, from its list of public names."""
+    """Public name of each object by the place of its definition, from the list of public names."""
     tree = ast.parse((package / "__init__.pyi").read_text("utf-8"))
     imports = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module]
     return {
@@ -149,7 +149,7 @@ def _documented(package: Path = ROOT / "src" / "infinivar") -> dict[str, str]:
 
 
 def _shown(name: str, documented: dict[str, str]) -> str:
-    """A function as a link to its page, if it has one; a private one by its full name."""
+    """A function as a link to its page; a private function, which has none, by its name."""
     parts = name.split(".")
     module = next(
         place for place in range(len(parts), 0, -1) if ROOT.joinpath("src", *parts[:place]).with_suffix(".py").exists()
@@ -163,9 +163,9 @@ def _shown(name: str, documented: dict[str, str]) -> str:
 
 
 def _table(kind: str, meanings: dict[int, str]) -> str:
-    """Markdown table of one kind of place: what it is, where it is implemented, what checks it."""
+    """Markdown table of all equations or all figures: meaning, implementation and tests."""
     code, tests, documented = implementations(), checks(), _documented()
-    lines = ["| | what it is | in the program | checked by |", "| --- | --- | --- | --- |"]
+    lines = ["| | what it is | implemented by | checked by |", "| --- | --- | --- | --- |"]
     for number, meaning in meanings.items():
         place = f"{kind} {number}"
         functions = [_shown(entry.name, documented) for entry in code if entry.place == place]
@@ -176,7 +176,7 @@ def _table(kind: str, meanings: dict[int, str]) -> str:
 
 
 def write(app) -> None:
-    """Write both tables where the page includes them."""
+    """Write both tables to the files that the page includes."""
     folder = Path(app.srcdir) / "reference" / "generated"
     folder.mkdir(parents=True, exist_ok=True)
     for name, kind, meanings in (("equations", "Eq", EQUATIONS), ("paper_figures", "Fig", FIGURES)):

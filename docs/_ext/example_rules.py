@@ -1,4 +1,4 @@
-"""What every example keeps to while the gallery runs it: no warning, and ten seconds of computing at most."""
+"""Rules for the examples in the gallery: no warnings, and at most ten seconds of processor time."""
 
 import time
 import warnings
@@ -6,7 +6,7 @@ import warnings
 from sphinx.util.logging import getLogger
 
 LONGEST = 10.0
-"""Processor time of one example. [s]"""
+"""Longest processor time of an example. [s]"""
 
 LOOKS = {
     "axes.spines.top": False,
@@ -21,7 +21,7 @@ _running: dict[str, tuple[float, warnings.catch_warnings]] = {}
 
 
 def reset(gallery_conf: dict, example: str, when: str) -> None:
-    """Called before and after each example; a message of its logger fails a build with ``-W``."""
+    """Run before and after each example; a warning that it logs fails a build with ``-W``."""
     if when == "before":
         import matplotlib
 

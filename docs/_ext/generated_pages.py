@@ -1,4 +1,4 @@
-"""Tables and figures made from the program when the documentation is built, so that they say what it does."""
+"""Tables and figures generated from the program when the documentation is built, so that both always agree."""
 
 import dataclasses
 import typing
@@ -26,7 +26,7 @@ def grid(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 
 
 def _options(property_schema: dict) -> list[object]:
-    """Words or numbers that a field accepts, from its JSON Schema; empty where it is free."""
+    """Options that a field accepts, from its JSON Schema; empty if any value is allowed."""
     return next((branch["enum"] for branch in property_schema.get("anyOf", []) if "enum" in branch), [])
 
 
@@ -40,7 +40,7 @@ def _default(field: dataclasses.Field) -> str:
 
 
 def fields_of(part: type) -> str:
-    """Table of the keys that describe a part."""
+    """Table of the keys of a part."""
     hints = typing.get_type_hints(part)
     properties = schema.table(part).model_json_schema()["properties"]
     known = {field.name: field for field in dataclasses.fields(part)}
@@ -80,7 +80,7 @@ def fields_of(part: type) -> str:
 
 
 def kinds_of(field: dataclasses.Field) -> str:
-    """For each kind that a field comes in, what it is and the keys that it has."""
+    """Description and keys of each kind of a field."""
     text = []
     for shape, kind in field.metadata["kinds"].items():
         summary = kind.__doc__.strip().splitlines()[0].replace("``", "`")
@@ -100,7 +100,7 @@ def _parts(part: type, found: list[type]) -> None:
 
 
 def study_fields() -> str:
-    """Reference of every table of a study file."""
+    """Reference of all tables of a study file."""
     parts: list[type] = []
     for owner in (*schema.DRIVES.values(), Scenario, DutyCycle, Rig):
         _parts(owner, parts)
@@ -157,7 +157,7 @@ def _catalogue(kind: str, keys: tuple[str, ...]) -> str:
 
 
 def parameter_set_values(name: str) -> str:
-    """What a shipped set says about each drive and where it comes from, catalogue parts in one line."""
+    """Values of a shipped set and their sources, drive by drive, with one line per catalogue part."""
     study = shipped_study(name)
     text = [f"> {statement}\n" for statement in study.reconstruction]
     for owner in ("requirement", *study.drives):
@@ -176,12 +176,12 @@ def parameter_set_values(name: str) -> str:
                 written = units.show(row.value, row.unit) if default else row.written
                 rows.append((f"`{row.field}`", written.replace(" ", "\N{NO-BREAK SPACE}"), row.kind, row.where))
         title = "The requirement" if owner == "requirement" else f"`{name}.{owner}`: {study.titles[owner]}"
-        text.append(f"#### {title}\n\n{grid(('value', 'is', 'kind', 'from'), rows)}")
+        text.append(f"#### {title}\n\n{grid(('key', 'value', 'kind', 'source'), rows)}")
     return "\n".join(text)
 
 
 def set_drives() -> str:
-    """Drives of every shipped set, as `base` names them."""
+    """Drives of all shipped sets, by the names that `base` uses."""
     rows = []
     for name in parameter_sets():
         for key, drive in parameter_set(name)["drives"].items():
@@ -196,7 +196,7 @@ def references() -> str:
 
 
 def write(app) -> None:
-    """Write every table that changed, so that an incremental build stays one."""
+    """Write the tables that changed; unchanged files keep an incremental build short."""
     folder = Path(app.srcdir) / "reference" / "generated"
     folder.mkdir(parents=True, exist_ok=True)
     pages = {
@@ -217,7 +217,7 @@ def write(app) -> None:
 
 
 def figure_of_paper(number: int, title: str, caption: str, claims: list) -> str:
-    """Image, caption and claims of one figure of the paper; number 0 for claims without a figure."""
+    """Image, caption and claims of a figure of the paper; number 0 stands for claims without a figure."""
     text = [f"![{title}](reference/generated/fig{number}.svg)\n", f"{caption}\n"] if number else []
     for claim in claims:
         verdict = claim.verdict + (" by construction" if claim.by_construction else "")
@@ -232,7 +232,7 @@ def _claimed(value, unit: str) -> str:
 
 
 def draw(app) -> None:
-    """Draw the paper's figures, each with its claims, and those of its contact."""
+    """Draw the paper's figures, write their claims, and draw the figures of its contact."""
     from infinivar.analysis.contact_sheet import contact_sheet
     from infinivar.figures import contact_design, design_trends, style
     from infinivar.paper.figures import FIGURES
@@ -253,7 +253,7 @@ def draw(app) -> None:
 
 
 def draw_motion(app) -> None:
-    """Draw the bond graph of the tutorial and a simulation; those of the paper are among its figures."""
+    """Draw the bond graph of the simulation page and a simulated reach."""
     import re
 
     import infinivar as iv
@@ -272,7 +272,7 @@ def draw_motion(app) -> None:
 
 
 def draw_measurements(app) -> None:
-    """Draw a calibration and a tornado."""
+    """Draw a calibration and a tornado chart."""
     import infinivar as iv
     from infinivar.calibration import virtual_rig
     from infinivar.figures import calibration, sensitivity, style
@@ -287,7 +287,7 @@ def draw_measurements(app) -> None:
 
 
 def check_public_names(app, exception) -> None:
-    """The API page must name every public name; raising here fails the build."""
+    """Fail the build unless the API page lists every public name."""
     if exception is None and app.builder.name == "html":
         page = (Path(app.srcdir) / "api.md").read_text("utf-8")
         missing = [name for name in infinivar.__all__ if name != "__version__" and f"infinivar.{name}\n" not in page]

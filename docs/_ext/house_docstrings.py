@@ -1,8 +1,8 @@
-"""Docstrings of this project as napoleon expects them, and dataclass fields from their metadata.
+"""Convert the docstrings of this project for napoleon, and list dataclass fields from their metadata.
 
-The source keeps ``name : type   Meaning. [unit]`` on one line and ends with ``Source: key, place.``; NumPy style has
-the meaning on the next line, and would take a trailing paragraph for one more return value. Bars stand for absolute
-values, which reStructuredText would take for substitutions.
+The source keeps ``name : type   Meaning. [unit]`` on one line and ends with ``Source: key, place.``. NumPy style expects
+the meaning on the next line and reads a trailing paragraph as another return value. Bars denote absolute values, but
+reStructuredText reads them as substitutions.
 """
 
 import dataclasses
@@ -18,7 +18,7 @@ _LISTS = ("Parameters", "Returns", "Attributes")
 
 
 def split_lines(lines: list[str]) -> list[str]:
-    """Put each meaning on its own line, and make a section of the source."""
+    """Put each meaning on its own line, and turn the source into a section."""
     result: list[str] = []
     section, indent = "", 0
     for number, line in enumerate(lines):
@@ -26,7 +26,7 @@ def split_lines(lines: list[str]) -> list[str]:
         if _HEADER.match(follows):
             section, indent = line.strip(), len(line) - len(line.lstrip())
             if section == "Attributes":
-                # Napoleon splits names joined by commas here; our own section shows them as written.
+                # Napoleon splits comma-separated names in "Attributes"; a custom section keeps them as written.
                 line = line.replace("Attributes", "Fields")
         elif line.strip() and not _HEADER.match(line):
             source = re.match(r"^\s*Source: (.*)$", line)
@@ -43,9 +43,9 @@ def split_lines(lines: list[str]) -> list[str]:
 
 
 def escape_bars(lines: list[str]) -> list[str]:
-    """Bars in plain text as characters; those in literals and in formulas stay."""
+    """Escape bars in plain text; bars in literals and formulas stay as they are."""
     result: list[str] = []
-    formula: int | None = None  # indent of the math directive we are in
+    formula: int | None = None  # indent of the current math directive
     for line in lines:
         indent = len(line) - len(line.lstrip())
         if line.strip() and formula is not None and indent <= formula:
@@ -57,7 +57,7 @@ def escape_bars(lines: list[str]) -> list[str]:
 
 
 def describe_fields(part: type) -> list[str]:
-    """A section with the fields of a dataclass that carry their meaning as metadata."""
+    """Section that lists the dataclass fields whose metadata hold a meaning."""
     described = [field for field in dataclasses.fields(part) if "meaning" in field.metadata]
     lines = ["", "Fields", "------"] if described else []
     for field in described:
@@ -76,13 +76,13 @@ def describe_fields(part: type) -> list[str]:
 def rewrite(app, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
     lines[:] = split_lines(escape_bars(lines))
     if what == "property" and lines:
-        # Napoleon would take what stands before a colon for the type of the property.
+        # Napoleon reads text before a colon as the type of the property.
         lines[0] = lines[0].replace(": ", "; ")
     if what == "class" and isinstance(obj, type) and dataclasses.is_dataclass(obj):
         lines += describe_fields(obj)
 
 
 def setup(app):
-    # Before napoleon, which listens with the default priority of 500.
+    # Run before napoleon, which has the default priority of 500.
     app.connect("autodoc-process-docstring", rewrite, priority=400)
     return {"parallel_read_safe": True}

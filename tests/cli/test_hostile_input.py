@@ -153,7 +153,7 @@ def test_a_folder_that_cannot_be_written_to_is_named_at_once(infinivar, write, t
 @pytest.mark.parametrize(
     ("command", "out", "said"),
     [
-        (["reproduce"], "taken", "taken: cannot be written to: taken is a file, and a folder is wanted"),
+        (["reproduce"], "taken", "taken: cannot be written to: taken is a file, not a folder"),
         (["compare", "study.toml"], "taken/a/b", "taken/a/b: cannot be written to: taken is a file"),
         (["graph", "study.toml", "mine"], "taken/g.svg", "taken/g.svg: cannot be written: taken is a file"),
     ],

@@ -1,1 +1,1 @@
-"""Figures, one module each: ``data(...)`` gives the numbers, ``draw(ax, data)`` draws them."""
+"""Figures, one module each: ``data(...)`` returns the numbers, ``draw(ax, data)`` draws them."""

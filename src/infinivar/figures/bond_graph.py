@@ -33,7 +33,7 @@ def data(graph: BondGraph) -> dict[str, Any]:
     places = layout(graph)
     try:
         stroke = {(bond.tail, bond.head): end for bond, end in assign(graph).stroke.items()}
-    except BondGraphError:  # a plant by itself may wait for the causality that its neighbours give it
+    except BondGraphError:  # the causality of a single plant may depend on its neighbours
         stroke = {}
     measured = {signal.name: signal for signal in graph.signals}
     return {
@@ -131,7 +131,7 @@ def _bond(ax: Axes, elements: Mapping[str, Any], tail: str, head: str, stroke: s
     ax.plot([x0, x1], [y0, y1], color="black", linewidth=1.0, solid_capstyle="butt")
     length = math.hypot(x1 - x0, y1 - y0)
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
-    # The barb is on the right of the way power goes, turned back by 30 degrees.
+    # The barb is on the right of the power direction, turned back by 30 degrees.
     bx, by = -ux * 0.866 + uy * 0.5, -uy * 0.866 - ux * 0.5
     ax.plot([x1, x1 + _BARB * bx], [y1, y1 + _BARB * by], color="black", linewidth=1.0, solid_capstyle="round")
     if stroke:

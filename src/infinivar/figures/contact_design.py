@@ -93,7 +93,7 @@ def draw_losses(ax: Axes, numbers: Mapping[str, Any]) -> None:
         ax.plot(trend.values, trend.losses[name], color=style.LINE_COLOURS[name], label=label)
     total = sum(trend.losses.values())
     ax.plot(trend.values, total, color="black", label="total")
-    top = 1.25 * float(np.max(np.nan_to_num(total))) or 1.0  # there may be no preload at which it does not slip
+    top = 1.25 * float(np.max(np.nan_to_num(total))) or 1.0  # the wheel may slip at every preload
     style.name_limits(ax, trend.values, trend.limit, "top")
     ax.axvline(numbers["preload"], color="grey", lw=0.8, ls="--")
     ax.text(numbers["preload"], 0.98 * top, " present", va="top", fontsize=8, color="grey")

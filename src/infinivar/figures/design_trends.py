@@ -24,7 +24,7 @@ RATIOS = (2.0, 8.0, 30.0)
 
 PANELS = {
     "preload": ("preload P [N]", 1.0, 0.5, 2.0),
-    "friction": ("friction limit $\\mu$ [-], preload as $1/\\mu$", 1.0, 0.4, 4.0),
+    "friction": ("friction coefficient $\\mu$ [-], preload as $1/\\mu$", 1.0, 0.4, 4.0),
     "wheel_radius": ("rolling radius of the wheel r [mm]", 1e3, 0.3, 4.0),
     "crown_radius": ("crown radius of the wheel [mm]", 1e3, 0.25, 8.0),
 }

@@ -31,7 +31,7 @@ def data(comparison: Comparison, corner: str) -> dict[str, Any]:
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw horizontal stacked bars; drives beyond a limit are pale and name it, drives with an unknown loss have no bar."""
     titles, unit = list(numbers["losses"]), numbers["unit"]
-    # A sum of which a part is not known, as where the wheel slips, would be too small.
+    # A sum with an unknown part, as where the wheel slips, would be too small.
     known = {
         title: losses if all(loss == loss for loss in losses.values()) else {}
         for title, losses in numbers["losses"].items()

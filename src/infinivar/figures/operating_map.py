@@ -1,4 +1,4 @@
-"""Efficiency on the force-speed plane with the requirement and the limits that bind (the form of Figs 15 and 16).
+"""Efficiency on the force-speed plane with the requirement and the limits exceeded (the form of Figs 15 and 16).
 
 Where the load drives and the supply gets nothing back, efficiency is zero or means nothing: the loss is drawn there.
 """
@@ -217,7 +217,7 @@ def draw_all(comparison: Comparison) -> Figure:
                 ax.tick_params(labelbottom=True)
                 ax.set_xlabel("force on the load [N]")
         for ax in axes.flat[len(results) :]:
-            ax.set_visible(False)  # a removed one would still be asked to make room for the colour bar
+            ax.set_visible(False)  # removed axes would still take part in the layout of the colour bar
         loss = next((one.loss for one in found if one.loss is not None), None)
         colour_bar(made, Drawn(found[0].efficiency, loss), axes[:, -1])
     return made

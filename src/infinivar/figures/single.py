@@ -1,4 +1,4 @@
-"""One result at a glance: what `Result.plot` draws where a report has no figure of its own."""
+"""Figures of single results: `Result.plot` draws them for results without a figure in a report."""
 
 from __future__ import annotations
 
@@ -69,7 +69,9 @@ def point(found: DrivePoint | OperatingPoint) -> Figure:
             made.legend(*losses.legend([ax]), loc="outside lower center", ncols=5)
             return made
         if power_in.ndim > 1:
-            raise InputError(f"a point of {power_in.ndim} axes has no figure: use steady_map, or plot its to_xarray()")
+            raise InputError(
+                f"points over {power_in.ndim} axes have no figure: use steady_map, or plot the to_xarray() result"
+            )
         made, ax = style.figure(6.4, 3.6)
         along, name = _along(found, power_in.size)
         _stacked(ax, along, found.losses, name)
@@ -77,7 +79,7 @@ def point(found: DrivePoint | OperatingPoint) -> Figure:
 
 
 def _along(found: DrivePoint | OperatingPoint, count: int) -> tuple[np.ndarray, str]:
-    """Places along the only axis: its first labelled coordinate, or the number of the point."""
+    """Positions along a single axis: its first labelled coordinate, or point numbers."""
     if found.labels is not None:
         for name, (dims, values, attrs) in found.labels.coords.items():
             if tuple(dims) == found.labels.dims and np.asarray(values).dtype.kind in "fiu":
@@ -86,7 +88,7 @@ def _along(found: DrivePoint | OperatingPoint, count: int) -> tuple[np.ndarray, 
 
 
 def _stacked(ax: Axes, along: np.ndarray, parts: Mapping[str, Any], label: str) -> None:
-    """Losses over one axis, one above the other."""
+    """Stacked losses over one axis."""
     values = {name: np.nan_to_num(np.broadcast_to(loss, along.shape)) for name, loss in parts.items()}
     shown = {name: loss for name, loss in values.items() if np.any(loss > 0)}
     colours = [style.LOSS_COLOURS.get(name, "#BBBBBB") for name in shown]
@@ -108,7 +110,7 @@ def moving_point(found: MovingPoint) -> Figure:
     """
     out = np.atleast_1d(np.asarray(found.power_out))
     if out.ndim > 1:
-        raise InputError(f"instants of {out.ndim} axes have no figure: plot its to_xarray()")
+        raise InputError(f"instants over {out.ndim} axes have no figure: plot the to_xarray() result")
     instant = np.arange(out.size)
     with style.styled():
         made, axes = style.figure(7.2, 4.6, 2, 1, sharex=True)
@@ -151,7 +153,7 @@ def two_ways(found: TwoWays) -> Figure:
     with style.styled():
         made, ax = style.figure(7.2, 2.4)
         numbers = {
-            "title": "where the energy of a cycle goes",
+            "title": "energy lost per cycle",
             "unit": "J",
             "losses": {name: dict(lost) for name, (_, lost) in ways.items()},
             "power_in": {name: energy for name, (energy, _) in ways.items()},
@@ -189,7 +191,7 @@ def heat(found: Heat) -> Figure:
 
 
 def trend(found: Trend) -> Figure:
-    """Efficiency over the design parameter, with the limits that bind; bars for materials."""
+    """Efficiency over the design parameter, with the limits exceeded; bars for materials."""
     with style.styled():
         made, ax = style.figure(5.6, 3.4)
         parameter = found.parameter.replace("_", " ")
@@ -206,7 +208,7 @@ def trend(found: Trend) -> Figure:
 
 
 def trajectory(found: Trajectory) -> Figure:
-    """Energy so far, by source, loss and storage."""
+    """Cumulative energy by source, loss and storage."""
     kinds = {"supplied": found.supplied, "lost": found.lost, "stored": found.stored}
     with style.styled():
         made, axes = style.figure(7.2, 6.4, len(kinds), 1, sharex=True)
@@ -221,7 +223,7 @@ def trajectory(found: Trajectory) -> Figure:
 
 
 def builds(found: Builds) -> Figure:
-    """How the builds' weakest margins and coverages are spread."""
+    """Distributions of the weakest margin and the coverage over the samples."""
     with style.styled():
         made, axes = style.figure(8.0, 3.0, 1, 2, sharey=True)
         _histogram(axes[0], found.margin, "weakest margin in the required region [-]")
@@ -231,10 +233,10 @@ def builds(found: Builds) -> Figure:
 
 
 def duty_builds(found: DutyBuilds) -> Figure:
-    """How the builds' energies are spread."""
+    """Distribution of the energy per cycle over the samples."""
     with style.styled():
         made, ax = style.figure(5.0, 3.0)
-        _histogram(ax, found.energy, "energy from the supply in a cycle [J]")
+        _histogram(ax, found.energy, "energy from the supply per cycle [J]")
     return made
 
 
@@ -242,15 +244,15 @@ def _histogram(ax: Axes, values: np.ndarray, label: str) -> None:
     known = values[np.isfinite(values)]
     ax.hist(known, bins=_BINS)
     ax.set_xlabel(label)
-    ax.set_ylabel("builds [-]")
+    ax.set_ylabel("number of samples [-]")
 
 
 def builds_map(found: BuildsMap) -> Figure:
-    """Share of the builds within every limit, over force and speed."""
+    """Share of samples within all limits over force and speed."""
     with style.styled():
         made, ax = style.figure(5.6, 4.0)
         filled = ax.contourf(found.force, found.speed, found.within, levels=np.linspace(0.0, 1.0, 11), cmap="viridis")
         ax.set_xlabel("force on the load [N]")
         ax.set_ylabel("speed of the load [m/s]")
-        made.colorbar(filled, ax=ax, label="share of builds within every limit [-]")
+        made.colorbar(filled, ax=ax, label="share of samples within all limits [-]")
     return made

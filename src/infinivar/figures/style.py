@@ -13,7 +13,7 @@ from infinivar.limits import Limit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Okabe and Ito's palette: told apart by colour-blind readers and in print.
+# Okabe and Ito's palette: distinguishable for colour-blind readers and in print.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#999999")
 
 LOSS_COLOURS = {
@@ -50,7 +50,7 @@ _SETTINGS: dict[Any, Any] = {
     "legend.fontsize": 8,
     "legend.frameon": False,
     "lines.linewidth": 1.6,
-    "svg.hashsalt": "infinivar",  # the same figure gives the same file
+    "svg.hashsalt": "infinivar",  # equal figures give equal files
     "savefig.dpi": 200,
 }
 
@@ -61,9 +61,9 @@ def styled() -> Iterator[None]:
     import matplotlib
 
     with matplotlib.rc_context(), warnings.catch_warnings():
-        matplotlib.rcdefaults()  # a user's matplotlibrc is for other figures
+        matplotlib.rcdefaults()  # ignore the user's matplotlibrc
         matplotlib.rcParams.update(_SETTINGS)
-        # A title may hold letters that the font lacks: a box stands for each.
+        # Characters that the font lacks are drawn as boxes.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Panel by what is read in it: title of the axis, factor, and columns with the words for them.
+# Panels: axis title, factor, and columns with their labels.
 _PANELS: tuple[tuple[str, float, dict[str, str]], ...] = (
     ("position\n[mm]", 1e3, {"position_m": "link", "wanted_position_m": "wanted"}),
     ("speed\n[m/s]", 1.0, {"speed_m_s": "link"}),
@@ -27,7 +27,7 @@ _PANELS: tuple[tuple[str, float, dict[str, str]], ...] = (
     ("supply\npower [W]", 1.0, {"supply_power_W": "supply"}),
 )
 
-# The panel in which a limit is shown, by a column it has.
+# The panel that shows each limit, identified by one of its columns.
 _WHERE = {
     Limit.SLIP: "slip_ratio",
     Limit.THERMAL: "motor_current_A",
@@ -94,7 +94,7 @@ def _shade(ax: Axes, limits: Sequence[tuple[float, float, str]], least: float) -
     for start, end, words in limits:
         lasting[words] = lasting.get(words, 0.0) + end - start
     named = []
-    # The shorter ones on top of the longer ones, and darker.
+    # Shorter intervals are darker and lie on top of longer ones.
     for grey, name in zip(_GREYS, sorted(lasting, key=lambda words: -lasting[words]), strict=False):
         shades = [
             ax.axvspan(start - wider, end + wider, color=grey, linewidth=0, zorder=0)

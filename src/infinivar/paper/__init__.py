@@ -1,4 +1,4 @@
-"""Faulring, Colgate & Peshkin (2006) as a paper: its claims, its figures, and verdicts on them."""
+"""The paper by Faulring, Colgate & Peshkin (2006): its figures, its claims, and the verdicts on them."""
 
 from infinivar._core.presentation import register
 

@@ -1,4 +1,4 @@
-"""The report of a reproduction: the paper's figures in their order, each with its claims."""
+"""Report of a reproduction: the paper's figures in order, each with its claims."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
 
 def check_figure(figure: int | None) -> None:
-    """Refuse a figure that cannot be drawn.
+    """Raise an error if a figure cannot be drawn.
 
     Raises
     ------
     InputError
-        If the paper has no such figure, or a library is missing that it needs; the message says which.
+        If the paper has no such figure, or a library that it needs is missing; the message says which.
     """
     if figure is None:
         return
@@ -36,7 +36,7 @@ def check_figure(figure: int | None) -> None:
 
 
 def left_out() -> str:
-    """Figures that cannot be drawn here, with what to install for them, in a sentence; empty if there are none."""
+    """A sentence that lists the figures that cannot be drawn and what to install; empty if all can be drawn."""
     numbers = [number for number in FIGURES if missing_for(number)]
     if not numbers:
         return ""
@@ -45,13 +45,13 @@ def left_out() -> str:
 
 
 def draw(reproduction: Reproduction, figure: int = 7) -> Figure:
-    """One of the paper's figures."""
+    """Draw one of the paper's figures."""
     check_figure(figure)
     return FIGURES[figure].draw_all(reproduction.machine)
 
 
 def table(reproduction: Reproduction) -> pd.DataFrame:
-    """One row a claim: what the paper says, what was computed, and the verdict."""
+    """One row per claim: the paper's statement, the computed value and the verdict."""
     import pandas as pd
 
     rows = pd.DataFrame(reproduction.to_list()).drop(columns=["ranges", "variants"])
@@ -84,12 +84,12 @@ def save(reproduction: Reproduction, directory: Path, figure: int | None = None)
 
 
 def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:
-    """The report as one page that needs no other file.
+    """The report as a single self-contained page.
 
     Parameters
     ----------
-    figures : list of dict   In order: number, title, caption, image (an address, or "" if it is not drawn) and missing
-        (then: what would have to be installed).
+    figures : list of dict   In order: number, title, caption, image (its address, or "" if not drawn) and missing (what to
+        install if it is not drawn).
     """
     claims = reproduction.claims
     verdicts = [claim.verdict for claim in claims]

@@ -1,4 +1,4 @@
-"""Reproduce the paper: check every claim that a computation can check."""
+"""Reproduce the paper: check every claim that can be checked by computation."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ CHECKS: dict[str, Callable[[Machine], Finding]] = {
 
 @result
 class Reproduction(Result):
-    """The paper's claims with their verdicts, and the machine they were checked on."""
+    """The paper's claims with their verdicts, and the machine on which they were checked."""
 
     claims: tuple[Claim, ...]
     machine: Machine
 
     def to_list(self) -> list[dict[str, Any]]:
-        """Claims as plain values: the fields of `Claim` but its figure; ranges and variants as lists of their fields."""
+        """Claims as plain values: all fields of `Claim` except the figure, with ranges and variants as lists of dicts."""
         keys = (
             "id",
             "section",
@@ -53,12 +53,12 @@ class Reproduction(Result):
 
 
 def reproduce(figure: int | None = None, *, progress: Callable[[str, float], None] | None = None) -> Reproduction:
-    """Check the paper's claims on its machine as shipped (parameter set ``faulring2006``).
+    """Check the paper's claims on the shipped machine (parameter set ``faulring2006``).
 
     Parameters
     ----------
-    figure : int or None   Only the claims that belong to this figure of the paper; some figures have none.
-    progress               Called with the claim at work and the share of the work done, 0 to 1.
+    figure : int or None   Check only the claims that belong to this figure; some figures have none.
+    progress               Called with the current claim and the share of the work done, 0 to 1.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Results as labelled arrays: every number under a name, with its axes and its unit."""
+"""Results as labelled arrays: every quantity with a name, axes and a unit."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _POINT = {
     "power_in": ("W", "power from the supply"),
     "power_out": ("W", "power to the load"),
     "efficiency": ("1", "useful power over power spent"),
-    "limit": ("1", "limit that binds"),
+    "limit": ("1", "limit exceeded"),
     "margin": ("1", "allowance over demand of the tightest limit"),
 }
 _ELEMENT = {
@@ -54,12 +54,12 @@ _ELEMENT = {
 
 
 def unit_of(name: str) -> str:
-    """Unit in which the name of a quantity ends; "1" for a pure number."""
+    """Unit at the end of a column name; "1" for a pure number."""
     return next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "1")
 
 
 def _codes() -> dict[str, Any]:
-    """Attributes, by the CF conventions, that say what the integers of a limit mean."""
+    """CF attributes that explain the integer codes of limits."""
     return {
         "flag_values": np.array([limit.value for limit in Limit], dtype=np.int8),
         "flag_meanings": " ".join(limit.name for limit in Limit),
@@ -93,7 +93,7 @@ def _states(states: Mapping[str, Any]) -> dict[str, tuple[Any, dict[str, Any]]]:
 
 
 def _spread(variables: Mapping[str, tuple[Any, dict[str, Any]]], labels: Labels | None, last: str = "") -> Arrays:
-    """Variables of one shape; axes without labels are counted, the last one may have a name."""
+    """Variables of one shape; axes without labels are numbered, and the last one may have a name."""
     arrays = np.broadcast_arrays(*(np.asarray(value) for value, _ in variables.values()))
     count = arrays[0].ndim
     dims = tuple(f"axis_{place}" for place in range(count))
@@ -132,7 +132,7 @@ def moving_point(found: MovingPoint) -> Arrays:
 
 
 def steady_map(found: SteadyMap) -> Arrays:
-    """The map over speed and force; axes that were labelled keep their dimensions, names and coordinates."""
+    """The map over speed and force; labelled axes keep their dimensions, names and coordinates."""
     grid = ("speed", "force") if found.labels is None else found.labels.dims
     variables = {
         name: (getattr(found, name), {"units": unit, "long_name": meaning}) for name, (unit, meaning) in _POINT.items()
@@ -145,7 +145,7 @@ def steady_map(found: SteadyMap) -> Arrays:
         "force": (grid[1], found.force, {"units": "N", "long_name": "force on the load"}),
     }
     if found.labels is not None:
-        # An axis under a name of its own is not repeated under the usual one.
+        # An axis with its own name is not repeated under the default name.
         named = dict(found.labels.coords)
         coords = {usual: axis for usual, axis in coords.items() if not _holds(named, axis)} | named
     data = {name: (grid, *variables[name]) for name in order}
@@ -170,7 +170,7 @@ def dynamic_map(found: DynamicMap) -> Arrays:
     data = {
         "amplitude": (grid, found.amplitude, {"units": "m"}),
         "performance": (grid, found.performance, {"units": "1", "long_name": found.definition.words}),
-        "binding": (grid, found.binding, {"units": "1", "long_name": f"limit that binds: 0 none, {names}"}),
+        "binding": (grid, found.binding, {"units": "1", "long_name": f"limit exceeded: 0 none, {names}"}),
         "margin": (grid, found.margin, {"units": "1"}),
         "power_in": (grid, found.power_in, {"units": "W"}),
         "exchanged": (grid, found.exchanged, {"units": "W"}),
@@ -184,14 +184,14 @@ def dynamic_map(found: DynamicMap) -> Arrays:
 
 
 def builds_map(found: BuildsMap) -> Arrays:
-    """Shares of builds within limits, and their efficiency, over speed and force."""
+    """Share of samples within limits, and their efficiency, over speed and force."""
     grid = ("speed", "force")
     data = {
-        "within": (grid, found.within, {"units": "1", "long_name": "share of builds within every limit"}),
-        "efficiency": (grid, found.efficiency, {"units": "1", "long_name": "mean efficiency of builds within limits"}),
+        "within": (grid, found.within, {"units": "1", "long_name": "share of samples within all limits"}),
+        "efficiency": (grid, found.efficiency, {"units": "1", "long_name": "mean efficiency of samples within limits"}),
         "spread": (grid, found.spread, {"units": "1", "long_name": "standard deviation of that efficiency"}),
         **{
-            f"limit_{limit.name.lower()}": (grid, share, {"units": "1", "long_name": f"share bound by {limit.words}"})
+            f"limit_{limit.name.lower()}": (grid, share, {"units": "1", "long_name": f"share limited by {limit.words}"})
             for limit, share in found.limits.items()
         },
     }
@@ -220,7 +220,7 @@ def heat(found: Heat) -> Arrays:
 
 
 def policy(found: Policy) -> Arrays:
-    """Speed of the cylinder at the instants of the cycle: two equal ones where it is constant."""
+    """Cylinder speed over the cycle; a constant speed has two equal points."""
     speed = found.slowest if found.cylinder_speed is None else found.cylinder_speed.value
     values = np.broadcast_to(speed, (2,)) if np.ndim(speed) == 0 else np.asarray(speed)
     share = {
@@ -246,7 +246,7 @@ def trend(found: Trend) -> Arrays:
 
 
 def simulation(found: Simulation) -> Arrays:
-    """What a designer looks at over time, and energies by source, loss, storage and element."""
+    """Motion, forces and powers over time, and energies by source, loss, storage and element."""
     columns = {
         name: ("time", values, {"units": unit_of(name)}) for name, values in found.columns.items() if name != "time_s"
     }
@@ -259,7 +259,7 @@ def trajectory(run: Trajectory) -> Arrays:
     data: dict[str, Any] = {}
     for kind, group in (("supplied", run.supplied), ("lost", run.lost), ("stored", run.stored)):
         data[f"energy_{kind}_J"] = ((kind, "time"), np.array(list(group.values())), {"units": "J"})
-    meaning = "energy not accounted for over energy moved"
+    meaning = "unaccounted energy over energy moved"
     data["energy_residual"] = ("time", run.residual, {"units": "1", "long_name": meaning})
     elements = [element.name for element in run.graph.elements]
     energies = [run.energy(name) for name in elements]

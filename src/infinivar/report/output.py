@@ -1,4 +1,4 @@
-"""Writing results: one run at a time per folder, and all files of a result replaced together."""
+"""Write results: one run at a time per folder, with all files of a result replaced together."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def claimed(directory: Path) -> Iterator[None]:
             yield
     except Timeout as problem:
         raise InputError(
-            f"{printable(directory)}: another run is writing its results there; wait for it to end, or name another folder"
+            f"{printable(directory)}: another run is writing its results there; wait until it ends, or choose another folder"
         ) from problem
     except OSError as problem:
         raise InputError(f"{printable(directory)}: cannot be written to: {_why(directory, problem)}") from problem
@@ -44,7 +44,7 @@ def claimed(directory: Path) -> Iterator[None]:
 def _why(directory: Path, problem: OSError) -> str:
     """Reason why a folder cannot be created or written to."""
     taken = next((place for place in (directory, *directory.parents) if place.is_file()), None)
-    return str(problem.strerror) if taken is None else f"{printable(taken)} is a file, and a folder is wanted"
+    return str(problem.strerror) if taken is None else f"{printable(taken)} is a file, not a folder"
 
 
 def _remove_empty(directory: Path) -> None:
@@ -89,7 +89,7 @@ def _replace(directory: Path, kind: str, made: Path, old: Path) -> None:
         if (directory / name).is_dir():
             raise InputError(f"{directory / name}: cannot be replaced: is a folder")
     manifest = _manifest(directory)
-    # Both, until all is done: what is left of a run that was killed is taken away by the next.
+    # Both names until all files are in place: the next run removes what a killed run left behind.
     _note(directory, {**manifest, kind: sorted({*manifest.get(kind, ()), *names})})
     for name in {*manifest.get(kind, ()), *names}:
         with contextlib.suppress(FileNotFoundError):

@@ -1,4 +1,4 @@
-"""Which function draws, saves and tabulates which type of result.
+"""Functions that draw, save and tabulate each type of result.
 
 Functions are named, not imported: to draw one result loads the figure of that result only.
 """

@@ -1,4 +1,4 @@
-"""Results as tables: one row a drive, a parameter, a line or a claim."""
+"""Results as tables: one row per drive, parameter, line or claim."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _rows(rows: Iterable[Mapping[str, Any]], index: str) -> pd.DataFrame:
 
 
 def comparison(found: Comparison) -> pd.DataFrame:
-    """One row a drive: verdict, coverage, efficiencies, mean loss and tightest limit."""
+    """One row per drive: verdict, coverage, efficiencies, mean loss and tightest limit."""
     return _rows(
         (
             {
@@ -50,7 +50,7 @@ def comparison(found: Comparison) -> pd.DataFrame:
 
 
 def duty_comparison(found: DutyComparison) -> pd.DataFrame:
-    """One row a drive: verdict, energy and work of a cycle."""
+    """One row per drive: verdict, energy and work per cycle."""
     return _rows(
         (
             {
@@ -70,12 +70,12 @@ def duty_comparison(found: DutyComparison) -> pd.DataFrame:
 
 
 def contact_sheet(found: ContactSheet) -> pd.DataFrame:
-    """One row a line of the sheet."""
+    """One row per line of the sheet."""
     return _frame([asdict(line) for line in found.lines])
 
 
 def two_ways(found: TwoWays) -> pd.DataFrame:
-    """One row a loss: its energy in a cycle prescribed and simulated. [J]"""
+    """One row per loss: its energy per cycle, prescribed and simulated. [J]"""
     names = dict.fromkeys([*found.lost_prescribed, *found.lost_followed])
     return _rows(
         (
@@ -91,25 +91,25 @@ def two_ways(found: TwoWays) -> pd.DataFrame:
 
 
 def sensitivity(found: Sensitivity) -> pd.DataFrame:
-    """One row a parameter, from the largest swing."""
+    """One row per parameter, by decreasing swing."""
     return _rows(found.to_dict()["parameters"], "path")
 
 
 def builds(found: Builds) -> pd.DataFrame:
-    """One row a build: its values, coverage, margin and loss."""
+    """One row per sample: its values, coverage, margin and loss."""
     values = dict(zip((spread.path for spread in found.spreads), found.values.T, strict=True))
     made = _frame({**values, "coverage": found.coverage, "margin": found.margin, "loss_W": found.loss})
     return made.rename_axis("build")
 
 
 def duty_builds(found: DutyBuilds) -> pd.DataFrame:
-    """One row a build: energy of a cycle, highest temperature if known, and whether it is within limits."""
+    """One row per sample: energy per cycle, highest temperature if known, and whether it is within limits."""
     heated = {"temperature_K": found.temperature} if found.temperature.size else {}
     return _frame({"energy_J": found.energy, **heated, "able": found.able}).rename_axis("build")
 
 
 def calibration(found: Calibration) -> pd.DataFrame:
-    """One row a parameter: estimate, standard deviation, 95 % interval and the study's value. [SI]"""
+    """One row per parameter: estimate, standard deviation, 95 % interval and the study's value. [SI]"""
     rows = found.to_dict()["parameters"]
     return _rows(
         (

@@ -1,7 +1,7 @@
-"""The paper's seventeen figures, drawn from the models, by number.
+"""The paper's seventeen figures by number, drawn from the models.
 
-A figure has a title, a caption, ``data(machine)``, which gives its numbers, and ``draw_all(machine)``. The bond graphs share
-one module; each other figure has its own, with ``draw(ax, ...)``.
+Each figure has a title, a caption, ``data(machine)``, which returns its numbers, and ``draw_all(machine)``. The bond graphs
+share one module; every other figure has its own, with ``draw(ax, ...)``.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ if TYPE_CHECKING:
 
 
 class PaperFigure(Protocol):
-    """What a figure of the paper can do."""
+    """Interface of a figure of the paper."""
 
     @property
     def TITLE(self) -> str:  # noqa: N802 - a constant in modules
-        """A few words."""
+        """Short title."""
         ...
 
     @property
     def CAPTION(self) -> str:  # noqa: N802 - a constant in modules
-        """What is shown, in sentences."""
+        """Caption, in full sentences."""
         ...
 
     def data(self, machine: Machine) -> Mapping[str, Any]:
-        """Numbers that are drawn."""
+        """The numbers that the figure shows."""
         ...
 
     def draw_all(self, machine: Machine) -> Figure:
-        """The figure."""
+        """Draw the figure."""
         ...
 
 
@@ -72,7 +72,7 @@ FIGURES: Mapping[int, PaperFigure] = dict(
 
 
 def missing_for(number: int) -> str:
-    """What must be installed before a figure can be drawn, in a sentence; empty if nothing is missing."""
+    """A sentence that says what to install before a figure can be drawn; empty if nothing is missing."""
     if number in bond_graphs.BOND_GRAPHS and importlib.util.find_spec("igraph") is None:
         return f"Figure {number} is a bond graph, and its layout needs igraph: pip install 'infinivar[graph]'"
     return ""

@@ -1,4 +1,4 @@
-"""Figures 2, 6 and 10 to 14: the bond graphs, as `infinivar.drivetrain.graphs` builds and simulates them."""
+"""Figures 2, 6 and 10 to 14: the bond graphs that `infinivar.drivetrain.graphs` builds and simulates."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ class PlantFigure:
     CAPTION: str
 
     def graph(self, machine: Machine) -> BondGraph:
-        """The graph, closed by sources that stand for the neighbours of a plant."""
+        """The graph; sources stand for the neighbours of a plant."""
         load_mass = machine.load_mass if self.plant == "system" else None
         return plant_graph(machine.study.drives[self.drive], self.plant, load_mass=load_mass)
 
     def data(self, machine: Machine) -> dict[str, Any]:
-        """Places, texts and causality of the elements."""
+        """Positions, texts and causality of the elements."""
         return bond_graph.data(self.graph(machine))
 
     def draw(self, ax: Axes, numbers: Mapping[str, Any]) -> None:
-        """Draw into axes whose data are inches."""
+        """Draw into axes with data coordinates in inches."""
         bond_graph.draw(ax, numbers)
 
     def draw_all(self, machine: Machine) -> Figure:
-        """The figure."""
+        """Draw the figure."""
         return bond_graph.draw_all(self.graph(machine))
 
 
@@ -49,8 +49,8 @@ BOND_GRAPHS = {
         plant="lossless",
         TITLE="Bond graph of the lossless transmission",
         CAPTION=(
-            "One transformer, modulated by the steering angle (Eqs 1 and 2). At angle 0 its modulus is zero: the link is locked. "
-            "The sources at both ends stand for the cylinder and the link plant."
+            "A single transformer, modulated by the steering angle (Eqs 1 and 2). At angle 0 its modulus is zero and the link is "
+            "locked. The sources at both ends stand for the cylinder plant and the link plant."
         ),
     ),
     6: PlantFigure(
@@ -58,9 +58,10 @@ BOND_GRAPHS = {
         plant="transmission",
         TITLE="Bond graph of the transmission plant with its losses",
         CAPTION=(
-            "Creep, rolling and bearing losses added. The paper's text has the effort lost first and the flow after it; its "
-            "Eqs 3 to 6 need all four transformers, because creep and rolling speed each depend on both speeds, and both "
-            "losses act on both sides. A bar across a bond marks the end where the effort acts; dashed arrows are signals."
+            "The transmission of Figure 2 with creep, rolling and bearing losses. The paper's text puts the loss of effort "
+            "before the loss of flow; its Eqs 3 to 6 need all four transformers, because creep speed and rolling speed each "
+            "depend on both speeds, and both losses act on both sides. A bar across a bond marks the end where the effort "
+            "acts; dashed arrows are signals."
         ),
     ),
     10: PlantFigure(
@@ -68,8 +69,8 @@ BOND_GRAPHS = {
         plant="system",
         TITLE="Bond graph of the cobotic system",
         CAPTION=(
-            "The four plants of Figures 6 and 11 to 13 with the load. Two currents and a force from outside are its inputs. The "
-            "steering angle only modulates the transmission: no power flows between them."
+            "The four plants of Figures 6 and 11 to 13 with the load. The inputs are two currents and an external force. The "
+            "steering angle only modulates the transmission; no power flows between the two."
         ),
     ),
     11: PlantFigure(
@@ -77,9 +78,9 @@ BOND_GRAPHS = {
         plant="steering",
         TITLE="Bond graph of the steering plant",
         CAPTION=(
-            "Current to steering angle: winding loss, inertia and friction of the motor, its gear without loss, the bell with "
-            "its inertia, the friction of its bearing and of the contact patch that turns on the spot. The motor's own friction "
-            "is not in the paper."
+            "From current to steering angle: winding loss, inertia and friction of the motor, a lossless gear, the inertia of "
+            "the bell, and the friction of its bearing and of the contact patch, which turns on the spot. The paper omits the "
+            "friction of the motor."
         ),
     ),
     12: PlantFigure(
@@ -87,8 +88,8 @@ BOND_GRAPHS = {
         plant="cylinder",
         TITLE="Bond graph of the cylinder plant",
         CAPTION=(
-            "Current to torque and speed of the cylinder: winding loss, inertia and friction of the motor, the gearhead with its "
-            "loss, the inertia of the cylinder. The source of effort stands for the transmission."
+            "From current to torque and speed of the cylinder: winding loss, inertia and friction of the motor, the gearhead "
+            "with its loss, and the inertia of the cylinder. The effort source stands for the transmission."
         ),
     ),
     13: PlantFigure(
@@ -96,8 +97,8 @@ BOND_GRAPHS = {
         plant="link",
         TITLE="Bond graph of the link plant",
         CAPTION=(
-            "Power from the transmission to the load, less the friction of the guideway and what accelerates the link. The "
-            "source of effort stands for the transmission and the load together."
+            "Power from the transmission to the load, less the friction of the guideway and the power that accelerates the link. "
+            "The effort source stands for the transmission and the load together."
         ),
     ),
     14: PlantFigure(
@@ -105,9 +106,9 @@ BOND_GRAPHS = {
         plant="system",
         TITLE="Bond graph of the conventional system",
         CAPTION=(
-            "Motor 2 on its fixed ratio: winding loss, friction and inertia of motor, gearing, pulley and cable, and the pulley "
-            "that turns rotation into translation."
+            "Motor 2 with its fixed ratio: winding loss, friction and inertia of motor, gear, pulley and cable, and the pulley "
+            "that converts rotation into translation."
         ),
     ),
 }
-"""By the paper's number."""
+"""The bond graphs by figure number."""

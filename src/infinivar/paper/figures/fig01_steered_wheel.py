@@ -19,37 +19,38 @@ if TYPE_CHECKING:
 TITLE = "The wheel on its cylinder at several steering angles"
 
 CAPTION = (
-    "The element of reconstruction A to scale: seen along the cylinder (left) and from above, steered to five angles. At 0 the "
-    "wheel locks the link, at 90° it decouples it, in between the link moves at -tan φ times the surface speed (Eq 1). "
-    "Arrows have the lengths of the speeds. Below, the contact patch by Hertz: nearly a circle, which the cylinder's curvature "
-    "turns a little away from the rolling direction. Cylinder, wheel and crown radius are reconstructed; width of the wheel and "
-    "shape of link and fork are not part of the model."
+    "The element of reconstruction A to scale, seen along the cylinder axis (left) and from above at five steering angles. At 0 "
+    "the wheel locks the link, at 90° it decouples it, and in between the link moves at -tan φ times the surface speed (Eq 1). "
+    "The length of an arrow is proportional to the speed. Bottom: the Hertzian contact patch, nearly a circle, which the "
+    "curvature of the cylinder turns slightly away from the rolling direction. The radii of cylinder, wheel and crown are "
+    "reconstructed; the wheel width and the shape of link and fork are not part of the model."
 )
 
 ANGLES = (0.0, -math.atan(1.0 / 8.0), -math.pi / 4.0, math.atan(1.0 / 8.0), -math.pi / 2.0)
-"""Steering angles, with the cylinder turning forward: negative ones move the link forward. [rad]"""
+"""Steering angles; with the cylinder turning forward, negative angles move the link forward. [rad]"""
 
 _HALF_WIDTH = 4.0
-"""Of the wheel, which the model does not need. [mm]"""
+"""Half the width of the wheel, which the model does not use. [mm]"""
 
 _LINK, _SURFACE, _STEEL, _EDGE = style.COLOURS[0], style.COLOURS[1], "#E3E7EC", "#5B6675"
 _WINDOW = 34.0
-"""Half the length of cylinder that is shown. [mm]"""
+"""Half the length of the cylinder section shown. [mm]"""
 _ROD = 66.0
-"""Distance of the link's axis from the cylinder's, in the views from above. [mm]"""
+"""Distance between the axes of link and cylinder in the views from above. [mm]"""
 _SURFACE_ARROW = 24.0
-"""Length that stands for the surface speed. [mm]"""
+"""Length of the arrow for the surface speed. [mm]"""
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Radii [m], and by steering angle: ratio, link speed over surface speed, and the contact patch.
+    """Radii [m], and for each steering angle the ratio, link speed over surface speed, and contact patch.
 
     Returns
     -------
     dict
         cylinder_radius, wheel_radius, crown_radius [m]; snapshots: list of dict with angle [rad], ratio (inf at 0), speed
-        (link over surface, without creep; nan where the link is decoupled), a, b: semi-axes of the patch next to the rolling
-        and the lateral direction [m], turn: from the rolling direction to a, positive towards the lateral one [rad].
+        (link over surface, without creep; nan where the link is decoupled), a, b: semi-axes of the patch, closest to the
+        rolling and to the lateral direction [m], turn: angle from the rolling direction to a, positive towards the lateral
+        direction [rad].
     """
     element = machine.element
     geometry = needed(element.geometry, "transmission.geometry")
@@ -86,7 +87,7 @@ def directions(angle: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def silhouette(radius: float, crown: float, half_width: float, angle: float) -> np.ndarray:
-    """Outline of the crowned wheel seen from above, (n, 2), in the unit of its arguments."""
+    """Outline of the crowned wheel seen from above, (n, 2), in the unit of the arguments."""
     across = np.linspace(-half_width, half_width, 41)
     along = radius - crown + np.sqrt(crown**2 - across**2)
     outline = np.concatenate([np.stack([across, along], -1), np.stack([across, -along], -1)[::-1]])
@@ -95,7 +96,7 @@ def silhouette(radius: float, crown: float, half_width: float, angle: float) -> 
 
 
 def arrow(ax: Axes, start: Any, end: Any, colour: str, **options: Any) -> None:
-    """An arrow that reaches both of its ends."""
+    """Draw an arrow whose tips touch both end points."""
     look = {
         "arrowstyle": "-|>",
         "color": colour,
@@ -115,7 +116,7 @@ def _clean(ax: Axes, reach: tuple[float, float, float, float]) -> None:
 
 
 def draw_end(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Seen along the cylinder's axis, at steering angle 0."""
+    """Draw the view along the cylinder axis, at steering angle 0."""
     from matplotlib.patches import Arc, Circle, Rectangle
 
     big, small = (1e3 * numbers[name] for name in ("cylinder_radius", "wheel_radius"))
@@ -139,14 +140,14 @@ def draw_end(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_above(ax: Axes, numbers: Mapping[str, Any], snapshot: Mapping[str, Any]) -> None:
-    """Seen from above: cylinder, wheel, link and both speeds."""
+    """Draw the view from above: cylinder, wheel, link and both speeds."""
     from matplotlib.patches import Polygon, Rectangle
 
     big, small, crown = (1e3 * numbers[name] for name in ("cylinder_radius", "wheel_radius", "crown_radius"))
     ax.add_patch(Rectangle((-_WINDOW, -big), 2 * _WINDOW, 2 * big, facecolor=_STEEL, edgecolor="none"))
     for edge in (-big, big):
         ax.plot([-_WINDOW, _WINDOW], [edge, edge], color=_EDGE, lw=1)
-    # Lines on the surface, closer together where it falls away from the eye.
+    # Lines on the surface, closer together where it curves away from the viewer.
     for around in np.radians(np.arange(-80.0, 81.0, 20.0)):
         ax.plot([-_WINDOW, _WINDOW], 2 * [big * math.sin(around)], color="#CBD2DA", lw=0.6)
     ax.add_patch(Rectangle((-_WINDOW, _ROD - 4), 2 * _WINDOW, 8, facecolor="white", edgecolor=_EDGE))
@@ -186,13 +187,13 @@ def _words(snapshot: Mapping[str, Any]) -> str:
 
 
 def draw_patch(ax: Axes, snapshot: Mapping[str, Any]) -> None:
-    """Contact patch seen from above, with its axes and the rolling direction."""
+    """Draw the contact patch from above, with its axes and the rolling direction."""
     from matplotlib.patches import Ellipse
 
     a, b = 1e3 * snapshot["a"], 1e3 * snapshot["b"]
     _, rolling = directions(snapshot["angle"])
     heading = math.degrees(math.atan2(rolling[1], rolling[0]))
-    # From rolling to lateral is clockwise, seen from above.
+    # Seen from above, the lateral direction is clockwise from the rolling direction.
     along = heading - math.degrees(snapshot["turn"])
     ax.add_patch(Ellipse((0, 0), 2 * a, 2 * b, angle=along, facecolor="#F7E3D7", edgecolor=style.COLOURS[1]))
     ax.plot(*np.stack([-0.5 * rolling, 0.5 * rolling], -1), color="black", lw=0.8, ls=(0, (5, 3)))
@@ -228,7 +229,7 @@ def draw(axes: Any, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     numbers = data(machine)
     with style.styled():
         made, axes = style.figure(

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from infinivar.transmission.operating_point import OperatingPoint
 
 RATIO, LOAD = 2.0, 0.5
-"""Operating point of Figures 3 and 4: cylinder surface speed over link speed without creep, link force over slip force."""
+"""Operating point of Figures 3 and 4: surface speed over link speed without creep, and link force over slip force."""
 
 TITLE = "Velocities at the contact"
 
 CAPTION = (
-    "Velocity of the wheel relative to the cylinder's surface at 2:1 and half the slip force, to scale: the sum of link and "
-    "surface speed, and of rolling and lateral creep of the wheel (Eq 3, Eq 4). Creep is so small that the second triangle "
-    "closes only in the enlarged tip (right). Seen from above: the link moves to the right, the surface up."
+    "Velocity of the wheel relative to the cylinder surface at 2:1 and half the slip force, to scale. It is the sum of link and "
+    "surface velocity, and also of rolling velocity and lateral creep (Eq 3, Eq 4). Creep is so small that the second triangle "
+    "is visible only in the enlarged tip (right). Seen from above: the link moves to the right, the surface up."
 )
 
 COLOURS = {
@@ -35,10 +35,10 @@ COLOURS = {
     "rolling": style.COLOURS[2],
     "lateral": style.COLOURS[3],
 }
-"""Of what belongs to the link, the cylinder, the wheel's rolling and its lateral direction, in Figures 3 and 4."""
+"""Colours of link, cylinder, rolling direction and lateral direction in Figures 3 and 4."""
 
 _AROUND_TIP = 1.7
-"""Half the width of the enlarged tip, over the length of the vector that closes it."""
+"""Half the width of the enlarged tip over the length of the vector that closes the triangle."""
 
 _SYMBOLS = {
     "link": r"$\dot{l}\,\hat{\jmath}_2$",
@@ -55,7 +55,7 @@ _WORDS = {
 
 
 def operating_point(machine: Machine) -> OperatingPoint:
-    """The element at the point of Figures 3 and 4, driving its link forward."""
+    """Operating point of Figures 3 and 4: the element drives its link forward."""
     return at_ratio(machine.element, LOAD, RATIO, machine.cylinder_speed)
 
 
@@ -66,13 +66,13 @@ def frames(angle: float) -> dict[str, np.ndarray]:
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Velocities as vectors; "link" and "cylinder" add up to what "rolling" and "lateral" add up to.
+    """Velocity vectors; "link" plus "cylinder" equals "rolling" plus "lateral".
 
     Returns
     -------
     dict
-        angle [rad]; amounts: signed, by direction [m/s]; vectors: by direction, seen from above [m/s]; ideal: where the tip
-        would be without creep [m/s].
+        angle [rad]; amounts: signed, by direction [m/s]; vectors: by direction, seen from above [m/s]; ideal: position of the
+        tip without creep [m/s].
     """
     point = operating_point(machine)
     angle = float(point.steering_angle)
@@ -100,7 +100,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_tip(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw the enlarged tip, where creep closes the triangle."""
+    """Draw the enlarged tip, in which creep closes the triangle."""
     close_up(ax, numbers, ("link", "rolling", "lateral"), "without creep", "left", _SYMBOLS)
     ax.set(xlabel="along the link [m/s]", ylabel="around the cylinder [m/s]")
 
@@ -108,7 +108,7 @@ def draw_tip(ax: Axes, numbers: Mapping[str, Any]) -> None:
 def polygon(
     ax: Axes, vectors: Mapping[str, np.ndarray], legs: tuple[str, str], hypotenuse: str, symbols: Mapping[str, str]
 ) -> None:
-    """Two legs from the origin to the tip, and the long side that leaves only the enlarged tip to be closed."""
+    """Draw both legs from the origin to the tip, and the hypotenuse; the enlarged tip shows the remaining gap."""
     corner = vectors[legs[0]]
     tip = corner + vectors[legs[1]]
     size = float(np.max(np.abs(tip)))
@@ -128,7 +128,7 @@ def polygon(
 def _label(
     ax: Axes, start: np.ndarray, end: np.ndarray, text: str, colour: str, inside: np.ndarray, distance: float
 ) -> None:
-    """Text beside the middle of a vector, on the side away from a point."""
+    """Write text beside the middle of a vector, on the side away from the point `inside`."""
     middle, along = 0.5 * (start + end), (end - start) / np.hypot(*(end - start))
     normal = np.array([-along[1], along[0]])
     normal = -normal if normal @ (inside - middle) > 0 else normal
@@ -139,7 +139,7 @@ def _label(
 
 
 def draw_angle(ax: Axes, angle: float, length: float, reference: float, at: tuple[float, float]) -> None:
-    """The steering angle at the origin, from the direction at angle 0 [deg] to the one that is drawn, and its name."""
+    """Draw and label the steering angle at the origin, from the direction at angle 0, `reference` [deg], to the actual one."""
     from matplotlib.patches import Arc
 
     low, high = sorted((reference, reference - math.degrees(angle)))
@@ -156,10 +156,10 @@ def close_up(
     side: str,
     symbols: Mapping[str, str],
 ) -> None:
-    """The tip: the last leg and the long side arrive, and the short side of the second triangle closes it.
+    """Draw the tip, where the last leg meets the long side and the short side of the second triangle closes the gap.
 
-    `names` are the last leg, the long and the short side; `ideal` says what the tip would be without the short side's loss;
-    `side` is the horizontal alignment of that text.
+    `names` are the last leg, the long side and the short side. `ideal` labels the position of the tip without the loss that
+    the short side stands for; `side` is the horizontal alignment of that label.
     """
     leg, long, short = names
     vectors = numbers["vectors"]
@@ -171,9 +171,9 @@ def close_up(
         along = vectors[name] / np.hypot(*vectors[name])
         ax.plot(*np.stack([end - 4 * reach * along, end], -1), color=COLOURS[name], lw=1.8, solid_capstyle="butt")
         arrow(ax, end - 0.2 * reach * along, end, COLOURS[name])
-        # The leg's name between both lines, the long side's outside.
+        # The label of the leg goes between both lines, the label of the long side outside.
         other = 2.0 * tip - vectors[long] if name == leg else tip
-        # Within the window the line is this long: its name goes beside the middle of that.
+        # Visible length of the line: its label goes beside the middle.
         with np.errstate(divide="ignore"):
             shown = float(np.min((reach + np.sign(along) * (end - centre)) / np.abs(along)))
         _label(ax, end - 1.1 * shown * along, end, symbols[name], COLOURS[name], other, 0.2 * reach)
@@ -195,7 +195,7 @@ def close_up(
 
 
 def amounts_below(made: Figure, numbers: Mapping[str, Any], words: Mapping[str, str], unit: str) -> None:
-    """Legend of all vectors with their amounts."""
+    """Add a legend of all vectors with their signed amounts."""
     from matplotlib.lines import Line2D
 
     handles = [
@@ -212,14 +212,14 @@ def amounts_below(made: Figure, numbers: Mapping[str, Any], words: Mapping[str, 
 
 
 def enlarged(numbers: Mapping[str, Any], short: str) -> str:
-    """Title of the enlarged tip: how many times smaller than the whole it is."""
+    """Title of the enlarged tip, with its magnification."""
     whole = max(float(np.max(np.abs(vector))) for vector in numbers["vectors"].values())
     times = 1.5 * whole / (2 * _AROUND_TIP * float(np.hypot(*numbers["vectors"][short])))
-    return f"the tip, about {float(f'{times:.1g}'):g} times enlarged"
+    return f"tip, enlarged about {float(f'{times:.1g}'):g} times"
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     numbers = data(machine)
     with style.styled():
         made, (whole, tip) = style.figure(8.4, 4.6, 1, 2)

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 TITLE = "Forces at the contact"
 
 CAPTION = (
-    "Force of the cylinder on the wheel at the point of Figure 3, to scale: the sum of the force on the link and that of the "
-    "cylinder's torque, and of lateral force and rolling resistance (Eq 5, Eq 6), which oppose the velocities of Figure 3. "
-    "Rolling resistance is so small that the second triangle closes only in the enlarged tip (right)."
+    "Force of the cylinder on the wheel at the operating point of Figure 3, to scale. It is the sum of the link force and the "
+    "force from the cylinder torque, and also of lateral force and rolling resistance (Eq 5, Eq 6), which oppose the velocities "
+    "of Figure 3. Rolling resistance is so small that the second triangle is visible only in the enlarged tip (right)."
 )
 
 _SYMBOLS = {
@@ -45,18 +45,18 @@ _WORDS = {
     "lateral": r"lateral force $f_u$",
 }
 _ON_WHEEL = {"link": 1.0, "cylinder": -1.0, "rolling": -1.0, "lateral": -1.0}
-"""Signs in which forces act on the wheel along the directions of Figure 3."""
+"""Signs of the forces on the wheel along the directions of Figure 3."""
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Forces as vectors; "link" and "cylinder" add up to what "rolling" and "lateral" add up to.
+    """Force vectors; "link" plus "cylinder" equals "rolling" plus "lateral".
 
     Returns
     -------
     dict
-        angle [rad]; amounts: signed, by direction, with rolling = (tau_in + tau_wa)/r of the sign of the rolling speed [N];
-        vectors: as they act on the wheel, seen from above [N]; ideal: where the tip would be without rolling resistance [N];
-        power: from the cylinder, to the link, lost by creep, and by rolling and bearings [W].
+        angle [rad]; amounts: signed, by direction, with rolling = (tau_in + tau_wa)/r and the sign of the rolling speed [N];
+        vectors: as they act on the wheel, seen from above [N]; ideal: position of the tip without rolling resistance [N];
+        power: from the cylinder, to the link, lost to creep, and lost to rolling and bearings [W].
     """
     point = operating_point(machine)
     element, angle = machine.element, float(point.steering_angle)
@@ -90,13 +90,13 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_tip(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw the enlarged tip, where rolling resistance closes the triangle."""
+    """Draw the enlarged tip, in which rolling resistance closes the triangle."""
     close_up(ax, numbers, ("cylinder", "lateral", "rolling"), "without rolling\nresistance", "right", _SYMBOLS)
     ax.set(xlabel="along the link [N]", ylabel="around the cylinder [N]")
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     numbers = data(machine)
     with style.styled():
         made, (whole, tip) = style.figure(8.4, 4.6, 1, 2)

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 TITLE = "Lateral creep"
 
 CAPTION = (
-    "Lateral force against creepage, both scaled so that the linear law is a straight line to slip. Exact rolling theory "
-    "bends away early: at 60-70 % of the slip force (shaded) it creeps 1.3 to 1.4 times as much."
+    "Lateral force against creepage, both scaled so that the linear law is a straight line up to slip. Exact rolling theory "
+    "deviates early: at 60-70 % of the slip force (shaded) it predicts 1.3 to 1.4 times the creepage of the linear law."
 )
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Scaled creepage ``C u/(mu P |v|)`` and force ratio ``fu/(mu P)`` of the linear law and of the exact theory."""
+    """Scaled creepage ``C u/(mu P |v|)`` and force ratio ``fu/(mu P)`` by the linear law and by exact theory."""
     creepage = np.linspace(0.0, 3.0, 301)
     curves = {
         float(curve["a_over_b"]): (3.0 * curve["scaled_creepage"], curve["force_ratio"])
@@ -48,7 +48,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     with style.styled():
         made, ax = style.figure(7.2, 4.0)
         draw(ax, data(machine))

@@ -1,4 +1,4 @@
-"""Figure 7: efficiency of the rolling-contact element by reduction ratio, by Eq 16 and by Eq 17, and on a virtual rig."""
+"""Figure 7: efficiency of the rolling-contact element against reduction ratio, by Eq 16, by Eq 17, and on a virtual rig."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ LOADS = (0.15, 0.35, 0.5, 0.8, 0.95)
 """Link force over slip force. The paper names 0.15, 0.5 and 0.95 of its five loads."""
 
 PRINTED = ((100.0, 0.50), (8.0, 0.94), (1.0, 0.50))
-"""Points that the text gives at half load."""
+"""Ratio and efficiency of the points that the text states for half load."""
 
 TITLE = "Efficiency of the element"
 
 CAPTION = (
-    "Efficiency of the element by reduction ratio. Solid: linear creep (Eq 16). Dashed: with the paper's correction above "
+    "Efficiency of the element against reduction ratio. Solid: linear creep (Eq 16). Dashed: with the paper's correction above "
     "70 % of the slip force (Eq 17), which keeps the 0.95 curve below one third. Crosses: the three points that the text "
-    "prints for half load; 50 % at 1:1 does not follow from the equations. Curves end at the slip force; not far above 70 % "
-    "of it, the link speed by Eq 17 implies a creepage beyond full slip, which the program reports as slip. "
-    "Circles: a simulated experiment, not the paper's data: the paper's protocol on the program's virtual rig, with the sensors' "
-    "noise and errors, reduced by Eq 18. Weight and guideway friction, which is taken as known, make up the load; bars are 95 % "
-    "intervals of the efficiency and of the ratio."
+    "states for half load; 50 % at 1:1 does not follow from the equations. Curves end at the slip force. Slightly above 70 % of "
+    "it, the link speed by Eq 17 implies a creepage beyond full slip, which the program reports as slip. "
+    "Circles: a simulated experiment, not the paper's data. It follows the paper's protocol on the virtual rig, with sensor "
+    "noise and errors, evaluated by Eq 18. The load is the weight plus the guideway friction, which is assumed known; bars are "
+    "95 % intervals of efficiency and ratio."
 )
 
 
@@ -54,23 +54,23 @@ def data(machine: Machine, count: int = 1201) -> dict[str, Any]:
 
 
 def measured(machine: Machine, seed: int = 0) -> dict[float, dict[str, np.ndarray]]:
-    """The paper's experiment on the virtual rig: a mass is lifted at fixed steering angles under two loads.
+    """Simulate the paper's experiment on the virtual rig: lift a mass at fixed steering angles under two loads.
 
     Parameters
     ----------
-    seed : int   Of the sensors' errors.
+    seed : int   Seed of the sensor errors.
 
     Returns
     -------
     dict
-        By load: ratio, as set; efficiency by Eq 18; their standard deviations, `ratio_deviation` and
+        By load: ratio, as set; efficiency by Eq 18; and their standard deviations `ratio_deviation` and
         `efficiency_deviation`.
 
     Source: faulring2006, section IV-B.
     """
     drive, rig, element = machine.drive, machine.study.rig, machine.element
     drag = drive.guideway.friction_force(element.preload)
-    # The link lifts the mass against the guideway: both together are the load.
+    # The link lifts the mass against guideway friction; the load is the sum of both.
     weights = [load - drag / element.slip_force for load in virtual_rig.LOADS]
     settings = virtual_rig.protocol(drive, rig, loads=weights)
     runs = virtual_rig.experiment(drive, rig, settings, seed=seed, simulated=False).data
@@ -111,7 +111,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
             capsize=2,
             zorder=3,
         )
-    ax.plot(*zip(*PRINTED, strict=True), "kx", ms=7, mew=1.6, zorder=4, label="printed for 0.5")
+    ax.plot(*zip(*PRINTED, strict=True), "kx", ms=7, mew=1.6, zorder=4, label="stated for 0.5")
     ax.plot([], [], color="grey", label="Eq 16 (solid)")
     ax.plot([], [], color="grey", ls="--", lw=1.1, label="Eq 17 (dashed)")
     ax.errorbar([], [], [], fmt="o", color="grey", mfc="white", ms=4.5, lw=1.0, capsize=2, label="simulated experiment")
@@ -121,7 +121,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 
 def ratio_axis(ax: Axes) -> None:
-    """Shared by the figures with reduction ratios."""
+    """Set up the axes of figures that show efficiency against reduction ratio."""
     ax.set_xlim(0.3, 1000.0)
     ax.set_xticks([1, 10, 100, 1000], ["1:1", "10:1", "100:1", "1000:1"])
     ax.set_ylim(0.0, 1.0)
@@ -130,7 +130,7 @@ def ratio_axis(ax: Axes) -> None:
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     with style.styled():
         made, ax = style.figure(7.4, 4.0)
         draw(ax, data(machine))

@@ -24,9 +24,9 @@ _FACES = {"high": (1.0, 26), "medium": (0.55, 22), "low": (0.0, 18)}  # opacity 
 TITLE = "The element against gears"
 
 CAPTION = (
-    "Element efficiency (Eq 16) at three loads against catalogue gears, each at its rated load. Filled: catalogue pages "
-    "read; half filled: models and tables of others; hollow: second-hand figures, weak evidence, worm and harmonic drives "
-    "above all. Gears whose ratio is not known are left out."
+    "Efficiency of the element (Eq 16) at three loads, and of catalogue gears, each at its rated load. Filled: read from "
+    "catalogue pages; half filled: models and tables by others; hollow: second-hand values, mostly of worm and harmonic "
+    "drives. Gears of unknown ratio are left out."
 )
 
 
@@ -45,7 +45,7 @@ def data(machine: Machine) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw the curves and the gears; weak figures are drawn weak."""
+    """Draw the curves and the gears; the lower the confidence, the paler and smaller the marker."""
     from matplotlib.colors import to_rgba
 
     for load, width in zip(LOADS, (1.0, 1.7, 2.4), strict=True):
@@ -60,14 +60,14 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         ax.scatter([], [], s=26, marker=marker, color=colour, label=kind)
     for confidence, (opacity, size) in _FACES.items():
         face = to_rgba("#666666", opacity)
-        ax.scatter([], [], s=size, marker="o", facecolor=face, edgecolor="#666666", label=f"confidence {confidence}")
+        ax.scatter([], [], s=size, marker="o", facecolor=face, edgecolor="#666666", label=f"{confidence} confidence")
     ratio_axis(ax)
     ax.set_xlim(0.3, 2000.0)
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     with style.styled():
         made, ax = style.figure(7.4, 4.0)
         draw(ax, data(machine))

@@ -1,4 +1,4 @@
-"""Figure 9: the cobotic and the conventional architecture, with the power through each at an operating point."""
+"""Figure 9: cobotic and conventional architecture with their power flows at an operating point."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 TITLE = "Cobotic and conventional architecture"
 
 CAPTION = (
-    "Both architectures of the paper with the power through them where the required region has both its maximum force and its "
-    "maximum power. The width of a band is its power; what leaves downwards is lost, and parts without such a band lose "
-    "nothing here. In steady motion the steering motor stands still and takes no power; Figure 17 counts what steering takes "
-    "when the load is shaken. Figures 15 and 16 have all other points."
+    "Power flow through both architectures of the paper, at the point of the required region with maximum force and maximum "
+    "power. The width of a band is proportional to power. Bands that leave downwards are losses; parts without one lose nothing "
+    "here. In steady motion the steering motor is at rest and draws no power; Figure 17 includes the steering power when the "
+    "load is shaken. Figures 15 and 16 show all other operating points."
 )
 
 DRIVES = {"A": "cobotic", "B": "motor2-gear4"}
-"""The paper's letters, and the drives of the set that stand for them."""
+"""Drive of the shipped set for each letter of the paper."""
 
 STAGES = {
     "A": {
@@ -44,21 +44,21 @@ STAGES = {
         "pulley\nand cable": ("pulley", "guideway"),
     },
 }
-"""Parts in the order of the flow of power, with the losses of each."""
+"""Parts in the direction of power flow, with the losses of each."""
 
 _BOX, _HALF = 0.92, 0.82
-"""Half the width and height of a part, where parts are `_STEP` apart."""
+"""Half the width and height of a part; parts are `_STEP` apart."""
 _STEP = 3.4
 _SCALE = 0.07
-"""Height of a band for a watt."""
+"""Height of a band per watt."""
 _HEIGHTS = {"A": (-2.9, 2.15), "B": (-2.5, 0.95)}
 _INK, _FILL = "#333333", "#DDE3EA"
 _NAMED = 0.005
-"""Losses below are not named. [W]"""
+"""Smallest loss that gets a label. [W]"""
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Power after every part, and what is lost in it.
+    """Power after each part, and the losses in it.
 
     Returns
     -------
@@ -102,7 +102,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], letter: str) -> None:
     _part(ax, at + _STEP, "load")
     if letter == "A":
         _steering(ax, at)
-    ax.set_aspect("equal")  # a watt is as wide downwards as it is high
+    ax.set_aspect("equal")  # a watt has the same width in vertical and horizontal bands
     ax.set(xlim=(-1.4, 6 * _STEP + 1.3), ylim=_HEIGHTS[letter])
     ax.axis("off")
     where = f"{plain(numbers['force'], 3)} N, {plain(numbers['speed'], 3)} m/s"
@@ -110,7 +110,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any], letter: str) -> None:
 
 
 def _flow(ax: Axes, at: float, power: float) -> None:
-    """Band of power to the next part."""
+    """Draw the power band to the next part."""
     from matplotlib.patches import Rectangle
 
     half = 0.5 * _SCALE * power
@@ -119,7 +119,7 @@ def _flow(ax: Axes, at: float, power: float) -> None:
 
 
 def _losses(ax: Axes, at: float, power: float, lost: Mapping[str, float]) -> None:
-    """Bands that leave a part downwards, each with its watts."""
+    """Draw the loss bands that leave a part downwards, each labelled in watts."""
     from matplotlib.patches import Rectangle
 
     total = sum(lost.values())
@@ -136,7 +136,7 @@ def _losses(ax: Axes, at: float, power: float, lost: Mapping[str, float]) -> Non
 
 
 def _part(ax: Axes, at: float, name: str) -> None:
-    """Box of a part with its icon."""
+    """Draw the box of a part with its icon."""
     _box(ax, at, 0.0, _BOX, _HALF)
     for icon in _ICONS[name](at, 0.27):
         ax.add_patch(icon)
@@ -238,7 +238,7 @@ _ICONS: dict[str, Callable[[float, float], list[Any]]] = {
 
 
 def _steering(ax: Axes, link: float) -> None:
-    """The steering motor above the wheel, which it turns, fed by the battery."""
+    """Draw the steering motor above the wheel, with its supply from the battery."""
     wheel, motor, height, half = link - _STEP, link - 2 * _STEP, 1.6, _BOX + 0.25
     ax.plot([0, 0, motor - half], [_HALF, height, height], color=_INK, lw=1.0, ls=(0, (4, 2)))
     ax.text(0.5 * (motor - half), height + 0.06, "steering: 0 W in steady motion", ha="center", va="bottom", fontsize=8)
@@ -250,7 +250,7 @@ def _steering(ax: Axes, link: float) -> None:
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     numbers = data(machine)
     with style.styled():
         made, axes = style.figure(10.4, 4.2, 2, 1, gridspec_kw={"height_ratios": [5.05, 3.45]})

@@ -1,4 +1,4 @@
-"""Figure 15: continuous operating ranges of the conventional drives, with Motor 2's efficiency."""
+"""Figure 15: continuous operating ranges of the conventional drives, with the efficiency of the Motor 2 drive."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 TITLE = "Operating ranges of the conventional drives"
 
 CAPTION = (
-    "What each conventional drive can do continuously. Colour and white lines: efficiency of Motor 2 on its gear; "
-    "outlines: Motor 1 on three other gears, bounded on the right by continuous torque and above by supply voltage. "
-    "Dashed: the required region. Ratios, pulley and requirement are reconstructed."
+    "Continuous operating range of each conventional drive. Colour and white lines: efficiency of Motor 2 with its gear; "
+    "outlines: Motor 1 with three other gears, limited on the right by continuous torque and at the top by supply voltage. "
+    "Dashed: required region. Ratios, pulley and requirement are reconstructed."
 )
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Map of the largest motor, and the margin of the others on the same axes."""
+    """Map of the drive with the largest motor, and the margins of the others on the same axes."""
     results = [result for result in machine.comparison.results.values() if isinstance(result.drive, ConventionalDrive)]
     largest = max(results, key=lambda result: next(iter(result.drive.motors.values())).continuous_torque)
     return {
@@ -36,7 +36,7 @@ def data(machine: Machine) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Drawn:
-    """Draw the map and the outlines; returns what a colour bar needs."""
+    """Draw the map and the outlines; return what the colour bar needs."""
     largest = numbers["largest"]
     filled = operating_map.draw(ax, largest)
     colours = ("#CC79A7", "#E69F00", "#56B4E9")
@@ -51,7 +51,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> operating_map.Drawn:
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     with style.styled():
         made, ax = style.figure(7.2, 4.8)
         filled = draw(ax, data(machine))

@@ -1,4 +1,4 @@
-"""Figure 16: operating range of the cobotic drive on Motor 1, for both reconstructions of the machine."""
+"""Figure 16: operating range of the cobotic drive with Motor 1, in both reconstructions of the machine."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 TITLE = "Operating range of the cobotic drive"
 
 CAPTION = (
-    "Where the cobotic drive can work, with its efficiency, in two reconstructions that differ above all in the cylinder "
-    "gearing: a constant friction torque (left), or a loss in proportion to power (right). Dashed: the required region."
+    "Operating range and efficiency of the cobotic drive in two reconstructions, which differ mainly in the loss of the "
+    "cylinder gear: a constant friction torque (left), or a loss proportional to power (right). Dashed: required region."
 )
 
 
@@ -32,12 +32,12 @@ def data(machine: Machine) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any], title: str) -> operating_map.Drawn:
-    """Draw one of the maps; returns what a colour bar needs."""
+    """Draw one of the maps; return what the colour bar needs."""
     return operating_map.draw(ax, numbers[title], title)
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     numbers = data(machine)
     with style.styled():
         made, axes = style.figure(4.4 * len(numbers) + 0.6, 3.8, 1, len(numbers), sharey=True, squeeze=False)

@@ -1,4 +1,4 @@
-"""Figure 17: performance of the cobotic and the conventional drive at shaking a mass, over frequency and power."""
+"""Figure 17: performance of the cobotic and the conventional drive when shaking a mass, over frequency and power."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-TITLE = "Performance at shaking a mass"
+TITLE = "Performance when shaking a mass"
 
 CAPTION = (
-    "Shaking the load by inverse dynamics: performance of the cobotic drive on Motor 1 (blue, full lines) in two "
-    "reconstructions, and of the conventional drive on Motor 2 (red, dashed). Shaded: where one of them works alone, or neither; "
-    "the words above name the tightest limit of each at full power. Dotted: strokes from end to end. Performance is energy "
-    "exchanged with the load over energy taken from the supply, per cycle; negative electrical power is dissipated, for each "
-    "motor separately; continuous torques limit the root mean square, voltages the peak; power is RMS, as in "
-    "the paper's footnote 8."
+    "Performance when shaking the load, by inverse dynamics: cobotic drive with Motor 1 (blue, solid) in two reconstructions, "
+    "and conventional drive with Motor 2 (red, dashed). Shaded: only one drive works, or neither. Labels above the plot name "
+    "the tightest limit of each drive at full power. Dotted: stroke from end to end. Performance is the energy exchanged with "
+    "the load over the energy drawn from the supply, per cycle. Negative electrical power is dissipated, separately for each "
+    "motor. Continuous torque limits the RMS torque, supply voltage the peak voltage. Power is RMS, as in the paper's "
+    "footnote 8."
 )
 
 _COBOTIC, _CONVENTIONAL = style.COLOURS[0], style.COLOURS[1]
 _LEVELS = {"cobotic": (0.1, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85), "conventional": (0.05, 0.1, 0.15, 0.2, 0.25)}
 _STROKES = (0.01, 0.1, 1.0, 10.0)
 _STROKE_ROW = 0.88
-"""Where along the axis of power strokes are labelled."""
+"""Position along the power axis of the stroke labels."""
 _REGIONS = {0: "neither works", 1: "only the\nconventional drive", 2: "only the\ncobotic drive", 3: "both work"}
 _SIZE, _LETTER = 7, 0.56
-"""Of the letters that name limits: size [pt], and mean width over size."""
+"""Labels of limits: font size [pt], and mean letter width over font size."""
 _WIDTH, _WIDE = 11.0, 0.9
-"""Of the figure [inch], and of a plot over its part of the figure."""
+"""Width of the figure [inch], and of a plot over its share of the figure."""
 _ABOVE_BAR, _BETWEEN = 0.008, 0.015
-"""Shares of the plot's height and width that names keep from their bars and from each other."""
+"""Distances of labels from their bars, over plot height, and from each other, over plot width."""
 _SHORTEST = 3
-"""Cells of a stretch that is named."""
+"""Fewest cells of a stretch that gets a label."""
 _SHADES = ("#C9CDD3", "#F7E3D7", "#E6EEF6", "#FFFFFF")
 
 
 def data(machine: Machine) -> dict[str, Any]:
-    """Maps by reconstruction: the cobotic drive's beside the conventional one's."""
+    """Dynamic maps of the cobotic and the conventional drive, by reconstruction."""
     rival = machine.shaken["motor2-gear4"]
     return {
         f"Reconstruction {letter}": {"cobotic": machine.shaken[name], "conventional": rival}
@@ -54,14 +54,14 @@ def data(machine: Machine) -> dict[str, Any]:
 
 
 def draw(ax: Axes, numbers: Mapping[str, DynamicMap], title: str, width: float = _WIDTH / 2) -> None:
-    """Draw the contours of both drives over one another, with the regions in which they work; width in the figure [inch]."""
+    """Draw the contours of both drives and the regions in which they work; `width` is the width in the figure [inch]."""
     ours, theirs = numbers["cobotic"], numbers["conventional"]
     frequency, percent = ours.frequency, 100.0 * ours.fraction
     ax.set_xscale("log")
     region = 2 * ours.works.T.astype(int) + theirs.works.T.astype(int)
     from matplotlib.colors import ListedColormap
 
-    # Cell by cell: contours would draw the regions in between two as well.
+    # Cell by cell: filled contours would also draw the regions between two numbers.
     ax.pcolormesh(
         frequency,
         percent,
@@ -84,11 +84,9 @@ def draw(ax: Axes, numbers: Mapping[str, DynamicMap], title: str, width: float =
         ax.clabel(lines, fmt="%.2g", fontsize=7)
         ax.contour(frequency, percent, np.clip(steady.margin, 0, 2).T, levels=[1.0], colors=colour, linewidths=2.0)
     for number, words in _REGIONS.items():
-        free = (region == number) & (np.abs(percent - 100.0 * _STROKE_ROW) > 9.0)[
-            :, None
-        ]  # clear of the strokes' labels
+        free = (region == number) & (np.abs(percent - 100.0 * _STROKE_ROW) > 9.0)[:, None]  # clear of the stroke labels
         _write(ax, free, frequency, percent, words, "#333333", weight="bold")
-    # What binds is written apart from the regions' names: in a band of its own above the upper edge, a row a drive.
+    # Limits are named apart from the regions, in a band above the upper edge with one row per drive.
     for steady, colour, height in ((ours, _COBOTIC, 1.085), (theirs, _CONVENTIONAL, 1.02)):
         _name_limits(ax, steady, colour, height, width)
     ax.set_xlim(frequency[0], frequency[-1])
@@ -102,7 +100,7 @@ def draw(ax: Axes, numbers: Mapping[str, DynamicMap], title: str, width: float =
 
 
 def _strokes(ax: Axes, steady: DynamicMap) -> None:
-    """Lines of equal stroke, labelled where few contours are."""
+    """Draw lines of equal stroke, labelled where there are few contours."""
     stroke = 2.0 * steady.amplitude.T
     lines = ax.contour(
         steady.frequency,
@@ -116,7 +114,7 @@ def _strokes(ax: Axes, steady: DynamicMap) -> None:
     row = int(_STROKE_ROW * steady.fraction.size)
     places = []
     for level in _STROKES:
-        ratio = (stroke[row] / level) ** (2.0 / 3.0)  # the stroke falls with frequency to the power of 3/2
+        ratio = (stroke[row] / level) ** (2.0 / 3.0)  # the stroke varies as frequency to the power of -3/2
         where = steady.frequency * ratio
         inside = (where > steady.frequency[0] * 1.2) & (where < steady.frequency[-1] / 1.2)
         if inside.any():
@@ -127,7 +125,7 @@ def _strokes(ax: Axes, steady: DynamicMap) -> None:
 def _write(
     ax: Axes, inside: np.ndarray, frequency: np.ndarray, percent: np.ndarray, words: str, colour: str, **font: Any
 ) -> None:
-    """Write words where a region is widest, if they fit."""
+    """Write a label where a region is widest, if it fits."""
     from scipy.ndimage import distance_transform_edt
 
     cell = tuple(1.0 / (size * count) for size, count in zip((0.05, 0.10), inside.shape, strict=True))
@@ -150,7 +148,7 @@ def _write(
 
 
 def _stretches(steady: DynamicMap) -> list[tuple[float, float, str]]:
-    """Stretches of frequency in which one limit binds at full power, each with its name. [Hz]"""
+    """Frequency ranges [Hz] in which one limit is the tightest at full power, each with the name of the limit."""
     top = [steady.limit_at(row, -1) for row in range(steady.frequency.size)]
     found, start = [], 0
     for index in range(1, len(top) + 1):
@@ -164,14 +162,14 @@ def _stretches(steady: DynamicMap) -> list[tuple[float, float, str]]:
 
 
 def _name_limits(ax: Axes, steady: DynamicMap, colour: str, height: float, width: float) -> None:
-    """Above the plot, what binds at full power over each stretch of frequencies: a bar, and a name above it."""
+    """Name the tightest limit at full power above the plot: a bar per frequency range, with a label above it."""
     low, high = np.log(steady.frequency[[0, -1]])
     points = _WIDE * 72.0 * width
     free = 1.0
     for left, right, words in reversed(_stretches(steady)):
         begin, end = ((np.log(edge) - low) / (high - low) for edge in (left, right))
         half = 0.5 * _LETTER * _SIZE * len(words) / points
-        # In the middle of its bar, if there is room up to the name on its right and to the edges of the plot.
+        # Centred on its bar, if the label on its right and the edges of the plot leave room.
         middle = max(min(0.5 * (begin + end), free - half), half)
         if middle + half <= free + 1e-9:
             ax.text(
@@ -192,7 +190,7 @@ def _name_limits(ax: Axes, steady: DynamicMap, colour: str, height: float, width
 
 
 def draw_all(machine: Machine) -> Figure:
-    """The figure."""
+    """Draw the figure."""
     numbers = data(machine)
     with style.styled():
         made, axes = style.figure(_WIDTH, 5.2, 1, len(numbers), sharey=True)
@@ -202,9 +200,9 @@ def draw_all(machine: Machine) -> Figure:
         from matplotlib.lines import Line2D
 
         handles = [
-            Line2D([], [], color=_COBOTIC, label="performance of the cobotic drive, Motor 1"),
-            Line2D([], [], color=_CONVENTIONAL, ls="dashed", label="performance of the conventional drive, Motor 2"),
-            Line2D([], [], color="#555555", lw=2.0, label="limit of a drive, named above for full power"),
+            Line2D([], [], color=_COBOTIC, label="performance of the cobotic drive (Motor 1)"),
+            Line2D([], [], color=_CONVENTIONAL, ls="dashed", label="performance of the conventional drive (Motor 2)"),
+            Line2D([], [], color="#555555", lw=2.0, label="limit of a drive (named above for full power)"),
             Line2D([], [], color="#777777", ls="dotted", lw=0.8, label="stroke"),
         ]
         made.legend(handles=handles, loc="outside lower center", ncols=4)
