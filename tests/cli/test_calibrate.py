@@ -181,7 +181,7 @@ def test_single_readings_that_no_rig_can_give_are_left_out(infinivar, measured, 
     assert outcome.code == 1
     told = json.loads(outcome.out)
     assert [one["line"] for one in told["left_out_lines"]] == lines
-    assert f"left out: line {lines[0]}: " in outcome.err
+    assert f"excluded: line {lines[0]}: " in outcome.err
     assert said in outcome.err
     page = (tmp_path / "out" / "calibration.html").read_text("utf-8").replace("\N{NO-BREAK SPACE}", " ")
     assert all(one["reason"] in page for one in told["left_out_lines"])

@@ -404,7 +404,5 @@ def test_quick_leaves_out_what_it_says_and_changes_no_number(infinivar, tmp_path
     assert quick.get("builds") is None
     outcome = infinivar("compare", "knee_walking", "--quick")
     assert (outcome.code, outcome.err) == (0, "")
-    assert outcome.out.split("\n")[-2].startswith(
-        "Quick run: verdicts only, the same as those of a full run. Left out: "
-    )
+    assert outcome.out.split("\n")[-2].startswith("Quick run: the verdicts equal those of a full run. Skipped: ")
     assert not list(tmp_path.iterdir())

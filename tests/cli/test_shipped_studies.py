@@ -36,7 +36,7 @@ def test_a_name_of_neither_lists_the_shipped_studies(infinivar):
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == (
         "infinivar: hand_controler: is neither a file nor a shipped study (did you mean 'hand_controller'?); "
-        "shipped are hand_controller, knee_walking, reach_and_hold\n"
+        "shipped studies: hand_controller, knee_walking, reach_and_hold\n"
     )
 
 

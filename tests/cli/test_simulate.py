@@ -205,7 +205,7 @@ def test_graph_draws_every_plant(infinivar, write, tmp_path, plant):
 @pytest.mark.renders("png", "pdf")
 def test_graph_writes_equations(infinivar, write, tmp_path):
     outcome = infinivar("graph", write(STUDY), "geared", "--out", "fig14.pdf", "--equations", "fig14.tex")
-    assert outcome.out == "Written: fig14.pdf, fig14.tex\n"
+    assert outcome.out == "Wrote fig14.pdf, fig14.tex\n"
     assert r"\frac{d}{dt} \dot{l} &=" in (tmp_path / "fig14.tex").read_text("utf-8")
     infinivar(
         "graph", write(STUDY), "cobotic", "--out", "fig10.png", "--equations", "fig10.txt", "--electrical", "voltage"
@@ -233,7 +233,7 @@ def test_mistakes_with_graph(infinivar, write, tmp_path, arguments, said):
 
 def test_first_drive_and_scenario_unless_named(infinivar, write):
     """A line on stderr says which is taken; where there is only one, the result names it."""
-    said = "infinivar: --{} not given: using {}, the first of {}\n"
+    said = "infinivar: no --{} given: using {}, the first of {}\n"
     outcome = infinivar("simulate", write(STUDY))
     assert outcome.err == said.format("drive", "cobotic", "cobotic, geared") + said.format(
         "scenario", "reach", "reach, locked"

@@ -68,5 +68,5 @@ def study_file(path: Path) -> Path:
     if path.suffix or path.name != name or len(name) > _LONGEST or os.path.exists(path):  # noqa: PTH110 (Path.exists raises on odd names)
         return path
     raise InputError(
-        f"{printable(name)}: is neither a file nor a shipped study{nearest(name, known)}; shipped are {', '.join(known)}"
+        f"{printable(name)}: is neither a file nor a shipped study{nearest(name, known)}; shipped studies: {', '.join(known)}"
     )
