@@ -40,7 +40,7 @@ def test_sheet_of_the_shipped_study(infinivar, tmp_path):
         "rolling group              H             0.003641",
         "fastsim",
         "stated: III-B.2",
-        "Reconstruction. The paper prints few dimensions",
+        "Reconstruction. The paper states few dimensions",
     ):
         assert said in done.out, said
     assert max(map(len, done.out.splitlines()[:-1])) < 200

@@ -78,7 +78,7 @@ def test_report_reads_as_a_designer_would(walked):
     _, folder, said = walked
     page = (folder / "report.html").read_text("utf-8").replace("\N{NO-BREAK SPACE}", " ")
     for heading in (
-        "Duty cycle: Level walking, 75 kg, 1.1 s a stride",
+        "Duty cycle: Level walking, 75 kg, 1.1 s per stride",
         "Energy from the battery",
         "Limits and heat",
         "Holding still",

@@ -259,7 +259,7 @@ def test_check_finds_scenarios_that_nothing_can_run(infinivar, write):
     write(study(rest='[scenarios.s]\nduration = "1 s"\nsteering = "locked"\n'))
     assert refused(
         infinivar("check", "study.toml"),
-        "scenarios.s can be run by no drive: drives.mine: steering = 'locked' requires a",
+        "scenarios.s: no drive can run it: drives.mine: steering = 'locked' requires a",
     )
     write(study(base="cobotic", rest='[scenarios.s]\nduration = "1 s"\nsteering = "locked"\n'))
     outcome = infinivar("check", "study.toml")

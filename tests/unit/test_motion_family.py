@@ -225,7 +225,7 @@ def test_other_data_are_another_study(tmp_path):
             "[scenarios.s]\nduration = '-1 s'\nmotion = { shape = 'reach', distanse = '1 mm' }",
             [
                 "scenarios.s.duration",
-                "scenarios.s.motion.distanse = \"1 mm\" is not a known key (did you mean 'distance'?); known are shape, ",
+                "scenarios.s.motion.distanse = \"1 mm\" is not a known key (did you mean 'distance'?); known keys: shape, ",
             ],
         ),
         (

@@ -1,4 +1,4 @@
-"""Studies that start from another: everything of that file, with what this one says instead."""
+"""Studies that extend another study: values of this file override those of the extended one."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ _GROUPS = ("drives", "scenarios", "duty")
 
 
 def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) -> Raw:
-    """The tables of a study laid over those of the file that its `extends` names, if any.
+    """Lay the tables of a study over those of the file it extends, if any.
 
     Parameters
     ----------
     raw : dict       Tables as written in the file at `path`.
-    path : Path      Of the file; what it extends is named relative to its folder.
+    path : Path      Path of the file; `extends` is relative to its folder.
     read : callable  Takes a path and returns the tables of that file.
 
     Raises
     ------
     StudyError
-        If there is no such file, or files extend each other in a ring.
+        If the file does not exist, or files extend each other in a circle.
     """
     if "extends" not in raw:
         return raw
@@ -35,17 +35,17 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     if not isinstance(name, str) or not name:
         raise StudyError(f"extends = {quoted(name)} must be text: the path of a study file")
     if depth == _DEEPEST:
-        raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} files extend one another; do they in a ring?")
+        raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} levels of extends; check for a circle")
     below = path.parent / name
     if not below.is_file():
-        raise StudyError(f"extends = {quoted(name)}: there is no file {below}")
+        raise StudyError(f"extends = {quoted(name)}: file {below} not found")
     under = _at_home(extended(read(below), below, read, depth + 1), below)
     over = {key: value for key, value in raw.items() if key != "extends"}
     return {**under, **over, **_laid(under, over, below.name, path.name)}
 
 
 def _at_home(raw: Raw, path: Path) -> Raw:
-    """The tables of a study with the files that they name found from its own folder."""
+    """Resolve the files that a study names against its own folder."""
     result = dict(raw)
     for group in ("scenarios", "duty"):
         tasks = result.get(group)
@@ -67,7 +67,7 @@ def _found(table: Any, folder: Path) -> Any:
 
 
 def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
-    """Tables that both files have, one over the other, each value with the file it comes from."""
+    """Merge the tables that both files have; each value records the file it comes from."""
     result: Raw = {}
     for key in _TABLES:
         if isinstance(under.get(key), dict) and isinstance(over.get(key), dict):
@@ -92,9 +92,9 @@ def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
 
 
 def _spreads_laid(under: Raw, over: Raw) -> Raw:
-    """How far values may be off by both files, without what the upper one no longer has; what it states anew is new whole.
+    """Merge the spreads of both files; drop spreads of values that the upper file replaced.
 
-    A spread from another source has nothing to do with the correlations of the one it replaces.
+    A spread that the upper file states anew also drops the correlations of the spread it replaces.
     """
     before, mine, drives = under.get("uncertainty"), over.get("uncertainty", {}), over.get("drives", {})
     if not (isinstance(before, dict) and isinstance(mine, dict) and isinstance(drives, dict)):
@@ -120,11 +120,11 @@ def _deep(under: Any, over: Any) -> Any:
 
 
 def _places(table: Raw) -> set[str]:
-    """Where there is a spread, by dotted path."""
+    """Return the dotted paths of all spreads."""
     return {path for path, *_ in leaves(table)}
 
 
 def _correlated(row: Any) -> set[str]:
-    """What a correlation is about; nothing if it is written wrongly, which is said later."""
+    """Return the paths of a correlated pair; empty if the row is malformed, which is reported later."""
     between = row.get("between") if isinstance(row, dict) else None
     return {f"{row.get('drive')}.{path}" for path in between} if isinstance(between, list) else set()
