@@ -131,7 +131,7 @@ def heading(name, text):
     ("change", "said"),
     [
         (heading("link_travel", "link_travel [kg]"), "line 1, column link_travel: has the unit 'kg' where m is needed"),
-        (heading("link_travel", "link_travel"), "line 1 must say the unit of link_travel"),
+        (heading("link_travel", "link_travel"), "line 1 must state the unit of link_travel"),
         (heading("preload", "load [N]"), "line 1 must name the columns"),
         (heading("link_travel", "link_travel [mm]"), "is it in metres?"),
         (scaled("link_travel", 1e3), "is it in millimetres?"),

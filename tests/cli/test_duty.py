@@ -143,10 +143,10 @@ def test_gaps_are_reported_by_line(infinivar, write, tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (wave("time [s],position"), "line 1 must say the unit of position, such as 'position [mm]'"),
+        (wave("time [s],position"), "line 1 must state the unit of position, such as 'position [mm]'"),
         (wave().replace("0.0300,", "0.0030,"), "line 8 must have a later time than the line before"),
         (wave().replace("0.0300,", "0.0300,nan,"), "line 8 must have a number as position, got 'nan'"),
-        ("", "line 1 must name the columns time"),
+        ("", "line 1 must name the column time"),
         (None, "no such file"),
     ],
 )

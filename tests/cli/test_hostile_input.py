@@ -85,7 +85,7 @@ def test_a_file_that_is_no_recording_is_not_echoed(infinivar, write, tmp_path):
     (tmp_path / "secret.csv").write_text("root:x:0:0:hunter2\nmore,of,it\n", "utf-8")
     write(study(rest=RECORDED.format(file="secret.csv")))
     outcome = infinivar("check", "study.toml")
-    assert refused(outcome, "line 1 must name the columns time: time missing; it has 1 column, none of these")
+    assert refused(outcome, "line 1 must name the column time; missing: time (found none in 1 column)")
     assert "hunter2" not in outcome.err
     (tmp_path / "secret.csv").write_text(f"time [s],position [m]\n{'0123456789' * 50},1\n", "utf-8")
     assert len(infinivar("check", "study.toml").err) < 200

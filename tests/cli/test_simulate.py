@@ -119,7 +119,10 @@ def refused(outcome, said, folder):
             'duration = "1 s"\nmotion = { shape = "sinusoid", distance = "1 mm", frequency = "3 rad/s" }',
             "must count cycles",
         ),
-        ('duration = "1 s"\ncylinder = "at rest"', "scenarios.x.cylinder = 'at rest' moves nothing"),
+        (
+            'duration = "1 s"\ncylinder = "at rest"',
+            "scenarios.x.steering must be locked, decoupled or held with cylinder = 'at rest'",
+        ),
         ('duration = "1 s"\ntolerance = 0.1', "scenarios.x.tolerance = 0.1 must be > 0 and <= 1e-3"),
         (
             'base = "faulring2006.shak"',
@@ -138,7 +141,7 @@ def test_mistakes_in_a_scenario(infinivar, write, tmp_path, table, said):
         ("", "line 1 must name the columns time and position"),
         (
             "time,place\n0,1\n",
-            "line 1 must name the columns time and position: position missing; of its 2 columns it names time",
+            "line 1 must name the columns time and position; missing: position (found time in 2 columns)",
         ),
         ("time,position\n0,0\n", "must have at least two lines of numbers"),
         ("time,position\n0,0\n0.1,x\n", "line 3 must have a number as position, got 'x'"),
