@@ -89,7 +89,7 @@ def test_overstressed_contact_is_flagged_by_name(infinivar, write, tmp_path):
     assert "OVER-STRESSED: contact yield" in done.out
     assert "EXCEEDED" in done.out
     compared = infinivar("compare", path, "--out", tmp_path / "out")
-    assert "check drives.mine.transmission: contact yield, " in compared.err
+    assert "warning: drives.mine.transmission: contact yield exceeded, " in compared.err
     assert "times what is allowed" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 

@@ -136,7 +136,7 @@ def test_gaps_are_reported_by_line(infinivar, write, tmp_path):
     (tmp_path / "motion.csv").write_text("\n".join([*lines[:50], *lines[70:]]), "utf-8")
     outcome = infinivar("compare", write(RECORDED.format(more="")))
     assert outcome.code == 0
-    assert "check duty.recorded: " in outcome.err
+    assert "warning: duty.recorded: " in outcome.err
     assert "line 51: 0.105 s without data" in outcome.err
 
 

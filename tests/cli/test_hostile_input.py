@@ -263,7 +263,7 @@ def test_check_finds_scenarios_that_nothing_can_run(infinivar, write):
     )
     write(study(base="cobotic", rest='[scenarios.s]\nduration = "1 s"\nsteering = "locked"\n'))
     outcome = infinivar("check", "study.toml")
-    assert (outcome.code, outcome.out) == (0, "study.toml: 1 drive, 1 scenario; nothing wrong\n")
+    assert (outcome.code, outcome.out) == (0, "study.toml: 1 drive, 1 scenario; no faults found\n")
 
 
 def test_check_writes_nothing(infinivar, write, tmp_path):

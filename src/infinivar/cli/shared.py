@@ -51,7 +51,7 @@ def loaded_study(path: Path) -> Study:
 
     loaded = load_study(path)
     for warning in loaded.warnings:
-        complain(f"{printable(path)}: check {warning}")
+        complain(f"{printable(path)}: warning: {warning}")
     return loaded
 
 

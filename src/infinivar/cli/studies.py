@@ -38,8 +38,8 @@ def check(study: StudyFile) -> None:
         "scenario": len(loaded.scenarios),
         "stated spread": sum(len(spreads) for spreads in loaded.uncertainty.spreads.values()),
     }
-    said = ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count)
-    say(f"{study}: {said}; nothing wrong")
+    contents = ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count)
+    say(f"{study}: {contents}; no faults found")
 
 
 def compare(

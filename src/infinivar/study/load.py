@@ -96,7 +96,10 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     rig = loading.rig()
     if loading.faults or requirement is None:
         raise StudyError(*loading.faults)
-    warnings = [*loading.remarks.warnings, *(f"duty.{task}: {said}" for task in duty for said in duty[task].warnings)]
+    warnings = [
+        *loading.remarks.warnings,
+        *(f"duty.{task}: {warning}" for task in duty for warning in duty[task].warnings),
+    ]
     return Study(
         name=name,
         title=raw.get("title", name),
@@ -179,7 +182,7 @@ class _Loading:
                 kind = _type_of(tree, where)
                 titles[drive] = tree.pop("title", drive)
                 drives[drive] = built(DRIVES[kind], tree, where, drive, self.rows)
-                self.remarks.warnings.extend(f"{where}.transmission: {said}" for said in _overstress(drives[drive]))
+                self.remarks.warnings.extend(f"{where}.transmission: {excess}" for excess in _overstress(drives[drive]))
         return drives, titles
 
     def tasks(self, group: str, kind: type, load_mass: float | None) -> dict[str, Any]:

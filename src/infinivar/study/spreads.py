@@ -146,7 +146,7 @@ def _spreads(drive: str, tree: Mapping[str, Any], origin: str, owner: Drive, pro
         try:
             yield _spread(drive, path, written, kind, source, owner, fields)
         except InputError as problem:
-            problems.append(f"uncertainty.{printable(drive)}.{printable(path)}{_said(written)} {problem}")
+            problems.append(f"uncertainty.{printable(drive)}.{printable(path)}{_shown(written)} {problem}")
 
 
 def is_group(table: Any) -> bool:
@@ -259,5 +259,5 @@ def _pair(
     return (drive, between[0], between[1]), float(value)
 
 
-def _said(written: Any) -> str:
+def _shown(written: Any) -> str:
     return "" if isinstance(written, dict) else f" = {quoted(written)}"
