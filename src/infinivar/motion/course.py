@@ -6,7 +6,7 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.result import Frozen, result
 from infinivar.transmission.rates import Varying
 
-_SETTING_OUT = 1e-200
+_STARTING_SPEED = 1e-200
 """Speed of a load about to move; small enough that its power is negligible. [m s^-1]"""
 
 
@@ -40,7 +40,7 @@ class Course(Frozen):
         Zero at rest, without acceleration. [m s^-1]
         """
         xp = namespace(self.speed, self.acceleration)
-        return xp.where(self.speed == 0, _SETTING_OUT * xp.sign(self.acceleration), self.speed)
+        return xp.where(self.speed == 0, _STARTING_SPEED * xp.sign(self.acceleration), self.speed)
 
     @property
     def varying_speed(self) -> Varying:

@@ -42,10 +42,10 @@ _DRIFT = 0.05
 _SLOW = 0.01
 """Share of the largest speed below which, for a while, the load may be meant to be at rest."""
 
-_A_WHILE = 3.0
+_SLOW_WAVES = 3.0
 """Shortest slow interval considered, in waves."""
 
-_OFTEN = 0.05
+_SLOW_SHARE = 0.05
 """Largest total of slow intervals without a warning, as a share of the period."""
 
 _STEADY = 4.0
@@ -267,9 +267,9 @@ def _slow(file: str, motion: Smoothed, even: np.ndarray, cutoff: float) -> list[
     position, speed = motion.derivatives(even, 1)
     step = float(even[1])
     slow = (np.abs(speed) <= _SLOW * np.max(np.abs(speed))) & (speed != 0.0)
-    found = _intervals(_long(slow, _A_WHILE / (cutoff * step)))
+    found = _intervals(_long(slow, _SLOW_WAVES / (cutoff * step)))
     lasts = sum(last - first for first, last in found) * step
-    if lasts <= _OFTEN * motion.series.period:
+    if lasts <= _SLOW_SHARE * motion.series.period:
         return []
     spreads = [np.ptp(np.take(position, range(first, last + 1), mode="wrap")) for first, last in found]
     return [

@@ -87,7 +87,7 @@ def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
         raise StudyError(*faults)
     # Kinds stored in a file are read here, once.
     make = getattr(kinds[shape], "read", kinds[shape])
-    return _made(make, {name: entry.value for name, entry in given.items()}, path)
+    return _constructed(make, {name: entry.value for name, entry in given.items()}, path)
 
 
 def _misfits(tree: Raw, own: Mapping[str, Key], shape: str, path: str) -> Iterator[str]:
@@ -140,7 +140,7 @@ def _shown(raw: Any) -> str:
     return f" = {quoted(raw['value'])}" if isinstance(raw, dict) and "value" in raw else ""
 
 
-def _made(make: Callable[..., Any], values: Mapping[str, Any], path: str) -> Any:
+def _constructed(make: Callable[..., Any], values: Mapping[str, Any], path: str) -> Any:
     """Construct a class from its values; prefix its error messages with the path of the table."""
     try:
         return make(**values)
@@ -176,7 +176,7 @@ def _instance(
         elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
             default = Entry(field.default, field.default, "assumed", DEFAULT)
             rows.append(_row(owner, here, default, unit))
-    instance = _made(part, values, path)
+    instance = _constructed(part, values, path)
     scale = checked.get("scale")
     if part is Motor and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))

@@ -39,25 +39,25 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     below = path.parent / name
     if not below.is_file():
         raise StudyError(f"extends = {quoted(name)}: file {below} not found")
-    under = _at_home(extended(read(below), below, read, depth + 1), below)
+    under = _with_paths(extended(read(below), below, read, depth + 1), below)
     over = {key: value for key, value in raw.items() if key != "extends"}
-    return {**under, **over, **_laid(under, over, below.name, path.name)}
+    return {**under, **over, **_merged_tables(under, over, below.name, path.name)}
 
 
-def _at_home(raw: Raw, path: Path) -> Raw:
+def _with_paths(raw: Raw, path: Path) -> Raw:
     """Resolve the files that a study names against its own folder."""
     result = dict(raw)
     for group in ("scenarios", "duty"):
         tasks = result.get(group)
         if isinstance(tasks, dict):
-            result[group] = {name: _found(task, path.parent.resolve()) for name, task in tasks.items()}
+            result[group] = {name: _resolved(task, path.parent.resolve()) for name, task in tasks.items()}
     return result
 
 
-def _found(table: Any, folder: Path) -> Any:
+def _resolved(table: Any, folder: Path) -> Any:
     if not isinstance(table, dict):
         return table
-    result = {key: _found(value, folder) for key, value in table.items()}
+    result = {key: _resolved(value, folder) for key, value in table.items()}
     file = table.get("file")
     if isinstance(file, str):
         result["file"] = str(folder / file)
@@ -66,7 +66,7 @@ def _found(table: Any, folder: Path) -> Any:
     return result
 
 
-def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
+def _merged_tables(under: Raw, over: Raw, below: str, above: str) -> Raw:
     """Merge the tables that both files have; each value records the file it comes from."""
     result: Raw = {}
     for key in _TABLES:
@@ -88,10 +88,10 @@ def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
             else:
                 found[name] = table
         result[group] = found
-    return {**result, **_spreads_laid(under, over)}
+    return {**result, **_merged_spreads(under, over)}
 
 
-def _spreads_laid(under: Raw, over: Raw) -> Raw:
+def _merged_spreads(under: Raw, over: Raw) -> Raw:
     """Merge the spreads of both files; drop spreads of values that the upper file replaced.
 
     A spread that the upper file states anew also drops the correlations of the spread it replaces.
@@ -104,10 +104,10 @@ def _spreads_laid(under: Raw, over: Raw) -> Raw:
         contact = drives[name].get("transmission") if isinstance(drives.get(name), dict) else None
         if isinstance(table, dict) and isinstance(table.get("transmission"), dict):
             after[name] = {**table, "transmission": contact_over(table["transmission"], contact)}
-    renewed = _places(mine) | (_places(before) - _places(after))
+    renewed = _spread_paths(mine) | (_spread_paths(before) - _spread_paths(after))
     result: Raw = {"uncertainty": _deep(after, mine)}
     if isinstance(under.get("correlations"), list):
-        kept = [row for row in under["correlations"] if not renewed & _correlated(row)]
+        kept = [row for row in under["correlations"] if not renewed & _correlated_paths(row)]
         added = over.get("correlations", [])
         result["correlations"] = [*kept, *added] if isinstance(added, list) else added
     return result
@@ -119,12 +119,12 @@ def _deep(under: Any, over: Any) -> Any:
     return {**under, **{key: _deep(under.get(key), value) for key, value in over.items()}}
 
 
-def _places(table: Raw) -> set[str]:
+def _spread_paths(table: Raw) -> set[str]:
     """Return the dotted paths of all spreads."""
     return {path for path, *_ in leaves(table)}
 
 
-def _correlated(row: Any) -> set[str]:
+def _correlated_paths(row: Any) -> set[str]:
     """Return the paths of a correlated pair; empty if the row is malformed, which is reported later."""
     between = row.get("between") if isinstance(row, dict) else None
     return {f"{row.get('drive')}.{path}" for path in between} if isinstance(between, list) else set()
