@@ -57,7 +57,7 @@ class DutyCycle(Task):
         check_kind("motion", self.motion, CYCLES, "derivatives")
 
     def loaded(self, mass: float | None) -> Self:
-        """Set the load mass if the cycle has none; not for walking, where the torque includes the leg's mass. [kg]"""
+        """Return the cycle with this load mass, unless it has its own; walking torque already includes the leg. [kg]"""
         return self if isinstance(self.motion, Walking) else super(DutyCycle, self).loaded(mass)
 
     @property

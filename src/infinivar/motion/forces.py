@@ -78,7 +78,7 @@ class StepForce:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SinusoidalForce:
-    """``size sin(2 pi frequency (t - start))``, also before `start`.
+    """Sinusoidal force ``size sin(2 pi frequency (t - start))``, also before `start`.
 
     Raises
     ------

@@ -156,7 +156,7 @@ class Hold(PeriodicMotion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sinusoid(PeriodicMotion):
-    """``distance sin(2 pi frequency (t - start))``, also before `start`.
+    """Sinusoidal motion ``distance sin(2 pi frequency (t - start))``, also before `start`.
 
     Raises
     ------

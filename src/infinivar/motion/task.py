@@ -29,5 +29,5 @@ class Task:
         return self.load_mass or 0.0
 
     def loaded(self, mass: float | None) -> Self:
-        """Set the load mass if the task has none. [kg]"""
+        """Return the task with this load mass, unless it has its own. [kg]"""
         return self if self.load_mass is not None or mass is None else dataclasses.replace(self, load_mass=mass)
