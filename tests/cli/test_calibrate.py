@@ -298,4 +298,4 @@ def test_a_study_without_the_file_it_extends(infinivar, measured, tmp_path):
     (tmp_path / "moved.toml").write_text(text, "utf-8")
     outcome = infinivar("compare", "moved.toml")
     assert outcome.code == 2
-    assert "there is no file" in outcome.err
+    assert "not found" in outcome.err

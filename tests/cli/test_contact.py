@@ -90,7 +90,7 @@ def test_overstressed_contact_is_flagged_by_name(infinivar, write, tmp_path):
     assert "EXCEEDED" in done.out
     compared = infinivar("compare", path, "--out", tmp_path / "out")
     assert "warning: drives.mine.transmission: contact yield exceeded, " in compared.err
-    assert "times what is allowed" in (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "times the limit" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
 def test_crushed_contact_and_bearing(write, tmp_path):
