@@ -34,7 +34,7 @@ class Requirement:
     )
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
 
     def speed_at(self, force: Any) -> Any:

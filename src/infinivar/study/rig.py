@@ -36,5 +36,5 @@ class Rig:
     longest_run: float = quantity("s", Gt(0), "Longest time measured in a run", default=2.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is not physical."""
+        """Validate the fields."""
         check(self)
