@@ -17,7 +17,7 @@ TEMPLATE = """\
 #
 # Run the study:   infinivar compare {name}.toml --out out
 # List the parts:  infinivar catalogue
-# Edit it:         an editor extension that reads the first line, such as Even Better TOML, checks and completes keys
+# Edit it:         an editor extension that reads the schema line, such as Even Better TOML, checks and completes the keys
 
 title = "{title}"
 description = "Say here what you compare and why."
@@ -62,7 +62,7 @@ part = "dcx-32-l-24v"          # from the catalogue; override any of its values 
 ratio = 3.9
 efficiency = {{ value = 0.96, kind = "catalogue", where = "single-stage planetary" }}
 loss_model = "coulomb"         # constant friction torque, (1 - efficiency) x rated torque, as in the base above; or
-                               # "proportional" to power. Use one model for all drives: it can decide the comparison.
+                               # "proportional" to power. Use one model for all drives, as the choice can decide a comparison.
 
 [drives.geared.pulley]
 radius = "8 mm"
