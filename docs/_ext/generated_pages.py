@@ -172,7 +172,7 @@ def parameter_set_values(name: str) -> str:
                     names = [r.value for r in study.provenance if (r.owner, r.field) == (owner, f"{part}.name")]
                     rows.append((f"`{part}`", *names, row.kind, row.where))
             else:
-                default = row.where == "default of the program" and row.unit != ""
+                default = row.where == "program default" and row.unit != ""
                 written = units.show(row.value, row.unit) if default else row.written
                 rows.append((f"`{row.field}`", written.replace(" ", "\N{NO-BREAK SPACE}"), row.kind, row.where))
         title = "The requirement" if owner == "requirement" else f"`{name}.{owner}`: {study.titles[owner]}"

@@ -134,7 +134,7 @@ STRUCTURE = {
     "base without drive": (replaced("2006.cobotic", "2006"), "mine.base", "'faulring2006'", "faulring2006.cobotic"),
     "base a table": (tables("[drives.mine]\nbase = {value = 'x'}"), "mine.base", "text"),
     "requirement from a drive": ("requirement.base = 'faulring2006.cobotic'" + MINE, "requirement.base", "'faulring2006'"),
-    "title in requirement": (replaced("power", "title"), "requirement.title", "known are force"),
+    "title in requirement": (replaced("power", "title"), "requirement.title", "known keys: force"),
     "part misspelt": (replaced("32-l-24v", "32-l-24"), "geared.motor.part", "dcx-32-l-24'", "'dcx-32-l-24v'"),
     "part a number": (replaced('"dcx-32-l-24v"', "5"), "geared.motor.part = 5", "text"),
     "part a truth value": (replaced('"dcx-32-l-24v"', "true"), "geared.motor.part = true", "text"),
@@ -153,7 +153,7 @@ STRUCTURE = {
     "misspelt table": (mine("[drives.mine.transmision]\npreload = '650 N'"), "mine.transmision", "'transmission'"),
     "misspelt deep key": (mine("[drives.mine.steering.motor]\nmas = '1 kg'"), "steering.motor.mas", "1 kg", "'mass'"),
     "key of another drive": (GOOD + "[drives.geared.transmission]\npreload = '1 N'", "geared.transmission", "pulley"),
-    "scale of a gearhead": (replaced("ratio = 3.9", "ratio = 3.9\nscale = 2"), "gearhead.scale = 2", "known are"),
+    "scale of a gearhead": (replaced("ratio = 3.9", "ratio = 3.9\nscale = 2"), "gearhead.scale = 2", "known keys:"),
 }  # fmt: skip
 
 
@@ -408,7 +408,7 @@ def test_the_message_stays_readable(infinivar, write, tmp_path, text):
     assert len(outcome.err) < 6000
     assert len(outcome.err.splitlines()) <= 25
     assert all(line.isprintable() and line.removeprefix("infinivar: ") for line in outcome.err.splitlines())
-    assert all("study.toml: " in line or line.endswith("more") for line in outcome.err.splitlines())
+    assert all("study.toml: " in line or line.endswith("more faults") for line in outcome.err.splitlines())
 
 
 EXTREMES = [

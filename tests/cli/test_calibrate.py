@@ -131,7 +131,7 @@ def heading(name, text):
     ("change", "said"),
     [
         (heading("link_travel", "link_travel [kg]"), "line 1, column link_travel: has the unit 'kg' where m is needed"),
-        (heading("link_travel", "link_travel"), "line 1 must say the unit of link_travel"),
+        (heading("link_travel", "link_travel"), "line 1 must state the unit of link_travel"),
         (heading("preload", "load [N]"), "line 1 must name the columns"),
         (heading("link_travel", "link_travel [mm]"), "is it in metres?"),
         (scaled("link_travel", 1e3), "is it in millimetres?"),
@@ -181,7 +181,7 @@ def test_single_readings_that_no_rig_can_give_are_left_out(infinivar, measured, 
     assert outcome.code == 1
     told = json.loads(outcome.out)
     assert [one["line"] for one in told["left_out_lines"]] == lines
-    assert f"left out: line {lines[0]}: " in outcome.err
+    assert f"excluded: line {lines[0]}: " in outcome.err
     assert said in outcome.err
     page = (tmp_path / "out" / "calibration.html").read_text("utf-8").replace("\N{NO-BREAK SPACE}", " ")
     assert all(one["reason"] in page for one in told["left_out_lines"])
@@ -298,4 +298,4 @@ def test_a_study_without_the_file_it_extends(infinivar, measured, tmp_path):
     (tmp_path / "moved.toml").write_text(text, "utf-8")
     outcome = infinivar("compare", "moved.toml")
     assert outcome.code == 2
-    assert "there is no file" in outcome.err
+    assert "not found" in outcome.err

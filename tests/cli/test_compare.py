@@ -386,7 +386,7 @@ def test_only_the_drives_asked_for(infinivar, tmp_path, compared):
 def test_a_drive_that_is_not_there(infinivar, tmp_path):
     outcome = infinivar("compare", "hand_controller", "--drive", "cobotics")
     assert (outcome.code, outcome.out) == (2, "")
-    assert "hand_controller: there is no drive 'cobotics' (did you mean 'cobotic'?); the study has " in outcome.err
+    assert "hand_controller: the study has no drive 'cobotics' (did you mean 'cobotic'?); its drives: " in outcome.err
     assert not list(tmp_path.iterdir())
 
 
@@ -404,7 +404,5 @@ def test_quick_leaves_out_what_it_says_and_changes_no_number(infinivar, tmp_path
     assert quick.get("builds") is None
     outcome = infinivar("compare", "knee_walking", "--quick")
     assert (outcome.code, outcome.err) == (0, "")
-    assert outcome.out.split("\n")[-2].startswith(
-        "Quick run: verdicts only, the same as those of a full run. Left out: "
-    )
+    assert outcome.out.split("\n")[-2].startswith("Quick run: the verdicts equal those of a full run. Skipped: ")
     assert not list(tmp_path.iterdir())

@@ -40,7 +40,7 @@ def test_sheet_of_the_shipped_study(infinivar, tmp_path):
         "rolling group              H             0.003641",
         "fastsim",
         "stated: III-B.2",
-        "Reconstruction. The paper prints few dimensions",
+        "Reconstruction. The paper states few dimensions",
     ):
         assert said in done.out, said
     assert max(map(len, done.out.splitlines()[:-1])) < 200
@@ -89,8 +89,8 @@ def test_overstressed_contact_is_flagged_by_name(infinivar, write, tmp_path):
     assert "OVER-STRESSED: contact yield" in done.out
     assert "EXCEEDED" in done.out
     compared = infinivar("compare", path, "--out", tmp_path / "out")
-    assert "check drives.mine.transmission: contact yield, " in compared.err
-    assert "times what is allowed" in (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "warning: drives.mine.transmission: contact yield exceeded, " in compared.err
+    assert "times the limit" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
 def test_crushed_contact_and_bearing(write, tmp_path):

@@ -78,7 +78,7 @@ def test_report_reads_as_a_designer_would(walked):
     _, folder, said = walked
     page = (folder / "report.html").read_text("utf-8").replace("\N{NO-BREAK SPACE}", " ")
     for heading in (
-        "Duty cycle: Level walking, 75 kg, 1.1 s a stride",
+        "Duty cycle: Level walking, 75 kg, 1.1 s per stride",
         "Energy from the battery",
         "Limits and heat",
         "Holding still",
@@ -136,17 +136,17 @@ def test_gaps_are_reported_by_line(infinivar, write, tmp_path):
     (tmp_path / "motion.csv").write_text("\n".join([*lines[:50], *lines[70:]]), "utf-8")
     outcome = infinivar("compare", write(RECORDED.format(more="")))
     assert outcome.code == 0
-    assert "check duty.recorded: " in outcome.err
+    assert "warning: duty.recorded: " in outcome.err
     assert "line 51: 0.105 s without data" in outcome.err
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (wave("time [s],position"), "line 1 must say the unit of position, such as 'position [mm]'"),
+        (wave("time [s],position"), "line 1 must state the unit of position, such as 'position [mm]'"),
         (wave().replace("0.0300,", "0.0030,"), "line 8 must have a later time than the line before"),
         (wave().replace("0.0300,", "0.0300,nan,"), "line 8 must have a number as position, got 'nan'"),
-        ("", "line 1 must name the columns time"),
+        ("", "line 1 must name the column time"),
         (None, "no such file"),
     ],
 )

@@ -85,7 +85,7 @@ def test_a_file_that_is_no_recording_is_not_echoed(infinivar, write, tmp_path):
     (tmp_path / "secret.csv").write_text("root:x:0:0:hunter2\nmore,of,it\n", "utf-8")
     write(study(rest=RECORDED.format(file="secret.csv")))
     outcome = infinivar("check", "study.toml")
-    assert refused(outcome, "line 1 must name the columns time: time missing; it has 1 column, none of these")
+    assert refused(outcome, "line 1 must name the column time; missing: time (found none in 1 column)")
     assert "hunter2" not in outcome.err
     (tmp_path / "secret.csv").write_text(f"time [s],position [m]\n{'0123456789' * 50},1\n", "utf-8")
     assert len(infinivar("check", "study.toml").err) < 200
@@ -167,7 +167,7 @@ def test_a_file_in_place_of_a_folder_is_said_to_be_one(infinivar, write, tmp_pat
 def test_names_of_files_stay_within_their_line(infinivar, write, tmp_path):
     write(study(base="cobotic"))
     done = infinivar("contact", "study.toml", "--out", "a\nb")
-    assert "Written to a\\nb: " in done.out.splitlines()[-1]
+    assert "Files written to a\\nb: " in done.out.splitlines()[-1]
     assert refused(infinivar("check", "no\nsuch.toml"), "no\\nsuch.toml: no such file")
     (tmp_path / "taken").write_text("a file")
     assert refused(
@@ -259,11 +259,11 @@ def test_check_finds_scenarios_that_nothing_can_run(infinivar, write):
     write(study(rest='[scenarios.s]\nduration = "1 s"\nsteering = "locked"\n'))
     assert refused(
         infinivar("check", "study.toml"),
-        "scenarios.s can be run by no drive: drives.mine: steering = 'locked' requires a",
+        "scenarios.s: no drive can run it: drives.mine: steering = 'locked' requires a",
     )
     write(study(base="cobotic", rest='[scenarios.s]\nduration = "1 s"\nsteering = "locked"\n'))
     outcome = infinivar("check", "study.toml")
-    assert (outcome.code, outcome.out) == (0, "study.toml: 1 drive, 1 scenario; nothing wrong\n")
+    assert (outcome.code, outcome.out) == (0, "study.toml: 1 drive, 1 scenario; no faults found\n")
 
 
 def test_check_writes_nothing(infinivar, write, tmp_path):

@@ -97,15 +97,15 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('extends = "nothing.toml"', 'extends = "nothing.toml": there is no file'),
+        ('extends = "nothing.toml"', 'extends = "nothing.toml": file nothing.toml not found'),
         ("extends = 3", "extends = 3 must be text"),
-        ('extends = "study.toml"', "do they in a ring?"),
+        ('extends = "study.toml"', "check for a circle"),
         ("rig = 3\n" + HEAD, "rig = 3 must be a table [rig]"),
         (HEAD + '[rig]\ntravel = "3 kg"\n', "rig.travel"),
         (HEAD + '[rig]\ncurrent_nois = "3 mA"\n', "did you mean 'current_noise'?"),
         ("uncertainty = 3\n" + HEAD, "uncertainty = 3 must be tables"),
         (HEAD + "[uncertainty]\ndraws = 1000\n", "uncertainty.draws = 1000 must be a power of two"),
-        (HEAD + "[uncertainty.cobotc.motor]\nresistance = 0.1\n", "uncertainty.cobotc: there is no such drive"),
+        (HEAD + "[uncertainty.cobotc.motor]\nresistance = 0.1\n", "uncertainty.cobotc: the study has no such drive"),
         (HEAD + '[uncertainty.cobotic.motor]\nresistence = "5 %"\n', "did you mean 'motor.resistance'?"),
         (HEAD + '[uncertainty.cobotic.motor]\nresistance = "5 N"\n', "has the unit 'N' where ohm is needed"),
         (HEAD + '[uncertainty.cobotic.motor]\nresistance = "-5 %"\n', "must have a tolerance above zero"),
@@ -117,25 +117,25 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
             HEAD + '[uncertainty.cobotic.gearhead]\nefficiency = "20 %"\n',
             "reaches 1.056, but the value must be > 0 and <= 1",
         ),
-        (HEAD + '[uncertainty.cobotic.motor]\nresistance = { low = "2 ohm" }\n', "must be given one way"),
+        (HEAD + '[uncertainty.cobotic.motor]\nresistance = { low = "2 ohm" }\n', "must be stated in exactly one way"),
         (HEAD + '[uncertainty.cobotic.motor]\nresistance = { low = "3 ohm", high = "2 ohm" }\n', "low below high"),
         (
             HEAD + '[uncertainty.cobotic.motor]\nresistance = { low = "3 ohm", high = "4 ohm" }\n',
-            "resistance leaves out the value itself, 2.14 ohm",
+            "resistance must include the value itself, 2.14 ohm",
         ),
         (
             HEAD + '[uncertainty.cobotic.motor]\nresistance = { tolerance = "5 %", kind = "guessed" }\n',
-            "must have a kind of",
+            "must have one of stated, ",
         ),
         (
             HEAD + '[uncertainty.cobotic.motor]\nresistance = { tolerance = "5 %", deviaton = 3 }\n',
             "did you mean 'deviation'?",
         ),
-        (HEAD + '[uncertainty.cobotic.control]\nlink_bandwidth = "5 %"\n', "means nothing: neither steady operation"),
+        (HEAD + '[uncertainty.cobotic.control]\nlink_bandwidth = "5 %"\n', "has no effect: neither steady operation"),
         (HEAD + '[[correlations]]\ndrive = "cobotic"\n', "must have drive, between and value"),
         (
             HEAD + '[[correlations]]\ndrive = "cobotic"\nbetween = ["a", "b"]\nvalue = 0.5\n',
-            'drive = "cobotic" must be one with a table [uncertainty.DRIVE]',
+            'drive = "cobotic" must be a drive with a table [uncertainty.DRIVE]',
         ),
         (
             HEAD

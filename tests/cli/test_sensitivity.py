@@ -53,7 +53,7 @@ def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
     asked = ("sensitivity", write(GEARED), "--of", "efficiency", "--force", "1e9 N", "--out", "out")
     done = infinivar(*asked)
     assert done.code == 1, done.err
-    assert "beyond limits" in done.out
+    assert "limit exceeded" in done.out
     assert "cannot do this within its limits" in done.out
     assert "supply voltage" in done.out
     assert "cannot do this within its limits" in (tmp_path / "out" / "sensitivity-efficiency.html").read_text("utf-8")

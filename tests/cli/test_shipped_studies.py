@@ -35,8 +35,8 @@ def test_a_name_of_neither_lists_the_shipped_studies(infinivar):
     outcome = infinivar("check", "hand_controler")
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == (
-        "infinivar: hand_controler: is neither a file nor a shipped study (did you mean 'hand_controller'?); "
-        "shipped are hand_controller, knee_walking, reach_and_hold\n"
+        "infinivar: hand_controler: neither a file nor a shipped study (did you mean 'hand_controller'?); "
+        "shipped studies: hand_controller, knee_walking, reach_and_hold\n"
     )
 
 

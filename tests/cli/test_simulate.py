@@ -119,7 +119,10 @@ def refused(outcome, said, folder):
             'duration = "1 s"\nmotion = { shape = "sinusoid", distance = "1 mm", frequency = "3 rad/s" }',
             "must count cycles",
         ),
-        ('duration = "1 s"\ncylinder = "at rest"', "scenarios.x.cylinder = 'at rest' moves nothing"),
+        (
+            'duration = "1 s"\ncylinder = "at rest"',
+            "scenarios.x.steering must be locked, decoupled or held with cylinder = 'at rest'",
+        ),
         ('duration = "1 s"\ntolerance = 0.1', "scenarios.x.tolerance = 0.1 must be > 0 and <= 1e-3"),
         (
             'base = "faulring2006.shak"',
@@ -138,7 +141,7 @@ def test_mistakes_in_a_scenario(infinivar, write, tmp_path, table, said):
         ("", "line 1 must name the columns time and position"),
         (
             "time,place\n0,1\n",
-            "line 1 must name the columns time and position: position missing; of its 2 columns it names time",
+            "line 1 must name the columns time and position; missing: position (found time in 2 columns)",
         ),
         ("time,position\n0,0\n", "must have at least two lines of numbers"),
         ("time,position\n0,0\n0.1,x\n", "line 3 must have a number as position, got 'x'"),
@@ -205,7 +208,7 @@ def test_graph_draws_every_plant(infinivar, write, tmp_path, plant):
 @pytest.mark.renders("png", "pdf")
 def test_graph_writes_equations(infinivar, write, tmp_path):
     outcome = infinivar("graph", write(STUDY), "geared", "--out", "fig14.pdf", "--equations", "fig14.tex")
-    assert outcome.out == "Written: fig14.pdf, fig14.tex\n"
+    assert outcome.out == "Wrote fig14.pdf, fig14.tex\n"
     assert r"\frac{d}{dt} \dot{l} &=" in (tmp_path / "fig14.tex").read_text("utf-8")
     infinivar(
         "graph", write(STUDY), "cobotic", "--out", "fig10.png", "--equations", "fig10.txt", "--electrical", "voltage"
@@ -233,7 +236,7 @@ def test_mistakes_with_graph(infinivar, write, tmp_path, arguments, said):
 
 def test_first_drive_and_scenario_unless_named(infinivar, write):
     """A line on stderr says which is taken; where there is only one, the result names it."""
-    said = "infinivar: --{} not given: using {}, the first of {}\n"
+    said = "infinivar: no --{} given: using {}, the first of {}\n"
     outcome = infinivar("simulate", write(STUDY))
     assert outcome.err == said.format("drive", "cobotic", "cobotic, geared") + said.format(
         "scenario", "reach", "reach, locked"

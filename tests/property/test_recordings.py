@@ -56,7 +56,7 @@ def test_filtered_noise_is_told_and_a_resolution_helps(tmp_path, clean):
     noise = filtfilt(*filters, np.tile(1e-4 * random.standard_normal(count), 3))[count : 2 * count]
     duty = recorded(REACH, tmp_path / "filtered.csv", 100, noise=np.append(noise, noise[0]))
     (warning,) = duty.warnings
-    assert 'say so: resolution = "' in warning
+    assert 'set resolution = "' in warning
     advised = float(warning.rpartition('"')[0].rpartition('"')[2].removesuffix(" mm"))
     told = DutyCycle(motion=replace(duty.motion, resolution=1e-3 * advised), load_mass=REACH.load_mass)
     assert not told.warnings

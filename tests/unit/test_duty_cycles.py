@@ -206,8 +206,11 @@ def test_cutoff_takes_noise_away(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (wave(heading="time [s],position,force [N]"), "line 1 must say the unit of position, such as 'position [mm]'"),
-        (wave(heading="time,position [mm],force [N]"), "line 1 must say the unit of time, such as 'time [s]'"),
+        (
+            wave(heading="time [s],position,force [N]"),
+            "line 1 must state the unit of position, such as 'position [mm]'",
+        ),
+        (wave(heading="time,position [mm],force [N]"), "line 1 must state the unit of time, such as 'time [s]'"),
         (
             wave(heading="time [s],position [kg],force [N]"),
             "line 1, column position: has the unit 'kg' where m is needed",
@@ -222,14 +225,14 @@ def test_cutoff_takes_noise_away(tmp_path):
             "line 6 must have a number as position, got 'nan'",
         ),
         (wave().replace("0.030000000,", "0.003000000,"), "line 8 must have a later time than the line before"),
-        ("time [s],position [mm]\n0,0\n1,1\n2,0\n", "must have at least 8 lines of numbers, got 3"),
+        ("time [s],position [mm]\n0,0\n1,1\n2,0\n", "must have at least 8 rows of numbers, got 3"),
         (
             "time [s],position [m]\n" + "\n".join(f"{k},{0.1 * k}" for k in range(20)),
-            "must be one cycle that ends where it begins, but has position ends 1.9 m from where it begins: 100 % of its range",
+            "must be one cycle that ends where it starts, but the position ends 1.9 m from its start, 100 % of the range",
         ),
         (
             "time [s],speed [m/s]\n" + "\n".join(f"{k},{1 + (k % 2)}" for k in range(20)),
-            "must be one cycle that ends where it begins, but has a mean speed of 1.5 m/s",
+            "must be one cycle that ends where it starts, but the mean speed is 1.5 m/s",
         ),
     ],
 )
@@ -242,15 +245,15 @@ def test_gaps_and_drift_are_reported(tmp_path):
     lines = wave().splitlines()
     gap = "\n".join([*lines[:50], *lines[70:]])
     (warning,) = DutyCycle(motion=Recording.read(record(tmp_path, gap))).warnings
-    assert "line 51: 0.105 s without data, 21 times the usual step; bridged by a straight line" in warning
+    assert "line 51: 0.105 s without data, 21 times the median step; interpolated linearly" in warning
     drifting = [f"{t:.3f},{50 * math.sin(2 * math.pi * t) + 2 * t:.6f}" for t in np.linspace(0, 1, 201)]
     (warning,) = DutyCycle(
         motion=Recording.read(record(tmp_path, "\n".join(["time [s],position [mm]", *drifting])))
     ).warnings
-    assert "position ends 0.002 m from where it begins, 2.0 % of its range; taken out evenly" in warning
+    assert "the position ends 0.002 m from its start, 2.0 % of the range; removed evenly" in warning
     sparse = wave(count=11)
     (warning,) = DutyCycle(motion=Recording.read(record(tmp_path, sparse))).warnings
-    assert "a step of 0.1 s shows nothing above 5 Hz; cutoff is 10 Hz" in warning
+    assert "a step of 0.1 s resolves frequencies up to 5 Hz only; the cutoff is 10 Hz" in warning
 
 
 @pytest.mark.parametrize(

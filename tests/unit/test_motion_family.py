@@ -149,11 +149,11 @@ def test_a_recording_is_its_data():
 @pytest.mark.parametrize(
     ("columns", "said"),
     [
-        ({"time": TIME}, "position or speed must be given, and not both"),
-        ({**WAVE, "speed": TIME}, "position or speed must be given, and not both"),
+        ({"time": TIME}, "position or speed must be given, but not both"),
+        ({**WAVE, "speed": TIME}, "position or speed must be given, but not both"),
         ({**WAVE, "time": TIME[::-1]}, "time must increase from row to row"),
         ({**WAVE, "force": TIME[1:]}, "force must be at least two finite numbers, as many as time"),
-        ({**WAVE, "cutoff": 0.5}, r"cutoff must be >= 1 Hz, one wave in the recording, got 0\.5"),
+        ({**WAVE, "cutoff": 0.5}, r"cutoff must be >= 1 Hz, one period in the recording, got 0\.5"),
     ],
 )
 def test_recordings_that_cannot_be(columns, said):
@@ -225,7 +225,7 @@ def test_other_data_are_another_study(tmp_path):
             "[scenarios.s]\nduration = '-1 s'\nmotion = { shape = 'reach', distanse = '1 mm' }",
             [
                 "scenarios.s.duration",
-                "scenarios.s.motion.distanse = \"1 mm\" is not a known key (did you mean 'distance'?); known are shape, ",
+                "scenarios.s.motion.distanse = \"1 mm\" is not a known key (did you mean 'distance'?); known keys: shape, ",
             ],
         ),
         (

@@ -138,7 +138,7 @@ def test_measured_groups_stand_in_for_geometry(load):
 
 def test_defaults_are_listed_as_assumed(load):
     found = rows(load(MINIMAL), "mine")
-    assert found["amplifier.regeneration"].where == "default of the program"
+    assert found["amplifier.regeneration"].where == "program default"
 
 
 def test_study_is_frozen(study):
@@ -199,7 +199,7 @@ def test_shipped_studies_are_valid(study):
 
 
 def test_a_drive_that_there_is_not(study):
-    with pytest.raises(iv.InputError, match=r"there is no drive 'cobotc' \(did you mean 'cobotic'\?\)"):
+    with pytest.raises(iv.InputError, match=r"the study has no drive 'cobotc' \(did you mean 'cobotic'\?\)"):
         study.drive("cobotc")
     assert study.drive("cobotic") is study.drives["cobotic"]
 

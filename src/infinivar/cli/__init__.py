@@ -1,6 +1,6 @@
-"""The command line: each command reads its arguments, calls one function and prints what comes back.
+"""The command line: each command parses its arguments, calls one function and prints the result.
 
-Commands import what they use when they run, so that the command line starts as fast as Python and Typer allow.
+Commands import their dependencies when they run, so the command line starts as fast as Python and Typer allow.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from infinivar.cli import files, rigs, runs, studies
 from infinivar.console import run, say
 
 app = typer.Typer(
-    help="Model, size and compare drive-trains with an infinitely variable (cobotic) transmission and with a fixed ratio.",
+    help="Model, size and compare drive-trains with an infinitely variable (cobotic) transmission or a fixed ratio.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

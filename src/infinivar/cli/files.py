@@ -17,25 +17,25 @@ from infinivar.options import Json, Out
 
 
 def init(
-    name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written.", show_default=False)],
+    name: Annotated[str, typer.Argument(help="Name of the study; writes NAME.toml.", show_default=False)],
     like: Annotated[
         str | None, typer.Option("--like", help="Start from a copy of this shipped study, such as hand_controller.")
     ] = None,
 ) -> None:
     """Write a commented study file to start from.
 
-    Beside it goes the JSON Schema by which an editor checks the file and completes its keys.
+    Also write the JSON Schema that lets an editor check the file and complete its keys.
     """
     from infinivar.study.shipped import shipped_studies
     from infinivar.study.template import SCHEMA_FILE, SCHEMA_LINE, TEMPLATE
 
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     if not re.fullmatch(r"\w[\w .-]*", path.stem) or name.endswith("/"):
-        raise InputError(f"{name!r} must end in letters, digits, spaces, points, - and _ only")
+        raise InputError(f"{name!r} is not a valid file name: use letters, digits, spaces, dots, - and _ only")
     known = shipped_studies()
     if like is not None and like not in known:
         raise InputError(
-            f"--like {like!r} is not a shipped study{nearest(like, known)}; shipped are {', '.join(known)}"
+            f"--like {like!r} is not a shipped study{nearest(like, known)}; shipped studies: {', '.join(known)}"
         )
     if like is None:
         title = path.stem.replace("_", " ").replace("-", " ").capitalize()
@@ -50,12 +50,12 @@ def init(
 
 
 def _write_new(path: Path, text: str) -> None:
-    """Write a file that must not be there yet."""
+    """Write a new file; refuse to overwrite an existing one."""
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError as problem:
-        raise InputError(f"{printable(path)}: is there already; choose another name or remove it") from problem
+        raise InputError(f"{printable(path)}: already exists; choose another name or remove the file") from problem
     except OSError as problem:
         raise InputError(f"{printable(path)}: cannot be written: {problem.strerror}") from problem
 
@@ -72,9 +72,9 @@ def schema() -> None:
 
 
 def catalogue(as_json: Json = False) -> None:
-    """List the parts that a study can refer to.
+    """List the catalogue parts that a study can use.
 
-    Motors, gearheads, bearings and materials, by the word that goes behind `part`.
+    Show motors, gearheads, bearings and materials with the key to give as `part`.
     """
     from infinivar.study.catalogue import bearings, gearheads, materials, motors
 
@@ -93,7 +93,9 @@ def catalogue(as_json: Json = False) -> None:
 
 
 def reproduce(
-    figure: Annotated[int | None, typer.Option("--figure", help="Only this figure and its claims.")] = None,
+    figure: Annotated[
+        int | None, typer.Option("--figure", help="Draw only this figure and check only its claims.")
+    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:

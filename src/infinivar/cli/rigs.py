@@ -1,4 +1,4 @@
-"""Commands on measured data: rig, calibrate."""
+"""Commands that work with measured data: rig, calibrate."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, numbers
 
-DRIVE = "Name of a cobotic drive; the first if left out."
+DRIVE = "Name of a cobotic drive; defaults to the first."
 
 
 def rig(
@@ -22,14 +22,14 @@ def rig(
     out: Annotated[Path, typer.Option("--out", parser=named_path, metavar="PATH", help="CSV file to write.")] = Path(
         "rig.csv"
     ),
-    ratios: Annotated[str, typer.Option(help="Reduction ratios.")] = "100,50,20,8,4,2,1",
-    loads: Annotated[str, typer.Option(help="Loads over the slip force.")] = "0.15,0.5",
-    preloads: Annotated[str, typer.Option(help="Preloads over the study's.")] = "1",
-    seed: Annotated[int, typer.Option(min=0, help="Of the sensors' noise and of how far the rig is off.")] = 0,
+    ratios: Annotated[str, typer.Option(help="Reduction ratios to measure.")] = "100,50,20,8,4,2,1",
+    loads: Annotated[str, typer.Option(help="Loads to measure, as fractions of the slip force.")] = "0.15,0.5",
+    preloads: Annotated[str, typer.Option(help="Preloads to measure, as multiples of the study's preload.")] = "1",
+    seed: Annotated[int, typer.Option(min=0, help="Random seed for sensor noise and rig errors.")] = 0,
 ) -> None:
-    """Simulate the rig that measures a transmission.
+    """Simulate a test rig measuring a transmission.
 
-    Writes the data that the rig of the study would record.
+    Write the data that the study's rig would record.
     """
     from infinivar.calibration import virtual_rig
     from infinivar.calibration.result import cobotic
@@ -53,36 +53,36 @@ def rig(
             measured, loaded.rig, settings, seed=seed, progress=lambda share: progress("measuring", share)
         )
     if not len(done.data):
-        raise InputError(f"{study}: drives.{name}: no run of the protocol is possible: {done.left_out[0]}")
+        raise InputError(f"{study}: drives.{name}: every run of the protocol is infeasible: {done.left_out[0]}")
     save_data(done.data, out)
-    for said in done.left_out:
-        complain(f"left out: {said}")
+    for reason in done.left_out:
+        complain(f"excluded: {reason}")
     say(f"{len(done.data)} runs written to {out}. Next: {_call('calibrate', out, '--study', study, '--drive', name)}")
 
 
 def calibrate(
-    data: Annotated[Path, typer.Argument(help="Runs of a rig (CSV with units in its header).", show_default=False)],
-    study: Annotated[
-        Path, typer.Option("--study", help="Study file that has the drive and the rig.", show_default=False)
-    ],
+    data: Annotated[Path, typer.Argument(help="CSV file of rig runs, with units in its header.", show_default=False)],
+    study: Annotated[Path, typer.Option("--study", help="Study file with the drive and the rig.", show_default=False)],
     drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
     fit: Annotated[
-        str, typer.Option("--fit", help="What to fit; torque_constant and resistance, too, on request.")
+        str, typer.Option("--fit", help="Parameters to fit; torque_constant and resistance are also available.")
     ] = "creep_stiffness,rolling_torque,bearing_torque,guideway_friction,nominal_torque",
     leave_out: Annotated[
-        list[int] | None, typer.Option("--leave-out", help="Line of the data that is not used.")
+        list[int] | None, typer.Option("--leave-out", help="Line of the data file to exclude; repeat for more lines.")
     ] = None,
     creep_laws: Annotated[
         str | None,
-        typer.Option("--creep-laws", help="Creep laws to hold against the data, all if left out: linear,polach"),
+        typer.Option(
+            "--creep-laws", help="Creep laws to compare with the data, such as linear,polach; defaults to all."
+        ),
     ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
     """Fit a drive's losses to measured data.
 
-    Writes a report, results and the calibrated study.
-    Exit code 1 if the data do not tell all that was to be fitted.
+    Write a report, the results and the calibrated study.
+    Exit with code 1 if the data cannot identify every fitted parameter.
     """
     from infinivar.calibration.calibrate import calibrate as run
     from infinivar.report.output import claimed
@@ -97,7 +97,7 @@ def calibrate(
         found = run(loaded, name, data, parameters=names, leave_out=leave_out or (), creep_laws=candidates)
         files = save(found, out)
     for one in found.left_out:
-        complain(f"left out: line {one.line}: {one.reason}")
+        complain(f"excluded: line {one.line}: {one.reason}")
     if as_json:
         print_json({**found.to_dict(), "files": [str(file) for file in files]})
     else:

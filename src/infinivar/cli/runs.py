@@ -1,4 +1,4 @@
-"""Commands on one drive of a study: simulate, sensitivity, graph."""
+"""Commands that work on one drive of a study: simulate, sensitivity, graph."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from infinivar.console import NOT_FEASIBLE, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
 
-DRIVE = "Name of the drive in the study; the first if left out."
-SCENARIO = "Name of the scenario in the study; the first if left out."
+DRIVE = "Name of the drive in the study; defaults to the first."
+SCENARIO = "Name of the scenario in the study; defaults to the first."
 
 
 def simulate(
@@ -25,10 +25,10 @@ def simulate(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Simulate a drive through a scenario in time.
+    """Simulate a drive in a scenario.
 
-    Writes a report, figures and results, with the energy audit.
-    Exit code 1 if the drive could not do it: the run is incomplete, a limit was exceeded, or a motor overheats.
+    Write a report, figures and results, including the energy audit.
+    Exit with code 1 if the run is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
     from infinivar.analysis.simulate import simulate as run
     from infinivar.report.output import claimed
@@ -64,21 +64,24 @@ def sensitivity(
         str,
         typer.Option(
             "--of",
-            help="efficiency or loss at a point; margin or coverage in the region; energy or temperature of a duty cycle.",
+            help="Result: efficiency or loss at a point, margin or coverage of the requirement, "
+            "or energy or temperature of a duty cycle.",
         ),
     ],
     drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
-    force: Annotated[str | None, typer.Option("--force", help='Of the operating point, such as "20 N".')] = None,
-    speed: Annotated[str | None, typer.Option("--speed", help='Of the operating point, such as "0.3 m/s".')] = None,
+    force: Annotated[str | None, typer.Option("--force", help='Force at the operating point, such as "20 N".')] = None,
+    speed: Annotated[
+        str | None, typer.Option("--speed", help='Speed at the operating point, such as "0.3 m/s".')
+    ] = None,
     duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
-    method: Annotated[str, typer.Option(help="Of the derivatives: complex, jax or difference.")] = "complex",
+    method: Annotated[str, typer.Option(help="How to compute derivatives: complex, jax or difference.")] = "complex",
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
     """Rank a drive's parameters by their effect on a result.
 
-    Writes a report and figures.
-    Exit code 1 if the drive cannot do what is asked about within its limits.
+    Write a report and figures.
+    Exit with code 1 if the point, requirement or duty cycle is infeasible for the drive.
     """
     from infinivar.analysis.robustness.derivatives import METHODS
     from infinivar.analysis.robustness.sensitivity import sensitivity as run
@@ -102,12 +105,12 @@ def sensitivity(
         raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
     from infinivar import units
 
-    beyond = ", beyond limits" if found.beyond else ""
+    beyond = ", limit exceeded" if found.beyond else ""
     say(f"{found.outcome.words}: {units.show(found.value, found.outcome.unit)}{beyond}")
     for sentence in found.ranking:
         say(f"  {sentence}")
     if found.conclusions:
-        say("What the paper recommends, per 1 %:")
+        say("The paper's recommendations, effect per +1 %:")
         for row in found.conclusions:
             say(f"  {row.words:<48} {units.signed(row.elasticity):>9} %  {row.verdict}")
     for remark in found.remarks:
@@ -121,22 +124,25 @@ def graph(
     drive: Annotated[str, typer.Argument(help="Name of the drive in the study.", show_default=False)],
     out: Annotated[
         Path,
-        typer.Option("--out", parser=named_path, metavar="PATH", help="Picture to write: .svg, .pdf or .png."),
+        typer.Option("--out", parser=named_path, metavar="PATH", help="Image file to write: .svg, .pdf or .png."),
     ] = Path("graph.svg"),
     plant: Annotated[
         str,
         typer.Option(
-            "--plant", help="system, or of a cobotic drive: lossless, transmission, steering, cylinder, link."
+            "--plant",
+            help="Model to draw: system, or for a cobotic drive lossless, transmission, steering, cylinder or link.",
         ),
     ] = "system",
-    electrical: Annotated[str, typer.Option("--electrical", help="current or voltage drive.")] = "current",
+    electrical: Annotated[
+        str, typer.Option("--electrical", help="What the amplifier imposes: current or voltage.")
+    ] = "current",
     equations: Annotated[
-        Path | None, typer.Option("--equations", help="Write the equations, too: .tex for LaTeX, .txt for text.")
+        Path | None, typer.Option("--equations", help="Also write the equations: .tex for LaTeX, .txt for plain text.")
     ] = None,
 ) -> None:
     """Draw the bond graph of a drive.
 
-    Writes its equations, too, where --equations names a file.
+    With --equations, also write its state equations.
     """
     from infinivar.drivetrain.graphs.plants import plant_graph
     from infinivar.report import graph as report
@@ -147,4 +153,4 @@ def graph(
     with naming_place(study, f"drives.{name}"):
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.requirement.load_mass)
         report.save(made, out, equations)
-    say(f"Written: {', '.join(str(file) for file in (out, equations) if file is not None)}")
+    say(f"Wrote {', '.join(str(file) for file in (out, equations) if file is not None)}")

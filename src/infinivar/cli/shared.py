@@ -1,4 +1,4 @@
-"""What several commands share: the study that is meant, the drive that is chosen, and where bad input was found."""
+"""Helpers shared by commands: load the study, choose the drive, and add the location to input errors."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ def print_json(value: Any) -> None:
 
 
 def chosen(study: Path, what: str, name: str | None, known: Mapping[str, Any]) -> str:
-    """The name asked for, or else the first there is; where there are several, a line on stderr says which is taken."""
+    """Return the given name, or the first one by default; if there are several, report the choice on stderr."""
     if name is None and known:
         first = next(iter(known))
         if len(known) > 1:
-            complain(f"--{what} not given: using {printable(first)}, the first of {', '.join(map(printable, known))}")
+            complain(f"no --{what} given: using {printable(first)}, the first of {', '.join(map(printable, known))}")
         return first
     if name is not None and name in known:
         return name
     if not known:
         example = f'add a table [{what}s.reach] with base = "faulring2006.reach"'
-        raise InputError(f"{printable(study)}: has no {what}s; {example}")
+        raise InputError(f"{printable(study)}: the study has no {what}s; {example}")
     hint = nearest(name or "", known)
     raise InputError(f"{printable(study)}: --{what} {name!r} is not in the study{hint}; it has {', '.join(known)}")
 
 
 def chosen_cobotic(study: Path, name: str | None, drives: Mapping[str, Any]) -> str:
-    """The drive asked for, or else the first that has a wheel."""
+    """Return the given drive, or the first cobotic one by default."""
     from infinivar.drivetrain.cobotic import CoboticDrive
 
     wheeled = {known: drive for known, drive in drives.items() if isinstance(drive, CoboticDrive)}
@@ -46,18 +46,18 @@ def chosen_cobotic(study: Path, name: str | None, drives: Mapping[str, Any]) -> 
 
 
 def loaded_study(path: Path) -> Study:
-    """The study, with its warnings on stderr."""
+    """Load a study and print its warnings on stderr."""
     from infinivar.study.load import load_study
 
     loaded = load_study(path)
     for warning in loaded.warnings:
-        complain(f"{printable(path)}: check {warning}")
+        complain(f"{printable(path)}: warning: {warning}")
     return loaded
 
 
 @contextlib.contextmanager
 def naming(study: Path) -> Iterator[None]:
-    """Bad input found in a study is named with its file."""
+    """Add the study's file name to input errors raised within."""
     try:
         yield
     except InputError as problem:
@@ -66,7 +66,7 @@ def naming(study: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def naming_place(study: Path, where: str) -> Iterator[None]:
-    """A value that does not do for what is asked is bad input, named with its place."""
+    """Report parameter errors raised within as input errors, with the file and the place."""
     try:
         yield
     except ParameterError as problem:

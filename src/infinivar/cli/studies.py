@@ -1,4 +1,4 @@
-"""Commands on a whole study: check, compare, contact."""
+"""Commands that work on a whole study: check, compare, contact."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison
 
 QUICK = (
-    "Quick run: verdicts only, the same as those of a full run. Left out: report and data files, sampled builds, "
+    "Quick run: the verdicts equal those of a full run. Skipped: report and data files, sampled builds, "
     "cylinder speed policies, and the check of duty cycles by simulation."
 )
 
@@ -25,7 +25,7 @@ QUICK = (
 def check(study: StudyFile) -> None:
     """Check a study file without computing anything.
 
-    Values, the files that it names, and what its motions need of its drives.
+    Check its values, the files it refers to, and that its drives have the values its motions need.
     """
     from infinivar.study.check import check as run
 
@@ -38,21 +38,23 @@ def check(study: StudyFile) -> None:
         "scenario": len(loaded.scenarios),
         "stated spread": sum(len(spreads) for spreads in loaded.uncertainty.spreads.values()),
     }
-    said = ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count)
-    say(f"{study}: {said}; nothing wrong")
+    contents = ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count)
+    say(f"{study}: {contents}; no faults found")
 
 
 def compare(
     study: StudyFile,
     drive: Annotated[
         list[str] | None,
-        typer.Option("--drive", help="Only this drive; may be given several times.", autocompletion=drives_of_study),
+        typer.Option(
+            "--drive", help="Compare only this drive; repeat for more drives.", autocompletion=drives_of_study
+        ),
     ] = None,
     quick: Annotated[
         bool,
         typer.Option(
             "--quick",
-            help="Print verdicts only: no report or files, no sampled builds, no cylinder speeds, no check by simulation.",
+            help="Print the verdicts only; skip report and files, sampled builds, cylinder speeds and the simulation check.",
         ),
     ] = False,
     out: Out = Path("out"),
@@ -60,8 +62,8 @@ def compare(
 ) -> None:
     """Compare the drives of a study and write a report.
 
-    Holds each drive against the requirement and the duty cycles, prints the verdicts, then writes report, results and maps.
-    Exit code 1 if no drive covers the requirement and does every duty cycle.
+    Check each drive against the requirement and the duty cycles, print the verdicts, then write report, results and maps.
+    Exit with code 1 if no drive covers the requirement and every duty cycle.
     """
     from infinivar.analysis.compare import compare as run
     from infinivar.report.output import claimed
@@ -76,7 +78,7 @@ def compare(
         with progress_bar() as progress, naming(study):
             comparison = run(loaded, quick=quick, progress=progress)
         if not as_json:
-            # Drawing takes longer than computing: the verdicts need not wait for it.
+            # Drawing takes longer than computing, so print the verdicts first.
             for line in _verdicts(comparison):
                 say(line)
             flush()
@@ -93,7 +95,7 @@ def compare(
 
 
 def _verdicts(comparison: Comparison) -> Iterator[str]:
-    """A line a drive, and one a drive in each duty cycle; below it that of its sampled builds, if any."""
+    """Yield one line per drive, then one per drive and duty cycle, each followed by a line on its samples, if any."""
     width = max(len(result.title) for result in comparison.results.values())
     for name, result in comparison.results.items():
         yield f"{result.title:<{width}}  {result.verdict}"
@@ -110,15 +112,15 @@ def _verdicts(comparison: Comparison) -> Iterator[str]:
 def contact(
     study: StudyFile,
     drive: Annotated[
-        str | None, typer.Option("--drive", help="Only this drive.", autocompletion=drives_of_study)
+        str | None, typer.Option("--drive", help="Write the sheet of this drive only.", autocompletion=drives_of_study)
     ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
     """Print the calculation sheet of each wheel contact.
 
-    Writes the sheets of the cobotic drives, too, with their figures.
-    Exit code 1 if a contact is over-stressed.
+    Also write the sheets and their figures to files.
+    Exit with code 1 if a contact exceeds a stress limit.
     """
     from infinivar.analysis.contact_sheet import contact_sheets
     from infinivar.report import contact as report
@@ -135,5 +137,5 @@ def contact(
         for sheet in sheets:
             for line in report.text(sheet).split("\n"):
                 say(line)
-        say(f"Written to {out}: {', '.join(file.name for file in files)}")
+        say(f"Files written to {out}: {', '.join(file.name for file in files)}")
     raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)

@@ -1,1 +1,1 @@
-"""What a load does over time: one family of motions and forces, the duty cycles and scenarios that use them."""
+"""Motions and forces of a load over time, and the duty cycles and scenarios that use them."""

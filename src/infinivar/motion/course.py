@@ -1,4 +1,4 @@
-"""What a drive is to do: the motion of its load, and the force that acts on the load from outside."""
+"""Prescribed motion of the load, and the external force on it."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.result import Frozen, result
 from infinivar.transmission.rates import Varying
 
-_SETTING_OUT = 1e-200
-"""Stands for a speed about to begin: with it no power is worth the name. [m s^-1]"""
+_STARTING_SPEED = 1e-200
+"""Speed of a load about to move; small enough that its power is negligible. [m s^-1]"""
 
 
 @result
 class Course(Frozen):
-    """Instants of a motion of the load, and of the force on it from outside; arrays that broadcast to one shape, SI.
+    """Motion of the load and external force on it, at instants of time; arrays that broadcast to one shape, SI.
 
     Attributes
     ----------
-    speed, acceleration, jerk, snap : (...,) float       Of the load: its position differentiated one to four times.
-    force, force_rate, force_curvature : (...,) float    From outside on the load, positive along the motion. [N] ...
+    speed, acceleration, jerk, snap : (...,) float       First to fourth derivative of the load's position.
+    force, force_rate, force_curvature : (...,) float    External force on the load, positive along the motion. [N] ...
     """
 
     speed: Array
@@ -30,17 +30,17 @@ class Course(Frozen):
 
     @property
     def at_rest(self) -> Array:
-        """Where the load stands still, without acceleration."""
+        """Where the load is at rest, without acceleration."""
         return (self.speed == 0) & (self.acceleration == 0)
 
     @property
     def heading(self) -> Array:
-        """Speed, and as good as none where the load only sets out: friction there has the direction of the acceleration.
+        """Speed; a negligible one along the acceleration where the load starts from rest, to set the friction's direction.
 
-        At rest, without speed and acceleration, zero. [m s^-1]
+        Zero at rest, without acceleration. [m s^-1]
         """
         xp = namespace(self.speed, self.acceleration)
-        return xp.where(self.speed == 0, _SETTING_OUT * xp.sign(self.acceleration), self.speed)
+        return xp.where(self.speed == 0, _STARTING_SPEED * xp.sign(self.acceleration), self.speed)
 
     @property
     def varying_speed(self) -> Varying:

@@ -1,4 +1,4 @@
-"""Duty cycles: what a drive does over and over."""
+"""Duty cycles: motions that a drive repeats."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from infinivar.motion.recordings import Recording
 from infinivar.motion.task import Task
 
 CYCLES: dict[str, type] = {kind.shape: kind for kind in (Hold, Sinusoid, Reaches, Tremor, Walking, Recording)}
-"""Kinds of motion that a duty cycle's table can ask for, by the word in `shape`; the first if it has none."""
+"""Kinds of motion of a duty cycle, by their name in `shape`; defaults to the first."""
 
 SAMPLES = 2000
-"""Instants of a cycle at least; more where the motion has more to show."""
+"""Fewest instants per cycle; fast motions use more."""
 _PER_WAVE = 40
-"""Instants of the shortest wave at least."""
+"""Fewest instants per period of the highest frequency."""
 _MOST_SAMPLES = 200_000
 
 
@@ -36,10 +36,10 @@ class Instants(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DutyCycle(Task):
-    """A motion of the load that repeats itself, with the force on it from outside.
+    """A periodic motion of the load, with the external force on it.
 
-    `force` acts on the load, positive along the motion, all the time, in addition to the force that belongs to the motion:
-    a joint's torque, or what was recorded.
+    The constant `force` acts on the load, positive along the motion, in addition to the motion's own force: the torque of
+    a joint, or a recorded force.
 
     Raises
     ------
@@ -47,17 +47,17 @@ class DutyCycle(Task):
         If a field is outside its range.
     """
 
-    motion: PeriodicMotion = tagged("Motion of the load that repeats", CYCLES, flat=True)
-    force: float | None = quantity("N", FINITE, "Constant force on the load from outside", default=None)
-    ambient: float = quantity("K", Gt(0), "Temperature around the motors", default=298.15)
+    motion: PeriodicMotion = tagged("Periodic motion of the load", CYCLES, flat=True)
+    force: float | None = quantity("N", FINITE, "Constant external force on the load", default=None)
+    ambient: float = quantity("K", Gt(0), "Ambient temperature of the motors", default=298.15)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
         check_kind("motion", self.motion, CYCLES, "derivatives")
 
     def loaded(self, mass: float | None) -> Self:
-        """The cycle with a load, unless it has one; the torque of a joint that walks moves the leg's mass, too. [kg]"""
+        """Return the cycle with this load mass, unless it has its own; walking torque already includes the leg. [kg]"""
         return self if isinstance(self.motion, Walking) else super(DutyCycle, self).loaded(mass)
 
     @property
@@ -67,16 +67,16 @@ class DutyCycle(Task):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What looks like an oversight, though it can be computed."""
+        """Valid input that looks like an oversight."""
         return self.motion.warnings
 
     @property
     def resting(self) -> float:
-        """Time of a cycle for which the load is at rest. [s]"""
+        """Time per cycle during which the load is at rest. [s]"""
         return float(np.mean(np.broadcast_to(self.instants().course.at_rest, self.samples()))) * self.period
 
     def samples(self, least: int = SAMPLES, per_wave: int = _PER_WAVE) -> int:
-        """Instants of a cycle: a multiple of 4, so that none lies on a reversal of a symmetric motion."""
+        """Number of instants per cycle: a multiple of 4, so that none falls on a reversal of a symmetric motion."""
         wanted = max(least, int(per_wave * self.motion.fastest * self.period))
         return 4 * -(-min(wanted, _MOST_SAMPLES) // 4)
 
@@ -95,7 +95,7 @@ class DutyCycle(Task):
         )
 
     def instants(self, samples: int | None = None) -> Instants:
-        """One cycle at the midpoints of equal steps; `samples` of them, or as many as it needs."""
+        """Evaluate one cycle at the midpoints of equal steps; `samples` defaults to `samples()`."""
         count = samples or self.samples()
         time = (np.arange(count) + 0.5) * (self.period / count)
         return Instants(time, *self.at(time))

@@ -1,4 +1,4 @@
-"""Forces on the load from outside, given by formula."""
+"""External forces on the load, given by formulas."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from infinivar._core.fields import check, quantity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConstantForce:
-    """The same force all the time.
+    """Constant force.
 
     Raises
     ------
@@ -27,7 +27,7 @@ class ConstantForce:
     size: float = quantity("N", NonZero(), "Force, positive along the motion")
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -46,7 +46,7 @@ class ConstantForce:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepForce:
-    """No force, then a constant one from `start` on.
+    """Zero force, then a constant force from `start`.
 
     Raises
     ------
@@ -56,10 +56,10 @@ class StepForce:
 
     shape: ClassVar[str] = "step"
     size: float = quantity("N", NonZero(), "Force after the step, positive along the motion")
-    start: float = quantity("s", Ge(0), "When it begins", default=0.0)
+    start: float = quantity("s", Ge(0), "Time of the step", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -78,7 +78,7 @@ class StepForce:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SinusoidalForce:
-    """``size sin(2 pi frequency (t - start))``, already under way at time 0.
+    """Sinusoidal force ``size sin(2 pi frequency (t - start))``, also before `start`.
 
     Raises
     ------
@@ -89,10 +89,10 @@ class SinusoidalForce:
     shape: ClassVar[str] = "sinusoid"
     size: float = quantity("N", NonZero(), "Amplitude")
     frequency: float = quantity("Hz", Gt(0), "Frequency")
-    start: float = quantity("s", Ge(0), "When the sine has its phase 0", default=0.0)
+    start: float = quantity("s", Ge(0), "Time of phase zero", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property

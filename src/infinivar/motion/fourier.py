@@ -1,4 +1,4 @@
-"""Periodic quantities as Fourier series: derivatives without differences, and smoothing with a stated cut-off."""
+"""Periodic quantities as Fourier series: exact derivatives, and smoothing with a stated cutoff."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 _WAVES_AT_ONCE = 2**20
-"""Harmonics times instants that are evaluated at a time: 16 MB."""
+"""Harmonics times instants evaluated at once: 16 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,10 +21,10 @@ class Series:
 
     @classmethod
     def through(cls, period: float, values: np.ndarray, cutoff: float) -> Series:
-        """Series through values at equal steps from time 0, without what is above a frequency.
+        """Fit a series to values at equal steps from time 0, with a low-pass filter.
 
-        Harmonics up to half of `cutoff` [Hz] pass unchanged, those from `cutoff` on are left out, and in between a raised
-        cosine leads from one to the other, which rings less than an edge.
+        Harmonics up to half of `cutoff` [Hz] pass unchanged, those from `cutoff` up are removed, and a raised cosine
+        attenuates those in between, which rings less than a sharp edge.
         """
         count = len(values)
         spectrum = np.fft.rfft(values) / count
@@ -36,7 +36,7 @@ class Series:
         return cls(period, spectrum.real, -spectrum.imag)
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """The quantity and its derivatives by time up to an order, at times [s]."""
+        """Return the quantity and its time derivatives up to an order, at times [s]."""
         time = np.asarray(time, dtype=float)
         turns = 2.0 * np.pi * np.arange(len(self.cosine)) / self.period
         amplitudes = np.asarray(self.cosine) - 1j * np.asarray(self.sine)
@@ -48,7 +48,7 @@ class Series:
                 time, first + np.arange(count) * (self.period / count), rtol=1e-12, atol=1e-12 * self.period
             )
         ):
-            # Equal steps over a whole cycle: by fast Fourier transform, as harmonics times instants can be many.
+            # Equal steps over a whole cycle: a fast Fourier transform avoids the product of harmonics and instants.
             shifted = 0.5 * count * amplitudes * np.exp(1j * turns * first)
             shifted[0] *= 2.0
             return [np.fft.irfft(shifted * (1j * turns) ** order, count) for order in range(orders + 1)]
@@ -62,7 +62,7 @@ class Series:
         return [row.reshape(time.shape) for row in found]
 
     def integral(self) -> Series:
-        """The series whose derivative this is but for its mean, starting at 0."""
+        """Integrate the series without its mean, starting at 0."""
         turns = 2.0 * np.pi * np.arange(len(self.cosine)) / self.period
         turns[0] = np.inf
         cosine, sine = -np.asarray(self.sine) / turns, np.asarray(self.cosine) / turns
@@ -70,5 +70,5 @@ class Series:
         return Series(self.period, cosine, sine)
 
     def scaled(self, factor: float) -> Series:
-        """The series times a factor."""
+        """Multiply the series by a factor."""
         return Series(self.period, factor * np.asarray(self.cosine), factor * np.asarray(self.sine))

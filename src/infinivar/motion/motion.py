@@ -1,9 +1,9 @@
-"""What every motion and every force offers, whatever it is made from.
+"""Interfaces of motions and forces.
 
-A study names a motion's kind by its `shape`. Each kind is a small frozen class with its own fields only:
+A study selects a motion's kind by its `shape`. Each kind is a small frozen class with only its own fields:
 
-- motions of a run: `Rest`, `Cruise`, `Step`, `Reach` and `Waypoints`, which end, and every motion that repeats;
-- motions that repeat: `Hold`, `Sinusoid`, `Reaches`, `Tremor`, `Walking` and `Recording`;
+- motions of a scenario: `Rest`, `Cruise`, `Step`, `Reach` and `Waypoints`, which end, and every periodic motion;
+- periodic motions: `Hold`, `Sinusoid`, `Reaches`, `Tremor`, `Walking` and `Recording`;
 - forces: `ConstantForce`, `SinusoidalForce`, `StepForce` and `RecordedForce`.
 """
 
@@ -22,7 +22,7 @@ NOTHING = Series(1.0, np.zeros(1), np.zeros(1))
 
 
 class MotionState(NamedTuple):
-    """Where a motion is at one time."""
+    """State of a motion at one time."""
 
     position: float
     speed: float
@@ -30,10 +30,10 @@ class MotionState(NamedTuple):
 
 
 class Motion(Protocol):
-    """A motion of the load over time, as controllers follow it."""
+    """A motion of the load over time, for controllers to follow."""
 
     shape: ClassVar[str]
-    """Its kind, as studies and reports name it."""
+    """Name of its kind in studies and reports."""
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -46,7 +46,7 @@ class Motion(Protocol):
 
 
 class PeriodicMotion(abc.ABC):
-    """A motion that repeats itself, with the force that belongs to it, as inverse dynamics needs them."""
+    """A periodic motion with its own force, as inverse dynamics needs them."""
 
     __slots__ = ()
 
@@ -59,25 +59,25 @@ class PeriodicMotion(abc.ABC):
 
     @abc.abstractmethod
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Position [m] and its derivatives by time up to an order, at most the fourth, at times from 0 to `period` [s]."""
+        """Return position [m] and its time derivatives up to an order, at most the fourth, at times in 0 to `period` [s]."""
 
     def push(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Force on the load [N] that belongs to the motion, with its derivatives up to an order, at most the second."""
+        """Return the motion's own force on the load [N] and its derivatives up to an order, at most the second."""
         return NOTHING.derivatives(time, orders)
 
     @property
     def fastest(self) -> float:
-        """Frequency of the shortest wave; 0 for none. [Hz]"""
+        """Highest frequency in the motion; 0 if it has none. [Hz]"""
         return 0.0
 
     @property
     def resolved(self) -> float:
-        """How far a load at rest may seem to move to either side; 0 for a motion that is given by formula. [m]"""
+        """Largest apparent displacement of a load at rest, to either side; 0 for a motion given by a formula. [m]"""
         return 0.0
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What looks like an oversight, though it can be computed."""
+        """Valid input that looks like an oversight."""
         return ()
 
     @property
@@ -92,10 +92,10 @@ class PeriodicMotion(abc.ABC):
 
 
 class Force(Protocol):
-    """A force on the load from outside, positive along the motion."""
+    """An external force on the load, positive along the motion."""
 
     shape: ClassVar[str]
-    """Its kind, as studies and reports name it."""
+    """Name of its kind in studies and reports."""
 
     @property
     def breaks(self) -> Sequence[float]:

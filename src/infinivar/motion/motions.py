@@ -1,4 +1,4 @@
-"""Motions of the load that are given by formula or by published tables; those from files are in `recordings`."""
+"""Motions of the load given by formulas or published tables; `recordings` has those read from files."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from infinivar.errors import require
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
 
-_START = "When it begins"
+_START = "Start of the motion"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """Stay at 0 for as long as the run."""
+    """Stay at 0 for the whole run."""
 
     shape: ClassVar[str] = "hold"
 
@@ -40,7 +40,7 @@ class Rest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cruise:
-    """Stay at 0, then move at constant `speed` from `start` on.
+    """Stay at 0, then move at constant `speed` from `start`.
 
     Raises
     ------
@@ -53,7 +53,7 @@ class Cruise:
     start: float = quantity("s", Ge(0), _START, default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -69,7 +69,7 @@ class Cruise:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """Stay at 0, then be at `distance` from `start` on: what controllers make of it is their step response.
+    """Stay at 0, then jump to `distance` at `start`, to show the controllers' step response.
 
     Raises
     ------
@@ -82,7 +82,7 @@ class Step:
     start: float = quantity("s", Ge(0), _START, default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -97,7 +97,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reach:
-    """Stay at 0, move by `distance` in `time` from `start` on with the least jerk, stay there.
+    """Stay at 0, make a minimum-jerk move of `distance` in `time` from `start`, then stay there.
 
     Raises
     ------
@@ -111,7 +111,7 @@ class Reach:
     start: float = quantity("s", Ge(0), _START, default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -129,7 +129,7 @@ class Reach:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hold(PeriodicMotion):
-    """Stay at 0 for `time`, again and again: what it costs to hold a force.
+    """Stay at 0, with a period of `time`, to show the cost of holding a force.
 
     Raises
     ------
@@ -141,7 +141,7 @@ class Hold(PeriodicMotion):
     time: float = quantity("s", Gt(0), "Time of the hold")
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -150,13 +150,13 @@ class Hold(PeriodicMotion):
         return self.time
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Zeros, as many as derivatives are asked for."""
+        """Return zeros for the position and each derivative."""
         return NOTHING.derivatives(time, orders)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sinusoid(PeriodicMotion):
-    """``distance sin(2 pi frequency (t - start))``, already under way at time 0.
+    """Sinusoidal motion ``distance sin(2 pi frequency (t - start))``, also before `start`.
 
     Raises
     ------
@@ -167,10 +167,10 @@ class Sinusoid(PeriodicMotion):
     shape: ClassVar[str] = "sinusoid"
     distance: float = quantity("m", NonZero(), "Amplitude")
     frequency: float = quantity("Hz", Gt(0), "Frequency")
-    start: float = quantity("s", Ge(0), "When the sine has its phase 0", default=0.0)
+    start: float = quantity("s", Ge(0), "Time of phase zero", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -180,11 +180,11 @@ class Sinusoid(PeriodicMotion):
 
     @property
     def fastest(self) -> float:
-        """Frequency of the shortest wave. [Hz]"""
+        """Highest frequency in the motion. [Hz]"""
         return self.frequency
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Position [m] and its derivatives by time up to an order, at times from 0 to `period` [s]."""
+        """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         phase = 2.0 * math.pi * self.frequency * self.start
         cosine = 0.0 - self.distance * math.sin(phase)
         series = Series(self.period, np.array([0.0, cosine]), np.array([0.0, self.distance * math.cos(phase)]))
@@ -199,7 +199,7 @@ class Sinusoid(PeriodicMotion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reaches(PeriodicMotion):
-    """Reach by `distance` in `time` with the least jerk, stay for `pause`, reach back, stay for `pause`.
+    """Make a minimum-jerk move of `distance` in `time`, pause, move back, pause.
 
     Raises
     ------
@@ -210,10 +210,10 @@ class Reaches(PeriodicMotion):
     shape: ClassVar[str] = "reaches"
     distance: float = quantity("m", NonZero(), "Length of a reach")
     time: float = quantity("s", Gt(0), "Time of one reach")
-    pause: float = quantity("s", Ge(0), "Stay after each reach", default=0.0)
+    pause: float = quantity("s", Ge(0), "Pause after each reach", default=0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -223,11 +223,11 @@ class Reaches(PeriodicMotion):
 
     @property
     def fastest(self) -> float:
-        """Frequency of the shortest wave. [Hz]"""
+        """Highest frequency in the motion. [Hz]"""
         return 1.0 / self.time
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Position [m] and its derivatives by time up to an order, at times from 0 to `period` [s]."""
+        """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         time = np.asarray(time, dtype=float)
         half = self.time + self.pause
         back = time >= half
@@ -241,7 +241,7 @@ class Reaches(PeriodicMotion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tremor(PeriodicMotion):
-    """The hand's unwanted shaking: waves of equal size in a band of frequencies, with an RMS displacement of `distance`.
+    """Hand tremor: sinusoids of equal amplitude in a frequency band, with an RMS displacement of `distance`.
 
     Raises
     ------
@@ -255,19 +255,19 @@ class Tremor(PeriodicMotion):
     high_frequency: float = quantity("Hz", Gt(0), "Upper end of the band")
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
         high = f"< high_frequency = {self.high_frequency:g}"
         require(self.low_frequency < self.high_frequency, "low_frequency", self.low_frequency, high, "Hz")
 
     @property
     def _spacing(self) -> float:
-        """Between the frequencies of neighbouring waves. [Hz]"""
+        """Spacing of the frequencies. [Hz]"""
         return (self.high_frequency - self.low_frequency) / 16.0
 
     @property
     def _last(self) -> int:
-        """Number of waves of the highest frequency in a cycle."""
+        """Number of periods of the highest frequency in a cycle."""
         return round(self.high_frequency / self._spacing)
 
     @property
@@ -277,15 +277,15 @@ class Tremor(PeriodicMotion):
 
     @property
     def fastest(self) -> float:
-        """Frequency of the shortest wave. [Hz]"""
+        """Highest frequency in the motion. [Hz]"""
         return self._last * self._spacing
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Position [m] and its derivatives by time up to an order, at times from 0 to `period` [s]."""
+        """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         first, last = max(1, round(self.low_frequency / self._spacing)), self._last
         count = last - first + 1
         order = np.arange(count)
-        # These phases keep the peaks of many equal waves low. Source: schroeder1970, for a flat spectrum.
+        # These phases give a low crest factor. Source: schroeder1970, for a flat spectrum.
         phase = -np.pi * order * (order - 1) / count
         size = self.distance * math.sqrt(2.0 / count)
         cosine, sine = np.zeros(last + 1), np.zeros(last + 1)
@@ -295,7 +295,7 @@ class Tremor(PeriodicMotion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Walking(PeriodicMotion):
-    """A joint of the leg at level walking, through a `lever_arm` from joint to drive, with the joint's torque as its force.
+    """A leg joint in level walking, coupled to the drive by a `lever_arm`, with the joint torque as the motion's force.
 
     Source: grimmer2014 (means over walkers, as Fourier series).
 
@@ -306,14 +306,14 @@ class Walking(PeriodicMotion):
     """
 
     shape: ClassVar[str] = "walking"
-    joint: Literal["ankle", "knee", "hip"] = component("Joint that walks: ankle, knee or hip")
-    body_mass: float = quantity("kg", Gt(0), "Mass of the person who walks")
-    stride_time: float = quantity("s", Gt(0), "Time of a stride, two steps")
-    lever_arm: float = quantity("m", Gt(0), "Arm at which the drive acts on the joint")
-    share: float = quantity("1", Interval(gt=0, le=1), "Share of the joint's torque that the drive gives", default=1.0)
+    joint: Literal["ankle", "knee", "hip"] = component("Joint: ankle, knee or hip")
+    body_mass: float = quantity("kg", Gt(0), "Body mass of the person")
+    stride_time: float = quantity("s", Gt(0), "Time of one stride (two steps)")
+    lever_arm: float = quantity("m", Gt(0), "Lever arm of the drive about the joint")
+    share: float = quantity("1", Interval(gt=0, le=1), "Share of the joint torque that the drive supplies", default=1.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is outside its range."""
+        """Validate the fields."""
         check(self)
 
     @property
@@ -323,7 +323,7 @@ class Walking(PeriodicMotion):
 
     @property
     def fastest(self) -> float:
-        """Frequency of the shortest wave. [Hz]"""
+        """Highest frequency in the motion. [Hz]"""
         return (len(_strides()[self.joint]["speed"]["cosine"]) - 1) / self.stride_time
 
     def _series(self, name: str) -> Series:
@@ -331,11 +331,11 @@ class Walking(PeriodicMotion):
         return Series(self.stride_time, np.array(table["cosine"]), np.array(table["sine"]))
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Position [m] and its derivatives by time up to an order, at times from 0 to `period` [s]."""
+        """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         return self._series("speed").scaled(self.lever_arm).integral().derivatives(time, orders)
 
     def push(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Force on the load [N] with its derivatives up to an order: what the joint takes, the drive gives."""
+        """Return the joint's force on the load [N] and its derivatives up to an order."""
         factor = -self.body_mass * self.share / self.lever_arm
         return self._series("torque").scaled(factor).derivatives(time, orders)
 
@@ -346,12 +346,12 @@ def _strides() -> dict[str, Any]:
 
 
 def least_jerk(distance: float, duration: float, since: Any) -> tuple[Any, Any, Any, Any, Any]:
-    """The fifth-order polynomial that starts and ends at rest without acceleration.
+    """Evaluate the minimum-jerk motion: a fifth-order polynomial that starts and ends at rest without acceleration.
 
     Parameters
     ----------
-    distance, duration : float   Way and time from rest to rest. [m], [s]
-    since : (...,) float         Time since its beginning, 0 to `duration`. [s]
+    distance, duration : float   Distance and time from rest to rest. [m], [s]
+    since : (...,) float         Time since the start, 0 to `duration`. [s]
 
     Returns
     -------

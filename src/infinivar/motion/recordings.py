@@ -1,4 +1,4 @@
-"""Motions and forces from CSV files: read once, by `read`; the value holds the data, and the file is not needed again."""
+"""Motions and forces from CSV files: `read` loads the data once into the object, which no longer needs the file."""
 
 from __future__ import annotations
 
@@ -19,43 +19,43 @@ from infinivar.motion.smoothing import Smoothed, smoothed
 from infinivar.motion.tables import read_columns
 
 CUTOFF = 10.0
-"""Of a recording, if none is given. [Hz]"""
+"""Default cutoff of a recording. [Hz]"""
 
-_START = "Time of the run at which the file's time is 0"
+_START = "Time in the run at which the file's time is 0"
 _NOT_READ = Smoothed(NOTHING, np.zeros((0, 3)), np.zeros((0, 2)), 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording(HoldsArrays, PeriodicMotion):
-    """One cycle of a recorded motion, with the force on the load if it was recorded: made periodic and smoothed.
+    """One cycle of a recorded motion, with the force on the load if recorded: made periodic and smoothed.
 
-    `Recording.read` makes it from a CSV file. Two recordings of the same data are equal, whatever their files are called.
+    Create it from a CSV file with `Recording.read`. Recordings of the same data are equal, regardless of their file names.
 
     Attributes
     ----------
-    time : (n,) float              Increasing; the cycle is from the first to the last. [s]
-    position, speed : (n,) float   One of the two. [m], [m s^-1]
-    force : (n,) float             On the load from outside, positive along the motion; None for none. [N]
-    lines : (n,) int               Line of the file that each row stands in, for messages; counted from 1 if left out.
+    time : (n,) float              Increasing; the cycle runs from the first to the last. [s]
+    position, speed : (n,) float   Exactly one of the two. [m], [m s^-1]
+    force : (n,) float             External force on the load, positive along the motion; None if not recorded. [N]
+    lines : (n,) int               Line of the file for each row, used in messages; defaults to counting from 1.
 
     Raises
     ------
     ParameterError
-        If a field is outside its range, or not even one wave of the cutoff fits into the recording.
+        If a field is outside its range, or the recording is shorter than one period of the cutoff.
     InputError
-        If the data are too few, or do not end where they begin.
+        If the data have too few rows, or do not end where they begin.
     """
 
     shape: ClassVar[str] = "file"
     file: str = component(
-        "CSV file with the columns time and position or speed, and force, units in the header", compare=False
+        "CSV file with columns time, position or speed, and optionally force; units in the header", compare=False
     )
-    cutoff: float = quantity("Hz", Gt(0), "Nothing of a recording above this frequency is kept", default=CUTOFF)
+    cutoff: float = quantity("Hz", Gt(0), "Cutoff frequency; smoothing removes everything above it", default=CUTOFF)
     resolution: float | None = quantity(
         "m",
         Gt(0),
-        "A recorded load is at rest while, for a wave of the cutoff, it moves no further than this to either side; "
-        "as the recording's steps and noise show if left out",
+        "Resolution: the load counts as at rest while it stays within this distance to either side for one period of the "
+        "cutoff; defaults to an estimate from the recording's steps and noise",
         default=None,
     )
     time: np.ndarray = field(repr=False)
@@ -70,18 +70,18 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @classmethod
     def read(cls, file: str, *, cutoff: float = CUTOFF, resolution: float | None = None) -> Recording:
-        """Read a CSV file with the columns time and position or speed, and force if there is one.
+        """Read a CSV file with the columns time, position or speed, and optionally force.
 
         Raises
         ------
         InputError
-            If the file cannot be used; the message names the line.
+            If the file is invalid; the message names the line.
         """
         wanted = (("time", "s"), ("position", "m"), ("speed", "m/s"), ("force", "N"))
         columns, lines = read_columns(file, wanted, ("time",))
         if ("position" in columns) == ("speed" in columns):
             raise InputError(
-                f"{file}: line 1 must name the columns time and position, or time and speed, not both nor neither"
+                f"{file}: line 1 must name the columns time and position, or time and speed, but not position and speed"
             )
         return cls(
             file=file,
@@ -92,10 +92,10 @@ class Recording(HoldsArrays, PeriodicMotion):
         )
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be used, copy and lock the data, and smooth them."""
+        """Validate, copy, lock and smooth the data."""
         check(self)
         if (self.position is None) == (self.speed is None):
-            raise ParameterError("position or speed must be given, and not both")
+            raise ParameterError("position or speed must be given, but not both")
         columns = _columns_of(self, "time", "position", "speed", "force")
         lines = self.lines or tuple(range(1, len(columns["time"]) + 1))
         found = smoothed(self.file, columns, lines, self.cutoff, self.resolution)
@@ -115,38 +115,38 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @property
     def fastest(self) -> float:
-        """Frequency of the shortest wave. [Hz]"""
+        """Highest frequency in the motion. [Hz]"""
         return self.cutoff
 
     @property
     def resolved(self) -> float:
-        """How far a load at rest may seem to move to either side. [m]"""
+        """Largest apparent displacement of a load at rest, to either side. [m]"""
         return self._motion.resolution
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Gaps, drift, and rest that may not be recognised."""
+        """Warnings of gaps, drift and possibly unrecognised rest."""
         return self._warnings
 
     @property
     def smoothed(self) -> Smoothed:
-        """The position, smoothed, with its stays."""
+        """The smoothed position, with its intervals of rest."""
         return self._motion
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Position [m] and its derivatives by time up to an order, at times from 0 to `period` [s]."""
+        """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         return self._motion.derivatives(time, orders)
 
     def push(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Recorded force on the load [N] with its derivatives up to an order."""
+        """Return the recorded force on the load [N] and its derivatives up to an order."""
         return self._push.derivatives(time, orders)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Waypoints(HoldsArrays):
-    """A motion through given positions, by a cubic spline that starts and ends at rest; before and after, it stays.
+    """A motion through given positions: a cubic spline that starts and ends at rest, constant before and after.
 
-    `Waypoints.read` makes it from a CSV file.
+    Create it from a CSV file with `Waypoints.read`.
 
     Attributes
     ----------
@@ -159,7 +159,9 @@ class Waypoints(HoldsArrays):
     """
 
     shape: ClassVar[str] = "file"
-    file: str = component("CSV file with the columns time and position, units in its header, SI without", compare=False)
+    file: str = component(
+        "CSV file with columns time and position; units in its header, defaulting to SI", compare=False
+    )
     start: float = quantity("s", Ge(0), _START, default=0.0)
     time: np.ndarray = field(repr=False)
     position: np.ndarray = field(repr=False)
@@ -172,12 +174,12 @@ class Waypoints(HoldsArrays):
         Raises
         ------
         InputError
-            If the file cannot be used; the message names the line.
+            If the file is invalid; the message names the line.
         """
         return cls(file=file, start=start, **_read(file, "position", "m"))
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be used, copy and lock the data, and lay the spline through them."""
+        """Validate, copy and lock the data, and fit the spline."""
         check(self)
         columns = _columns_of(self, "time", "position")
         spline = _Spline.through(columns["time"].tolist(), columns["position"].tolist())
@@ -186,7 +188,7 @@ class Waypoints(HoldsArrays):
 
     @property
     def breaks(self) -> Sequence[float]:
-        """Times at which speed or acceleration may jump: none, the spline is smooth and rests at its ends. [s]"""
+        """Times at which speed or acceleration may jump: none, as the spline is smooth and ends at rest. [s]"""
         return ()
 
     def at(self, time: float) -> MotionState:
@@ -196,9 +198,9 @@ class Waypoints(HoldsArrays):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class RecordedForce(HoldsArrays):
-    """A force through given values, straight between them; before and after, it keeps the first and the last.
+    """A force through given values: linear in between, constant before the first and after the last.
 
-    `RecordedForce.read` makes it from a CSV file.
+    Create it from a CSV file with `RecordedForce.read`.
 
     Attributes
     ----------
@@ -211,7 +213,7 @@ class RecordedForce(HoldsArrays):
     """
 
     shape: ClassVar[str] = "file"
-    file: str = component("CSV file with the columns time and force, units in its header, SI without", compare=False)
+    file: str = component("CSV file with columns time and force; units in its header, defaulting to SI", compare=False)
     start: float = quantity("s", Ge(0), _START, default=0.0)
     time: np.ndarray = field(repr=False)
     force: np.ndarray = field(repr=False)
@@ -224,12 +226,12 @@ class RecordedForce(HoldsArrays):
         Raises
         ------
         InputError
-            If the file cannot be used; the message names the line.
+            If the file is invalid; the message names the line.
         """
         return cls(file=file, start=start, **_read(file, "force", "N"))
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be used, and copy and lock the data."""
+        """Validate, copy and lock the data."""
         check(self)
         columns = _columns_of(self, "time", "force")
         rows = columns["time"].tolist(), columns["force"].tolist()
@@ -255,18 +257,18 @@ class RecordedForce(HoldsArrays):
 
 
 def _read(file: str, wanted: str, unit: str) -> dict[str, np.ndarray]:
-    """Times and values of a CSV file; a heading without a unit means SI."""
+    """Read times and values from a CSV file; a heading without a unit means SI."""
     columns, _ = read_columns(file, (("time", "s"), (wanted, unit)), ("time", wanted), units_needed=False)
     return {name: np.array(columns[name]) for name in ("time", wanted)}
 
 
 def _columns_of(instance: Any, *names: str) -> Mapping[str, np.ndarray]:
-    """Locked copies of the columns that are given.
+    """Return locked copies of the given columns.
 
     Raises
     ------
     ParameterError
-        If they are not finite, not of one length, or times do not increase.
+        If values are not finite, lengths differ, or times do not increase.
     """
     columns = {name: locked(getattr(instance, name)) for name in names if getattr(instance, name) is not None}
     time = columns["time"]
@@ -279,7 +281,7 @@ def _columns_of(instance: Any, *names: str) -> Mapping[str, np.ndarray]:
 
 
 def _place(times: list[float], time: float) -> tuple[int, float, float]:
-    """Row at or before a time, the share of the way to the next row (0 and 1 outside), and the distance of the two."""
+    """Return the row at or before a time, the fraction of the step to the next row (0 or 1 outside), and the step."""
     low = min(max(bisect.bisect_right(times, time) - 1, 0), len(times) - 2)
     width = times[low + 1] - times[low]
     return low, min(max((time - times[low]) / width, 0.0), 1.0), width
@@ -287,7 +289,7 @@ def _place(times: list[float], time: float) -> tuple[int, float, float]:
 
 @dataclass(frozen=True, slots=True)
 class _Spline:
-    """Cubic spline that starts and ends at rest: before and after, the position stays."""
+    """Cubic spline that starts and ends at rest; the position is constant before and after."""
 
     times: list[float]
     coefficients: list[list[float]]

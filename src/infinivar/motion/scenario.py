@@ -1,4 +1,4 @@
-"""Scenarios: what a drive goes through in a simulation."""
+"""Scenarios: runs of a drive to simulate."""
 
 from __future__ import annotations
 
@@ -18,55 +18,55 @@ from infinivar.motion.task import Task
 
 MOTIONS: dict[str, type] = {kind.shape: kind for kind in (Rest, Cruise, Sinusoid, Step, Reach, Waypoints)}
 FORCES: dict[str, type] = {kind.shape: kind for kind in (ConstantForce, SinusoidalForce, StepForce, RecordedForce)}
-"""Kinds of motion and force that a scenario's table can ask for, by the word in `shape`; the first if it has none."""
+"""Kinds of motion and force of a scenario, by their name in `shape`; defaults to the first."""
 
 _MOST_RESULTS = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario(Task):
-    """One run of a drive in time.
+    """One simulated run of a drive.
 
-    - `link` ``controlled``: the drive's controllers follow `motion`; ``imposed``: the load is moved from outside exactly
-      along `motion`, and controllers follow it, too; ``free``: nothing but `force` acts on it, and nothing is followed.
-    - `steering` ``controlled``: the wheel is steered as the link loop asks; ``locked`` and ``decoupled``: its servo keeps it
-      at 0 and at a right angle; ``held``: at `steering_angle`.
-    - `cylinder` ``running``: at speed from the beginning and kept there; ``run-up``: from rest to speed in
-      `run_up_time`; ``at rest``: kept standing.
+    - `link` ``controlled``: the drive's controllers follow `motion`; ``imposed``: an external agent moves the load exactly
+      along `motion`, and the controllers follow it as well; ``free``: only `force` acts on the load, without control.
+    - `steering` ``controlled``: the link controller steers the wheel; ``locked`` and ``decoupled``: the steering servo holds
+      it at 0 and at a right angle; ``held``: the servo holds it at `steering_angle`.
+    - `cylinder` ``running``: at constant speed from the start; ``run-up``: accelerates from rest in `run_up_time`;
+      ``at rest``: held at rest.
 
     Raises
     ------
     ParameterError
-        If a field is outside its range or does not go with another; the message names it.
+        If a field is out of range or conflicts with another; the message names it.
     """
 
-    duration: float = quantity("s", Gt(0), "How long the run is")
+    duration: float = quantity("s", Gt(0), "Duration of the run")
     output_step: float | None = quantity(
-        "s", Gt(0), "Time between results; a thousandth of the run if left out", default=None
+        "s", Gt(0), "Time between results; defaults to a thousandth of the run", default=None
     )
-    link: Literal["controlled", "imposed", "free"] = component("Who moves the link", default="controlled")
-    motion: Motion | None = tagged("Motion of the link; it holds still if left out", MOTIONS, default=None)
-    force: Force | None = tagged("Force on the load from outside; none if left out", FORCES, default=None)
+    link: Literal["controlled", "imposed", "free"] = component("What moves the link", default="controlled")
+    motion: Motion | None = tagged("Motion of the link; defaults to rest", MOTIONS, default=None)
+    force: Force | None = tagged("External force on the load; defaults to none", FORCES, default=None)
     steering: Literal["controlled", "locked", "decoupled", "held"] = component(
-        "What the steering does", default="controlled"
+        "State of the steering", default="controlled"
     )
     steering_angle: float | None = quantity("rad", NonZero(), "Angle at which the steering is held", default=None)
-    cylinder: Literal["running", "run-up", "at rest"] = component("What the cylinder does", default="running")
-    run_up_time: float | None = quantity("s", Gt(0), "Time in which the cylinder is to reach its speed", default=None)
+    cylinder: Literal["running", "run-up", "at rest"] = component("State of the cylinder", default="running")
+    run_up_time: float | None = quantity("s", Gt(0), "Time for the cylinder to reach its speed", default=None)
     electrical: Literal["current", "voltage"] = component(
-        "What the amplifier imposes: a current, or a voltage, with the winding's inductance", default="current"
+        "What the amplifier imposes: current, or voltage (includes the winding's inductance)", default="current"
     )
     stick_speed: float | None = quantity(
         "m/s",
         Gt(0),
-        "Speed of the link below which friction sticks; if left out 0.1 mm/s, 0.01 mm/s on a conventional drive",
+        "Speed of the link below which friction sticks; defaults to 0.1 mm/s, or 0.01 mm/s for a conventional drive",
         default=None,
     )
     tolerance: float = quantity("1", Interval(gt=0, le=1e-3), "Relative tolerance of the integration", default=1e-10)
     method: Literal["LSODA", "Radau", "BDF", "CVODES"] = component("Solver; CVODES needs CasADi", default="LSODA")
 
     def __post_init__(self) -> None:
-        """Refuse what does not go together."""
+        """Validate the fields and their combination."""
         check(self)
         check_kind("motion", self.path, MOTIONS, "at")
         if self.force is not None:
@@ -80,18 +80,20 @@ class Scenario(Task):
         check_choice(self, "cylinder", {"running": (), "run-up": ("run_up_time",), "at rest": ()})
         if self.cylinder == "at rest" and self.steering == "controlled":
             raise ParameterError(
-                "cylinder = 'at rest' moves nothing: steering must be locked, decoupled or held with it"
+                "steering must be locked, decoupled or held with cylinder = 'at rest', which moves nothing"
             )
         if self.link == "free" and self.motion is not None:
             raise ParameterError("motion does not apply with link = 'free'; remove it")
         if self.link == "imposed" and self.force is not None:
-            raise ParameterError("force does not apply with link = 'imposed', where the motion is given; remove it")
+            raise ParameterError("force does not apply with link = 'imposed', which prescribes the motion; remove it")
         if self.link == "imposed" and isinstance(self.motion, Step):
-            raise ParameterError("motion.shape = 'step' cannot be imposed: it needs an infinite force; use reach")
+            raise ParameterError("motion.shape = 'step' cannot be imposed, as it requires an infinite force; use reach")
         if self.link == "controlled" and self.steering != "controlled" and self.motion is not None:
-            raise ParameterError(f"motion does not apply with steering = {self.steering!r}; remove it, or impose it")
+            raise ParameterError(
+                f"motion does not apply with steering = {self.steering!r}; remove it or set link = 'imposed'"
+            )
 
     @property
     def path(self) -> Motion:
-        """The motion, holding still if none is given."""
+        """The motion; at rest if none is given."""
         return Rest() if self.motion is None else self.motion

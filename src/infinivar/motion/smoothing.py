@@ -1,14 +1,15 @@
-r"""Recorded motions: read, made periodic, smoothed, and at rest where the recording resolves no motion.
+r"""Recorded motions: made periodic, smoothed, and set to rest where the recording resolves no motion.
 
-A smoothed recording is never exactly at rest: what a filter spreads over a stay, or rounding leaves of it, has a speed
-with a sign, and Coulomb friction acts in full on the slightest speed. So rest is told from the recording itself, by one
-rule for positions, speeds and forces:
+A smoothed recording is never exactly at rest: filter ringing and rounding leave a small speed with a sign, and Coulomb
+friction acts in full at any speed. Rest is therefore detected in the recording itself, by one rule for positions, speeds
+and forces:
 
-    a quantity stays where it is while, for at least one wave of the cutoff, it stays within its resolution.
+    a quantity is constant while, for at least one period of the cutoff (a *wave*), it stays within its resolution.
 
-The resolution is the larger of half a count of the recording and what its noise reaches within a wave. In these stays the
-quantity is constant, and about their ends it goes over to the smoothed one within half a wave. By the same rule, asked of
-the mean speed over one wave, a motion is steady: its acceleration is zero there, so that noise does not steer a wheel.
+The resolution is the larger of half a count of the recording and the noise amplitude expected within a wave. In these
+intervals, called stays, the quantity is constant; at their ends it blends into the smoothed one within half a wave. The
+same rule, applied to the mean speed over one wave, detects steady motion: acceleration is zero there, so that noise does
+not steer a wheel.
 """
 
 from __future__ import annotations
@@ -25,54 +26,54 @@ from infinivar.motion.fourier import Series
 from infinivar.units import percent, plain
 
 _DEVIATIONS = 3.0
-"""Standard errors by which the mean course over a wave may be off."""
+"""Tolerance on the mean slope over a wave, in standard errors."""
 
 _ROUNDING = 1e-7
-"""Of the size of a quantity: no recording resolves less, which seven digits or single precision leave open."""
+"""Finest resolution assumed, relative to the size of a quantity: that of seven digits or single precision."""
 
 _LEAST_ROWS = 8
 _PER_WAVE = 40
-"""Instants of the shortest wave at which a recording is resampled, at least."""
+"""Fewest resampled instants per wave."""
 _GAP = 5.0
-"""Factor over the usual step from which on a step counts as a gap."""
+"""Steps longer than the median step by more than this factor count as gaps."""
 _DRIFT = 0.05
-"""Largest share of its range by which a recorded motion may miss its beginning at the end."""
+"""Largest difference between the start and the end of a recorded motion, as a share of its range."""
 
 _SLOW = 0.01
-"""Of the largest speed: a load that is slower for a while may be meant to rest."""
+"""Share of the largest speed below which, for a while, the load may be meant to be at rest."""
 
-_A_WHILE = 3.0
-"""Waves of the cutoff."""
+_SLOW_WAVES = 3.0
+"""Shortest slow interval considered, in waves."""
 
-_OFTEN = 0.05
-"""Of the period."""
+_SLOW_SHARE = 0.05
+"""Largest total of slow intervals without a warning, as a share of the period."""
 
 _STEADY = 4.0
-"""Waves for which a motion must be steady: about its largest speed any motion seems so for a while."""
+"""Shortest steady interval, in waves; around its largest speed any motion looks steady for a while."""
 
 _UNEVEN = 0.1
-"""Of a count, by which differences may miss a multiple of it."""
+"""Largest deviation of a difference from a multiple of a count, in counts."""
 
 _IRREGULAR = 6
-"""Order of the differences from row to row that show noise and no motion."""
+"""Order of the row-to-row differences that show noise but not motion."""
 
 _BINOMIALS = ((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1), (1, 4, 6, 4, 1))
 
 _STEP = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
-"""From 0 at 0 to 1 at 1 with four derivatives zero at both ends."""
+"""Smooth step from 0 at 0 to 1 at 1, with four derivatives zero at both ends."""
 
 
 @dataclass(frozen=True, slots=True)
 class Smoothed:
-    """A smoothed periodic quantity that stays constant in some stretches of time; derivatives up to the fourth.
+    """A smoothed periodic quantity with constant intervals (stays); derivatives up to the fourth.
 
     Attributes
     ----------
-    series : Series       What it is outside its stays.
-    stays : (n, 3) float  Begin, end and value of each, in order; an end may be later than the period. [s], [s], any unit
-    steady : (m, 2) float Begin and end of stretches in which all derivatives from the second on are zero. [s]
-    blend : float         Time before and after a stay in which the quantity goes over to the series. [s]
-    resolution : float    Within which it counts as unmoved. Any unit
+    series : Series       The quantity outside its stays.
+    stays : (n, 3) float  Start, end and value of each stay, in order; an end may exceed the period. [s], [s], any unit
+    steady : (m, 2) float Start and end of intervals in which all derivatives from the second up are zero. [s]
+    blend : float         Time before and after a stay in which the quantity blends into the series. [s]
+    resolution : float    Deviation within which the quantity counts as constant. Any unit
     """
 
     series: Series
@@ -82,7 +83,7 @@ class Smoothed:
     resolution: float
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """The quantity and its derivatives by time up to an order, at times [s]."""
+        """Return the quantity and its time derivatives up to an order, at times [s]."""
         time = np.asarray(time, dtype=float)
         found = self.series.derivatives(time, orders)
         period = self.series.period
@@ -109,7 +110,7 @@ class Smoothed:
 def _blended(
     found: list[np.ndarray], value: np.ndarray, away: np.ndarray, width: np.ndarray, sign: float
 ) -> list[np.ndarray]:
-    """A quantity with its derivatives that is a value at the end of a stay, and itself from `width` [s] away on."""
+    """Blend a quantity and its derivatives from a constant at the end of a stay to itself over `width` [s]."""
     share = np.clip(away / width, 0.0, 1.0)
     steps = [(sign / width) ** order * (_STEP.deriv(order) if order else _STEP)(share) for order in range(len(found))]
     off = [found[0] - value, *found[1:]]
@@ -121,7 +122,7 @@ def _blended(
 
 
 class Cycle(NamedTuple):
-    """What a recording comes to: the period [s], the position [m], the force on the load [N] if it has one, and what to know."""
+    """One smoothed cycle: period [s], position [m], force on the load [N] if recorded, and warnings."""
 
     period: float
     motion: Smoothed
@@ -132,15 +133,15 @@ class Cycle(NamedTuple):
 def smoothed(
     file: str, columns: Mapping[str, np.ndarray], lines: Sequence[int], cutoff: float, resolution: float | None = None
 ) -> Cycle:
-    """One cycle of a motion from recorded columns.
+    """Smooth one cycle of a motion from recorded columns.
 
     Parameters
     ----------
     file : str           Name of the recording in messages.
-    columns : mapping    Times that increase, either position or speed, and force if it was recorded, by name, in SI.
-    lines : sequence     Line of the file that each row stands in.
-    cutoff : float       Nothing above this frequency is kept. [Hz]
-    resolution : float   Within which the load counts as unmoved; as the recording shows if left out. [m]
+    columns : mapping    Increasing times, either position or speed, and force if recorded, by name, in SI.
+    lines : sequence     Line of the file for each row.
+    cutoff : float       Frequency above which everything is removed. [Hz]
+    resolution : float   Deviation within which the load counts as at rest; estimated from the recording by default. [m]
 
     Returns
     -------
@@ -149,27 +150,28 @@ def smoothed(
     Raises
     ------
     InputError
-        If it is too short, or does not end where it begins.
+        If the recording has too few rows, or does not end where it begins.
     ParameterError
-        If not even one wave of the cutoff fits into the recording.
+        If the recording is shorter than one period of the cutoff.
     """
     time = columns["time"] - columns["time"][0]
     if len(time) < _LEAST_ROWS:
-        raise InputError(f"{file}: must have at least {_LEAST_ROWS} lines of numbers, got {len(time)}")
+        raise InputError(f"{file}: must have at least {_LEAST_ROWS} rows of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
     if cutoff * period < 1.0:
         raise ParameterError(
-            f"cutoff must be >= {plain(1.0 / period, 3)} Hz, one wave in the recording, got {cutoff:g}"
+            f"cutoff must be >= {plain(1.0 / period, 3)} Hz, one period in the recording, got {cutoff:g}"
         )
     warnings = [
         f"{file}: line {lines[place + 1]}: {plain(time[place + 1] - time[place], 3)} s without data, "
-        f"{plain(width, 3)} times the usual step; bridged by a straight line"
+        f"{plain(width, 3)} times the median step; interpolated linearly"
         for place, width in enumerate(np.diff(time) / step)
         if width > _GAP
     ]
     if 2.0 * step * cutoff > 1.0:
         warnings.append(
-            f"{file}: a step of {plain(step, 3)} s shows nothing above {plain(0.5 / step, 3)} Hz; cutoff is {plain(cutoff, 3)} Hz"
+            f"{file}: a step of {plain(step, 3)} s resolves frequencies up to {plain(0.5 / step, 3)} Hz only; "
+            f"the cutoff is {plain(cutoff, 3)} Hz"
         )
     count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
     even = np.arange(count) * (period / count)
@@ -183,8 +185,8 @@ def smoothed(
         own = resolves.reach
         if name == "position" and resolution is not None:
             resolves = _Resolution(resolution, 2.0 * resolution)
-        # What it does before and after the cycle, too, as a stay may reach over the end: as recorded, where all of a drift may
-        # lie in the moves, and as made periodic, which takes out a drift of the sensor.
+        # Include the neighbouring cycles, as a stay may extend past the end: once as recorded, in case all drift occurs in
+        # the moves, and once made periodic, which removes the drift of a sensor.
         drift = float(values[-1] - values[0]) if name == "position" else 0.0
         courses = [np.concatenate([raw - drift, raw, raw + drift])]
         if closed is not raw:
@@ -200,18 +202,18 @@ def smoothed(
 
 
 class _Resolution(NamedTuple):
-    """What a recording leaves open about a quantity that does not change. Any unit"""
+    """Apparent changes of a constant quantity in a recording. Any unit"""
 
     reach: float
-    """How far it may seem to be off, to either side."""
+    """Largest apparent deviation, to either side."""
     drift: float
-    """How far its mean course over a wave may seem to lead."""
+    """Largest apparent drift of its mean over a wave."""
 
     @classmethod
     def of(cls, values: np.ndarray, noise: float, rows: float) -> _Resolution:
-        """From recorded values, their noise and the rows in a wave.
+        """Estimate from recorded values, their noise and the number of rows per wave.
 
-        Source: expected largest of a normal sample, and one standard deviation more; error of a least-squares slope.
+        Source: expected maximum of a normal sample plus one standard deviation; error of a least-squares slope.
         """
         rounding = _ROUNDING * float(np.max(np.abs(values)))
         count = _count(values)
@@ -223,9 +225,9 @@ class _Resolution(NamedTuple):
 def _of_value(
     series: Series, courses: list[np.ndarray], closed: np.ndarray, cutoff: float, resolves: _Resolution, own: float
 ) -> Smoothed:
-    """The recording of a position or a force: its series, its courses over three cycles, and one cycle made periodic.
+    """Smooth a position or a force from its series, its courses over three cycles, and one cycle made periodic.
 
-    `own` is the resolution of the recording itself, whatever is asked for.
+    `own` is the resolution of the recording itself, regardless of the one requested.
     """
     count = closed.size
     step = series.period / count
@@ -236,14 +238,14 @@ def _of_value(
         speed = _mean_slope(thrice, width, step)
         still = _widened(_within(thrice, width, resolves.reach) & (np.abs(speed) <= resolves.drift * cutoff), width)
         steady = _long(_widened(_within(speed, width, resolves.drift * cutoff), width), _STEADY * width)
-        # Each of the mean speeds reaches half a wave to both sides.
+        # Each mean speed covers half a wave to both sides.
         found.append((_middle(still), _middle(_widened(steady, width))))
     still, steady = np.logical_or.reduce(found)
     return _recording(series, closed, still, steady, cutoff, resolves.reach, own)
 
 
 def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves: _Resolution) -> Smoothed:
-    """The recording of the position that a speed leads to, from the speed's series and its courses over three cycles."""
+    """Integrate a recorded speed to a smoothed position, from the speed's series and its courses over three cycles."""
     count = courses[0].size // 3
     step = series.period / count
     width = _width(cutoff * step, count)
@@ -261,24 +263,24 @@ def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves
 
 
 def _slow(file: str, motion: Smoothed, even: np.ndarray, cutoff: float) -> list[str]:
-    """A warning where the load hardly moves for a while and does not rest: noise that a filter has smoothed looks so."""
+    """Warn if the load moves very slowly for a while without resting, as filtered noise does."""
     position, speed = motion.derivatives(even, 1)
     step = float(even[1])
     slow = (np.abs(speed) <= _SLOW * np.max(np.abs(speed))) & (speed != 0.0)
-    found = _stretches(_long(slow, _A_WHILE / (cutoff * step)))
+    found = _intervals(_long(slow, _SLOW_WAVES / (cutoff * step)))
     lasts = sum(last - first for first, last in found) * step
-    if lasts <= _OFTEN * motion.series.period:
+    if lasts <= _SLOW_SHARE * motion.series.period:
         return []
     spreads = [np.ptp(np.take(position, range(first, last + 1), mode="wrap")) for first, last in found]
     return [
-        f"{file}: for {plain(lasts, 3)} of {plain(motion.series.period, 3)} s the load moves, but at less than "
-        f"{percent(_SLOW)} of its largest speed; if it rests there, say so: "
+        f"{file}: for {plain(lasts, 3)} of {plain(motion.series.period, 3)} s the load moves at less than "
+        f"{percent(_SLOW)} of its largest speed; if it is at rest there, set "
         f'resolution = "{plain(1e3 * float(max(spreads)), 2)} mm"'
     ]
 
 
 def _middle(thrice: np.ndarray) -> np.ndarray:
-    """The second of three cycles."""
+    """Return the second of three cycles."""
     return np.split(thrice, 3)[1]
 
 
@@ -293,13 +295,13 @@ def _recording(
 ) -> Smoothed:
     step, wave = series.period / values.size, 1.0 / cutoff
     stays = []
-    for first, last in _stretches(still):
+    for first, last in _intervals(still):
         inside = np.take(values, range(first, last + 1), mode="wrap")
         if resolved > own and last - first < values.size:
             begin, end = _settled(inside, own)
             first, last, inside = first + begin, first + end, inside[begin : end + 1]
         stays.append(_Stay(first * step, last * step, float(np.median(inside))))
-    moving = [(first * step, last * step) for first, last in _stretches(_long(steady & ~still, wave / step))]
+    moving = [(first * step, last * step) for first, last in _intervals(_long(steady & ~still, wave / step))]
     return Smoothed(
         series=series,
         stays=np.reshape(np.array(_apart(stays, series.period, wave, resolved), dtype=float), (-1, 3)),
@@ -310,7 +312,7 @@ def _recording(
 
 
 class _Stay(NamedTuple):
-    """Begin and end [s], and where."""
+    """Start and end of a stay [s], and its value."""
 
     begin: float
     end: float
@@ -318,10 +320,10 @@ class _Stay(NamedTuple):
 
 
 def _settled(inside: np.ndarray, own: float) -> tuple[int, int]:
-    """First and last sample of a stay without what leads into it and out of it within a resolution that is coarse.
+    """Return the first and last sample of a stay, without the approach and departure that a coarse resolution includes.
 
-    It begins and ends where the quantity is as near to the straight line through the middle half of the stay as it is there,
-    or crosses that line.
+    The stay starts and ends where the quantity crosses the straight line through its middle half, or is as close to that
+    line as in the middle half.
     """
     places = np.arange(inside.size)
     middle = slice(inside.size // 4, inside.size - inside.size // 4)
@@ -338,7 +340,7 @@ def _settled(inside: np.ndarray, own: float) -> tuple[int, int]:
 
 
 def _apart(stays: list[_Stay], period: float, wave: float, within: float) -> list[_Stay]:
-    """Stays with a wave between them at least: shorter moves join two stays if they lead nowhere, else shorten both."""
+    """Separate stays by at least a wave: join two stays if the short move between them returns, else shorten both."""
     joined: list[_Stay] = []
     for stay in stays:
         last = joined[-1] if joined else None
@@ -361,7 +363,7 @@ def _apart(stays: list[_Stay], period: float, wave: float, within: float) -> lis
 
 
 def _count(values: np.ndarray) -> float:
-    """The step of which all differences of neighbours are multiples, as behind an encoder or rounded; 0 if there is none."""
+    """Return the count of which all row-to-row differences are multiples, as from an encoder or rounding; 0 if none."""
     steps = np.abs(np.diff(values))
     steps = steps[steps > _ROUNDING * np.ptp(values)]
     if not steps.size:
@@ -371,10 +373,11 @@ def _count(values: np.ndarray) -> float:
 
 
 def _noise(values: np.ndarray, resampled: np.ndarray, series: Series) -> float:
-    """Standard deviation of the noise of a recording: no more than what smoothing takes off, nor than what is irregular.
+    """Estimate the standard deviation of a recording's noise.
 
-    Of both the median, which passes over the corners of a motion. What smoothing takes off is motion, too, and what is
-    irregular from one row to the next can be a motion that hardly any rows show: noise is in both.
+    Return the smaller of two estimates: the part that smoothing removes and the irregularity from row to row. Each alone
+    may contain motion: smoothing also removes fast motion, and sparse rows make motion look irregular. The medians ignore
+    the corners of a motion.
 
     Source: huber1981 (median absolute deviation).
     """
@@ -385,12 +388,12 @@ def _noise(values: np.ndarray, resampled: np.ndarray, series: Series) -> float:
 
 
 def _width(waves: float, count: int) -> int:
-    """Number of samples in a wave, made odd, from the length of a sample in waves."""
+    """Return the number of samples per wave, made odd, from the length of a sample in waves."""
     return min(round(1.0 / waves) | 1, count - 1 + count % 2)
 
 
 def _mean_slope(values: np.ndarray, width: int, step: float) -> np.ndarray:
-    """Slope of the straight line through the samples of a wave about each, by least squares."""
+    """Return the least-squares slope over a wave centred at each sample."""
     from scipy.ndimage import correlate1d
 
     half = max(width // 2, 1)
@@ -399,7 +402,7 @@ def _mean_slope(values: np.ndarray, width: int, step: float) -> np.ndarray:
 
 
 def _within(values: np.ndarray, width: int, reach: float) -> np.ndarray:
-    """Where a quantity stays within `reach` to either side of some value through a wave about each sample."""
+    """Mark samples about which the quantity stays within `reach` to either side of some value for a wave."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     spread = maximum_filter1d(values, width, mode="wrap") - minimum_filter1d(values, width, mode="wrap")
@@ -407,23 +410,23 @@ def _within(values: np.ndarray, width: int, reach: float) -> np.ndarray:
 
 
 def _widened(mask: np.ndarray, width: int) -> np.ndarray:
-    """A mask of waves' middles as one of all their samples."""
+    """Extend a mask from the centres of waves to all their samples."""
     from scipy.ndimage import maximum_filter1d
 
     return maximum_filter1d(mask.astype(np.int8), min(width, mask.size), mode="wrap").astype(bool)
 
 
 def _long(mask: np.ndarray, samples: float) -> np.ndarray:
-    """The stretches of a periodic mask that have at least a given number of samples."""
+    """Keep the intervals of a periodic mask that have at least a given number of samples."""
     kept = np.zeros_like(mask)
-    for first, last in _stretches(mask):
+    for first, last in _intervals(mask):
         if last - first >= samples:
             kept[np.arange(first, last + 1) % mask.size] = True
     return kept
 
 
-def _stretches(mask: np.ndarray) -> list[tuple[int, int]]:
-    """First and last index of each stretch of a periodic mask, in order; the last index may pass the end."""
+def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
+    """Return the first and last index of each interval of a periodic mask, in order; the last may exceed the end."""
     if mask.all():
         return [(0, mask.size)]
     starts, ends = np.flatnonzero(mask & ~np.roll(mask, 1)), np.flatnonzero(mask & ~np.roll(mask, -1))
@@ -433,26 +436,26 @@ def _stretches(mask: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str]) -> np.ndarray:
-    """Values of a recording made periodic: a motion ends where it begins, and a speed has no mean.
+    """Make recorded values periodic: remove the drift of a position, or the mean of a speed.
 
     Raises
     ------
     InputError
-        If too much is missing for that.
+        If the drift or the mean is too large.
     """
     span = float(np.ptp(values)) or 1.0
     if name == "speed":
         drift = float(np.trapezoid(values, share))
-        said = f"a mean speed of {plain(drift, 3)} m/s"
+        finding = f"the mean speed is {plain(drift, 3)} m/s"
     else:
         drift = float(values[-1] - values[0])
-        said = f"position ends {plain(drift, 3)} m from where it begins"
+        finding = f"the position ends {plain(drift, 3)} m from its start"
     if abs(drift) > _DRIFT * span:
         raise InputError(
-            f"{file}: must be one cycle that ends where it begins, but has {said}: {percent(abs(drift) / span)} of its range"
+            f"{file}: must be one cycle that ends where it starts, but {finding}, {percent(abs(drift) / span)} of the range"
         )
     if abs(drift) > 1e-3 * span:
         warnings.append(
-            f"{file}: {said}, {percent(abs(drift) / span, 1)} of its range; taken out evenly over the cycle"
+            f"{file}: {finding}, {percent(abs(drift) / span, 1)} of the range; removed evenly over the cycle"
         )
     return values - (drift if name == "speed" else drift * share)

@@ -16,7 +16,7 @@ from infinivar.errors import InputError
 _MOST_ROWS = 1_000_000
 _MOST_BYTES = 200_000_000
 _SHOWN = 24
-"""Letters of a cell in a message: enough to find it, and little of a file that is none of the user's data."""
+"""Characters of a cell shown in a message: enough to find it, without revealing much of a file given by mistake."""
 _HEADING = re.compile(r"(.*?)\s*(?:[\[(](.*?)[\])])?\s*")
 
 
@@ -28,25 +28,25 @@ def read_columns(
     units_needed: bool = True,
     rising: str | None = "time",
 ) -> tuple[dict[str, list[float]], list[int]]:
-    """Columns of a CSV file.
+    """Read columns of a CSV file.
 
     Parameters
     ----------
-    file : str            Path of the file: a header, then rows of numbers; empty lines are passed over.
-    wanted : tuple        Names of columns with their SI units; other columns are passed over.
-    required : tuple      Those of them that the file must have.
-    units_needed : bool   Whether each heading must say its unit, as in "position [mm]"; else SI is meant without.
-    rising : str          Column whose values must increase from line to line, None for none.
+    file : str            Path of the file: a header, then rows of numbers; empty lines are skipped.
+    wanted : tuple        Names of the columns to read, with their SI units; other columns are ignored.
+    required : tuple      Wanted columns that the file must have.
+    units_needed : bool   Whether each heading must state its unit, as in "position [mm]"; if not, the default is SI.
+    rising : str          Column whose values must increase from line to line; None for none.
 
     Returns
     -------
-    columns : dict        Values in SI by name.
-    lines : list of int   Line of the file that each row stands in.
+    columns : dict        Values in SI, by name.
+    lines : list of int   Line of the file for each row.
 
     Raises
     ------
     InputError
-        Naming file, line and what would be right.
+        If the file is invalid; the message names file, line and what would be right.
     """
     path = Path(file)
     content = files.read(path, _MOST_BYTES)
@@ -67,7 +67,7 @@ def read_columns(
                 raise InputError(f"{path}: line {line} must have a later {rising} than the line before")
             numbers.append(line)
             if len(numbers) > _MOST_ROWS:
-                raise InputError(f"{path}: has more than {_MOST_ROWS} lines")
+                raise InputError(f"{path}: has more than {_MOST_ROWS} lines of numbers")
     except (UnicodeDecodeError, csv.Error) as problem:
         raise InputError(f"{path}: is not a CSV file in UTF-8") from problem
     if len(numbers) < 2:
@@ -78,11 +78,13 @@ def read_columns(
 def _places(
     path: Path, header: list[str], wanted: Mapping[str, str], required: tuple[str, ...], units_needed: bool
 ) -> dict[str, tuple[int, float]]:
-    """Place and factor to SI of each wanted column that the header has."""
+    """Return position and factor to SI of each wanted column in the header."""
     found: dict[str, tuple[int, float]] = {}
     for mark, called in {";": "semicolons", "\t": "tabs"}.items():
         if len(header) == 1 and mark in header[0]:
-            raise InputError(f"{path}: columns must have commas between them, and numbers a point; line 1 has {called}")
+            raise InputError(
+                f"{path}: must use commas between columns and points as decimal marks; line 1 has {called}"
+            )
     for place, heading in enumerate(header):
         match = _HEADING.fullmatch(heading.strip())
         name, unit = (match[1].lower(), match[2]) if match else (heading, None)
@@ -92,7 +94,7 @@ def _places(
             raise InputError(f"{path}: line 1 has the column {name} twice")
         if unit is None and units_needed:
             example = f"{name} [{units.EXAMPLES[wanted[name]].split(' ', 1)[1]}]"
-            raise InputError(f"{path}: line 1 must say the unit of {name}, such as {example!r}")
+            raise InputError(f"{path}: line 1 must state the unit of {name}, such as {example!r}")
         try:
             factor = 1.0 if unit is None else units.parse(f"1 {unit}", wanted[name])
         except InputError as problem:
@@ -106,12 +108,13 @@ def _check_columns(path: Path, header: list[str], found: Mapping[str, object], r
     if not found.keys() >= set(required):
         missing = " and ".join(name for name in required if name not in found)
         count = f"{len(header)} column{'' if len(header) == 1 else 's'}"
-        have = f"; of its {count} it names {', '.join(found)}" if found else f"; it has {count}, none of these"
-        raise InputError(f"{path}: line 1 must name the columns {' and '.join(required)}: {missing} missing{have}")
+        have = f"found {', '.join(found) or 'none'} in {count}"
+        wanted = f"column{'' if len(required) == 1 else 's'} {' and '.join(required)}"
+        raise InputError(f"{path}: line 1 must name the {wanted}; missing: {missing} ({have})")
 
 
 def _number(path: Path, line: int, row: list[str], place: int, name: str) -> float:
-    """The finite number in one cell."""
+    """Read a finite number from one cell."""
     cell = row[place].strip() if place < len(row) else ""
     try:
         value = float(cell)

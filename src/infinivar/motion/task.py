@@ -1,4 +1,4 @@
-"""What every task of a drive has: a title, and the load that is moved."""
+"""Fields shared by all tasks of a drive: a title and the mass of the load."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ class Task:
     load_mass: float | None = quantity(
         "kg",
         Ge(0),
-        "Mass of the load; the requirement's if left out, none where walking, whose torque has it",
+        "Mass of the load; defaults to the requirement's, but to none for walking, where the torque includes it",
         default=None,
     )
 
     @property
     def moved_mass(self) -> float:
-        """Mass of the load, 0 where there is none. [kg]"""
+        """Mass of the load; 0 if none is set. [kg]"""
         return self.load_mass or 0.0
 
     def loaded(self, mass: float | None) -> Self:
-        """The task with a load, unless it has one. [kg]"""
+        """Return the task with this load mass, unless it has its own. [kg]"""
         return self if self.load_mass is not None or mass is None else dataclasses.replace(self, load_mass=mass)

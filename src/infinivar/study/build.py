@@ -1,4 +1,4 @@
-"""From a validated table to the frozen parts it describes, with the provenance of every value."""
+"""Build frozen parts from study tables, with the provenance of every value."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from infinivar.study.study import DEFAULT, Provenance
 
 
 def built_part(part: type, key: str) -> Any:
-    """A part as the catalogue has it.
+    """Build a part from its catalogue entry.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def built_part(part: type, key: str) -> Any:
 
 
 def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) -> Any:
-    """The dataclass that a table describes; appends the provenance of its values to `rows`."""
+    """Build the dataclass that a table describes; append the provenance of its values to `rows`."""
     faults: list[str] = []
     tree = over_parts(part, tree, path)
     made: dict[str, Any] = {}
@@ -64,12 +64,12 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) 
 
 
 def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
-    """The value that a table describes of a field that comes in kinds: `shape` tells which, and so which other keys it has.
+    """Build the value of a field that comes in kinds; `shape` selects the kind, and thus the other keys allowed.
 
     Raises
     ------
     StudyError
-        If a value is wrong, one is missing that the kind needs, or one is given that it does not have.
+        If a value is wrong, a required key is missing, or a key does not apply to the kind.
     """
     kinds, faults = field.metadata["kinds"], []
     if not isinstance(tree, dict) or "value" in tree:
@@ -85,13 +85,13 @@ def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
     faults = faults or [*_misfits(tree, own, shape, path)]
     if faults:
         raise StudyError(*faults)
-    # A kind that a file holds is read from it, now and never again.
+    # Kinds stored in a file are read here, once.
     make = getattr(kinds[shape], "read", kinds[shape])
-    return _made(make, {name: entry.value for name, entry in given.items()}, path)
+    return _constructed(make, {name: entry.value for name, entry in given.items()}, path)
 
 
 def _misfits(tree: Raw, own: Mapping[str, Key], shape: str, path: str) -> Iterator[str]:
-    """A line for each key that a kind needs and a table lacks, and for each that it has and the kind does not."""
+    """Yield one line per required key that is missing, and one per key that does not apply to the kind."""
     for name, key in own.items():
         if key.required and name not in tree:
             yield f"{path}.{name} is missing: shape = {shape!r} needs it"
@@ -101,29 +101,29 @@ def _misfits(tree: Raw, own: Mapping[str, Key], shape: str, path: str) -> Iterat
 
 
 def _values(known: Mapping[str, Key], tree: Raw, path: str, faults: list[str]) -> dict[str, Entry]:
-    """The entries of a table, by key; appends a line to `faults` for each that is wrong."""
-    said: dict[str, Entry] = {}
+    """Read the entries of a table, by key; append one line to `faults` for each invalid entry."""
+    entries: dict[str, Entry] = {}
     for name, key in known.items():
         if key.read is not None and name in tree:
             try:
-                said[name] = key.read(tree[name])
+                entries[name] = key.read(tree[name])
             except ValueError as problem:
                 faults.append(f"{path}.{name}{_shown(tree[name])} {problem}")
-    return said
+    return entries
 
 
 def _refuse_unknown(tree: Raw, known: Container[str], words: list[str], path: str, faults: list[str]) -> None:
-    """Append a line to `faults` for each key of a table that is not known; `words` are those to choose from."""
+    """Append one line to `faults` for each unknown key of a table; `words` are the keys to suggest."""
     for name, raw in tree.items():
         if name not in known:
-            hint = f"{nearest(name, words)}; known are {', '.join(words)}"
+            hint = f"{nearest(name, words)}; known keys: {', '.join(words)}"
             faults.append(f"{path}.{printable(name)}{_shown(raw)} is not a known key{hint}")
 
 
 def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]:
-    """What a table says, by key: an entry each, or what the table of a part says; appends a line a fault to `faults`."""
+    """Read a table: one entry per key, nested for the tables of parts; append one line per fault to `faults`."""
     known = table_keys(part)
-    said: dict[str, Any] = dict(_values(known, tree, path, faults))
+    entries: dict[str, Any] = dict(_values(known, tree, path, faults))
     for name, key in known.items():
         here = f"{path}.{name}"
         if name not in tree:
@@ -131,17 +131,17 @@ def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]
                 hint = f"; write a table [{here}]" if key.part is not None else ""
                 faults.append(f"{here} is missing ({key.meaning}){hint}")
         elif key.part is not None:
-            said[name] = _read(key.part, tree[name], here, faults)
+            entries[name] = _read(key.part, tree[name], here, faults)
     _refuse_unknown(tree, known, keys(part), path, faults)
-    return said
+    return entries
 
 
 def _shown(raw: Any) -> str:
     return f" = {quoted(raw['value'])}" if isinstance(raw, dict) and "value" in raw else ""
 
 
-def _made(make: Callable[..., Any], values: Mapping[str, Any], path: str) -> Any:
-    """What a class makes of its values, with the path of the table in its messages."""
+def _constructed(make: Callable[..., Any], values: Mapping[str, Any], path: str) -> Any:
+    """Construct a class from its values; prefix its error messages with the path of the table."""
     try:
         return make(**values)
     except ParameterError as problem:
@@ -159,7 +159,7 @@ def _instance(
     rows: list[Provenance],
     made: Mapping[str, Any] | None = None,
 ) -> Any:
-    """Dataclass instance from a validated table, its parts first; `made` are values of it that there are already."""
+    """Build a dataclass instance from a validated table, its parts first; `made` holds values already built."""
     values: dict[str, Any] = dict(made or {})
     for field in described(part):
         given = checked.get(field.name)
@@ -176,7 +176,7 @@ def _instance(
         elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
             default = Entry(field.default, field.default, "assumed", DEFAULT)
             rows.append(_row(owner, here, default, unit))
-    instance = _made(part, values, path)
+    instance = _constructed(part, values, path)
     scale = checked.get("scale")
     if part is Motor and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))

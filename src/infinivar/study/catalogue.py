@@ -1,4 +1,4 @@
-"""Catalogue parts as ready objects."""
+"""Catalogue parts, ready to use."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether a study can be computed: what its motions need of its drives, found out before anything is computed."""
+"""Check, before computing anything, that the drives of a study have the values its motions need."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def check_duty(study: Study) -> None:
     Raises
     ------
     InputError
-        A line for each drive that lacks a value; the message names it.
+        One line for each drive that lacks a value, with the name of the value.
     """
     _refuse(_duty_faults(study))
 
@@ -28,7 +28,7 @@ def check(study: Study) -> None:
     Raises
     ------
     InputError
-        A line for each fault.
+        One line per fault.
     """
     _refuse([*_duty_faults(study), *_scenario_faults(study)])
 
@@ -66,4 +66,4 @@ def _scenario_faults(study: Study) -> Iterator[str]:
                 found[name] = str(problem)
         if len(found) == len(study.drives):
             reasons = "; ".join(f"drives.{name}: {reason}" for name, reason in found.items())
-            yield f"scenarios.{task} can be run by no drive: {reasons}"
+            yield f"scenarios.{task}: no drive can run it: {reasons}"

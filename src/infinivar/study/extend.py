@@ -1,4 +1,4 @@
-"""Studies that start from another: everything of that file, with what this one says instead."""
+"""Studies that extend another study: values of this file override those of the extended one."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ _GROUPS = ("drives", "scenarios", "duty")
 
 
 def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) -> Raw:
-    """The tables of a study laid over those of the file that its `extends` names, if any.
+    """Lay the tables of a study over those of the file it extends, if any.
 
     Parameters
     ----------
     raw : dict       Tables as written in the file at `path`.
-    path : Path      Of the file; what it extends is named relative to its folder.
+    path : Path      Path of the file; `extends` is relative to its folder.
     read : callable  Takes a path and returns the tables of that file.
 
     Raises
     ------
     StudyError
-        If there is no such file, or files extend each other in a ring.
+        If the file does not exist, or files extend each other in a circle.
     """
     if "extends" not in raw:
         return raw
@@ -35,29 +35,29 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     if not isinstance(name, str) or not name:
         raise StudyError(f"extends = {quoted(name)} must be text: the path of a study file")
     if depth == _DEEPEST:
-        raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} files extend one another; do they in a ring?")
+        raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} levels of extends; check for a circle")
     below = path.parent / name
     if not below.is_file():
-        raise StudyError(f"extends = {quoted(name)}: there is no file {below}")
-    under = _at_home(extended(read(below), below, read, depth + 1), below)
+        raise StudyError(f"extends = {quoted(name)}: file {below} not found")
+    under = _with_paths(extended(read(below), below, read, depth + 1), below)
     over = {key: value for key, value in raw.items() if key != "extends"}
-    return {**under, **over, **_laid(under, over, below.name, path.name)}
+    return {**under, **over, **_merged_tables(under, over, below.name, path.name)}
 
 
-def _at_home(raw: Raw, path: Path) -> Raw:
-    """The tables of a study with the files that they name found from its own folder."""
+def _with_paths(raw: Raw, path: Path) -> Raw:
+    """Resolve the files that a study names against its own folder."""
     result = dict(raw)
     for group in ("scenarios", "duty"):
         tasks = result.get(group)
         if isinstance(tasks, dict):
-            result[group] = {name: _found(task, path.parent.resolve()) for name, task in tasks.items()}
+            result[group] = {name: _resolved(task, path.parent.resolve()) for name, task in tasks.items()}
     return result
 
 
-def _found(table: Any, folder: Path) -> Any:
+def _resolved(table: Any, folder: Path) -> Any:
     if not isinstance(table, dict):
         return table
-    result = {key: _found(value, folder) for key, value in table.items()}
+    result = {key: _resolved(value, folder) for key, value in table.items()}
     file = table.get("file")
     if isinstance(file, str):
         result["file"] = str(folder / file)
@@ -66,8 +66,8 @@ def _found(table: Any, folder: Path) -> Any:
     return result
 
 
-def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
-    """Tables that both files have, one over the other, each value with the file it comes from."""
+def _merged_tables(under: Raw, over: Raw, below: str, above: str) -> Raw:
+    """Merge the tables that both files have; each value records the file it comes from."""
     result: Raw = {}
     for key in _TABLES:
         if isinstance(under.get(key), dict) and isinstance(over.get(key), dict):
@@ -88,13 +88,13 @@ def _laid(under: Raw, over: Raw, below: str, above: str) -> Raw:
             else:
                 found[name] = table
         result[group] = found
-    return {**result, **_spreads_laid(under, over)}
+    return {**result, **_merged_spreads(under, over)}
 
 
-def _spreads_laid(under: Raw, over: Raw) -> Raw:
-    """How far values may be off by both files, without what the upper one no longer has; what it states anew is new whole.
+def _merged_spreads(under: Raw, over: Raw) -> Raw:
+    """Merge the spreads of both files; drop spreads of values that the upper file replaced.
 
-    A spread from another source has nothing to do with the correlations of the one it replaces.
+    A spread that the upper file states anew also drops the correlations of the spread it replaces.
     """
     before, mine, drives = under.get("uncertainty"), over.get("uncertainty", {}), over.get("drives", {})
     if not (isinstance(before, dict) and isinstance(mine, dict) and isinstance(drives, dict)):
@@ -104,10 +104,10 @@ def _spreads_laid(under: Raw, over: Raw) -> Raw:
         contact = drives[name].get("transmission") if isinstance(drives.get(name), dict) else None
         if isinstance(table, dict) and isinstance(table.get("transmission"), dict):
             after[name] = {**table, "transmission": contact_over(table["transmission"], contact)}
-    renewed = _places(mine) | (_places(before) - _places(after))
+    renewed = _spread_paths(mine) | (_spread_paths(before) - _spread_paths(after))
     result: Raw = {"uncertainty": _deep(after, mine)}
     if isinstance(under.get("correlations"), list):
-        kept = [row for row in under["correlations"] if not renewed & _correlated(row)]
+        kept = [row for row in under["correlations"] if not renewed & _correlated_paths(row)]
         added = over.get("correlations", [])
         result["correlations"] = [*kept, *added] if isinstance(added, list) else added
     return result
@@ -119,12 +119,12 @@ def _deep(under: Any, over: Any) -> Any:
     return {**under, **{key: _deep(under.get(key), value) for key, value in over.items()}}
 
 
-def _places(table: Raw) -> set[str]:
-    """Where there is a spread, by dotted path."""
+def _spread_paths(table: Raw) -> set[str]:
+    """Return the dotted paths of all spreads."""
     return {path for path, *_ in leaves(table)}
 
 
-def _correlated(row: Any) -> set[str]:
-    """What a correlation is about; nothing if it is written wrongly, which is said later."""
+def _correlated_paths(row: Any) -> set[str]:
+    """Return the paths of a correlated pair; empty if the row is malformed, which is reported later."""
     between = row.get("between") if isinstance(row, dict) else None
     return {f"{row.get('drive')}.{path}" for path in between} if isinstance(between, list) else set()

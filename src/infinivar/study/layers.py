@@ -1,4 +1,4 @@
-"""Laying tables over one another: a study over the shipped set it starts from, values over a catalogue part."""
+"""Layers of tables: a study over the shipped set it starts from, values over a catalogue part."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from infinivar.transmission.rotary_linear import MEASURED
 
 LONGEST_TITLE = 120
 
-# Keys that steer how a table is read; all other keys are fields of the part it describes. Inside a drive or the
-# requirement only `part` is one: a bearing's type is a value like others.
+# Keys that control how a table is read; all other keys are fields of the part it describes. Inside a drive or the
+# requirement only `part` is such a key: a bearing's type is an ordinary value.
 _AT_HEAD, _INSIDE = (*HEAD, "part"), ("part",)
 
 _ONE = {"drives": "drive", "scenarios": "scenario", "duty": "duty cycle"}
 
 Raw = dict[str, Any]
-"""A table as written, or with kind and where spelled out."""
+"""A table as written, or with kind and where spelled out at each value."""
 
 
 def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directives: tuple[str, ...] = _AT_HEAD) -> Raw:
-    """The table with kind and where spelled out at every value, so that tables of two sources can be laid over."""
+    """Spell out kind and where at every value, so that tables from different sources can be merged."""
     kind, where = tree.get("kind", kind), tree.get("where", where)
     if kind not in KINDS:
         raise StudyError(f"{path}.kind = {quoted(kind)} must be one of {', '.join(KINDS)}{nearest(str(kind), KINDS)}")
@@ -39,7 +39,7 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directive
             continue
         if key in directives:
             if not isinstance(value, str) or len(value) > LONGEST_TITLE:
-                raise StudyError(f"{path}.{key} = {quoted(value)} must be text of up to {LONGEST_TITLE} letters")
+                raise StudyError(f"{path}.{key} = {quoted(value)} must be text of at most {LONGEST_TITLE} characters")
             if not value.isprintable():
                 raise StudyError(f"{path}.{key} = {quoted(value)} must be text without control characters")
             result[key] = value
@@ -53,7 +53,7 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directive
 
 
 def merged(under: Raw, over: Raw) -> Raw:
-    """Table `under` with everything that `over` says instead; a table that names a part starts afresh."""
+    """Override the values of `under` with those of `over`; a table that names a part replaces `under` entirely."""
     if "part" in over:
         return over
     result = dict(under)
@@ -66,15 +66,15 @@ def merged(under: Raw, over: Raw) -> Raw:
 
 @dataclass(frozen=True, slots=True)
 class Remarks:
-    """What there is to say about a study besides its values."""
+    """Notes on a study collected while loading it."""
 
     reconstruction: dict[str, str] = field(default_factory=dict)
-    """What each parameter set used has reconstructed."""
+    """Statement of each parameter set used on what it reconstructs."""
     warnings: list[str] = field(default_factory=list)
 
 
 def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
-    """The table laid over the shipped one that its `base` names, if any; notes what that set reconstructs."""
+    """Lay the table over the shipped one that its `base` names, if any; note what that set reconstructs."""
     base = tree.pop("base", None)
     if base is None:
         return tree
@@ -100,7 +100,7 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
     under = annotated(under, path, shipped["source"])
     if "type" in tree and tree["type"] != under.get("type", tree["type"]):
         raise StudyError(
-            f"{path}.type = {tree['type']!r} must be {under['type']!r}, as base {base!r} is, or be left out"
+            f"{path}.type = {tree['type']!r} must be {under['type']!r} like base {base!r}; correct or remove it"
         )
     if "transmission" in under:
         under["transmission"] = contact_over(under["transmission"], tree.get("transmission"))
@@ -108,7 +108,7 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
 
 
 def contact_over(under: Raw, over: Any) -> Raw:
-    """The base's transmission without what a study describes the other way: measured groups, or geometry."""
+    """Drop from the base's transmission what the study describes the other way: measured groups or geometry."""
     if not isinstance(over, dict):
         return under
     dropped = MEASURED if "geometry" in over else ("geometry",) if any(key in over for key in MEASURED) else ()
@@ -116,13 +116,13 @@ def contact_over(under: Raw, over: Any) -> Raw:
 
 
 def over_parts(part: type, tree: Raw, path: str) -> Raw:
-    """The table with every `part` key replaced by that catalogue entry's values."""
+    """Replace every `part` key of a table by the values of that catalogue entry."""
     result = dict(tree)
     name = result.pop("part", None)
     if name is not None:
         if part not in CATALOGUES:
             known = ", ".join(CATALOGUES.values())
-            raise StudyError(f"{path}.part = {quoted(name)}: the catalogue has {known} only")
+            raise StudyError(f"{path}.part = {quoted(name)} must be removed: the catalogue has {known} only")
         try:
             entry = catalogue.entry(CATALOGUES[part], name)
         except InputError as problem:

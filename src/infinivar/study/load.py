@@ -1,4 +1,4 @@
-"""From a study file to a frozen `Study`: read, lay over the shipped sets, validate, build."""
+"""Load a study file into a frozen `Study`: read it, lay it over the shipped sets, validate, build."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ _TOP = (
 )  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
-"""Faults listed at once."""
+"""Most faults listed at once."""
 
 _MOST_BYTES = 4_000_000
-"""Of a study: a hundred times the largest there is."""
+"""Largest study file; a hundred times the largest known one."""
 
 _LONGEST_DESCRIPTION = 10_000
-"""Letters."""
+"""Characters."""
 
 
 def load_study(path: str | Path) -> Study:
@@ -46,8 +46,8 @@ def load_study(path: str | Path) -> Study:
 
     Parameters
     ----------
-    path : str or Path   TOML file, which `infinivar schema` and the documentation describe, or the name of a shipped study,
-        such as "hand_controller". A file of that name in the folder goes before.
+    path : str or Path   TOML file, described by `infinivar schema` and the documentation, or the name of a shipped study,
+        such as "hand_controller". A file of that name in the current folder takes precedence.
 
     Returns
     -------
@@ -56,8 +56,8 @@ def load_study(path: str | Path) -> Study:
     Raises
     ------
     InputError
-        If the file cannot be read or says something that cannot be; the message names file, field, value and what
-        would be right, one line for each fault.
+        If the file cannot be read or is invalid; the message has one line per fault, with file, field, value and what
+        would be right.
     """
     path = study_file(Path(path))
     raw = _read(path)
@@ -68,11 +68,11 @@ def load_study(path: str | Path) -> Study:
     except StudyError as problems:
         lines = [f"{printable(path)}: {line}" for line in problems.lines[:_MOST]]
         more = len(problems.lines) - len(lines)
-        raise InputError("\n".join([*lines, f"and {more} more"] if more else lines)) from None
+        raise InputError("\n".join([*lines, f"... and {more} more faults"] if more else lines)) from None
 
 
 def _read(path: Path) -> Raw:
-    """Tables of a study file as written."""
+    """Read the tables of a study file, as written."""
     content = files.read(path, _MOST_BYTES)
     try:
         return tomllib.loads(content.decode("utf-8-sig"))
@@ -85,7 +85,7 @@ def _read(path: Path) -> Raw:
 
 
 def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) -> Study:
-    """Study from the nested tables of a study file; `origin` is the source of values that name none."""
+    """Build a study from the nested tables of its file; `origin` is the source of values that state none."""
     _check_top(raw)
     loading = _Loading(raw, origin, path)
     requirement = loading.requirement()
@@ -96,7 +96,10 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     rig = loading.rig()
     if loading.faults or requirement is None:
         raise StudyError(*loading.faults)
-    warnings = [*loading.remarks.warnings, *(f"duty.{task}: {said}" for task in duty for said in duty[task].warnings)]
+    warnings = [
+        *loading.remarks.warnings,
+        *(f"duty.{task}: {warning}" for task in duty for warning in duty[task].warnings),
+    ]
     return Study(
         name=name,
         title=raw.get("title", name),
@@ -107,7 +110,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         scenarios=scenarios,
         duty=duty,
         rig=rig,
-        # Spreads refer to values of the drives, so they are read only when these have no faults.
+        # Spreads refer to values of the drives, so they are read only if the drives are valid.
         uncertainty=uncertainty_from(raw.get("uncertainty", {}), raw.get("correlations", []), drives, origin),
         provenance=tuple(loading.rows),
         reconstruction=tuple(loading.remarks.reconstruction.values()),
@@ -117,10 +120,10 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
 
 
 def _check_top(raw: Raw) -> None:
-    """Keys, texts and tables at the top of a study; the first fault is raised."""
+    """Check the top-level keys, texts and tables of a study; raise the first fault."""
     for key in raw:
         if key not in _TOP:
-            raise StudyError(f"{printable(key)} is not a known key{nearest(key, _TOP)}; a study has {', '.join(_TOP)}")
+            raise StudyError(f"{printable(key)} is not a known key{nearest(key, _TOP)}; known keys: {', '.join(_TOP)}")
     _check_text(raw, "title", LONGEST_TITLE)
     _check_text(raw, "description", _LONGEST_DESCRIPTION, lines=True)
     for key in ("scenarios", "duty"):
@@ -136,14 +139,14 @@ def _check_top(raw: Raw) -> None:
 def _check_text(raw: Raw, key: str, longest: int, *, lines: bool = False) -> None:
     text = raw.get(key, "")
     if not isinstance(text, str) or len(text) > longest:
-        raise StudyError(f"{key} = {quoted(text)} must be text of up to {longest} letters")
+        raise StudyError(f"{key} = {quoted(text)} must be text of at most {longest} characters")
     if not (text.replace("\n", "") if lines else text).isprintable():
         raise StudyError(f"{key} = {quoted(text)} must be text without control characters")
 
 
 @dataclass(slots=True)
 class _Loading:
-    """A study being loaded, section by section: faults are collected, so that all are reported at once."""
+    """A study being loaded, section by section; faults are collected and reported together."""
 
     raw: Raw
     origin: str
@@ -154,7 +157,7 @@ class _Loading:
 
     @contextlib.contextmanager
     def collecting(self) -> Iterator[None]:
-        """Collect the faults raised within; what is left undone there is missing from the study."""
+        """Collect the faults raised within; values that could not be built are missing from the study."""
         try:
             yield
         except StudyError as found:
@@ -169,7 +172,7 @@ class _Loading:
         return None
 
     def drives(self) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Drives and their titles, by name."""
+        """Build the drives and their titles, by name."""
         drives, titles = {}, {}
         for drive, description in self.raw["drives"].items():
             where = f"drives.{drive}"
@@ -179,11 +182,11 @@ class _Loading:
                 kind = _type_of(tree, where)
                 titles[drive] = tree.pop("title", drive)
                 drives[drive] = built(DRIVES[kind], tree, where, drive, self.rows)
-                self.remarks.warnings.extend(f"{where}.transmission: {said}" for said in _overstress(drives[drive]))
+                self.remarks.warnings.extend(f"{where}.transmission: {excess}" for excess in _overstress(drives[drive]))
         return drives, titles
 
     def tasks(self, group: str, kind: type, load_mass: float | None) -> dict[str, Any]:
-        """Scenarios or duty cycles by name; one that states no load mass gets the requirement's."""
+        """Build the scenarios or duty cycles, by name; the load mass defaults to the requirement's."""
         made = {}
         for task, description in self.raw.get(group, {}).items():
             with self.collecting():
@@ -207,19 +210,19 @@ def _table(value: object, where: str) -> Raw:
 
 
 def _overstress(drive: Drive) -> Iterator[str]:
-    """What the preload of a wheel exceeds, in words."""
+    """Yield a phrase for each stress limit that the wheel's preload exceeds."""
     if isinstance(drive, CoboticDrive):
         for limit, demand in drive.transmission.utilisation.items():
             if demand > 1.0:
-                yield f"{limit.words}, {demand:.2f} times what is allowed; see: infinivar contact"
+                yield f"{limit.words} exceeded, {demand:.2f} times the limit; run infinivar contact for details"
 
 
 def _task(
     description: object, group: str, kind: type, name: str, origin: str, path: Path | None
 ) -> Scenario | DutyCycle:
-    """Scenario or duty cycle from its table; files that it names lie beside the study."""
+    """Build a scenario or duty cycle from its table; file paths are relative to the study."""
     where = f"{group}.{name}"
-    # What is asked for is no fact with a source, so nothing is noted of where its values come from.
+    # Tasks are requests, not facts with a source, so their provenance is not recorded.
     tree = over_base(annotated(_table(description, where), where, origin), where, Remarks())
     for table in (tree, tree.get("motion", {}), tree.get("force", {})):
         file = table.get("file")
@@ -229,18 +232,18 @@ def _task(
 
 
 def _check_name(group: str, drive: str, others: Iterable[str]) -> None:
-    """Names of drives and scenarios become names of files."""
+    """Refuse names that cannot become file names."""
     if not _NAME.fullmatch(drive):
-        raise StudyError(f"{group}.{short(repr(drive))} must be named with up to 64 letters, digits, - and _ only")
+        raise StudyError(f"{group}.{short(repr(drive))} must have a name of at most 64 letters, digits, - and _")
     twin = next((other for other in others if other.lower() == drive.lower()), drive)
     if twin != drive:
         raise StudyError(
-            f"{group}.{drive} and {group}.{twin} differ in case only, which not every file system tells apart"
+            f"{group}.{drive} and {group}.{twin} differ only in case; rename one, as some file systems ignore case"
         )
 
 
 def _type_of(tree: Raw, where: str) -> str:
-    """Take the type out of a drive's table; where there is none, a misspelt key may be why."""
+    """Pop the type from a drive's table; if it is missing, report misspelt keys first."""
     kind = tree.pop("type", None)
     if kind in DRIVES:
         return kind
@@ -248,17 +251,17 @@ def _type_of(tree: Raw, where: str) -> str:
         raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(DRIVES)}{nearest(kind, DRIVES)}")
     known = dict.fromkeys(key for part in DRIVES.values() for key in keys(part))
     unknown = [f"{where}.{printable(key)} is not a known key{nearest(key, known)}" for key in tree if key not in known]
-    missing = f"{where}.type is missing: must be {' or '.join(DRIVES)}, unless base names a shipped drive"
+    missing = f"{where}.type is missing: write {' or '.join(DRIVES)}, or name a shipped drive as base"
     raise StudyError(*(unknown or [missing]))
 
 
 def shipped_study(name: str) -> Study:
-    """Study of everything in a shipped parameter set: its requirement, all its drives, scenarios and duty cycles.
+    """Return a study of a whole shipped parameter set: its requirement, drives, scenarios and duty cycles.
 
     Raises
     ------
     InputError
-        If there is no such set.
+        If no set has that name.
     """
     shipped = parameter_set(name)
     drives = {drive: {"base": f"{name}.{drive}"} for drive in shipped["drives"]}

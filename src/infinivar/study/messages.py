@@ -1,4 +1,4 @@
-"""What is wrong with a study file, in one short line each: field, value, what would be right."""
+"""Fault messages of study files: one short line each, with field, value and what would be right."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from infinivar.errors import printable
 
 
 class StudyError(Exception):
-    """Faults found in a study, each "field = value must be ..."; the caller adds the file."""
+    """Faults found in a study, each of the form "field = value must be ..."; the caller adds the file."""
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """The faults, a line each."""
+        """The faults, one line each."""
         return self.args
 
 
 def quoted(value: Any) -> str:
-    """A value about as the file has it, on one short line."""
+    """Show a value roughly as written in the file, on one short line."""
     if isinstance(value, str):
         return short(f'"{printable(value)}"')
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**60:
@@ -26,5 +26,5 @@ def quoted(value: Any) -> str:
 
 
 def short(text: str) -> str:
-    """Text cut in the middle if it is long."""
+    """Cut long text in the middle."""
     return text if len(text) <= 80 else f"{text[:60]} ... {text[-15:]}"

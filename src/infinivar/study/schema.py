@@ -1,8 +1,8 @@
-"""Tables of study files, made from the dataclasses of parts and drives.
+"""Tables of study files, derived from the dataclasses of parts and drives.
 
-A field's unit, range and meaning are written once, at the dataclass (`infinivar._core.fields`); the keys of the table, what
-reads them, their JSON Schema and their error messages follow from there. The JSON Schema is put together by pydantic, which
-loading a study does without: importing it takes as long as the rest of loading.
+A field's unit, range and meaning are written once, in the dataclass (`infinivar._core.fields`); table keys, parsers, JSON
+Schema and error messages derive from them. Pydantic assembles the JSON Schema; loading a study does not import it, because
+the import takes as long as the rest of loading.
 """
 
 from __future__ import annotations
@@ -37,38 +37,38 @@ if TYPE_CHECKING:
     import pydantic
 
 KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
-"""Where a number comes from: printed in a paper, a data sheet, computed from others, fitted to data, or assumed."""
+"""Origin of a number: stated in a paper, taken from a data sheet, derived from others, fitted to data, or assumed."""
 
 DRIVES: dict[str, type] = {"cobotic": CoboticDrive, "conventional": ConventionalDrive}
-"""Drive types by the word that names them in a study file."""
+"""Drive types by their name in a study file."""
 
 CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
-"""Values that a field accepts, by the word with which a study asks for them."""
+"""Values that a field accepts, by their name in a study file."""
 
 CATALOGUES: dict[Any, Any] = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
-"""Parts that a table can take from a catalogue, and which."""
+"""Catalogue of each kind of part."""
 
 HEAD = ("base", "title", "type")
-"""Keys at the head of a drive's table that steer how it is read."""
+"""Keys of a drive's table that control how it is read."""
 
 SPREAD = {
-    "tolerance": "To either side of the value; every value within is as likely. Percent are of the value",
-    "deviation": "Standard deviation of a normal distribution about the value. Percent are of the value",
-    "low": "Least value of a range in which every value is as likely",
-    "high": "Largest value of that range",
+    "tolerance": "Half-width of a uniform distribution about the value; a percentage refers to the value",
+    "deviation": "Standard deviation of a normal distribution about the value; a percentage refers to the value",
+    "low": "Lower end of a uniform distribution",
+    "high": "Upper end of a uniform distribution",
 }
-"""Keys of a table that says how far a value may be off."""
+"""Keys of a table that states a spread."""
 
 SHAPE = "shape"
-"""Key that tells of which kind a motion or a force is."""
+"""Key that selects the kind of a motion or force."""
 
 ORIGIN = ("kind", "where")
-"""Keys of any table that say where its values come from."""
+"""Keys of any table that state the origin of its values."""
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One value of a study file: in SI, as written, and where it comes from."""
+    """One value of a study file: in SI, as written, and its origin."""
 
     value: Any
     written: Any
@@ -78,7 +78,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A key of a table: of a value, with what reads it and its JSON Schema, or of the table of a part."""
+    """A key of a table: either a value, with its parser and JSON Schema, or the table of a part."""
 
     read: Callable[[Any], Entry] | None = None
     schema: dict[str, Any] | None = None
@@ -88,7 +88,7 @@ class Key:
 
 
 def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
-    """Entry from a bare value or from a table with value, unit, kind and where; `read` turns text into a value."""
+    """Parse a bare value or a table with value, unit, kind and where; `read` converts the raw value."""
     if not isinstance(raw, dict):
         return Entry(_read(read, raw, None), raw)
     if "value" not in raw:
@@ -98,9 +98,9 @@ def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
             raise ValueError(f"has an unknown key {key!r}{nearest(key, ['value', 'unit', 'kind', 'where'])}")
     kind, where, unit = raw.get("kind"), raw.get("where"), raw.get("unit")
     if kind is not None and kind not in KINDS:
-        raise ValueError(f"must have a kind of {', '.join(KINDS)}, got {kind!r}")
+        raise ValueError(f"must have one of {', '.join(KINDS)} as kind, got {kind!r}")
     if where is not None and not isinstance(where, str):
-        raise ValueError(f"must have its source as text in where, got {where!r}")
+        raise ValueError(f"must have text as where, naming the source, got {where!r}")
     written = raw["value"] if unit is None else f"{raw['value']} {unit}"
     return Entry(_read(read, raw["value"], unit), written, kind, where)
 
@@ -113,7 +113,7 @@ def _read(read: Callable[[Any, str | None], Any], raw: Any, unit: str | None) ->
 
 
 def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key:
-    """Key of one value; its JSON Schema offers the bare value and the table with provenance."""
+    """Return the key of one value; its JSON Schema allows a bare value or a table with provenance."""
     table = {
         "type": "object",
         "required": ["value"],
@@ -130,7 +130,7 @@ def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key
 
 @functools.cache
 def example(unit: str, bound: Bound) -> str:
-    """A well-written value of a field."""
+    """Return a valid example value of a field."""
     usual = units.EXAMPLES[unit]
     if fits(bound, units.parse(usual, unit)):
         return usual
@@ -143,7 +143,7 @@ def _quantity(unit: str, bound: Bound) -> Key:
     def read(raw: Any, written_unit: str | None) -> float:
         if written_unit is not None:
             if isinstance(raw, bool) or not isinstance(raw, (int, float)):
-                raise InputError("must have a bare number as value when unit is given")
+                raise InputError("must have a plain number as value when unit is given")
             raw = f"{raw!r} {written_unit}"
         value = units.parse(raw, unit, well)
         try:
@@ -159,7 +159,7 @@ def _quantity(unit: str, bound: Bound) -> Key:
 
 
 def _choice(options: tuple[Any, ...], values: Mapping[str, Any] | None = None) -> Key:
-    """Key of one of several words; `values` are what they stand for, if not for themselves."""
+    """Return the key of a choice between words; `values` maps the words to what they stand for, if given."""
 
     def read(raw: Any, unit: str | None) -> Any:
         if unit is not None or raw not in options or isinstance(raw, bool):
@@ -182,7 +182,7 @@ def _text() -> Key:
 
 
 def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
-    """Key of a table for a field of a dataclass."""
+    """Return the table key of a dataclass field."""
     if "unit" in field.metadata:
         return _quantity(field.metadata["unit"], field.metadata["bound"])
     part = part_of(hint)
@@ -196,36 +196,36 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
 
 
 def part_of(hint: Any) -> type | None:
-    """The dataclass with a table of its own that a type hint names, if it names one."""
+    """Return the dataclass in a type hint that has a table of its own, if any."""
     kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
     return next((kind for kind in kinds if dataclasses.is_dataclass(kind) and described(kind)), None)  # type: ignore[arg-type, return-value]
 
 
 def described(part: type) -> list[dataclasses.Field[Any]]:
-    """Fields of a part that a table gives as they are; those that follow from others, or come in kinds, are left out."""
+    """Return the fields of a part that a table states directly: neither derived from others nor coming in kinds."""
     found = (field for field in dataclasses.fields(part) if field.init)
     return [field for field in found if "meaning" in field.metadata and "kinds" not in field.metadata]
 
 
 def in_kinds(part: type) -> list[dataclasses.Field[Any]]:
-    """Fields of a part whose value is one of several kinds, told by the word in `shape`."""
+    """Return the fields of a part whose value comes in several kinds, selected by `shape`."""
     return [field for field in dataclasses.fields(part) if "kinds" in field.metadata]
 
 
 def kind_keys(field: dataclasses.Field[Any]) -> list[str]:
-    """`shape`, and every key of a field's kinds."""
+    """Return `shape` and every key of a field's kinds."""
     kinds = field.metadata["kinds"].values()
     return [SHAPE, *dict.fromkeys(key for kind in kinds for key in table_keys(kind))]
 
 
 @functools.cache
 def shape_key(words: tuple[str, ...]) -> Key:
-    """The key that tells the kind."""
-    return replace(_choice(words), meaning="Kind: what the other keys are depends on it")
+    """Return the key that selects the kind."""
+    return replace(_choice(words), meaning="Kind; determines which other keys apply")
 
 
 def keys(part: type) -> list[str]:
-    """Every key that the table of a part may have."""
+    """Return every key that the table of a part may have."""
     kinds = [key for field in in_kinds(part) for key in (kind_keys(field) if field.metadata["flat"] else [field.name])]
     known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
     return [
@@ -236,21 +236,23 @@ def keys(part: type) -> list[str]:
 
 @functools.cache
 def table_keys(part: type) -> dict[str, Key]:
-    """Keys of the table that describes a part, a drive or the requirement."""
+    """Return the keys of the table of a part, a drive or the requirement."""
     found: dict[str, Key] = {}
     for one in described(part):
         required = one.default is dataclasses.MISSING and one.default_factory is dataclasses.MISSING
         key = _key(hints(part)[one.name], one)
         found[one.name] = replace(key, required=required, meaning=one.metadata.get("meaning", ""))
     if part is Motor:
-        meaning = "Identical motors on one shaft (may be fractional): scales torque, currents, inertia and mass"
+        meaning = (
+            "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia and mass"
+        )
         found["scale"] = replace(_quantity("1", Gt(0)), meaning=meaning)
     return found
 
 
 @functools.cache
 def table(part: type) -> type[pydantic.BaseModel]:
-    """Pydantic model of the same table, for its JSON Schema."""
+    """Build a Pydantic model of the same table, for its JSON Schema."""
     import pydantic
 
     fields: dict[str, Any] = {
@@ -266,25 +268,25 @@ def table(part: type) -> type[pydantic.BaseModel]:
 
 
 def _kinds_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
-    """JSON Schemas of every key of a field's kinds, and of the one that tells them apart."""
+    """Return the JSON Schemas of every key of a field's kinds, including `shape`."""
     kinds = field.metadata["kinds"]
     shape = shape_key(tuple(kinds))
     properties: dict[str, Any] = {SHAPE: {**(shape.schema or {}), "description": shape.meaning}}
     for word, kind in kinds.items():
         for name, key in table_keys(kind).items():
-            said = f"{word}: {key.meaning}"
+            meaning = f"{word}: {key.meaning}"
             before = properties.get(name)
             properties[name] = {
                 **(key.schema or {}),
-                "description": f"{before['description']}; {said}" if before else said,
+                "description": f"{before['description']}; {meaning}" if before else meaning,
             }
     return properties
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON Schema (draft 2020-12) of a study file, for editors.
+    """Return the JSON Schema (draft 2020-12) of a study file, for editors.
 
-    Editors check words and ranges of a file that is being written; a field that a base may supply is not required.
+    Editors use it to check words and ranges while the file is written; fields that a base may supply are not required.
     """
     definitions: dict[str, Any] = {}
     for part in (Requirement, Scenario, DutyCycle, Rig, *DRIVES.values()):
@@ -305,15 +307,15 @@ def json_schema() -> dict[str, Any]:
                 "additionalProperties": False,
             }
     origin = {
-        "kind": {"enum": list(KINDS), "description": "Kind of every value in this table that names none"},
-        "where": {"type": "string", "description": "Source of every value in this table that names none"},
+        "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
+        "where": {"type": "string", "description": "Default source of the values in this table"},
     }
     for schema in definitions.values():
         schema.pop("required", None)
         for field in schema["properties"].values():
             field.pop("default", None)
         schema["properties"].update(origin)
-    # A spread stands where the drive has the value: text, a table of a spread, or a table of further spreads.
+    # A spread has the same path as the value in the drive: text, a table of one spread, or a table of further spreads.
     size = {"anyOf": [{"type": "string"}, {"type": "number"}]}
     definitions["Spreads"] = {
         "type": "object",
@@ -343,7 +345,7 @@ def json_schema() -> dict[str, Any]:
         "properties": {
             "extends": {
                 "type": "string",
-                "description": "Study file from which this one takes everything it does not say",
+                "description": "Study file to start from; values in this file override it",
             },
             "title": {"type": "string", "description": "Headline of the report"},
             "description": {"type": "string", "description": "What is compared and why"},
@@ -357,28 +359,28 @@ def json_schema() -> dict[str, Any]:
             },
             "scenarios": {
                 "type": "object",
-                "description": "Runs in time for simulation, by name",
+                "description": "Runs to simulate, by name",
                 "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
                 "additionalProperties": {"$ref": "#/$defs/Scenario"},
             },
             "duty": {
                 "type": "object",
-                "description": "Motions that the drives repeat, by name: energy, limits and heat over each are compared",
+                "description": "Repeated motions, by name, over which energy, limits and heat are compared",
                 "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
                 "additionalProperties": {"$ref": "#/$defs/DutyCycle"},
             },
             "rig": {"$ref": "#/$defs/Rig"},
             "uncertainty": {
                 "type": "object",
-                "description": "How far values of the drives may be off: tables as those of the drives, by drive",
+                "description": "Spreads of the drives' values: one table per drive, with the keys of that drive",
                 "properties": {
-                    "draws": {"type": "integer", "description": "Builds to draw of each drive, a power of two"}
+                    "draws": {"type": "integer", "description": "Number of samples per drive, a power of two"}
                 },
                 "additionalProperties": {"$ref": "#/$defs/Spreads"},
             },
             "correlations": {
                 "type": "array",
-                "description": "Values of a drive that are off together",
+                "description": "Correlations between two spreads of a drive",
                 "items": {
                     "type": "object",
                     "required": ["drive", "between", "value"],

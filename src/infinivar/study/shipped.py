@@ -1,4 +1,4 @@
-"""What ships with the package: parameter sets, one TOML a source, and the example studies."""
+"""Data shipped with the package: parameter sets, one TOML file per source, and the example studies."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from infinivar.errors import InputError, nearest, printable
 
 _INSTALLED = Path(__file__).parent / "shipped_studies"
 _CHECKOUT = Path(__file__).parents[3] / "studies"
-"""The studies lie at the root of the repository, from where they are built into the wheel."""
+"""The studies are in the root of the repository; the build copies them into the wheel."""
 
 _LONGEST = 64
-"""Letters of what may be meant as the name of a shipped study."""
+"""Longest text, in characters, that may be meant as the name of a shipped study."""
 
 
 def parameter_sets() -> tuple[str, ...]:
-    """Names of the shipped parameter sets."""
+    """Return the names of the shipped parameter sets."""
     files = resources.files("infinivar.study") / "sets"
     return tuple(sorted(file.name.removesuffix(".toml") for file in files.iterdir() if file.name.endswith(".toml")))
 
 
 def parameter_set(name: str) -> dict[str, Any]:
-    """Nested tables of a shipped parameter set, as written.
+    """Return the nested tables of a shipped parameter set, as written.
 
     Raises
     ------
     InputError
-        If there is no such set; the message lists those there are.
+        If no set has that name; the message lists the shipped sets.
     """
     if name not in parameter_sets():
         raise InputError(
             f"{name!r} is not a shipped parameter set{nearest(name, parameter_sets())}; "
-            f"there is {', '.join(parameter_sets())}"
+            f"shipped sets: {', '.join(parameter_sets())}"
         )
     return copy.deepcopy(_parsed(name))
 
@@ -48,18 +48,20 @@ def _parsed(name: str) -> dict[str, Any]:
 
 
 def shipped_studies() -> dict[str, Path]:
-    """Files of the shipped studies by name."""
+    """Return the files of the shipped studies, by name."""
     folder = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
     return {file.stem: file for file in sorted(folder.glob("*.toml"))}
 
 
 def study_file(path: Path) -> Path:
-    """The file at a path, or else the shipped study of that name.
+    """Return the file at a path, or else the shipped study of that name.
+
+    Any other path is returned unchanged.
 
     Raises
     ------
     InputError
-        If the path is a bare name of neither; the message lists the shipped studies. Any other path is returned as it is.
+        If a bare name matches neither; the message lists the shipped studies.
     """
     name = str(path)
     known = shipped_studies()
@@ -68,5 +70,5 @@ def study_file(path: Path) -> Path:
     if path.suffix or path.name != name or len(name) > _LONGEST or os.path.exists(path):  # noqa: PTH110 (Path.exists raises on odd names)
         return path
     raise InputError(
-        f"{printable(name)}: is neither a file nor a shipped study{nearest(name, known)}; shipped are {', '.join(known)}"
+        f"{printable(name)}: neither a file nor a shipped study{nearest(name, known)}; shipped studies: {', '.join(known)}"
     )

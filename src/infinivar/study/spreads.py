@@ -1,4 +1,4 @@
-"""How far the values of a study may be off: tolerances and standard deviations of its drives' parameters."""
+"""Spreads of a study: tolerances and standard deviations of its drives' parameters."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from infinivar.study.schema import KINDS, ORIGIN, SPREAD
 from infinivar.units import plain
 
 DRAWS = 1024
-"""Builds of each drive that `compare` draws, unless the study asks for another number."""
+"""Number of samples of each drive that `compare` draws, unless the study states another."""
 
 NORMAL_95 = 1.959963984540054
-"""Standard deviations to either side of an interval that holds 95 % of what is normally distributed."""
+"""Half-width, in standard deviations, of the central 95 % interval of a normal distribution."""
 
 _LEAST, _MOST = 16, 2**20
 _FORMS = tuple(SPREAD)
@@ -31,10 +31,10 @@ _WRITE = 'write "5 %", or a table with tolerance, deviation, or low and high'
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """How far one value of a drive may be off.
+    """Spread of one value of a drive.
 
-    Without a `deviation` every value from `low` to `high` is as likely; with one they are normally distributed about
-    `value`, cut off at `low` and `high`, the ends of what is permitted.
+    Without a `deviation`, the value is uniformly distributed from `low` to `high`; with one, it is normally distributed
+    about `value` and truncated at `low` and `high`, the ends of the permitted range.
     """
 
     owner: str
@@ -48,7 +48,7 @@ class Spread:
     where: str
 
     def at(self, share: Any) -> np.ndarray:
-        """Value that a share of builds, 0 to 1, does not exceed."""
+        """Return the quantile: the value that a share of the samples, 0 to 1, does not exceed."""
         if self.deviation is None:
             return self.low + np.asarray(share) * (self.high - self.low)
         from scipy.special import ndtr, ndtri
@@ -58,7 +58,7 @@ class Spread:
 
     @property
     def words(self) -> str:
-        """For people: "617.5 to 682.5 N", or "32000 ± 560 N (95 %)"."""
+        """Text for reports: "617.5 to 682.5 N", or "32000 ± 560 N (95 %)"."""
         if self.deviation is None:
             return f"{plain(self.low)} to {units.show(self.high, self.unit)}"
         return f"{plain(self.value)} ± {units.show(NORMAL_95 * self.deviation, self.unit, 2)} (95 %)"
@@ -66,13 +66,13 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Uncertainty:
-    """What a study says about how far its values may be off.
+    """Spreads of a study's values and their correlations.
 
     Attributes
     ----------
-    spreads        By drive.
-    correlations   Of two values of a drive, by drive and the two paths. [-]
-    draws          Builds to draw of each drive.
+    spreads        Spreads by drive.
+    correlations   Correlation between two values of a drive, by drive and the two paths. [-]
+    draws          Number of samples per drive.
     """
 
     spreads: Mapping[str, tuple[Spread, ...]] = field(default_factory=FrozenDict)
@@ -80,7 +80,7 @@ class Uncertainty:
     draws: int = DRAWS
 
     def correlation(self, drive: str) -> np.ndarray:
-        """Correlation matrix of the spreads of a drive. (k, k)"""
+        """Return the correlation matrix of the spreads of a drive. (k, k)"""
         paths = [spread.path for spread in self.spreads.get(drive, ())]
         matrix = np.eye(len(paths))
         for (owner, one, other), value in self.correlations.items():
@@ -91,12 +91,12 @@ class Uncertainty:
 
 
 def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], origin: str) -> Uncertainty:
-    """What the tables ``[uncertainty.DRIVE]`` and ``[[correlations]]`` say.
+    """Read the tables ``[uncertainty.DRIVE]`` and ``[[correlations]]``.
 
     Raises
     ------
     StudyError
-        Naming every fault.
+        If a spread or a correlation is invalid; lists every fault.
     """
     if not isinstance(raw, dict):
         raise StudyError(f"uncertainty = {quoted(raw)} must be tables [uncertainty.DRIVE]")
@@ -111,7 +111,7 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
             continue
         if drive not in drives:
             problems.append(
-                f"{where}: there is no such drive{nearest(drive, drives)}; the study has {', '.join(drives)}"
+                f"{where}: the study has no such drive{nearest(drive, drives)}; its drives: {', '.join(drives)}"
             )
         elif not isinstance(tree, dict):
             problems.append(f"{where} = {quoted(tree)} must be a table [{where}]")
@@ -128,36 +128,36 @@ def uncertainty_from(raw: Any, correlations: Any, drives: Mapping[str, Drive], o
     made = Uncertainty(spreads=FrozenDict(spreads), correlations=FrozenDict(pairs), draws=draws)
     for drive in spreads:
         if np.linalg.eigvalsh(made.correlation(drive)).min(initial=1.0) <= 1e-10:
-            raise StudyError(f"correlations of {drive} exclude one another: their matrix is not positive definite")
+            raise StudyError(f"correlations of {drive} contradict each other: their matrix is not positive definite")
     return made
 
 
 def _is_count(draws: Any) -> bool:
-    """Whether it is a number of builds that the sequence of samples allows."""
+    """Whether a number of samples is a power of two within the limits, as the Sobol sequence requires."""
     if isinstance(draws, bool) or not isinstance(draws, int):
         return False
     return _LEAST <= draws <= _MOST and draws & (draws - 1) == 0
 
 
 def _spreads(drive: str, tree: Mapping[str, Any], origin: str, owner: Drive, problems: list[str]) -> Iterator[Spread]:
-    """Spreads of one drive; a fault goes to the problems."""
+    """Yield the spreads of one drive; append faults to `problems`."""
     fields = quantities_of(owner)
     for path, written, kind, source in leaves(tree, "", "assumed", origin):
         try:
             yield _spread(drive, path, written, kind, source, owner, fields)
         except InputError as problem:
-            problems.append(f"uncertainty.{printable(drive)}.{printable(path)}{_said(written)} {problem}")
+            problems.append(f"uncertainty.{printable(drive)}.{printable(path)}{_shown(written)} {problem}")
 
 
 def is_group(table: Any) -> bool:
-    """Whether it holds spreads, rather than being one."""
+    """Whether a table contains spreads, rather than being one."""
     return isinstance(table, dict) and not any(form in table for form in _FORMS)
 
 
 def leaves(
     tree: Mapping[str, Any], path: str = "", kind: Any = "assumed", where: Any = ""
 ) -> Iterator[tuple[str, Any, Any, Any]]:
-    """Every spread in a table: its dotted path, what is written, and the kind and source that hold for it."""
+    """Yield every spread in a table: its dotted path, its value as written, its kind and its source."""
     kind, where = tree.get("kind", kind), tree.get("where", where)
     for key, value in tree.items():
         if key in ORIGIN:
@@ -182,7 +182,7 @@ def _spread(
         raise InputError(f"has an unknown key {unknown[0]!r}{nearest(unknown[0], _FORMS)}; {_WRITE}")
     given = {key: _size(table[key], unit, value, key) for key in _FORMS if key in table}
     if set(given) not in ({"tolerance"}, {"deviation"}, {"low", "high"}):
-        raise InputError(f"must be given one way: {_WRITE}")
+        raise InputError(f"must be stated in exactly one way: {_WRITE}")
     deviation = given.get("deviation")
     low, high = _range(given, unit, value) if deviation is None else permitted(bound, value)
     if deviation is None:
@@ -195,31 +195,33 @@ def _spread(
 
 
 def _check_spread(drive: str, path: str, kind: Any, where: Any, fields: Mapping[str, Any]) -> None:
-    """Refuse a spread of no known value or of no proper origin."""
+    """Refuse a spread of an unknown value, or one with an invalid origin."""
     if path not in fields:
-        raise InputError(f"is no value that drives.{drive} has{nearest(path, fields)}")
+        raise InputError(f"is not a value of drives.{drive}{nearest(path, fields)}")
     if path.startswith("control."):
-        raise InputError("means nothing: neither steady operation nor prescribed motion depends on controllers")
+        raise InputError(
+            "has no effect: neither steady operation nor prescribed motion depends on controllers; remove it"
+        )
     if kind not in KINDS:
-        raise InputError(f"must have a kind of {', '.join(KINDS)}, got {quoted(kind)}")
+        raise InputError(f"must have one of {', '.join(KINDS)} as kind, got {quoted(kind)}")
     if not isinstance(where, str):
-        raise InputError(f"must have its source as text in where, got {quoted(where)}")
+        raise InputError(f"must have text as where, naming the source, got {quoted(where)}")
 
 
 def _range(given: Mapping[str, float], unit: str, value: float) -> tuple[float, float]:
-    """Ends of a spread in which every value is as likely."""
+    """Return the ends of a uniform spread."""
     if "tolerance" in given:
         return value - given["tolerance"], value + given["tolerance"]
     low, high = given["low"], given["high"]
     if not low < high:
         raise InputError("must have low below high")
     if not low <= value <= high:
-        raise InputError(f"leaves out the value itself, {units.show(value, unit)}")
+        raise InputError(f"must include the value itself, {units.show(value, unit)}")
     return low, high
 
 
 def _size(written: Any, unit: str, value: float, key: str) -> float:
-    """A tolerance or a value in SI; percent of the value where it is written so."""
+    """Convert a tolerance or a value to SI; a percentage refers to the value."""
     text = written.strip() if isinstance(written, str) else written
     if isinstance(text, str) and text.endswith("%") and key in ("tolerance", "deviation"):
         size = units.parse(text, "1") * abs(value)
@@ -248,7 +250,7 @@ def _pair(
 ) -> tuple[tuple[str, str, str], float]:
     known = [spread.path for spread in spreads.get(drive, ())] if isinstance(drive, str) else []
     if not known:
-        raise InputError(f"drive = {quoted(drive)} must be one with a table [uncertainty.DRIVE]")
+        raise InputError(f"drive = {quoted(drive)} must be a drive with a table [uncertainty.DRIVE]")
     pair = isinstance(between, list) and len(between) == 2 and all(one in known for one in between)
     if not pair or between[0] == between[1]:
         raise InputError(f"between = {quoted(between)} must be two of {', '.join(known)}")
@@ -257,5 +259,5 @@ def _pair(
     return (drive, between[0], between[1]), float(value)
 
 
-def _said(written: Any) -> str:
+def _shown(written: Any) -> str:
     return "" if isinstance(written, dict) else f" = {quoted(written)}"

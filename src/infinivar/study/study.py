@@ -1,4 +1,4 @@
-"""A study: the requirement, the drives that compete for it, and where each of their numbers comes from."""
+"""A study: the requirement, the drives to compare, and the provenance of each of their values."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.spreads import Uncertainty
 
-DEFAULT = "default of the program"
-"""Source of values that nobody gave."""
+DEFAULT = "program default"
+"""Source of values that the study does not state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """Where one value comes from."""
+    """Provenance of one value."""
 
     owner: str
-    """Drive the value belongs to, or "requirement"."""
+    """Drive that the value belongs to, or "requirement"."""
     field: str
     """Path of the field in the owner's table, such as "transmission.preload"."""
     written: str
@@ -33,7 +33,7 @@ class Provenance:
     value: Any
     """The value in SI, or the word chosen."""
     unit: str
-    """SI unit, "1" for pure numbers, "" for words."""
+    """SI unit; "1" for pure numbers, "" for words."""
     kind: str
     """stated, catalogue, derived, fitted or assumed."""
     where: str
@@ -42,22 +42,22 @@ class Provenance:
 
 @result
 class Study(Frozen):
-    """What a study file says, ready to compute with.
+    """Contents of a study file, ready to compute with.
 
     Attributes
     ----------
-    name : str            Stem of the file, or a name given.
+    name : str            Stem of the file name, or a given name.
     title, description    Headline and explanation for reports.
-    requirement           Force-speed-power region to cover.
+    requirement           Required region of force, speed and power.
     drives                Drive-trains by name, in the order of the file.
-    titles                Their names for reports.
-    scenarios             Runs in time for simulation, by name.
-    duty                  Motions that the drives repeat, by name.
-    rig                   On which a transmission is measured.
-    uncertainty           How far values of the drives may be off.
-    provenance            One record a value.
-    reconstruction        Statements of the parameter sets used about what in them is reconstructed; may be empty.
-    warnings              What looks like an oversight, though it can be computed.
+    titles                Titles of the drives in reports.
+    scenarios             Runs to simulate, by name.
+    duty                  Duty cycles (repeated motions), by name.
+    rig                   Test rig for a transmission.
+    uncertainty           Spreads of the drives' values.
+    provenance            One record per value.
+    reconstruction        Statements of the parameter sets used on what they reconstruct; may be empty.
+    warnings              Valid input that looks like an oversight.
     """
 
     name: str
@@ -76,18 +76,18 @@ class Study(Frozen):
     path: Path | None = None
 
     def __post_init__(self) -> None:
-        """Freeze; drives without a title go by their name."""
-        titles = _told_apart({name: self.titles.get(name, name) for name in self.drives})
+        """Freeze; the title of a drive defaults to its name."""
+        titles = _distinct({name: self.titles.get(name, name) for name in self.drives})
         object.__setattr__(self, "titles", titles)
         Frozen.__post_init__(self)
 
     def with_drives(self, names: Iterable[str]) -> Study:
-        """The study with these drives only, in its own order.
+        """Return the study restricted to these drives, in the study's order.
 
         Raises
         ------
         InputError
-            If there is none of a name.
+            If the study has no drive of a given name.
         """
         wanted = {name: self.drive(name) for name in names}
         dropped = set(self.drives) - set(wanted)
@@ -99,20 +99,20 @@ class Study(Frozen):
         )
 
     def drive(self, name: str) -> Drive:
-        """The drive of that name.
+        """Return a drive by name.
 
         Raises
         ------
         InputError
-            If there is none; the message names those that there are.
+            If no drive has that name; the message lists the drives.
         """
         if name not in self.drives:
-            known = f"the study has {', '.join(self.drives)}"
-            raise InputError(f"there is no drive {name!r}{nearest(name, self.drives)}; {known}")
+            known = f"its drives: {', '.join(self.drives)}"
+            raise InputError(f"the study has no drive {name!r}{nearest(name, self.drives)}; {known}")
         return self.drives[name]
 
 
-def _told_apart(titles: dict[str, str]) -> dict[str, str]:
-    """Titles, with the name behind those that several drives share (those of one base do)."""
+def _distinct(titles: dict[str, str]) -> dict[str, str]:
+    """Append the drive's name to titles that several drives share, as drives of the same base do."""
     every = list(titles.values())
     return {name: title if every.count(title) == 1 else f"{title} ({name})" for name, title in titles.items()}
