@@ -165,6 +165,18 @@ def test_walking_scales_with_mass_and_lever():
     assert_allclose(other.course.force_rate, 0.25 * one.course.force_rate, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("joint", ["ankle", "knee", "hip"])
+def test_a_quicker_stride_bends_the_joint_as_far(joint):
+    """The joint passes through the same angles under the same moments, only sooner: the speed rises, not the range falls."""
+    usual = Walking(**{**KNEE, "joint": joint})
+    quick = Walking(**{**KNEE, "joint": joint, "stride_time": 0.55})
+    share = np.linspace(0.0, 1.0, 50)
+    (there, speed), (far, fast) = usual.derivatives(1.1 * share, 1), quick.derivatives(0.55 * share, 1)
+    assert_allclose(far, there, rtol=1e-12, atol=1e-15)
+    assert_allclose(fast, 2.0 * speed, rtol=1e-12, atol=1e-12)
+    assert_allclose(quick.push(0.55 * share, 0)[0], usual.push(1.1 * share, 0)[0], rtol=1e-12)
+
+
 def test_recording_of_a_sinusoid_is_the_sinusoid(tmp_path):
     """Within the pass band: position, acceleration and snap as of the closed form, to what 201 rows carry."""
     made = DutyCycle(motion=Recording.read(record(tmp_path, wave()), cutoff=10.0), load_mass=0.8)

@@ -308,7 +308,7 @@ class Walking(PeriodicMotion):
     shape: ClassVar[str] = "walking"
     joint: Literal["ankle", "knee", "hip"] = component("Joint: ankle, knee or hip")
     body_mass: float = quantity("kg", Gt(0), "Body mass of the person")
-    stride_time: float = quantity("s", Gt(0), "Time of one stride (two steps)")
+    stride_time: float = quantity("s", Gt(0), "Time of one stride (two steps); it does not change the joint angles")
     lever_arm: float = quantity("m", Gt(0), "Lever arm of the drive about the joint")
     share: float = quantity("1", Interval(gt=0, le=1), "Share of the joint torque that the drive supplies", default=1.0)
 
@@ -332,7 +332,9 @@ class Walking(PeriodicMotion):
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
-        return self._series("speed").scaled(self.lever_arm).integral().derivatives(time, orders)
+        # A quicker stride turns the joint through the same angles.
+        quicker = _strides()["stride_time"] / self.stride_time
+        return self._series("speed").scaled(self.lever_arm * quicker).integral().derivatives(time, orders)
 
     def push(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return the joint's force on the load [N] and its derivatives up to an order."""
