@@ -179,7 +179,7 @@ def test_a_proportional_gearhead_is_taken_into_account(study):
     told = model.predict(drive, RIG, truth, model.known_values(drive))
     assert_allclose(told.motor_current, truth.motor_current, rtol=1e-9)
     found = calibrate(study, "cobotic-b", session(drive))
-    assert any("proportion to its load" in remark for remark in found.remarks)
+    assert any("proportional to its load" in remark for remark in found.remarks)
 
 
 def test_preloads_apart_tell_what_one_preload_cannot(drive):
@@ -210,7 +210,7 @@ def test_outliers_are_named_and_left_out(drive, study):
 def test_sensors_worse_than_said_widen_the_intervals(drive, study):
     found = calibrate(study, "cobotic", session(drive, 2, replace(RIG, current_noise=0.06)))
     assert 1.3 < found.fit.widened < 3.0
-    assert any("worse than [rig] says" in remark for remark in found.remarks)
+    assert any("worse than stated in [rig]" in remark for remark in found.remarks)
 
 
 def test_runs_proposed_narrow_what_is_told(drive):
