@@ -243,8 +243,8 @@ def test_what_the_drive_cannot_do_is_left_out(drive):
     assert len(done.data) == len(protocol) - 1
     assert (
         done.left_out
-        == (f"1:1 at {-45:.3g} deg, {0.5 * 78 / RIG.gravity:.3g} kg, 650 N: the motor needs 23.6 V of 21.5 V",)
-        or "the motor needs" in done.left_out[0]
+        == (f"1:1 at {-45:.3g} deg, {0.5 * 78 / RIG.gravity:.3g} kg, 650 N: the motor requires 23.6 V of 21.5 V",)
+        or "the motor requires" in done.left_out[0]
     )
     short = replace(RIG, travel=0.005)
     done = virtual_rig.experiment(drive, short, virtual_rig.protocol(drive, short, ratios=(1.0,)), simulated=False)
