@@ -109,7 +109,7 @@ def test_laws_that_no_run_tells_apart_are_left_open(drive, study):
     more = virtual_rig.experiment(drive, RIG, [telling.setting], seed=3, simulated=False).data
     decided = chosen(drive, joined(data, more))
     assert decided.undecided == ("linear",)
-    assert "The data prefer the study's creep law, linear" in " ".join(
+    assert "The data support the study's creep law, linear" in " ".join(
         calibrate(study, "cobotic", joined(data, more)).remarks
     )
 
