@@ -223,7 +223,7 @@ def trajectory(found: Trajectory) -> Figure:
 
 
 def builds(found: Builds) -> Figure:
-    """Distributions of the weakest margin and the coverage over the samples."""
+    """Distributions of the tightest margin and the coverage over the samples."""
     with style.styled():
         made, axes = style.figure(8.0, 3.0, 1, 2, sharey=True)
         _histogram(axes[0], found.margin, "tightest margin in the required region [-]")
