@@ -50,7 +50,7 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert told["parameters"]["rolling_torque"]["standard_deviation"] is None
     assert all((tmp_path / file).exists() for file in told["files"])
     page = (tmp_path / "out" / "calibration.html").read_text("utf-8")
-    assert "cannot tell rolling_torque and bearing_torque apart" in page
+    assert "Not identifiable separately: rolling_torque and bearing_torque." in page
 
     study = iv.load_study(tmp_path / "out" / "calibrated.toml")
     fitted = {row.field: row for row in study.provenance if row.owner == "cobotic" and row.kind == "fitted"}
@@ -135,14 +135,14 @@ def heading(name, text):
         (heading("preload", "load [N]"), "line 1 must name the columns"),
         (heading("link_travel", "link_travel [mm]"), "is it in metres?"),
         (scaled("link_travel", 1e3), "is it in millimetres?"),
-        (heading("steering_angle", "steering_angle [deg]"), "is an angle in radians taken for degrees?"),
+        (heading("steering_angle", "steering_angle [deg]"), "was an angle in radians labelled as degrees?"),
         (heading("cylinder_angle", "cylinder_angle [rev]"), "rad/s at most"),
-        (scaled("cylinder_angle", 57.0), "is it the angle of the motor, not of the cylinder?"),
-        (scaled("link_travel", -1.0), "is a sign turned round?"),
+        (scaled("cylinder_angle", 57.0), "is it the motor angle instead of the cylinder angle?"),
+        (scaled("link_travel", -1.0), "is a sign reversed?"),
         (swap("cylinder_angle", "link_travel"), "are link_travel and cylinder_angle swapped?"),
         (swap("mass", "preload"), "are mass and preload swapped?"),
         (swap("motor_current", "motor_voltage"), "motor_current is 20.8"),
-        (scaled("motor_current", 1e3), "more than the motor's stall current"),
+        (scaled("motor_current", 1e3), "above the motor's stall current"),
         (set_to("mass", "nan", [6]), "line 6 must have a number as mass, got 'nan'"),
         (set_to("duration", "0", [6]), "line 6: duration must be > 0 s"),
         (set_to("mass", "-1", [6]), "line 6: mass must be >= 0"),
@@ -150,7 +150,7 @@ def heading(name, text):
         (heading("duration", "duration [ms]"), "rad/s at most"),
         (scaled("duration", 1e3), "check the units of both headings"),
         (scaled("motor_current", 1.2, slice(4, None, 2)), "too many for outliers"),
-        (scaled("motor_current", -1.0, slice(4, None)), "the link gets work and the cylinder gives none"),
+        (scaled("motor_current", -1.0, slice(4, None)), "the link receives work but the cylinder supplies none"),
         (lambda rows: rows.__delitem__(slice(1, None)), "at least two lines of numbers"),
         (lambda rows: rows.__setitem__(slice(None), [[";".join(row)] for row in rows]), "line 1 has semicolons"),
     ],
@@ -166,8 +166,12 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
 @pytest.mark.parametrize(
     ("change", "lines", "said"),
     [
-        (set_to("link_travel", "0", [9, 10]), [9, 10], "line 9: link_travel does not move"),
-        (set_to("link_travel", "0.1985", [11, 12]), [11, 12], "line 12: link_travel has the value of the line before"),
+        (set_to("link_travel", "0", [9, 10]), [9, 10], "line 9: link_travel is zero"),
+        (
+            set_to("link_travel", "0.1985", [11, 12]),
+            [11, 12],
+            "line 12: link_travel repeats the value of the previous line",
+        ),
         (set_to("cylinder_angle", "0", [7]), [7], "line 7: cylinder_angle is 0 rad in"),
         (set_to("motor_current", "0.17", [11]), [11], "line 11: efficiency by Eq 18 is"),
         (scaled("motor_current", -1.0, slice(1, 2)), [2], "line 2: motor_current is -0.1785 A and brakes a cylinder"),
@@ -195,8 +199,8 @@ def test_a_pattern_of_readings_that_no_rig_can_give_is_refused(infinivar, measur
     file = edited(measured, tmp_path, set_to("link_travel", "0", [7, 8, 17, 18]))
     outcome = infinivar("calibrate", file, *DRIVE, "--out", "out")
     assert outcome.code == 2
-    assert "line 7: link_travel does not move" in outcome.err
-    assert "4 of the 4 runs steered to 2.86 deg either way: that is no single misread value" in outcome.err
+    assert "line 7: link_travel is zero" in outcome.err
+    assert "4 of the 4 runs steered to 2.86 deg in either direction are implausible: a systematic error" in outcome.err
     assert not (tmp_path / "out").exists()
 
 
@@ -223,10 +227,10 @@ def test_data_of_another_creep_law_are_told_first(infinivar, write, tmp_path):
     ("options", "said"),
     [
         (("--creep-laws", "lienar"), "creep_law must be one of linear"),
-        (("--creep-laws", ","), "no creep law to hold against the data"),
-        (("--fit", "creep"), "'creep' cannot be fitted; there are creep_stiffness"),
-        (("--fit", ","), "nothing to fit"),
-        (("--leave-out", "99"), "line 99 is not one of its runs, which stand in lines 2 to 24"),
+        (("--creep-laws", ","), "no creep law to fit"),
+        (("--fit", "creep"), "'creep' cannot be fitted; choose from creep_stiffness"),
+        (("--fit", ","), "no parameter to fit"),
+        (("--leave-out", "99"), "line 99 is not a run; runs are in lines 2 to 24"),
         (("--drive", "motor1-gear1"), "has no wheel to measure"),
         (("--drive", "cobotc"), "did you mean 'cobotic'?"),
     ],
@@ -242,7 +246,7 @@ def test_resistance_needs_a_voltage(infinivar, measured, tmp_path):
     file = edited(measured, tmp_path, heading("motor_voltage", "remark"))
     outcome = infinivar("calibrate", file, *DRIVE, "--fit", "resistance")
     assert outcome.code == 2
-    assert "has no column motor_voltage" in outcome.err
+    assert "fitting the resistance requires a column motor_voltage" in outcome.err
     assert infinivar("calibrate", file, *DRIVE).code == 1
 
 

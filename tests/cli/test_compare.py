@@ -399,7 +399,7 @@ def test_quick_leaves_out_what_it_says_and_changes_no_number(infinivar, tmp_path
     for task, found in quick["duty"].items():
         for name, drive in found["drives"].items():
             assert drive.pop("cylinder") == []
-            assert drive.pop("simulated") == {"left_out": "left out of a quick comparison"}
+            assert drive.pop("simulated") == {"left_out": "omitted from a quick comparison"}
             assert drive.items() <= full["duty"][task]["drives"][name].items()
     assert quick.get("builds") is None
     outcome = infinivar("compare", "knee_walking", "--quick")

@@ -158,7 +158,7 @@ def test_every_law_by_name(write, tmp_path, law):
     assert sheet.drive.transmission.creep_law.name == law
     missing = [(line.name, line.how) for line in sheet.lines if not math.isfinite(line.value)]
     # At 1:1 half the slip force is 0.71 of it sideways: there the loss of Eq 17 already means a creepage beyond full slip.
-    slips = ("at 1:1", "surface speed : link speed; the wheel slips, or rolling takes more than it transmits")
+    slips = ("at 1:1", "surface speed : link speed; the wheel slips, or the rolling loss exceeds the transmitted power")
     assert missing == ([slips] if law == "faulring" else [])
 
 

@@ -113,10 +113,10 @@ def test_reach_and_hold(infinivar, tmp_path, monkeypatch):
     outcome = infinivar("compare", STUDIES / "reach_and_hold.toml", "--out", ".")
     assert (outcome.code, outcome.err) == (0, "")
     assert "Lift 200 mm in 0.6 s, hold for 1.5 s, lower, wait:" in outcome.out
-    assert outcome.out.count("does it; weakest margin") == 3
+    assert outcome.out.count("feasible; tightest limit: ") == 3
     said = json.loads((tmp_path / "results.json").read_text("utf-8"))
     drives = said["duty"]["reach-and-hold"]["drives"]
-    assert all("longer than the 4 s" in drive["simulated"]["left_out"] for drive in drives.values())
+    assert all("longer than 4 s, the longest" in drive["simulated"]["left_out"] for drive in drives.values())
     held = {name: drive["holding"] for name, drive in drives.items()}
     assert held["cobotic"]["parked_W"] == 0.0 < held["geared"]["power_W"] < held["cobotic"]["power_W"]
 
@@ -127,8 +127,8 @@ def test_a_drive_that_cannot_do_the_cycle_decides(infinivar, write, tmp_path):
     study = RECORDED.format(more='cutoff = "5 Hz"\nforce = "-100 N"').replace('"20 N"', '"2 N"')
     outcome = infinivar("compare", write(study))
     assert outcome.code == 1
-    assert "cannot do it: motor continuous torque is" in outcome.out
-    assert "the drive cannot do it within its limits" in (tmp_path / "out" / "report.html").read_text("utf-8")
+    assert "infeasible: motor continuous torque, " in outcome.out
+    assert "the cycle exceeds the limits of the drive" in (tmp_path / "out" / "report.html").read_text("utf-8")
 
 
 def test_gaps_are_reported_by_line(infinivar, write, tmp_path):

@@ -26,8 +26,8 @@ def test_a_ranking_in_words_figures_and_numbers(infinivar, write, tmp_path):
         "sensitivity", write(STUDY), "--of", "loss", "--force", "20 N", "--speed", "0.3 m/s", "--out", "out"
     )
     assert done.code == 0, done.err
-    assert "loss at 20 N and 0.3 m/s: " in done.out
-    assert "1. gearhead efficiency: 1 % more of it makes" in done.out
+    assert "loss at 20 N, 0.3 m/s: " in done.out
+    assert "1. gearhead efficiency: +1 % lowers the loss by " in done.out
     assert "higher friction, less preload" in done.out
     found = json.loads((tmp_path / "out" / "sensitivity-loss.json").read_text("utf-8"))
     by_path = {row["path"]: row for row in found["parameters"]}
@@ -54,9 +54,11 @@ def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
     done = infinivar(*asked)
     assert done.code == 1, done.err
     assert "limit exceeded" in done.out
-    assert "cannot do this within its limits" in done.out
+    assert "The drive exceeds its limits, so these numbers describe an infeasible operation: " in done.out
     assert "supply voltage" in done.out
-    assert "cannot do this within its limits" in (tmp_path / "out" / "sensitivity-efficiency.html").read_text("utf-8")
+    assert "The drive exceeds its limits, so these numbers describe an infeasible operation: " in (
+        tmp_path / "out" / "sensitivity-efficiency.html"
+    ).read_text("utf-8")
     assert "supply voltage" in json.loads(infinivar(*asked, "--json").out)["beyond_limits"]
 
 
@@ -70,8 +72,8 @@ def test_a_region_that_is_not_covered_is_labelled(infinivar, write, tmp_path, qu
     assert done.code == 1, done.err
     found = json.loads(done.out)
     assert found["value"] < 1.0
-    assert "times what is allowed" in found["beyond_limits"]
-    assert "cannot do all of it within its limits: " in found["remarks"][0]
+    assert "times the allowance" in found["beyond_limits"]
+    assert "The drive exceeds its limits: " in found["remarks"][0]
     done = infinivar(
         "sensitivity",
         write(WEAK.replace("[drives", 'power = "1 W"\nforce = "1 N"\nspeed = "0.05 m/s"\n[drives')),
@@ -107,7 +109,7 @@ def test_a_temperature_without_end(infinivar, write, tmp_path):
     asked = ("sensitivity", write(HOT % 600), "--of", "temperature", "--out", "out")
     done = infinivar(*asked)
     assert done.code == 2
-    assert "has no end, so there is nothing to rank: " in done.err
+    assert "unbounded, so parameters cannot be ranked: " in done.err
     assert "motor winding temperature grows without bound; limit 155 °C exceeded after " in done.err
     assert not (tmp_path / "out").exists()
 
@@ -116,7 +118,7 @@ def test_a_temperature_without_end(infinivar, write, tmp_path):
 def test_a_temperature_without_end_within_a_range(infinivar, write, tmp_path):
     done = infinivar("sensitivity", write(HOT % 440), "--of", "temperature", "--out", "out")
     assert done.code == 1, done.err
-    assert "there are values with which it grows without bound" in done.out
+    assert "; unbounded at one end of " in done.out
     assert "motor winding reaches" in done.out
     page = (tmp_path / "out" / "sensitivity-temperature.html").read_text("utf-8")
     assert "infinite" in page
@@ -124,8 +126,8 @@ def test_a_temperature_without_end_within_a_range(infinivar, write, tmp_path):
 
 def test_a_range_that_does_nothing_is_not_said_to_be_missing(infinivar, write, tmp_path):
     done = infinivar("sensitivity", write(HOT % 10), "--of", "efficiency", "--out", "out")
-    assert "no range of theirs" in done.out
-    assert "Ranges that the study states and that change nothing here: motor.continuous_torque." in done.out
+    assert "parameters without a range in the study are varied by ± 10 %" in done.out
+    assert "Parameters with a stated range that have no effect here: motor.continuous_torque." in done.out
 
 
 def test_numbers_alone(infinivar, write):
@@ -140,10 +142,10 @@ def test_numbers_alone(infinivar, write):
             ("--of", "energie"),
             "'energie' is not one of efficiency, loss, margin, coverage, energy, temperature (did you mean",
         ),
-        (("--of", "energy", "--duty", "walk"), "there is no duty cycle 'walk'"),
+        (("--of", "energy", "--duty", "walk"), "unknown duty cycle 'walk'"),
         (("--of", "loss", "--force", "20"), "--force '20' needs a unit"),
         (("--of", "loss", "--speed", "3 N"), "--speed '3 N' has the unit 'N' where m/s is needed"),
-        (("--of", "loss", "--force", "500 N"), "the drive cannot do it"),
+        (("--of", "loss", "--force", "500 N"), "infeasible, so parameters cannot be ranked"),
         (("--of", "loss", "--method", "adjoint"), "--method 'adjoint' must be one of complex, jax, difference"),
         (("--of", "loss", "--drive", "geared"), "--drive 'geared' is not in the study"),
     ],

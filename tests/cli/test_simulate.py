@@ -31,7 +31,7 @@ force = { size = "-90 N" }
 def test_simulate_writes_report_and_data(infinivar, write, tmp_path):
     outcome = infinivar("simulate", write(STUDY), "--drive", "cobotic", "--scenario", "reach")
     assert outcome.code == 0, outcome.err
-    assert outcome.out.startswith("Cobotic, Motor 1 (reconstruction A), reach: within limits; off by ")
+    assert outcome.out.startswith("Cobotic, Motor 1 (reconstruction A), reach: within limits; position error ")
     names = set(results(tmp_path / "out"))
     assert {"cobotic-reach.html", "cobotic-reach.csv", "cobotic-reach.nc", "cobotic-reach.json"} <= names
     assert "Reconstruction." in (tmp_path / "out" / "cobotic-reach.html").read_text("utf-8")
@@ -47,7 +47,7 @@ def test_json_is_printed(infinivar, write):
 def test_a_limit_exceeded_is_exit_code_1(infinivar, write):
     outcome = infinivar("simulate", write(STUDY), "--drive", "cobotic", "--scenario", "locked")
     assert outcome.code == 1
-    assert "beyond wheel slip (wheel)" in outcome.out
+    assert "limit exceeded: wheel slip (wheel)" in outcome.out
     assert "  wheel slip (wheel) exceeded from 5" in outcome.out  # within the first step, on the way to 90 N
 
 

@@ -179,7 +179,7 @@ def test_a_proportional_gearhead_is_taken_into_account(study):
     told = model.predict(drive, RIG, truth, model.known_values(drive))
     assert_allclose(told.motor_current, truth.motor_current, rtol=1e-9)
     found = calibrate(study, "cobotic-b", session(drive))
-    assert any("proportion to its load" in remark for remark in found.remarks)
+    assert any("proportional to its load" in remark for remark in found.remarks)
 
 
 def test_preloads_apart_tell_what_one_preload_cannot(drive):
@@ -210,7 +210,7 @@ def test_outliers_are_named_and_left_out(drive, study):
 def test_sensors_worse_than_said_widen_the_intervals(drive, study):
     found = calibrate(study, "cobotic", session(drive, 2, replace(RIG, current_noise=0.06)))
     assert 1.3 < found.fit.widened < 3.0
-    assert any("worse than [rig] says" in remark for remark in found.remarks)
+    assert any("worse than stated in [rig]" in remark for remark in found.remarks)
 
 
 def test_runs_proposed_narrow_what_is_told(drive):
@@ -243,8 +243,8 @@ def test_what_the_drive_cannot_do_is_left_out(drive):
     assert len(done.data) == len(protocol) - 1
     assert (
         done.left_out
-        == (f"1:1 at {-45:.3g} deg, {0.5 * 78 / RIG.gravity:.3g} kg, 650 N: the motor needs 23.6 V of 21.5 V",)
-        or "the motor needs" in done.left_out[0]
+        == (f"1:1 at {-45:.3g} deg, {0.5 * 78 / RIG.gravity:.3g} kg, 650 N: the motor requires 23.6 V of 21.5 V",)
+        or "the motor requires" in done.left_out[0]
     )
     short = replace(RIG, travel=0.005)
     done = virtual_rig.experiment(drive, short, virtual_rig.protocol(drive, short, ratios=(1.0,)), simulated=False)

@@ -103,13 +103,13 @@ def test_laws_that_no_run_tells_apart_are_left_open(drive, study):
     assert load / math.cos(telling.setting.steering_angle) > 0.7
     assert telling.apart > math.sqrt(laws.DECIDED)
     said = " ".join(found.remarks)
-    assert "do not decide between the creep laws" in said
-    assert "(no run tells it from" in said
+    assert "do not discriminate between the creep laws" in said
+    assert "(indistinguishable from" in said
     # The same seed gives the rig the same gain, preload and zero.
     more = virtual_rig.experiment(drive, RIG, [telling.setting], seed=3, simulated=False).data
     decided = chosen(drive, joined(data, more))
     assert decided.undecided == ("linear",)
-    assert "The data prefer the study's creep law, linear" in " ".join(
+    assert "The data support the study's creep law, linear" in " ".join(
         calibrate(study, "cobotic", joined(data, more)).remarks
     )
 
@@ -197,7 +197,7 @@ def test_where_no_law_fits_the_bend_is_left_free_and_said_so(drive, study, monke
     found = calibrate(replace(study, rig=good), "cobotic", data, creep_laws=LAWS)
     assert found.laws.misfit
     assert found.laws.gain > laws.DECIDED
-    assert found.remarks[0].startswith("No creep law fits as it stands")
+    assert found.remarks[0].startswith("No creep law fits as published")
     low, high = found.laws.alone.interval("creep_stiffness")
     assert not low <= known["creep_stiffness"] <= high
     assert contains(found.laws, known)
@@ -266,7 +266,7 @@ def test_the_laws_to_consider_can_be_chosen(drive, study):
     data = session(under(drive, "polach"), 0)
     found = calibrate(study, "cobotic", data, creep_laws=("vermeulen-johnson", "polach"))
     assert {one.law for one in found.laws.candidates} == {"vermeulen-johnson", "polach"}
-    assert "linear, was not held against the data; polach fits best" in found.warnings[0]
+    assert "linear, was not among the candidates; polach fits best" in found.warnings[0]
     with pytest.raises(
         ParameterError, match=r"creep_law must be one of linear, .*got 'polack' \(did you mean 'polach'\?\)"
     ):

@@ -323,7 +323,7 @@ def test_holding_is_ohmic():
     assert found.holding.without_help == pytest.approx(unaided**2 * motor.resistance, rel=1e-12)
     warmer = found.without_help.energy / found.duty.period
     assert unaided**2 * motor.resistance < warmer < 1.1 * unaided**2 * motor.resistance
-    assert found.verdict.endswith(f"if friction did not help to hold, {found.without_help.energy:.3g} J a cycle")
+    assert found.verdict.endswith(f"without friction holding the load, {found.without_help.energy:.3g} J per cycle")
 
 
 def test_a_drive_that_can_hold_only_with_friction_says_so():
@@ -334,7 +334,7 @@ def test_a_drive_that_can_hold_only_with_friction_says_so():
     found = duty_cycle(geared, duty("hold"))
     assert found.feasible
     assert not found.without_help.feasible
-    assert "only because friction helps to hold; without it, " in found.verdict
+    assert "; feasible only because friction helps to hold the load; without it " in found.verdict
 
 
 def test_locked_wheel_holds_for_nothing():
@@ -350,13 +350,13 @@ def test_locked_wheel_holds_for_nothing():
 def test_verdicts():
     able = duty_cycle(COBOTIC, duty("reaches"))
     assert able.feasible
-    assert able.verdict.startswith("does it; weakest margin: motor: supply voltage, 1.")
+    assert able.verdict.startswith("feasible; tightest limit: motor: supply voltage (margin 1.")
     slipping = duty_cycle(COBOTIC, duty("hold", force=-100.0))
     assert not slipping.feasible
-    assert slipping.verdict.startswith("cannot do it: wheel slip is 1.2")
+    assert slipping.verdict.startswith("infeasible: wheel slip, 1.2")
     assert math.isnan(slipping.energy)
     fast = duty_cycle(STUDY.drives["motor1-gear1"], duty("sinusoid", motion=Sinusoid(distance=0.2, frequency=2.0)))
-    assert "motor: supply voltage is" in fast.verdict
+    assert "infeasible: motor: supply voltage, " in fast.verdict
     hot = duty_cycle(STUDY.drives["motor1-gear3"], duty("hold", force=-36.0, ambient=330.0))
     assert not hot.feasible
     assert "motor winding reaches" in hot.verdict
@@ -442,13 +442,13 @@ def test_prescribed_and_followed_energy_agree(drive, shape, tolerance):
     assert both.followed == pytest.approx(both.prescribed, rel=tolerance)
     assert both.rms_error < 1e-3
     assert set(both.lost_prescribed) - {"pulley"} <= set(both.lost_followed)
-    assert "from where it is wanted" in both.explanation
+    assert "RMS position error" in both.explanation
     difference, _, *parts = re.findall(r"([+-][\d.]+) (?:J|%)", both.explanation.split(";")[0])
     assert float(difference) == pytest.approx(
         both.followed - both.prescribed, abs=10.0 ** -len(difference.split(".")[1])
     )
     last_digit = 10.0 ** -len(parts[0].split(".")[1])
-    assert parts == sorted(parts, key=lambda part: -abs(float(part))) or "all else" in both.explanation
+    assert parts == sorted(parts, key=lambda part: -abs(float(part))) or "other " in both.explanation
     assert sum(map(float, parts)) == pytest.approx(
         float(difference), abs=0.5 * (len(parts) + 2) * last_digit
     )  # and what is not named
@@ -473,7 +473,7 @@ def test_heat_alone_can_rule_a_drive_out():
     found = duty_cycle(GEARED, duty("hold", force=-50.0, ambient=350.0))
     assert found.exceeded == ()
     assert not found.feasible
-    assert found.verdict.startswith("cannot go on: motor winding reaches")
+    assert found.verdict.startswith("infeasible in continuous operation: motor winding reaches")
 
 
 def test_drift_is_evened_out(tmp_path):

@@ -81,7 +81,7 @@ def test_time_to_limit_is_on_the_curve():
     found = heat.heat(MOTOR, current, friction, 1.1)
     at = exponentials(MOTOR, current, friction, np.array([found.time_to_limit]))[0, 0]
     assert at == pytest.approx(MOTOR.max_winding_temperature, abs=0.02)
-    assert not found.bears
+    assert not found.within_limit
     settled = exponentials(MOTOR, current, friction, np.array([1e6]))[0, 0] - 273.15
     assert found.verdict == f"winding reaches {settled:.0f} °C; limit 100 °C exceeded after 9 min"
 
@@ -125,7 +125,7 @@ def test_any_cycle_is_judged(seed):
     ambient, period = rng.uniform(250, 350), 10 ** rng.uniform(-4, 6)
     found = heat.heat(motor, current, 10 ** rng.uniform(-3, 4), period, ambient)
     assert np.all(np.isfinite(found.winding_history))
-    assert found.bears == (found.winding <= found.permissible * (1 + 1e-8))
+    assert found.within_limit == (found.winding <= found.permissible * (1 + 1e-8))
     assert not np.isnan([found.winding, found.housing, found.mean_winding, found.time_to_limit]).any()
 
 
@@ -148,7 +148,7 @@ def test_nominal_current_heats_to_about_what_is_permissible():
     speed = 8100 * 2 * math.pi / 60
     found = heat.heat(MOTOR, 1.08, MOTOR.friction_torque * speed, 1.0)
     assert found.winding - 273.15 == pytest.approx(100, abs=10)
-    assert found.bears
+    assert found.within_limit
 
 
 def test_hot_start_passes_at_once():

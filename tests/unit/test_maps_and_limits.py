@@ -265,7 +265,7 @@ def test_corner_and_verdict(comparison):
     corner = result.corners["maximum force"]
     assert sum(corner.losses.values()) == pytest.approx(corner.power_in - corner.speed * corner.force, rel=1e-12)
     assert result.verdict.startswith(
-        "covers 100 % of the required region; weakest margin: motor continuous torque, 1.01"
+        "covers 100 % of the required region; tightest limit: motor continuous torque (margin 1.01"
     )
     assert comparison.results["motor1-gear3"].verdict.startswith("covers 53.7 %")
     assert comparison.best.name == "cobotic-b"

@@ -78,8 +78,8 @@ def test_an_outlier_is_named_with_what_was_read_and_what_was_expected(study, dri
     (one,) = found.left_out
     assert (one.row, one.line) == (row, data.lines[row])
     assert one.reason.startswith(said)
-    assert "where the fit expects" in one.reason
-    assert f"Left out: line {one.line}." in found.remarks
+    assert "but the fit expects" in one.reason
+    assert f"Excluded: line {one.line}." in found.remarks
     assert found.to_dict()["left_out_lines"] == [{"line": one.line, "reason": one.reason}]
     without = calibrate(study, "cobotic", data.chosen(np.arange(len(data)) != row))
     assert_allclose(list(found.fit.values.values()), list(without.fit.values.values()), rtol=1e-5)
@@ -113,7 +113,7 @@ def test_an_efficiency_above_1_leaves_out_its_run(study, drive):
 
 
 @pytest.mark.parametrize(
-    ("resistance", "seen_by"), [(2.14, "more than the motor's stall current"), (0.3, "V where current and speed take")]
+    ("resistance", "seen_by"), [(2.14, "above the motor's stall current"), (0.3, "V, but current and speed require")]
 )
 def test_current_and_voltage_in_the_wrong_columns_are_told(drive, resistance, seen_by):
     """By whichever check sees it first: a winding of little resistance stalls at more amperes than its supply has volts."""
@@ -144,9 +144,12 @@ def test_a_pattern_of_misread_runs_is_refused(study, drive):
     assert len(rows) == 4
     with pytest.raises(InputError) as told:
         calibrate(study, "cobotic", stuck(data, rows))
-    assert "line 9: link_travel does not move where the wheel points to" in str(told.value)
+    assert "line 9: link_travel is zero, but the steering angle implies" in str(told.value)
     degrees = math.degrees(float(size[rows[0]]))
-    assert f"4 of the 4 runs steered to {degrees:.3g} deg either way: that is no single" in str(told.value)
+    assert (
+        f"4 of the 4 runs steered to {degrees:.3g} deg in either direction are implausible: a systematic error"
+        in str(told.value)
+    )
     found = calibrate(study, "cobotic", stuck(data, rows[:3]))
     assert [one.row for one in found.left_out] == rows[:3].tolist()
 
@@ -158,7 +161,7 @@ def test_more_than_a_third_misread_is_refused(study, drive):
     found = calibrate(study, "cobotic", stuck(data, rows))
     assert [one.row for one in found.left_out] == rows.tolist()
     more = stuck(data, [*rows, 4])
-    with pytest.raises(InputError, match="8 of 23 runs are too many to be left out as misread"):
+    with pytest.raises(InputError, match="8 of 23 runs are implausible, too many to exclude as single misreadings"):
         calibrate(study, "cobotic", more)
     with pytest.raises(InputError, match="too many for outliers"):
         calibrate(study, "cobotic", changed(stuck(data, rows), "motor_current", [4, 5], lambda values: 1.1 * values))
@@ -171,7 +174,7 @@ def test_outliers_with_a_setting_in_common_are_named_so(study, drive):
     found = calibrate(study, "cobotic", changed(data, "mass", heavy, lambda values: values + 0.1))
     assert np.all(heavy[[one.row for one in found.left_out]])
     kind = f"{len(found.left_out)} of the 11 runs with {data.mass[heavy][0] + 0.1:.4g} kg"
-    assert any(f"Left out are {kind}" in remark for remark in found.remarks)
+    assert any(f"Excluded are {kind}" in remark for remark in found.remarks)
 
 
 def test_runs_of_a_kind_go_by_their_settings(drive):
@@ -236,7 +239,7 @@ def test_runs_beyond_the_study_s_slip_are_named_and_decide_no_law(study, drive):
     assert 1 <= np.count_nonzero(beyond) <= 4
     found = calibrate(study, "cobotic", data)
     assert [one.row for one in found.left_out] == np.flatnonzero(beyond).tolist()
-    assert all("is the study's friction of 0.12 too small?" in one.reason for one in found.left_out)
+    assert all("is the study's friction of 0.12 too low?" in one.reason for one in found.left_out)
     assert "linear" in found.laws.undecided
     low, high = found.fit.interval("creep_stiffness")
     assert low <= model.known_values(drive)["creep_stiffness"] <= high

@@ -286,7 +286,7 @@ class TestSensitivity:
         drive = study.drives["cobotic"]
         at = [float(outcomes.loss(with_values(drive, {"motor.resistance": r}), 0.24, 50.0)) for r in (1.07, 4.28)]
         assert_allclose((row.at_low, row.at_high), at, rtol=1e-12)
-        assert any("the study states no range" in said for said in found.remarks)
+        assert any("without a range in the study" in said for said in found.remarks)
         indices = [row.total for row in found.influences if row.total is not None]
         assert len(indices) == 8
         assert 0.9 < sum(indices) < 1.2
@@ -298,14 +298,14 @@ class TestSensitivity:
             assert row.low < row.high
 
     def test_what_the_paper_recommends(self, study):
-        """Each of section VII's recommendations helps the loss at a corner, or does nothing in steady operation."""
+        """Each of section VII's recommendations helps the loss at a corner, or has no effect in steady operation."""
         found = {row.words: row for row in sensitivity(study, "cobotic", "loss", samples=0).conclusions}
         assert len(found) == 7
         for words in ("higher friction, less preload", "less hysteresis", "smaller axle bearings"):
             assert found[words].verdict == "helps"
             assert found[words].elasticity < 0
         for words in ("smaller bell bearing", "less steering inertia", "lighter link"):
-            assert found[words].verdict == "does nothing"
+            assert found[words].verdict == "no effect"
         assert sensitivity(study, "motor2-gear4", "loss", samples=0).conclusions == ()
 
     def test_what_nothing_changes_is_said(self, study):
@@ -313,7 +313,7 @@ class TestSensitivity:
         found = sensitivity(replace(study, requirement=small), "cobotic", "coverage", samples=64)
         assert found.value == pytest.approx(1.0)
         assert found.influences == ()
-        assert found.remarks == ("No parameter changes it over its range.",)
+        assert found.remarks == ("No parameter affects the outcome over its range.",)
 
     def test_a_recommendation_is_a_change_of_design(self, study):
         """Followed by a thousandth: friction up with the preload down."""

@@ -1,4 +1,4 @@
-"""Compare drive-trains: does each cover the requirement, how efficiently, and what binds first?"""
+"""Compare drive-trains: coverage of the requirement, efficiency, and tightest limit of each."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ if TYPE_CHECKING:
     from infinivar.analysis.cycles.tracking import TwoWays
 
 MAP_REACH = 1.4
-"""The maps reach this far beyond the requirement, so that limits just outside it are seen."""
+"""Extent of the maps relative to the requirement, so that they show limits just outside it."""
 
 MAP_CELLS = 224
 """Cells along each axis of a map. Points are cell centres: at exactly zero speed friction has no direction."""
 
 PEAK_REACH = 10.0
-"""Peak efficiency is looked for up to this many times the required force and speed."""
+"""Multiple of the required force and speed up to which the peak efficiency is searched."""
 
 
 @result
@@ -64,18 +64,18 @@ class Corner(Frozen):
 
 @result
 class DriveResult(Result):
-    """What one drive does about the requirement.
+    """Performance of one drive against the requirement.
 
     Attributes
     ----------
-    coverage                  Share of the required region, by area, in which every limit is kept. [-]
+    coverage                  Share of the required region, by area, within every limit. [-]
     peak_efficiency           Best within limits anywhere (up to `PEAK_REACH` times the requirement). [-]
     peak_efficiency_in_region Best within limits in the required region. [-]
     mean_loss                 Mean loss over the covered part of the region. [W]
     tightest                  The limit with the least margin in the region, and where.
     corners                   Operating point at each named corner of the region.
     map                       Steady map beyond the region.
-    audit_residual            Largest share of power that does not add up, over all points computed. [-]
+    audit_residual            Largest relative residual of the power balance over all computed points. [-]
     """
 
     name: str
@@ -97,15 +97,16 @@ class DriveResult(Result):
 
     @property
     def verdict(self) -> str:
-        """One sentence a designer can act on."""
+        """One-sentence verdict: coverage and tightest limit."""
         share = "100" if self.covers else plain(min(100 * self.coverage, 99.9), 3)
         tight = self.tightest
-        place = f"{plain(tight.force, 3)} N and {plain(tight.speed, 3)} m/s"
+        place = f"{plain(tight.force, 3)} N, {plain(tight.speed, 3)} m/s"
+        covered = f"covers {share} % of the required region"
         if self.covers:
-            return f"covers {share} % of the required region; weakest margin: {tight.limit.words}, {tight.value:.2f} at {place}"
+            return f"{covered}; tightest limit: {tight.limit.words} (margin {tight.value:.2f} at {place})"
         if tight.value < 0.005:
-            return f"covers {share} % of the required region; {tight.limit.words} rules out {place}"
-        return f"covers {share} % of the required region; {tight.limit.words} allows {tight.value:.2f} of what {place} takes"
+            return f"{covered}; infeasible at {place}: {tight.limit.words}"
+        return f"{covered}; tightest limit: {tight.limit.words}, {100 * tight.value:.0f} % of the demand at {place}"
 
     def to_dict(self) -> dict[str, Any]:
         """Verdict as plain numbers, for scripts."""
@@ -123,13 +124,13 @@ class DriveResult(Result):
 
 @result
 class DutyComparison(Result):
-    """All drives of a study in one of its duty cycles.
+    """Results of all drives of a study in one duty cycle.
 
     Attributes
     ----------
     results         By drive.
-    policies        Ways to run the cylinder, by cobotic drive.
-    two_ways        Energy by inverse dynamics and by simulation, by drive; where it was not computed, why not.
+    policies        Cylinder speed policies, by cobotic drive.
+    two_ways        Energy by inverse dynamics and by simulation, by drive, or why it was not simulated.
     """
 
     duty: DutyCycle
@@ -139,7 +140,7 @@ class DutyComparison(Result):
 
     @property
     def best(self) -> DutyResult | None:
-        """Of the drives that do it, the one that takes least energy; None where none does."""
+        """The feasible drive with the lowest energy; None if no drive is feasible."""
         able = [result for result in self.results.values() if result.feasible]
         return min(able, key=lambda result: result.energy, default=None)
 
@@ -175,26 +176,26 @@ def _simulated(found: TwoWays | str) -> dict[str, Any]:
 
 @result
 class Comparison(Result):
-    """All drives of a study held against its requirement, and worked through its duty cycles."""
+    """Results of all drives of a study, for its requirement and its duty cycles."""
 
     study: Study
     results: Mapping[str, DriveResult]
     duty: Mapping[str, DutyComparison] = field(default_factory=dict)
     builds: Mapping[str, Builds] = field(default_factory=dict)
-    """Of the drives about whose values the study says how far they may be off."""
+    """Sampled builds of the drives for which the study states spreads."""
 
     def able(self, name: str) -> bool:
-        """Whether a drive covers the whole requirement and does every duty cycle."""
+        """Whether a drive covers the whole requirement and every duty cycle is feasible."""
         return self.results[name].covers and all(found.results[name].feasible for found in self.duty.values())
 
     @property
     def feasible(self) -> bool:
-        """Whether any drive is able to do all that is asked."""
+        """Whether at least one drive meets the requirement and all duty cycles."""
         return any(self.able(name) for name in self.results)
 
     @property
     def best(self) -> DriveResult | None:
-        """The covering drive with the least mean loss, None where no drive covers."""
+        """The covering drive with the lowest mean loss; None if no drive covers."""
         covering = [result for result in self.results.values() if result.covers]
         return min(covering, key=lambda result: result.mean_loss, default=None)
 
@@ -209,7 +210,7 @@ class Comparison(Result):
 
 
 def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **options: Any) -> DriveResult:
-    """Hold one drive against a requirement; `options` go to `steady_map`."""
+    """Evaluate one drive on a requirement; `options` are passed to `steady_map`."""
     speed, force, weight = requirement.sample()
     point = drive.operate(speed=speed, force=force)
     limit, margin = binding(point.utilisation)
@@ -217,7 +218,7 @@ def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **op
     residuals = [power.audit(point.power_in, point.power_out, point.losses, name)]
     efficiency = power.efficiency_within(limit, point.power_in, point.power_out)
     loss = point.power_in - point.power_out
-    # Of many points at one margin, the one that moves most power is the most telling.
+    # Among points of equal margin, report the one with the highest power.
     tight = int(np.argmax(np.where(margin <= margin.min() * (1 + 1e-9), np.abs(speed * force), -1.0)))
     worst = binding_at(point.utilisation, tight)
 
@@ -247,13 +248,13 @@ def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **op
 
 
 def _peak(efficiency: np.ndarray) -> float:
-    """Largest efficiency, nan where there is none."""
+    """Largest efficiency; nan if none is known."""
     known = efficiency[~np.isnan(efficiency)]
     return float(known.max()) if known.size else float("nan")
 
 
 def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
-    """The limit that `binding` names at one point of a flat sample, or would name if it were exceeded."""
+    """The tightest limit at one point of a flat sample, exceeded or not."""
     demands = {
         limit: float(np.ravel(demand)[index if np.size(demand) > 1 else 0]) for limit, demand in utilisation.items()
     }
@@ -263,7 +264,7 @@ def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
 
 
 def corner(drive: Drive, speed: float, force: float) -> Corner:
-    """One operating point as plain numbers."""
+    """Evaluate one operating point as plain numbers."""
     point = drive.operate(speed=speed, force=force)
     limit, margin = binding(point.utilisation)
     return Corner(
@@ -283,9 +284,9 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
     Parameters
     ----------
     study : Study   From `load_study`.
-    quick : bool    Leave out what no verdict about the drives as they are needs: sampled builds, cylinder speed policies, and
-        the check of duty cycles by simulation. All other numbers are the same.
-    progress        Called with the title of the drive at work and the share of all work done, 0 to 1.
+    quick : bool    Skip sampled builds, cylinder speed policies and the simulation of duty cycles, which the verdicts on the
+        nominal drives do not need. All other numbers are the same.
+    progress        Called with the title of the current drive and the share of work done, 0 to 1.
 
     Returns
     -------
@@ -294,7 +295,7 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
     Raises
     ------
     InputError
-        If a drive lacks a value that a duty cycle needs.
+        If a drive lacks a value that a duty cycle requires.
     AuditError
         If a power balance does not close.
     """
@@ -344,38 +345,38 @@ def work_through(
     *,
     quick: bool = False,
 ) -> DutyComparison:
-    """Work every drive of a study through a duty cycle; `quick` as in `compare`.
+    """Evaluate every drive of a study in a duty cycle; `quick` as in `compare`.
 
     Raises
     ------
     InputError
-        If a drive lacks a value that the motion needs.
+        If a drive lacks a value that the motion requires.
     """
     results: dict[str, DutyResult] = {}
     found_policies: dict[str, tuple[Policy, ...]] = {}
     ways: dict[str, TwoWays | str] = {}
     for index, (name, drive) in enumerate(study.drives.items()):
         progress(f"{study.titles[name]}: {duty.title}", index)
-        assert isinstance(drive, (CoboticDrive, ConventionalDrive))  # or `check_duty` had refused it
+        assert isinstance(drive, (CoboticDrive, ConventionalDrive))  # `check_duty` refuses other types
         results[name] = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
         if isinstance(drive, CoboticDrive) and not quick:
             found_policies[name] = policies(drive, duty)
-        ways[name] = "left out of a quick comparison" if quick else _both_ways(drive, duty, results[name])
+        ways[name] = "omitted from a quick comparison" if quick else _both_ways(drive, duty, results[name])
     return DutyComparison(
         duty=duty, results=FrozenDict(results), policies=FrozenDict(found_policies), two_ways=FrozenDict(ways)
     )
 
 
 def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result: DutyResult) -> TwoWays | str:
-    """The cycle simulated, too, or why not."""
+    """Simulate the cycle as well, or say why not."""
     from infinivar.analysis.cycles.tracking import LONGEST, two_ways
 
     if duty.period > LONGEST:
         return (
-            f"a cycle of {plain(duty.period, 3)} s is longer than the {LONGEST:g} s up to which a report simulates one"
+            f"the cycle of {plain(duty.period, 3)} s is longer than {LONGEST:g} s, the longest that a report simulates"
         )
     if result.exceeded:
-        return "the drive cannot do it within its limits"
+        return "the cycle exceeds the limits of the drive"
     try:
         return two_ways(drive, duty)
     except ParameterError as problem:

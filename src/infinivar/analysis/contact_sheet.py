@@ -1,4 +1,4 @@
-"""The calculation sheet of a wheel on its cylinder: patch, stress, creep, friction torques, life, with how each follows."""
+"""Calculation sheet of a wheel-cylinder contact: patch, stress, creep, friction torques and life, each with its formula."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.units import plain
 
 HALF = 0.5
-"""Share of the slip force at which creep, wear, life and efficiency are given."""
+"""Share of the slip force at which creep, wear, life and efficiency are evaluated."""
 
 WORN = 10e-6
-"""Depth of wear to which the rolling distance is given. [m]"""
+"""Wear depth for which the rolling distance is given. [m]"""
 
 RATIOS = (1.0, 8.0, 100.0)
-"""Reduction ratios at which the efficiency is given."""
+"""Reduction ratios at which the efficiency is evaluated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,23 +40,23 @@ class Line:
     unit: str
     """SI unit, "1" for a pure number."""
     shown_in: str
-    """Unit in which people read it."""
+    """Display unit."""
     how: str
     """Formula, condition or source."""
 
 
 @result
 class ContactSheet(Result):
-    """What `contact_sheet` returns.
+    """Calculation sheet of one drive, as returned by `contact_sheet`.
 
     Attributes
     ----------
-    name, title : str   Drive, by name and for people.
-    drive               The drive itself.
-    lines               The results, in order.
-    utilisation         Demand over allowance of each stress limit that is known; above 1 the contact is over-stressed.
-    given               Where the values come from that went in.
-    reconstruction      Statements of the parameter sets used.
+    name, title : str   Name of the drive, in the study and for display.
+    drive               The drive.
+    lines               Results in order.
+    utilisation         Demand over allowance of each known stress limit; above 1 the contact is over-stressed.
+    given               Provenance of the input values.
+    reconstruction      Reconstruction statements of the parameter sets used.
     """
 
     name: str
@@ -69,19 +69,19 @@ class ContactSheet(Result):
 
     @property
     def exceeded(self) -> tuple[Limit, ...]:
-        """Stress limits that are exceeded."""
+        """Exceeded stress limits."""
         return tuple(limit for limit, demand in self.utilisation.items() if demand > 1.0)
 
     @property
     def verdict(self) -> str:
-        """One sentence: which stress limit is tightest, or exceeded."""
+        """One-sentence verdict: the tightest stress limit, and whether it is exceeded."""
         if not self.utilisation:
-            return "Stress limits are not known: the contact is given by measured groups, or its materials have no strength."
+            return "Stress limits unknown: the contact is given by measured groups, or the strength of its materials is missing."
         worst = max(self.utilisation, key=lambda limit: self.utilisation[limit])
         demand = self.utilisation[worst]
         if demand > 1.0:
-            return f"OVER-STRESSED: {worst.words}, {demand:.2f} times what is allowed."
-        return f"Within its stress limits; the tightest is {worst.words}, with a margin of {1.0 / demand:.2f}."
+            return f"OVER-STRESSED: {worst.words}, {demand:.2f} times the allowance."
+        return f"Within stress limits; tightest limit: {worst.words} (margin {1.0 / demand:.2f})."
 
     def value(self, name: str) -> float:
         """The value of the first line of that name, in SI.
@@ -89,7 +89,7 @@ class ContactSheet(Result):
         Raises
         ------
         KeyError
-            If there is none.
+            If no line has that name.
         """
         for line in self.lines:
             if line.name == name:
@@ -110,12 +110,12 @@ class ContactSheet(Result):
 
 
 def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet, ...]:
-    """Sheets of the cobotic drives of a study, or of one.
+    """Compute the contact sheets of all cobotic drives of a study, or of one.
 
     Parameters
     ----------
-    study : Study          Any; drives of other types have no such contact.
-    drive : str, optional  Name of one drive.
+    study : Study          Drives of other types are skipped.
+    drive : str, optional  Name of one cobotic drive.
 
     Returns
     -------
@@ -124,11 +124,11 @@ def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet
     Raises
     ------
     InputError
-        If there is no such drive, or none with a wheel on a cylinder.
+        If the drive does not exist or has no wheel on a cylinder.
     """
     contacts = {name: found for name, found in study.drives.items() if isinstance(found, CoboticDrive)}
     if not contacts:
-        raise InputError("no drive of type cobotic: only those have a wheel on a cylinder")
+        raise InputError("no drive of type cobotic; only cobotic drives have a wheel on a cylinder")
     if drive is not None:
         if drive not in contacts:
             raise InputError(f"drive {drive!r} must be one of {', '.join(contacts)}")
@@ -137,7 +137,7 @@ def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet
 
 
 def contact_sheet(study: Study, name: str) -> ContactSheet:
-    """The sheet of one cobotic drive of a study."""
+    """Compute the contact sheet of one cobotic drive."""
     drive = study.drives[name]
     assert isinstance(drive, CoboticDrive)
     element, utilisation = drive.transmission, {}
@@ -172,7 +172,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
 
 
 def _writer(lines: list[Line], section: str) -> Callable[..., None]:
-    """What adds lines to a section of the sheet."""
+    """Return a function that adds lines to a section of the sheet."""
 
     def add(name: str, symbol: str, value: Any, unit: str, shown_in: str, how: str) -> None:
         lines.append(Line(section, name, symbol, float(value), unit, shown_in, how))
@@ -230,7 +230,7 @@ def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedCont
     }
     for limit, demand in stress.utilisation.items():
         how = f"{what[limit]}{': EXCEEDED' if demand > 1.0 else ''}"
-        add(f"use of {limit.words}", "", demand, "1", "%", how)
+        add(f"utilisation, {limit.words}", "", demand, "1", "%", how)
 
 
 def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> None:
@@ -262,7 +262,7 @@ def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None
     speed = abs(element.cylinder_radius * drive.cylinder_speed)
     turning = speed / element.wheel_radius
     add("surface speed", "R omega", speed, "m/s", "m/s", "")
-    add("wheel speed", "", turning, "rad/s", "rpm", "R omega/r; steered, 1/cos(phi) faster")
+    add("wheel speed", "", turning, "rad/s", "rpm", "R omega/r; higher by 1/cos(phi) when steered")
     how = "given" if geometry is None else f"alpha_fr 3 P a/16 with alpha_fr = {plain(geometry.hysteresis_factor, 3)}"
     add("hysteresis torque", "tau_in", groups.rolling_torque, "N m", "mN m", how)
     if geometry is not None and contact is not None:
@@ -277,12 +277,12 @@ def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None
         if bearing.friction_model == "skf":
             for name in ("rolling", "sliding", "seal", "drag"):
                 part = getattr(moment.first, name) + getattr(moment.second, name)
-                add(f"  of it {name}", "", part, "N m", "mN m", "")
+                add(f"  {name} part", "", part, "N m", "mN m", "")
         starting = geometry.axle.starting_moment(element.preload, lateral, element.wheel_radius)
         add("bearing torque at start", "", starting, "N m", "mN m", "from rest")
         if groups.rolling_torque > 0:
             share = groups.bearing_torque / groups.rolling_torque
-            add("bearing over hysteresis", "", share, "1", "1", "faulring2006 has about 10")
+            add("bearing over hysteresis", "", share, "1", "1", "about 10 in faulring2006")
     else:
         add("bearing torque", "tau_wa", groups.bearing_torque, "N m", "mN m", "given")
     add("rolling resistance", "", groups.rolling_force, "N", "N", "(tau_in + tau_wa)/r")
@@ -295,7 +295,14 @@ def _steering(lines: list[Line], steering: SteeringPlant, element: RotaryLinearI
     torques = steering.friction_torques(element)
     if element.contact is not None:
         patch = element.contact.patch
-        add("to turn the patch", "", torques["patch"], "N m", "mN m", "3/8 mu_s P times a quarter of its rim")
+        add(
+            "to turn the patch",
+            "",
+            torques["patch"],
+            "N m",
+            "mN m",
+            "3/8 mu_s P times a quarter of the patch perimeter",
+        )
         thin = spin.line_moment(element.preload, patch.b, steering.sliding_friction)
         add("as a uniform line", "", thin, "N m", "mN m", "mu_s P b/2, as in faulring2006")
     else:
@@ -314,10 +321,10 @@ def _life(
     lateral = HALF * groups.slip_force
     revolutions = geometry.axle.life(element.preload, lateral, element.wheel_radius)
     turning = abs(element.cylinder_radius * drive.cylinder_speed) / element.wheel_radius
-    add("axle bearings, L10", "L10", revolutions, "1", "1", "revolutions that 90 % of pairs reach (ISO 281)")
-    add("at cylinder speed", "", revolutions * 2.0 * math.pi / turning, "s", "h", "without standstill")
+    add("axle bearings, L10", "L10", revolutions, "1", "1", "revolutions that 90 % of bearing pairs survive (ISO 281)")
+    add("at cylinder speed", "", revolutions * 2.0 * math.pi / turning, "s", "h", "in continuous rotation")
     safety = geometry.axle.static_safety(element.preload, lateral, element.wheel_radius)
-    how = "C0 over the equivalent static load (ISO 76); below 1 the races are dented"
+    how = "C0 over equivalent static load (ISO 76); below 1 the raceways are dented"
     add("static safety", "s0", safety, "1", "1", how)
     hardness = min((body.hardness for body in geometry.bodies.values() if body.hardness is not None), default=None)
     if geometry.wear_coefficient is None or hardness is None:
@@ -333,7 +340,7 @@ def _life(
         hardness=hardness,
         wear_coefficient=geometry.wear_coefficient,
     )
-    how = f"Archard, k = {geometry.wear_coefficient:.1g}: an order of magnitude"
+    how = f"Archard, k = {geometry.wear_coefficient:.1g}: order of magnitude only"
     add(f"rolling to {WORN * 1e6:.0f} um of wear", "", distance, "m", "km", how)
 
 
@@ -348,5 +355,5 @@ def _efficiency(lines: list[Line], drive: CoboticDrive) -> None:
         )
         how = "surface speed : link speed"
         if point.efficiency != point.efficiency:
-            how += "; the wheel slips, or rolling takes more than it transmits"
+            how += "; the wheel slips, or the rolling loss exceeds the transmitted power"
         add(f"at {ratio:g}:1", "eta", point.efficiency, "1", "%", how)

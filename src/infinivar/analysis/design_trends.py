@@ -1,4 +1,4 @@
-"""What a change of the wheel's design does to the losses of the element, everything else being equal."""
+"""Effect of design changes of the wheel on the losses of the transmission, all else equal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Duty:
-    """One steady operating point that every variant of a design must serve."""
+    """A steady operating point common to all variants of a design."""
 
     cylinder_speed: float
     """[rad/s]"""
@@ -32,7 +32,7 @@ class Duty:
     """Cylinder surface speed over link speed."""
 
     def at(self, element: RotaryLinearIVT) -> OperatingPoint:
-        """The element delivering this duty; nan where it would slip."""
+        """The transmission at this operating point; nan if it would slip."""
         surface = element.cylinder_radius * abs(self.cylinder_speed)
         return element.deliver(
             cylinder_speed=abs(self.cylinder_speed), link_speed=surface / self.ratio, link_force=self.link_force
@@ -40,7 +40,7 @@ class Duty:
 
 
 def with_friction(element: RotaryLinearIVT, friction: float) -> RotaryLinearIVT:
-    """The design with another friction limit, pressed as much less as it then can be: the slip force stays."""
+    """The design with another friction coefficient and the preload that keeps the slip force."""
     return replace(element.pressed(element.slip_force / friction), friction=friction)
 
 
@@ -60,12 +60,12 @@ def with_hysteresis(element: RotaryLinearIVT, factor: float) -> RotaryLinearIVT:
 
 
 def with_youngs_modulus(element: RotaryLinearIVT, modulus: float) -> RotaryLinearIVT:
-    """The design with another Young's modulus, hence shear modulus, of both bodies."""
+    """The design with another Young's modulus, and hence shear modulus, of both bodies."""
     return _with_bodies(element, youngs_modulus=modulus)
 
 
 def with_axle(element: RotaryLinearIVT, bore: float) -> RotaryLinearIVT:
-    """The design with axle bearings of another bore, all their sizes and ratings scaled: area by the square."""
+    """The design with axle bearings of another bore; sizes scale with the bore, ratings by their powers."""
     geometry = _geometry(element)
     bearing = geometry.axle_bearing
     scale = bore / bearing.bore
@@ -74,7 +74,7 @@ def with_axle(element: RotaryLinearIVT, bore: float) -> RotaryLinearIVT:
 
 
 def with_material(element: RotaryLinearIVT, name: str) -> RotaryLinearIVT:
-    """The design with wheel and cylinder of one material of the catalogue."""
+    """The design with wheel and cylinder of one catalogue material."""
     material = materials()[name]
     geometry = replace(_geometry(element), wheel_material=material, cylinder_material=material)
     return replace(element, geometry=geometry)
@@ -89,7 +89,7 @@ SWEPT: dict[str, tuple[Callable[..., RotaryLinearIVT], Callable[[RotaryLinearIVT
     "hysteresis_factor": (with_hysteresis, lambda element: _geometry(element).hysteresis_factor),
     "axle_bore": (with_axle, lambda element: _geometry(element).axle_bearing.bore),
 }
-"""Design parameters: what makes the variant, and the present value."""
+"""Design parameters: function that makes a variant, and function that returns the present value."""
 
 
 @result
@@ -104,22 +104,22 @@ class Trend(Result):
     losses: Mapping[str, np.ndarray]
     """[W]"""
     limit: tuple[Limit, ...]
-    """What binds, stress included."""
+    """Binding limit of each variant, stress included."""
 
 
 def sweep(element: RotaryLinearIVT, parameter: str, values: Any, duties: Sequence[Duty]) -> tuple[Trend, ...]:
-    """Efficiency and losses at duties over values of one design parameter.
+    """Compute efficiency and losses at operating points over values of one design parameter.
 
     Parameters
     ----------
-    element : RotaryLinearIVT   One with geometry.
-    parameter : str             One of `SWEPT`, or "material", whose values are names of the catalogue.
-    values : (n,) sequence      In SI.
-    duties : sequence of Duty   Operating points that all variants serve.
+    element : RotaryLinearIVT   Transmission with geometry.
+    parameter : str             One of `SWEPT`, or "material" with catalogue names as values.
+    values : (n,) sequence      Values in SI.
+    duties : sequence of Duty   Operating points common to all variants.
 
     Returns
     -------
-    tuple of Trend   One a duty.
+    tuple of Trend   One per operating point.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def sweep(element: RotaryLinearIVT, parameter: str, values: Any, duties: Sequenc
 
 
 def _exceeded(element: RotaryLinearIVT) -> Limit:
-    """The stress limit that a design exceeds most, if any."""
+    """The most exceeded stress limit of a design, if any."""
     assert element.contact is not None
     demands = _geometry(element).stress(element.contact).utilisation
     worst = max(demands, key=lambda limit: demands[limit], default=Limit.OK)
@@ -164,19 +164,19 @@ _POWERS: dict[str, dict[str, float]] = {
     "hysteresis_factor": _of_both("hysteresis_factor"),
     "axle_bore": {f"geometry.axle_bearing.{name}": power for name, power in SIZE_POWERS.items()},
 }
-"""Fields that go with each of `SWEPT`, and with which power of it."""
+"""Fields that vary with each of `SWEPT`, and the power by which they scale."""
 
 
 def elasticities(element: RotaryLinearIVT, parameter: str, duty: Duty) -> dict[str, float]:
     """Relative change of each loss, and of their sum ("total"), per relative change of a design parameter. [-]
 
-    Exact derivatives by complex step; a loss that is zero has none.
+    Exact derivatives by complex step; 0 for a loss that is zero.
 
     Parameters
     ----------
-    element : RotaryLinearIVT   One with geometry.
+    element : RotaryLinearIVT   Transmission with geometry.
     parameter : str             One of `SWEPT`.
-    duty : Duty                 Operating point at which losses are compared.
+    duty : Duty                 Operating point of the losses.
 
     Raises
     ------
@@ -203,7 +203,9 @@ def elasticities(element: RotaryLinearIVT, parameter: str, duty: Duty) -> dict[s
 
 def _geometry(element: RotaryLinearIVT) -> ContactGeometry:
     if element.geometry is None:
-        raise ParameterError("the element has measured groups, which do not follow from a design")
+        raise ParameterError(
+            "the transmission is given by measured groups, which do not depend on a design; define its geometry"
+        )
     return element.geometry
 
 

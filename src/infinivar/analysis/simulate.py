@@ -1,4 +1,4 @@
-"""Simulate a drive in time: its bond graph under a scenario, with controllers, limits as events, and where energy went."""
+"""Simulate the bond graph of a drive under a scenario, with controllers, limits as events, and an energy balance."""
 
 from __future__ import annotations
 
@@ -23,41 +23,41 @@ from infinivar.transmission import creepage
 from infinivar.units import plain
 
 STEPS = 1000
-"""Results over a run, unless a scenario asks for others."""
+"""Default number of output steps of a run."""
 
 
 @result
 class Event(Frozen):
-    """A stretch of time in which a limit was exceeded."""
+    """Time interval in which a limit was exceeded."""
 
     limit: Limit
     what: str
     """Part of the drive: "motor", "steering motor", "wheel" ..."""
     start: float
     end: float
-    """Both between the results around them, by straight line. [s]"""
+    """Start and end, linearly interpolated between outputs. [s]"""
     worst: float
-    """Largest demand over allowance; inf where nothing is allowed. [-]"""
+    """Largest demand over allowance; inf if nothing is allowed. [-]"""
 
     def __str__(self) -> str:
-        """One line for people."""
-        how = "" if self.worst == math.inf else f", up to {plain(self.worst, 3)} times what is allowed"
+        """One-line description."""
+        how = "" if self.worst == math.inf else f", up to {plain(self.worst, 3)} times the allowance"
         return f"{self.limit.words} ({self.what}) exceeded from {plain(self.start)} s to {plain(self.end)} s{how}"
 
 
 @result
 class Simulation(Result):
-    """What came of a scenario.
+    """Result of a simulated scenario.
 
     Attributes
     ----------
-    drive, scenario   What was simulated.
+    drive, scenario   Arguments of the call.
     title             Name of the drive for reports.
     trajectory        States, signals, efforts, flows and energies over time, with the audit.
-    columns           Quantities a designer looks at, over time, under names that end in their unit: time_s, position_m,
-        speed_m_s, wanted_position_m, force_N (from outside on the load), motor_current_A, motor_voltage_V, supply_power_W,
-        and with a wheel steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V.
-    events            Limits exceeded, in the order of their beginning.
+    columns           Main time histories, under names that end in their unit: time_s, position_m, speed_m_s,
+        wanted_position_m, force_N (external force on the load), motor_current_A, motor_voltage_V, supply_power_W; with a
+        wheel also steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V.
+    events            Exceeded limits, by start time.
     heating           Root mean square of each motor's current over its continuous current. [-]
     """
 
@@ -76,9 +76,9 @@ class Simulation(Result):
 
     @property
     def exceeded(self) -> tuple[str, ...]:
-        """Limits that make the run impossible for the drive, in words.
+        """Names of the limits that make the run infeasible.
 
-        A motor may carry more than its continuous torque for a while: that counts if its root mean square does.
+        The continuous torque of a motor limits its RMS torque only; short overloads are feasible.
         """
         found = [f"{e.limit.words} ({e.what})" for e in self.events if e.limit != Limit.THERMAL]
         found += [f"{Limit.THERMAL.words} ({what})" for what, share in self.heating.items() if share > 1.0]
@@ -86,30 +86,32 @@ class Simulation(Result):
 
     @property
     def position_error(self) -> Any:
-        """How far the link is from where it is wanted, over time. [m]"""
+        """Position error of the link over time. [m]"""
         wanted = self.columns.get("wanted_position_m", self.columns["position_m"])
         return np.abs(self.columns["position_m"] - wanted)
 
     @property
     def feasible(self) -> bool:
-        """Whether the run reached its end within limits."""
+        """Whether the run is complete and within limits."""
         return self.complete and not self.exceeded
 
     @property
     def verdict(self) -> str:
-        """One line: which limits it met, how it followed, what it took."""
+        """One-line verdict: exceeded limits, position error, energy from the supply."""
         if not self.complete:
             return self.trajectory.outcome
-        limits = f"beyond {', '.join(self.exceeded)}" if self.exceeded else "within limits"
+        limits = "within limits"
+        if self.exceeded:
+            limits = f"limit{'s' if len(self.exceeded) > 1 else ''} exceeded: {', '.join(self.exceeded)}"
         if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
             error = self.position_error
             most, last = (plain(1e3 * float(part), 2) for part in (np.max(error), error[-1]))
-            limits += f"; off by {most} mm at most, {last} mm at the end"
+            limits += f"; position error {most} mm at most, {last} mm at the end"
         spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
-        return f"{limits}; {plain(spent)} J from the supply, energy balance closed to {plain(CLOSURE, 1)}"
+        return f"{limits}; {plain(spent)} J from the supply; energy balance closed to {plain(CLOSURE, 1)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON: final energies, events and the verdict."""
+        """Plain values for JSON: final energies, events, verdict."""
         run = self.trajectory
 
         def last(group: Mapping[str, Any]) -> dict[str, float]:
@@ -154,26 +156,26 @@ def simulate(
     title: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Simulation:
-    """Run a drive through a scenario.
+    """Simulate a drive under a scenario.
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires.
     scenario : Scenario
     title : str                                 Name for reports.
     progress : callable                         Called with the share done.
 
     Returns
     -------
-    Simulation   Limits exceeded are events, not errors; a run that the solver gives up is cut short and says why.
+    Simulation   An exceeded limit is an event, not an error. If the solver fails, the run ends early and states the reason.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion needs, the scenario asks for what the drive has not (a steered wheel), or its
-        tolerance is too large for the energy balance.
+        If the drive lacks a value that motion requires, the scenario requires a part that the drive lacks (a steered
+        wheel), or the tolerance is too large for the energy balance to close.
     AuditError
-        If the energy balance does not close at the default tolerance: a fault of the program.
+        If the energy balance does not close at the default tolerance: an error in the program.
 
     Source: faulring2006, section V, Fig 10 and Fig 14.
     """
@@ -276,7 +278,7 @@ def _utilisation(
             parameters["C"],
             parameters[r"v_{\varepsilon}"],
         )
-        # By force or by creepage, whichever is nearer; in slip only the creepage grows.
+        # The larger demand of force and creepage; in slip only the creepage grows.
         found[Limit.SLIP, "wheel"] = np.maximum(np.abs(scaled) / parameters[r"\xi_s"], np.abs(columns["slip_ratio"]))
         if drive.transmission.steering_range < 0.5 * math.pi:
             found[Limit.STEERING, "wheel"] = np.abs(run.signals["phi"]) / drive.transmission.steering_range
@@ -290,7 +292,7 @@ def _utilisation(
 
 
 def _events(time: Any, utilisation: Mapping[tuple[Limit, str], Any]) -> tuple[Event, ...]:
-    """Stretches in which a demand exceeds its allowance by more than rounding."""
+    """Find the intervals in which a demand exceeds its allowance by more than rounding."""
     found = []
     for (limit, what), demand in utilisation.items():
         beyond = np.concatenate([[False], demand > 1.0 + 1e-9, [False]])
@@ -316,7 +318,7 @@ def _root_mean_square(time: Any, values: Any) -> float:
 
 
 def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:
-    """When the demand passes 1 on the way from the result `inside` to `beyond`; that of `beyond` at the ends."""
+    """Time at which the demand passes 1 between outputs `inside` and `beyond`; the time of `beyond` at the ends."""
     if not 0 <= inside < len(time) or not np.isfinite(demand[beyond]):
         return float(time[beyond])
     share = (1.0 - demand[inside]) / (demand[beyond] - demand[inside])

@@ -21,29 +21,29 @@ if TYPE_CHECKING:
     pass
 
 _TILE = 65_536
-"""Points computed at once: the intermediate arrays of a tile fit the processor's caches, and dwarf Python's overhead."""
+"""Points computed at once, so that intermediate arrays fit the processor's caches and Python's overhead is small."""
 
 _LOSS = "loss: "
 """Marks a loss among the fields of a tile."""
 
 _TILES_WORTH_THREADS = 8
-"""Fewer tiles are done before threads have started."""
+"""Smallest number of tiles for which threads pay off."""
 
 
 @result
 class SteadyMap(Result):
-    """Map over speed (first axis) and force (second axis); SI. The maps are read-only.
+    """Map over speed (first axis) and force (second axis), in SI; arrays are read-only.
 
     Attributes
     ----------
     speed, force : (n,), (m,) float     Axes. [m s^-1], [N]
-    power_in, power_out : (n, m) float  From the supply, to the load; nan where there is no steady motion. [W]
+    power_in, power_out : (n, m) float  Power from the supply and to the load; nan without steady motion. [W]
     losses : mapping of name to (n, m) float   [W]
     efficiency : (n, m) float           nan outside limits and where both sides feed the losses. [-]
     limit : (n, m) int8                 Values of `Limit`.
     margin : (n, m) float               Allowance over demand of the tightest limit. [-]
-    audit_residual : float              Largest share of power that does not add up, checked when the map was made. [-]
-    labels : Labels or None             Of labelled axes.
+    audit_residual : float              Largest relative residual of the power balance. [-]
+    labels : Labels or None             Labels of labelled axes.
     """
 
     speed: np.ndarray
@@ -68,11 +68,11 @@ def _axis(name: str, values: Any, unit: str) -> np.ndarray:
 
 
 def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[float], None] | None = None) -> SteadyMap:
-    """Evaluate a drive-train on a grid and audit every point.
+    """Evaluate a drive on a grid and audit every point.
 
     Parameters
     ----------
-    drive : Drive         Any drive-train.
+    drive : Drive         Any drive.
     speed : (n,) float    Speeds of the load; negative ones for the other quadrants. [m s^-1]
     force : (m,) float    Forces on the load. [N]
     progress              Called with the share done, 0 to 1.
@@ -86,7 +86,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     InputError
         If an axis is not a finite vector.
     AuditError
-        If powers and losses do not add up anywhere, or a power is nan where there should be one.
+        If the power balance of a point does not close, or a power is nan although the wheel does not slip.
     """
     labels = _labels(speed, force)
     speed, force = _axis("speed", speed, "m/s"), _axis("force", force, "N")
@@ -98,8 +98,8 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
         for top in range(0, speed.size, rows)
         for left in range(0, force.size, columns)
     ]
-    # The first tile says which fields there are, and on which axes they depend; a loss that is the same everywhere
-    # takes the room of one number. Threads then write to disjoint parts.
+    # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
+    # Threads then write to disjoint parts.
     first = _evaluated(drive, speed, force, tiles[0])
     tile_shape = first[0]["power_out"].shape
     room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}
@@ -125,7 +125,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
 
 
 def _labels(speed: Any, force: Any) -> Labels | None:
-    """Labels of the map from those of its axes; an axis without any has its usual name."""
+    """Labels of the map from those of its axes; an unlabelled axis keeps its usual name."""
     axes = {"speed": speed, "force": force}
     given = {name: axis for name, axis in axes.items() if is_labelled(axis)}
     dims = tuple(str(given[name].dims[0]) if name in given and given[name].ndim == 1 else name for name in axes)
@@ -135,7 +135,7 @@ def _labels(speed: Any, force: Any) -> Labels | None:
 
 
 def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
-    """Empty array for a field of the whole map, of length 1 along each axis on which the field does not depend."""
+    """Empty array for a field of the whole map, of length 1 along axes on which the field does not depend."""
     value = np.asarray(value)
     extents = zip((1,) * (2 - value.ndim) + value.shape, tile_shape, shape, strict=True)
     return np.empty(tuple(1 if here == 1 < tile else whole for here, tile, whole in extents), dtype=value.dtype)
@@ -144,7 +144,7 @@ def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np
 def _evaluated(
     drive: Drive, speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
 ) -> tuple[dict[str, Any], float]:
-    """Fields of one tile, losses among them, audited, and the largest residual."""
+    """Evaluate and audit one tile: its fields, losses included, and the largest residual."""
     point = drive.operate(speed=speed[tile[0], None], force=force[None, tile[1]])
     residual = power.audit(point.power_in, point.power_out, point.losses, "steady map")
     limit, margin = binding(point.utilisation)
@@ -163,7 +163,7 @@ def _evaluated(
 
 @contextlib.contextmanager
 def _workers(tasks: int) -> Iterator[Callable[..., Iterable[Any]]]:
-    """A `map` that uses all processors where there is enough to do: NumPy computes tiles side by side in threads."""
+    """Provide a `map` that computes tiles in threads on all processors if there are enough of them."""
     if tasks < _TILES_WORTH_THREADS:
         yield map
         return

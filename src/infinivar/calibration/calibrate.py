@@ -1,4 +1,4 @@
-"""From a rig's data to a calibrated drive: efficiencies, fitted parameters, what they cannot tell, what to measure next."""
+"""Calibrate a drive from rig data: efficiencies, fitted parameters, identifiability, and runs to measure next."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ def calibrate(
     leave_out: Sequence[int] = (),
     creep_laws: Sequence[str] | None = None,
 ) -> Calibration:
-    """Fit a cobotic drive of a study to a rig's data.
+    """Fit a cobotic drive of a study to rig data.
 
     Parameters
     ----------
-    study : Study           Gives the drive as a start, and the rig.
-    name : str              Of the drive in the study.
-    data : RigData or path  Runs, or a CSV file of them.
-    parameters : sequence   What to fit, of `model.PARAMETERS`; the others stay as the study has them.
-    leave_out : sequence    Lines of the file that are not used.
-    creep_laws : sequence   Creep laws to hold against the data. None for all there are, or for the study's alone where the
-        creep stiffness is not fitted: its error would pass for another law.
+    study : Study           Study with the drive, as starting point, and the rig.
+    name : str              Name of the drive in the study.
+    data : RigData or path  Runs, or a CSV file of runs.
+    parameters : sequence   Parameters to fit, from `model.PARAMETERS`; the others keep the values of the study.
+    leave_out : sequence    Lines of the file to exclude.
+    creep_laws : sequence   Candidate creep laws. None for all laws, or for the study's law alone if the creep stiffness is
+        not fitted, as an error in the stiffness would be mistaken for another law.
 
     Returns
     -------
@@ -53,12 +53,12 @@ def calibrate(
     Raises
     ------
     InputError
-        If the data cannot be read, are none that this rig can give, or do not serve for what is to be fitted.
+        If the data cannot be read, are impossible for this rig, or are insufficient for the parameters.
 
     Notes
     -----
-    Runs that no rig can give, and outliers, are left out and named, unless they are more than a third of all or most of
-    the runs with a setting in common.
+    Impossible runs and outliers are excluded and reported. If they make up more than a third of all runs, or most of the
+    runs with a common setting, the data are refused.
 
     Source: faulring2006, sections III and IV-B; weighted nonlinear least squares.
     """
@@ -68,7 +68,7 @@ def calibrate(
     for line in leave_out:
         if line not in data.lines:
             first, last = data.lines[0], data.lines[-1]
-            raise InputError(f"{data.name}: line {line} is not one of its runs, which stand in lines {first} to {last}")
+            raise InputError(f"{data.name}: line {line} is not a run; runs are in lines {first} to {last}")
     data = data.chosen(~np.isin(data.lines, list(leave_out)))
     names = tuple(parameters)
     _check_wish(data, names, creep_laws)
@@ -80,7 +80,7 @@ def calibrate(
     _check_enough(used, names)
     problem = Problem.of(drive, study.rig, used, names)
     robust, fits = laws.screen(problem, creep_laws)
-    # Runs of a fit that failed say nothing about which torque without load is misread.
+    # A failed fit does not show which no-load torque is misread.
     few = np.count_nonzero(robust.beyond) <= FEW * len(data)
     found = fits[robust.problem.law]
     faults |= {
@@ -112,15 +112,15 @@ def _check_wish(data: RigData, parameters: tuple[str, ...], creep_laws: Sequence
     for law in creep_laws or ():
         creep.law(law)
     if creep_laws is not None and not creep_laws:
-        raise InputError(f"no creep law to hold against the data: name some of {', '.join(creep.LAWS)}")
+        raise InputError(f"no creep law to fit: choose from {', '.join(creep.LAWS)}")
     for name in parameters:
         if name not in model.PARAMETERS:
             known = ", ".join(model.PARAMETERS)
-            raise InputError(f"{name!r} cannot be fitted{nearest(name, model.PARAMETERS)}; there are {known}")
+            raise InputError(f"{name!r} cannot be fitted{nearest(name, model.PARAMETERS)}; choose from {known}")
     if not parameters:
-        raise InputError(f"nothing to fit: name some of {', '.join(model.PARAMETERS)}")
+        raise InputError(f"no parameter to fit: choose from {', '.join(model.PARAMETERS)}")
     if "resistance" in parameters and data.motor_voltage is None:
-        raise InputError(f"{data.name}: has no column motor_voltage, without which the resistance cannot be fitted")
+        raise InputError(f"{data.name}: fitting the resistance requires a column motor_voltage")
 
 
 def _check_enough(data: RigData, parameters: tuple[str, ...]) -> None:
@@ -132,14 +132,14 @@ def _check_enough(data: RigData, parameters: tuple[str, ...]) -> None:
 
 
 def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.ndarray) -> dict[int, str]:
-    """Why runs that the sensors can give do not fit, by row of the data."""
+    """Reasons why plausible runs do not fit, by row of the data."""
     expecting = problem.under(choice.fit.law)
     said = {}
     for place in np.flatnonzero(beyond).tolist():
         name, unit, read, told, far = expecting.first_off(choice.fit.unknowns, place, OUTLIER)
-        wrong = f"where the fit expects {plain(told)} {unit}, {plain(far, 3)} standard deviations off"
+        expected = f"the fit expects {plain(told)} {unit} ({plain(far, 3)} standard deviations off)"
         said[int(rows[place])] = (
-            f"{name} is {plain(read)} {unit} {wrong if math.isfinite(told) else 'where by the fit the wheel would slip'}"
+            f"{name} is {plain(read)} {unit}, but {expected if math.isfinite(told) else 'by the fit the wheel would slip'}"
         )
     return said
 
@@ -147,9 +147,9 @@ def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.
 def _efficiencies(
     drive: CoboticDrive, study: Study, data: RigData, fit: Fit, misread_runs: np.ndarray, doubt: float = 0.0
 ) -> Efficiencies:
-    """Efficiencies by Eq 18, with what was fitted in place of what the study says.
+    """Efficiencies by Eq 18, with fitted values in place of the study's.
 
-    `doubt` is the relative deviation of a guideway's friction that was not fitted.
+    `doubt` is the relative standard deviation of the guideway friction if it was not fitted.
     """
     values = {**model.known_values(drive), **fit.values}
     friction = values["guideway_friction"]

@@ -1,4 +1,4 @@
-"""What a rig records: one row a run."""
+"""Rig data: one row per run."""
 
 from __future__ import annotations
 
@@ -25,41 +25,41 @@ COLUMNS = {
     "motor_current": "A",
     "motor_voltage": "V",
 }
-"""Columns of a rig's data with their SI units; the voltage may be left out."""
+"""Columns of rig data with their SI units; the voltage is optional."""
 
 _REQUIRED = tuple(name for name in COLUMNS if name != "motor_voltage")
 _MOST = 12
-"""Faults listed at once."""
+"""Largest number of faults listed in one message."""
 
 
 class LeftOut(NamedTuple):
-    """A run that was not fitted."""
+    """A run excluded from the fit."""
 
     row: int
-    """Of the data."""
+    """Row of the data."""
     line: int
-    """Of the file."""
+    """Line of the file."""
     reason: str
 
 
 @result
 class RigData(Frozen):
-    """Runs of a rig: arrays of one length, SI.
+    """Runs of a rig: arrays of equal length, SI.
 
-    Signs are those of the transmission: a positive steering angle moves the link backwards on a cylinder that turns
-    forwards, a mass pulls the link backwards, and lifting is a positive travel. A run without preload, its wheel lifted
-    off, gives the torque that motor and gearing take by themselves.
+    Sign convention of the transmission: on a cylinder that turns forwards, a positive steering angle moves the link
+    backwards; a mass pulls the link backwards; lifting is a positive travel. A run without preload (wheel lifted off)
+    gives the torque of motor and gearing alone.
 
     Attributes
     ----------
-    steering_angle : as the steering encoder says. [rad]
-    mass : that hangs on the link. [kg]
-    preload : as the spring's setting says; 0 for a wheel that is lifted off. [N]
-    duration : of the window over which the run is measured. [s]
-    cylinder_angle, link_travel : in that window. [rad], [m]
-    motor_current, motor_voltage : means over it; the voltage may be None. [A], [V]
-    lines : of the file in which the runs stand.
-    name : of the file.
+    steering_angle : reading of the steering encoder. [rad]
+    mass : mass hanging on the link. [kg]
+    preload : set preload; 0 with the wheel lifted off. [N]
+    duration : length of the measuring window. [s]
+    cylinder_angle, link_travel : change over the window. [rad], [m]
+    motor_current, motor_voltage : means over the window; the voltage may be None. [A], [V]
+    lines : line numbers of the runs in the file.
+    name : name of the file.
     """
 
     steering_angle: np.ndarray
@@ -79,17 +79,17 @@ class RigData(Frozen):
 
     @property
     def pressed(self) -> np.ndarray:
-        """Which runs have the wheel on the cylinder."""
+        """Mask of the runs with the wheel pressed on the cylinder."""
         return self.preload > 0
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
-        """The runs as columns under headings with their units, as `read` takes them."""
+        """Columns under headings with units, in the format that `read` accepts."""
         found = {name: getattr(self, name) for name in COLUMNS}
         return {f"{name} [{COLUMNS[name]}]": values for name, values in found.items() if values is not None}
 
     def chosen(self, rows: Any) -> RigData:
-        """Some of the runs, by index or mask."""
+        """Select runs by index or mask."""
         picked = {
             name: None if getattr(self, name) is None else getattr(self, name)[rows]
             for name in (field.name for field in dataclasses.fields(self))
@@ -99,11 +99,11 @@ class RigData(Frozen):
 
 
 def read(file: str | Path) -> RigData:
-    """Runs from a CSV file.
+    """Read runs from a CSV file.
 
     Parameters
     ----------
-    file : str or Path   A header that names the columns with their units, such as ``mass [kg]``, then one run a line.
+    file : str or Path   Header with column names and units, such as ``mass [kg]``, then one line per run.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def read(file: str | Path) -> RigData:
     Raises
     ------
     InputError
-        If the file cannot be read, a column or a unit is missing or of another kind, or a cell has no number.
+        If the file cannot be read, a column or unit is missing or wrong, or a cell is not a number.
     """
     columns, lines = read_columns(str(file), tuple(COLUMNS.items()), _REQUIRED, rising=None)
     arrays: dict[str, Any] = {name: np.asarray(values, dtype=float) for name, values in columns.items()}
@@ -120,12 +120,12 @@ def read(file: str | Path) -> RigData:
 
 
 def check(data: RigData) -> None:
-    """Refuse settings that cannot be, such as a mass below zero.
+    """Refuse impossible settings, such as a negative mass.
 
     Raises
     ------
     InputError
-        A line for each fault, with the row, what is found and what would be right.
+        Lists the faults, one line each, with line number, value found and permitted range.
     """
     faults = {row: said for row in range(len(data)) if (said := _setting_fault(data, row)) is not None}
     if faults:
@@ -133,7 +133,7 @@ def check(data: RigData) -> None:
 
 
 def refuse(data: RigData, faults: Mapping[int, str], closing: str = "") -> NoReturn:
-    """Raise InputError with a line for each fault, index of a run and words, and one that says what they mean."""
+    """Raise InputError with one line per fault, given by index of the run, and a closing line."""
     said = [f"{data.name}: line {data.lines[row]}: {faults[row]}" for row in sorted(faults)[:_MOST]]
     more = len(faults) - _MOST
     raise InputError("\n".join([*said, *([f"and {more} more"] if more > 0 else []), *([closing] if closing else [])]))

@@ -1,4 +1,4 @@
-"""Fitting a drive's losses to a rig's data: estimates, intervals, and what the data cannot tell apart."""
+"""Fit the losses of a drive to rig data: estimates, intervals, and identifiability."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from infinivar.errors import InputError
 from infinivar.study.spreads import NORMAL_95
 
 OUTLIER = 5.0
-"""Standard deviations from the robust fit beyond which a run is left out; of a million good readings one is."""
+"""Deviation from the robust fit, in standard deviations, beyond which a run is excluded; one in a million good readings."""
 
 FEW = 1.0 / 3.0
-"""Share of runs up to which such runs are outliers: half of them, and no fit could tell which half is right."""
+"""Largest share of runs that may be outliers; at one half, no fit could tell which half is right."""
 
 _UNKNOWN = 1.0
-"""Relative standard deviation from which on a direction counts as not told by the data."""
+"""Relative standard deviation at which a direction counts as not identifiable."""
 
 _INVOLVED = 0.1
-"""Share in a direction from which on a parameter counts as part of it."""
+"""Component of a direction above which a parameter belongs to it."""
 
 _MOST_ROUNDS = 5
-"""Of fits without the outliers of the one before; two are usual."""
+"""Largest number of refits without the outliers of the previous fit; two are usual."""
 
 _MOST_STEPS = 200
-"""Of a fit: one that can succeed needs some ten, and with outliers and a wrong creep law some hundred."""
+"""Step limit of a fit: a successful one needs about ten; with outliers and a wrong creep law, about a hundred."""
 
 DOUBT = 1e-3
-"""Probability below which residuals are larger than the sensors explain."""
+"""Probability below which residuals exceed the sensor errors."""
 
 
 @result
 class Combination(Frozen):
-    """A weighted sum of parameters which the data tell, though not its parts; the first weight is 1."""
+    """An identifiable weighted sum of parameters that are not identifiable separately; the first weight is 1."""
 
     weights: Mapping[str, float]
     value: float
@@ -48,18 +48,19 @@ class Combination(Frozen):
 
 @result
 class Fit(Frozen):
-    """Parameters fitted to a rig's data.
+    """Parameters fitted to rig data.
 
     Attributes
     ----------
-    names : of the parameters asked for.
-    values : by name, in SI; those not told apart stay in the study's proportions.
-    covariance : (p, p) of the told directions. [SI]
-    untold : (p, k) orthonormal directions of the scaled parameters which the data leave open.
-    problem : of the runs used, and `unknowns`, where it is solved.
-    outliers : index of runs left out.
+    names : names of the requested parameters.
+    values : estimates by name, in SI; parameters not identifiable separately keep the study's proportions.
+    covariance : (p, p) covariance in the identifiable directions. [SI]
+    untold : (p, k) orthonormal directions of the scaled parameters that are not identifiable.
+    problem : least-squares problem of the runs used.
+    unknowns : solution of that problem.
+    outliers : indices of excluded runs.
     chi_square, freedom : sum of squared residuals and degrees of freedom.
-    widened : factor on all deviations, above 1 where the residuals are larger than the sensors explain.
+    widened : factor on all deviations, above 1 if the residuals exceed the sensor errors.
     """
 
     names: tuple[str, ...]
@@ -75,33 +76,33 @@ class Fit(Frozen):
 
     @property
     def law(self) -> str:
-        """Creep law that was fitted."""
+        """Creep law of the fit."""
         return self.problem.law
 
     @property
     def deviations(self) -> Mapping[str, float]:
-        """Standard deviations by name, in SI; inf for parameters that the data do not tell."""
+        """Standard deviations by name, in SI; inf for parameters that are not identifiable."""
         spread = np.where(_involved(self.untold), np.inf, np.sqrt(np.diag(self.covariance)))
         return FrozenDict(zip(self.names, spread.tolist(), strict=True))
 
     @property
     def combinations(self) -> tuple[Combination, ...]:
-        """Sums that are told in place of their parts."""
+        """Sums that are identifiable although their terms are not."""
         return _combinations(self.problem, self.untold, self.values, self.covariance)
 
     @property
     def told(self) -> tuple[str, ...]:
-        """Parameters that the data tell by themselves."""
+        """Parameters that are identifiable separately."""
         return tuple(name for name in self.names if math.isfinite(self.deviations[name]))
 
     def interval(self, name: str) -> tuple[float, float]:
-        """Ends of the 95 % interval; infinite where the data do not tell."""
+        """Ends of the 95 % interval; infinite if not identifiable."""
         half = NORMAL_95 * self.deviations[name]
         return self.values[name] - half, self.values[name] + half
 
     @property
     def correlations(self) -> np.ndarray:
-        """Of the parameters asked for; nan for those that are not told. (p, p)"""
+        """Correlations of the requested parameters; nan if not identifiable. (p, p)"""
         scale = np.asarray([self.deviations[name] for name in self.names])
         with np.errstate(invalid="ignore"):
             return np.where(np.isfinite(scale[:, None] * scale), self.covariance / (scale[:, None] * scale), np.nan)
@@ -109,14 +110,14 @@ class Fit(Frozen):
 
 @result
 class Robust(Frozen):
-    """A fit in which no single run has much weight.
+    """A robust fit, in which no single run has much weight.
 
     Attributes
     ----------
-    problem : that was solved.
-    unknowns : where it ends.
-    cost : sum of the residuals' soft absolute values.
-    beyond : (n,) bool, runs more than `OUTLIER` standard deviations off it.
+    problem : the problem solved.
+    unknowns : its solution.
+    cost : sum of the soft absolute values of the residuals.
+    beyond : (n,) bool, runs that deviate by more than `OUTLIER` standard deviations.
     """
 
     problem: Problem
@@ -126,7 +127,7 @@ class Robust(Frozen):
 
 
 def robust(problem: Problem, start: np.ndarray | None = None) -> Robust:
-    """Fit with a loss that grows as the residual, not as its square, and so shows which runs are outliers.
+    """Fit with a loss that grows linearly with the residual, which reveals outliers.
 
     Source: least_squares of SciPy, loss soft_l1.
     """
@@ -136,9 +137,9 @@ def robust(problem: Problem, start: np.ndarray | None = None) -> Robust:
 
 
 def settled(found: Robust) -> Robust:
-    """The outliers of a fit without its outliers: those that it was pulled towards show then, others turn out good.
+    """Refit without the outliers and update them until they no longer change.
 
-    Never more than a third of the runs are put aside for the next fit, the farthest.
+    At most the farthest third of the runs is excluded from the next fit.
 
     Source: rousseeuw2006, concentration steps.
     """
@@ -155,7 +156,7 @@ def settled(found: Robust) -> Robust:
 
 
 def fit(problem: Problem) -> Fit:
-    """Solve a calibration with one creep law: a robust fit finds the outliers, a weighted one without them the estimates.
+    """Calibrate with one creep law: a robust fit finds the outliers, weighted least squares without them the estimates.
 
     Returns
     -------
@@ -164,7 +165,7 @@ def fit(problem: Problem) -> Fit:
     Raises
     ------
     InputError
-        If more than a third of the runs are off by as much as outliers.
+        If more than a third of the runs deviate like outliers.
 
     Source: Gauss-Newton covariance of weighted least squares; least_squares of SciPy (trust region, bounds).
     """
@@ -174,17 +175,17 @@ def fit(problem: Problem) -> Fit:
 
 
 def refuse_many(data: RigData, count: int) -> None:
-    """Raise InputError if so many runs are off that they are no outliers."""
+    """Raise InputError if the deviating runs are too many to be outliers."""
     if count > FEW * len(data):
         raise InputError(
-            f"{data.name}: {count} of {len(data)} runs are more than {OUTLIER:g} standard "
-            "deviations off a robust fit, too many for outliers: check the units of the headings, what the study says "
-            "of the drive, and how good the sensors in [rig] are"
+            f"{data.name}: {count} of {len(data)} runs deviate by more than {OUTLIER:g} standard deviations "
+            "from a robust fit, too many for outliers: check the units in the header, the drive in the study, "
+            "and the sensor errors in [rig]"
         )
 
 
 def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
-    """Weighted least squares without the outliers, (n,) bool, from where a robust fit ended."""
+    """Weighted least squares without the outliers, (n,) bool, starting from a robust fit."""
     kept = problem.without(outliers)
     untold = _untold(kept, start)
     unknowns, _ = _solved(kept, start, untold=untold)
@@ -213,8 +214,8 @@ def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
 def _solved(
     problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
 ) -> tuple[np.ndarray, float]:
-    """Unknowns of least squares and half the sum of the losses there; `untold` directions of the parameters are known by
-    the study alone, to 100 %."""
+    """Solve least squares: unknowns and half the sum of the losses. In `untold` directions the study's values hold as prior
+    with 100 % deviation."""
     from scipy.optimize import least_squares
 
     low, high = problem.bounds
@@ -236,7 +237,7 @@ def _solved(
 
 
 def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
-    """Information on the first unknowns, with that which goes into the others taken off (Schur complement)."""
+    """Information on the first unknowns with the others marginalised (Schur complement)."""
     whole = jacobian.T @ jacobian
     own, shared, others = (
         whole[:parameters, :parameters],
@@ -247,13 +248,13 @@ def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
 
 
 def _untold(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
-    """Orthonormal directions of the scaled parameters which the data leave open. (p, k)"""
+    """Orthonormal directions of the scaled parameters that are not identifiable. (p, k)"""
     found, directions = np.linalg.eigh(information(problem.jacobian(unknowns), len(problem.names)))
     return directions[:, found < 1.0 / _UNKNOWN**2]
 
 
 def _covariance(problem: Problem, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
-    """Of the scaled parameters, untold directions being known to 100 %: a little of these is in all others."""
+    """Covariance of the scaled parameters, with 100 % deviation in the directions that are not identifiable."""
     told = information(problem.jacobian(unknowns), len(problem.names))
     return np.linalg.inv(told + untold @ untold.T / _UNKNOWN**2)
 
@@ -267,19 +268,19 @@ def _widened(chi_square: float, freedom: int) -> float:
 
 
 def _involved(untold: np.ndarray) -> np.ndarray:
-    """Which parameters the data do not tell by themselves."""
+    """Mask of the parameters that are not identifiable separately."""
     return np.any(np.abs(untold) > _INVOLVED, axis=1)
 
 
 def _combinations(
     problem: Problem, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
 ) -> tuple[Combination, ...]:
-    """Independent sums of the parameters which are not told by themselves, in the simplest form: row echelon."""
+    """Independent identifiable sums of parameters that are not identifiable separately, in row echelon form."""
     involved = _involved(untold)
     if not involved.any():
         return ()
     names = [name for name, part in zip(problem.names, involved, strict=True) if part]
-    # What is left of the parameters' space once the untold directions are taken out of it, parameters in SI.
+    # Complement of the directions that are not identifiable, in the space of the parameters in SI.
     _, _, directions = np.linalg.svd((np.eye(len(problem.names)) - untold @ untold.T)[np.ix_(involved, involved)])
     space = directions[: max(len(names) - untold.shape[1], 0)] / problem.scales[involved]
     found = []
@@ -298,7 +299,7 @@ def _combinations(
 
 
 def _echelon(matrix: np.ndarray) -> list[np.ndarray]:
-    """Rows of the reduced row echelon form that are not zero."""
+    """Nonzero rows of the reduced row echelon form."""
     rows, rank = matrix.copy(), 0
     size = np.abs(matrix).max(initial=0.0)
     for column in range(rows.shape[1]):

@@ -1,4 +1,4 @@
-"""What a calibrated drive has otherwise than the study's, value by value, with its source."""
+"""Values in which a calibrated drive differs from the study's, with their sources."""
 
 from __future__ import annotations
 
@@ -20,30 +20,30 @@ class Fitted(NamedTuple):
     """One value of the calibrated drive."""
 
     path: str
-    """Of the field in the drive, dotted."""
+    """Dotted path of the field in the drive."""
     value: float | str
     unit: str
-    """"" for what is no quantity."""
+    """Unit; "" if not a quantity."""
     kind: str
-    """fitted, assumed where the data tell only a sum, or derived where it follows from the study."""
+    """fitted; assumed if only a sum is identifiable; or derived from the study."""
     where: str
     deviation: float | None
-    """Standard deviation; None where the value is none of the data's."""
+    """Standard deviation; None if the value is not from the data."""
     parameter: str
-    """Of the fit from which it comes, "" for none."""
+    """Parameter of the fit that gives the value; "" if none."""
     slope: float = 1.0
-    """Change of the value by that of the parameter. [SI]"""
+    """Derivative of the value with respect to the parameter. [SI]"""
 
 
 def rows(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: str) -> list[Fitted]:
-    """Every value that the calibrated drive has otherwise than the study's.
+    """List every value in which the calibrated drive differs from the study's.
 
     Parameters
     ----------
-    drive    As the study has it.
-    fit      Of the data.
-    known    The parameters as the study has them. [SI]
-    source   The data in words.
+    drive    Drive of the study.
+    fit      Fit to the data.
+    known    Parameters of the study. [SI]
+    source   Description of the data.
     """
     rows: list[Fitted] = []
     if fit.law != drive.transmission.creep_law.name:
@@ -79,7 +79,7 @@ def rows(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: str)
 
 
 def _guideway(guide: Guideway, preload: float) -> Iterator[tuple[str, str, float]]:
-    """Fields that make up the friction of the guideway, their units, and their size per friction."""
+    """Fields that make up the guideway friction, their units, and their value per unit of friction."""
     whole = guide.friction_force(preload)
     share = guide.coefficient * preload / whole if whole > 0 else 0.0
     if share > 0:
@@ -89,30 +89,30 @@ def _guideway(guide: Guideway, preload: float) -> Iterator[tuple[str, str, float
 
 
 def _in_a_sum(fit: Fit, parameter: str, source: str) -> tuple[str, float | None]:
-    """Source and deviation of a parameter that is not told by itself: the largest part stands for the whole sum's."""
+    """Source and deviation of a parameter identifiable only in a sum; the largest term carries the deviation of the sum."""
     told = next((combination for combination in fit.combinations if parameter in combination.weights), None)
     if told is None:
-        return f"{source} say nothing about it", None
-    where = f"{source}: only {combined(told)} is told"
+        return f"{source}: not identifiable", None
+    where = f"{source}: only {combined(told)} is identifiable"
     parts = {name: abs(weight * fit.values[name]) for name, weight in told.weights.items()}
     if parameter != max(parts, key=lambda name: parts[name]):
         return where, None
-    return f"{where}; its largest part carries the interval of the sum", told.deviation / abs(told.weights[parameter])
+    return f"{where}; the largest term carries the interval of the sum", told.deviation / abs(told.weights[parameter])
 
 
 def _nominal(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: str) -> list[Fitted]:
-    """The nominal torque as the fields of motor and gearhead that make it up: the gearhead's, as far as it goes."""
+    """Assign the nominal torque to fields of motor and gearhead, to the gearhead as far as possible."""
     motor, gear = drive.motor, drive.gearhead
     value, deviation = fit.values["nominal_torque"], fit.deviations["nominal_torque"]
     constant = fit.values.get("torque_constant", motor.torque_constant)
     rest = value - constant * motor.no_load_current
     whole = coulomb_torque(0.0, given(gear.rated_torque, motor.continuous_torque))
     path, unit, slope = "gearhead.efficiency", "1", -1.0 / whole
-    share, made = 1.0 - rest / whole, "what the nominal torque leaves beside the motor's no-load current"
+    share, made = 1.0 - rest / whole, "nominal torque less the motor's no-load torque"
     if gear.loss_model != "coulomb" or not 0.0 <= rest < whole:
         path, unit, slope = "motor.no_load_current", "A", 1.0 / constant
         beside = known["nominal_torque"] - motor.friction_torque
-        share, made = max(value - beside, 0.0) / constant, "the nominal torque, all of it put down to the motor"
+        share, made = max(value - beside, 0.0) / constant, "nominal torque, attributed entirely to the motor"
     if not math.isfinite(deviation):
         return [
             Fitted(path, share, unit, "assumed", _in_a_sum(fit, "nominal_torque", source)[0], None, "nominal_torque")

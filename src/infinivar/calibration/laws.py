@@ -1,4 +1,4 @@
-"""Which creep law a rig's data prefer, by how much, and what that leaves open in the parameters."""
+"""Select a creep law from rig data, and include its uncertainty in the parameters."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ from infinivar.calibration.problem import Problem
 from infinivar.contact import creep
 
 DECIDED = 10.0
-"""Chi-square by which every other law must be worse for one to be preferred: odds of 150 to 1.
+"""Chi-square difference at which the worse law is excluded: odds of 150 to 1.
 
-With normal errors the wrong one of two laws gets there in one session of 1300 at most, however well or badly the runs
-tell the two apart: the difference is normal, with the mean d^2 and the deviation 2 d of readings d deviations apart.
+With normal errors, the wrong one of two laws is preferred in at most one session of 1300, however well the runs discriminate:
+the difference is normal with mean d^2 and deviation 2 d, for readings d standard deviations apart.
 """
 
 LAW_ERROR = 0.15
-"""Relative standard deviation of how far a bent law departs from the linear one.
+"""Relative standard deviation of the departure of a curved law from the linear one.
 
-Fitted to the curves of exact rolling theory from 8 to 75 % of slip, the shipped laws that bend do so by 7 to 30 % too
-much or too little: vermeulen-johnson and fastsim 0.14 in the mean, with polach 0.18.
+Fitted to exact rolling theory from 8 to 75 % of slip, the curved laws have a curvature 7 to 30 % too large or too small: 0.14
+on average for vermeulen-johnson and fastsim, 0.18 with polach.
 """
 
 _FREE = 1.0
-"""The same where no law fits: the data alone say how much the creep bends."""
+"""The same if no law fits: the data alone determine the curvature."""
 
 _MOST_TRIED = 3
-"""Laws under which outliers are looked for; the second is nearly always the last."""
+"""Largest number of laws with which outliers are sought; two nearly always suffice."""
 
 
 @result
 class Candidate(Frozen):
-    """A creep law held against the data.
+    """A creep law fitted to the data.
 
     Attributes
     ----------
-    law : its name.
-    fit : with this law alone, as if it were exact, to the runs that all laws are fitted to.
-    behind : chi-square above that of the best law, in units of what the residuals are widened by. [-]
+    law : name of the law.
+    fit : fit with this law taken as exact, to the same runs as the other laws.
+    behind : chi-square above that of the best law, divided by the square of the widening factor. [-]
     """
 
     law: str
@@ -51,15 +51,15 @@ class Candidate(Frozen):
 
 @result
 class LawChoice(Frozen):
-    """What the data say about the creep law.
+    """Result of the selection of a creep law.
 
     Attributes
     ----------
-    candidates : the best first.
+    candidates : candidate laws, best first.
     asked : law of the study.
-    fit : estimates with the law that is used, intervals with what the law leaves open.
-    design : fit from which runs to make next follow: its law may bend more or less.
-    gain : chi-square by which the best law fits better once its bend is left free. [-]
+    fit : estimates with the law used; intervals include the uncertainty of the law.
+    design : fit for the choice of the next runs, with uncertain curvature.
+    gain : reduction of the best law's chi-square with free curvature. [-]
     """
 
     candidates: tuple[Candidate, ...]
@@ -70,28 +70,28 @@ class LawChoice(Frozen):
 
     @property
     def best(self) -> Candidate:
-        """The law with the least chi-square."""
+        """The law with the lowest chi-square."""
         return self.candidates[0]
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """Laws between which the data do not decide, the best first; one if they do."""
+        """Laws that the data do not exclude, best first."""
         return tuple(candidate.law for candidate in self.candidates if candidate.behind < DECIDED)
 
     @property
     def contradicted(self) -> bool:
-        """Whether the data speak against the study's law, or it was not held against them."""
+        """Whether the data exclude the study's law, or it was not a candidate."""
         return self.asked not in self.undecided
 
     @property
     def alone(self) -> Fit:
-        """Fit with the law that is used as if it were exact."""
+        """Fit with the law used, taken as exact."""
         return next(candidate.fit for candidate in self.candidates if candidate.law == self.fit.law)
 
     @property
     def misfit(self) -> bool:
-        """Whether no law fits as it stands: the best fits better once it may bend more or less, as clearly as laws are
-        told apart, or leaves residuals larger than the sensors explain."""
+        """Whether no law fits as published: free curvature improves the best fit by at least `DECIDED`, or its residuals
+        exceed the sensor errors."""
         return self.gain >= DECIDED or self.best.fit.widened > 1.0
 
 
@@ -100,22 +100,22 @@ def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust,
 
     Parameters
     ----------
-    problem : Problem   With the study's law.
-    laws : sequence     Names of the candidates: all there are, or the study's alone where the creep stiffness is not
-        fitted, as its error would pass for another law.
+    problem : Problem   Problem with the study's law.
+    laws : sequence     Names of the candidates. None for all laws, or for the study's law alone if the creep stiffness is
+        not fitted, as an error in the stiffness would be mistaken for another law.
 
     Returns
     -------
-    best : Robust       Of the law that fits best without outliers, its bend left free, so that runs which contradict the
-        law alone are none.
-    fits : dict         By law, the best first.
+    best : Robust       Robust fit of the best law with free curvature, so that runs that only contradict the law are no
+        outliers.
+    fits : dict         Fits by law, best first.
     """
     if laws is None:
         laws = tuple(creep.LAWS) if "creep_stiffness" in problem.names else (problem.law,)
     found = {law: robust(problem.under(law)) for law in laws}
     starts = {law: found[law].unknowns for law in sorted(found, key=lambda law: found[law].cost)}
     best, fits, tried = next(iter(found.values())), {}, set()
-    # Outliers may have made another law look best: that which fits best without them finds them anew.
+    # Outliers may favour the wrong law, so find them again with the law that fits best without them.
     while (law := next(iter(starts))) not in tried and len(tried) < _MOST_TRIED:
         tried.add(law)
         best, beside = found[law], _beside(law, tuple(starts))
@@ -132,25 +132,25 @@ def _ranked(fits: Iterable[Fit]) -> dict[str, Fit]:
 
 
 def choose(problem: Problem, fits: Mapping[str, Fit], outliers: np.ndarray) -> LawChoice:
-    r"""Hold the creep laws, fitted to the same runs, against one another, and say what they decide.
+    r"""Compare creep laws fitted to the same runs, and combine those not excluded.
 
-    Laws have the same number of parameters, so differences of chi-square are those of Akaike's criterion, and
-    :math:`\exp(-\Delta/2)` is the likelihood of a law over that of the best. Where the residuals are larger than the
-    sensors explain, :math:`\Delta` counts in units of what they are widened by.
+    All laws have the same number of parameters, so differences of chi-square equal those of Akaike's criterion, and
+    :math:`\exp(-\Delta/2)` is the likelihood of a law relative to the best. If the residuals exceed the sensor errors,
+    :math:`\Delta` is divided by the square of the widening factor.
 
-    The law used is the study's if the data leave it open, else the best. With Akaike's weights w of the laws left open,
+    The law used is the study's if the data do not exclude it, else the best. With Akaike weights w of the laws not excluded,
     the covariance about the values of the law used is the mean square over the laws,
 
     .. math:: \Sigma = \sum_i w_i \left(\Sigma_i + (\theta_i - \theta)(\theta_i - \theta)^T\right),
 
-    in which each law that bends does so with the relative deviation `LAW_ERROR`, since none is exact. Where the best law
-    fits better with its bend left free by `DECIDED`, the bend is free in all.
+    in which the curvature of each curved law has the relative deviation `LAW_ERROR`, since no law is exact. If free curvature
+    improves the best fit by at least `DECIDED`, the curvature is free in all laws.
 
     Parameters
     ----------
-    problem : Problem       With the study's law.
-    fits : mapping          By law, as `screen` found them; fitted again where the outliers are others.
-    outliers : (n,) bool    Runs that are left out.
+    problem : Problem       Problem with the study's law.
+    fits : mapping          Fits by law from `screen`; repeated if the outliers differ.
+    outliers : (n,) bool    Excluded runs.
 
     Returns
     -------
@@ -190,14 +190,14 @@ def choose(problem: Problem, fits: Mapping[str, Fit], outliers: np.ndarray) -> L
 
 
 def _beside(law: str, ranked: Sequence[str]) -> str | None:
-    """The law from which a law's bend is counted: the linear one, or for a straight law the best that bends."""
+    """Reference law for the curvature: the linear law, or for a straight law the best curved one."""
     if creep.LAWS[law].straight:
         return next((other for other in ranked if not creep.LAWS[other].straight), None)
     return "linear"
 
 
 def _with_error(fit: Fit, ranked: Sequence[str], *, free: bool) -> Fit:
-    """The fit with what is not known of its law: a straight one has no bend to be in doubt about, unless no law fits."""
+    """The fit with the error of its law; a straight law has no curvature error unless no law fits."""
     beside = _beside(fit.law, ranked)
     if beside is None or (creep.LAWS[fit.law].straight and not free):
         return fit

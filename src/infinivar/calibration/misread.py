@@ -1,4 +1,4 @@
-"""Readings that no rig can give: found run by run, left out where they are few, refused where they are not."""
+"""Find implausible readings run by run; exclude them if few, refuse the data if many."""
 
 from __future__ import annotations
 
@@ -15,56 +15,60 @@ from infinivar.study.rig import Rig
 from infinivar.units import plain
 
 _SLOWEST = 100.0
-"""How much slower than in the study a cylinder on a rig may turn; seconds for milliseconds make a thousand."""
+"""Factor by which the rig's cylinder may be slower than the study's; confusing s and ms makes a factor of 1000."""
 
 _SLIPS = {
     1e3: "is it in millimetres?",
     1e-3: "is it in metres?",
-    180 / math.pi: "is an angle in radians taken for degrees?",
-    math.pi / 180: "is an angle in degrees taken for radians?",
-    2 * math.pi: "are turns taken for radians?",
-    0.5 / math.pi: "are radians taken for turns?",
+    180 / math.pi: "was an angle in radians labelled as degrees?",
+    math.pi / 180: "was an angle in degrees labelled as radians?",
+    2 * math.pi: "were turns labelled as radians?",
+    0.5 / math.pi: "were radians labelled as turns?",
 }
-"""What a factor between travel and angles suggests."""
+"""Likely cause of a wrong factor between travel and angles."""
 
 _OFF = 5.0
-"""Standard deviations by which a setting may be off."""
+"""Largest plausible error of a setting, in standard deviations."""
 
 _PATTERN = 4
-"""Runs of a kind that must be wrong before they count as a pattern: with one reading in twenty misread at random, four
-of the runs at one ratio are in one session of 30,000."""
+"""Implausible runs with a common setting that make a pattern: with 5 % of readings misread at random, four of the runs at
+one ratio are affected in one session of 30,000."""
 
 _ALIKE = 1e-3
-"""Steering angles that count as one setting. [rad]"""
+"""Difference below which steering angles count as one setting. [rad]"""
 
 
 def find(data: RigData, drive: CoboticDrive, rig: Rig) -> dict[int, str]:
-    """Runs that no rig with this drive can have given: slips of columns, units and sensors.
+    """Find runs that are physically impossible for this drive: wrong columns, units or sensors.
 
     Returns
     -------
-    dict   By the index of the run: what is found and what it suggests.
+    dict   Finding and likely cause, by index of the run.
     """
     return {row: said for row in range(len(data)) if (said := _fault(data, drive, rig, row)) is not None}
 
 
 def refuse_unless_few(data: RigData, faults: Mapping[int, str]) -> None:
-    """Refuse the data if wrong runs are too many, or too alike, to be single misread values.
+    """Refuse the data if the implausible runs are too many or too similar to be single misreadings.
 
     Raises
     ------
     InputError
-        A line for each of them, and what makes them too many.
+        Lists the runs, one line each, and states why they are too many.
     """
     if len(faults) > FEW * len(data):
-        refuse(data, faults, f"{len(faults)} of {len(data)} runs are too many to be left out as misread")
+        refuse(
+            data,
+            faults,
+            f"{len(faults)} of {len(data)} runs are implausible, too many to exclude as single misreadings",
+        )
     kind = pattern(data, faults)
     if kind:
-        refuse(data, faults, f"{kind}: that is no single misread value, so none is left out")
+        refuse(data, faults, f"{kind} are implausible: a systematic error, so no run is excluded")
 
 
 def pattern(data: RigData, rows: Any) -> str:
-    """The kind of run of which most are among some, such as "12 of the 14 runs with 3.98 kg"; "" if there is none."""
+    """A setting shared by most of the given runs, such as "12 of the 14 runs with 3.98 kg"; "" if none."""
     chosen = np.zeros(len(data), dtype=bool)
     chosen[list(rows)] = True
     for words, members in _kinds(data):
@@ -75,12 +79,12 @@ def pattern(data: RigData, rows: Any) -> str:
 
 
 def _kinds(data: RigData) -> Iterator[tuple[str, np.ndarray]]:
-    """Runs with a setting in common. Settings alone: what was measured may be what is wrong."""
+    """Groups of runs with a common setting; measured values do not count, as they may be wrong."""
     pressed, angle, size = data.pressed, data.steering_angle, np.round(np.abs(data.steering_angle) / _ALIKE)
     yield "with the wheel lifted off", ~pressed
     for steered in np.unique(size[pressed]):
         degrees = math.degrees(float(np.abs(angle[pressed & (size == steered)]).mean()))
-        words = f"steered to {plain(degrees, 3)} deg either way" if steered else "with the wheel locked"
+        words = f"steered to {plain(degrees, 3)} deg in either direction" if steered else "with the wheel locked"
         yield words, pressed & (size == steered)
     for mass in np.unique(data.mass[pressed]):
         yield f"with {plain(mass)} kg", pressed & (data.mass == mass)
@@ -91,7 +95,7 @@ def _kinds(data: RigData) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
-    """The first fault of a run."""
+    """The first fault of a run, if any."""
     return (
         _speed_fault(data, drive, rig, row)
         or _load_fault(data, drive, rig, row)
@@ -106,33 +110,33 @@ def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str 
     speed, fastest = abs(turned) / duration, 1.5 * motor.no_load_speed / ratio
     current, stall = float(data.motor_current[row]), motor.voltage / motor.resistance
     if abs(turned) < 10 * rig.cylinder_resolution:
-        return (
-            f"cylinder_angle is {plain(turned)} rad in {plain(duration, 3)} s: does it turn, or is its encoder stuck?"
-        )
+        return f"cylinder_angle is {plain(turned)} rad in {plain(duration, 3)} s: is the cylinder at rest or its encoder stuck?"
     if speed > fastest:
-        hint = "; is it the angle of the motor, not of the cylinder?" if speed < 2 * fastest * ratio else ""
-        return f"cylinder_angle means {plain(speed)} rad/s, and the motor reaches {plain(fastest)} rad/s at most{hint}"
+        hint = "; is it the motor angle instead of the cylinder angle?" if speed < 2 * fastest * ratio else ""
+        return (
+            f"cylinder_angle implies {plain(speed)} rad/s, but the motor reaches {plain(fastest)} rad/s at most{hint}"
+        )
     if speed < abs(drive.cylinder_speed) / _SLOWEST:
         wanted = f"the study's cylinder turns at {plain(abs(drive.cylinder_speed))} rad/s"
-        return f"cylinder_angle and duration mean {plain(speed)} rad/s, and {wanted}: check the units of both headings"
+        return f"cylinder_angle and duration imply {plain(speed)} rad/s, but {wanted}: check the units of both headings"
     if abs(current) > stall:
         hint = _swapped_hint(data, drive, row)
-        return f"motor_current is {plain(current)} A, more than the motor's stall current of {plain(stall, 3)} A{hint}"
+        return f"motor_current is {plain(current)} A, above the motor's stall current of {plain(stall, 3)} A{hint}"
     if data.preload[row] == 0 and current * turned < -5.0 * rig.current_noise * abs(turned):
-        return f"motor_current is {plain(current)} A and brakes a cylinder that nothing drives: is a sign turned round?"
+        return f"motor_current is {plain(current)} A and brakes a cylinder that nothing drives: is a sign reversed?"
     return None
 
 
 def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
-    """What is wrong if the load was more than the wheel holds by the study, and the preload may be off."""
+    """Fault if the load exceeds the slip force by more than the preload error allows."""
     mass, preload, friction = float(data.mass[row]), float(data.preload[row]), drive.transmission.friction
     pulls, slips = mass * rig.gravity, friction * preload
     lateral = pulls / math.cos(float(data.steering_angle[row]))
     if preload == 0 or lateral <= (1.0 + _OFF * rig.preload_deviation) * slips:
         return None
     swapped = pulls > 1.5 * slips and preload * rig.gravity < 1.5 * friction * mass
-    hint = "are mass and preload swapped?" if swapped else f"is the study's friction of {plain(friction)} too small?"
-    return f"mass loads the wheel with {plain(lateral)} N where by the study it slips at {plain(slips)} N; {hint}"
+    hint = "are mass and preload swapped?" if swapped else f"is the study's friction of {plain(friction)} too low?"
+    return f"mass loads the wheel with {plain(lateral)} N, but by the study the wheel slips at {plain(slips)} N; {hint}"
 
 
 def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
@@ -143,11 +147,11 @@ def _voltage_fault(data: RigData, drive: CoboticDrive, row: int) -> str | None:
     if abs(voltage - wanted) <= 0.4 * abs(wanted) + 0.1 * drive.motor.voltage:
         return None
     hint = _swapped_hint(data, drive, row)
-    return f"motor_voltage is {plain(voltage)} V where current and speed take {plain(wanted)} V{hint}"
+    return f"motor_voltage is {plain(voltage)} V, but current and speed require {plain(wanted)} V{hint}"
 
 
 def _voltage(data: RigData, drive: CoboticDrive, row: int, current: float) -> float:
-    """What a current and the speed of a run take. [V]"""
+    """Motor voltage for a current at the speed of a run. [V]"""
     speed = float(data.cylinder_angle[row] / data.duration[row]) * drive.gearhead.ratio
     return drive.motor.resistance * current + drive.motor.torque_constant * speed
 
@@ -161,7 +165,7 @@ def _swapped_hint(data: RigData, drive: CoboticDrive, row: int) -> str:
 
 
 def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
-    """What is wrong if the link did not go where the wheel points, as far as creep and the encoder's zero let it."""
+    """Fault if the travel differs from that of ideal rolling by more than creep and the steering zero allow."""
     if data.preload[row] == 0:
         return None
     element = drive.transmission
@@ -169,22 +173,22 @@ def _travel_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str
     surface = element.cylinder_radius * float(data.cylinder_angle[row])
     angle, travel = float(data.steering_angle[row]), float(data.link_travel[row])
     ideal = -surface * math.tan(angle)
-    # Five times the creep of the study's contact at slip: what is fitted may be another.
+    # Five times the creep of the study's contact at slip, as the fitted contact may differ.
     creeps = abs(surface) * (5.0 / float(groups.creep_group) + 5.0 * rig.steering_zero_deviation)
     still = travel == 0.0 and abs(ideal) > 100.0 * rig.link_resolution
     if not still and abs(travel - ideal) <= creeps + 0.2 * abs(ideal) + 5.0 * rig.link_resolution:
         return None
     previous = data.link_travel[row - 1] if row else math.nan
     if travel == 0.0 or travel == previous:
-        same = "does not move" if travel == 0.0 else "has the value of the line before"
-        return f"link_travel {same} where the wheel points to {plain(ideal)} m: is its encoder stuck?"
+        same = "is zero" if travel == 0.0 else "repeats the value of the previous line"
+        return f"link_travel {same}, but the steering angle implies {plain(ideal)} m: is the encoder stuck?"
     factor = travel / ideal if ideal else math.inf
     hint = next((f"; {said}" for known, said in _SLIPS.items() if abs(abs(factor) / known - 1.0) < 0.25), "")
     if abs(factor + 1.0) < 0.25:
-        hint = "; is a sign turned round?"
+        hint = "; is a sign reversed?"
     if _near(float(data.cylinder_angle[row]), -element.cylinder_radius * math.tan(angle) * travel):
         hint = "; are link_travel and cylinder_angle swapped?"
-    return f"link_travel is {plain(travel)} m where steering and cylinder angle give {plain(ideal)} m{hint}"
+    return f"link_travel is {plain(travel)} m, but steering and cylinder angle imply {plain(ideal)} m{hint}"
 
 
 def _near(value: float, wanted: float) -> bool:

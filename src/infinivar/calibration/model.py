@@ -1,4 +1,4 @@
-"""What a rig would read in a run, given the parameters of the drive: the model that is fitted to data."""
+"""Model fitted to rig data: the expected readings of a run for given parameters of the drive."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 
 class Parameter(NamedTuple):
-    """What can be fitted."""
+    """A parameter that can be fitted."""
 
     unit: str
     shown_in: str
@@ -30,18 +30,18 @@ PARAMETERS = {
     "rolling_torque": Parameter("N m", "mN m", "hysteresis torque of the rolling contact"),
     "bearing_torque": Parameter("N m", "mN m", "friction torque of the axle bearings"),
     "guideway_friction": Parameter("N", "N", "friction of the guideway"),
-    "nominal_torque": Parameter("N m", "mN m", "torque at the motor that motor and gearing take by themselves"),
+    "nominal_torque": Parameter("N m", "mN m", "no-load torque of motor and gearing, at the motor"),
     "torque_constant": Parameter("N m/A", "mN m/A", "torque constant of the motor"),
     "resistance": Parameter("ohm", "ohm", "terminal resistance of the motor"),
 }
-"""By name; those that depend on the preload hold at the study's."""
+"""Parameters by name; those that depend on the preload refer to the study's preload."""
 
 USUAL = tuple(PARAMETERS)[:5]
-"""What is fitted unless something else is asked for."""
+"""Parameters fitted by default."""
 
 
 class Readings(NamedTuple):
-    """What the sensors of a rig read, a value a run; voltage whether recorded or not. [m], [A], [V]"""
+    """Sensor readings, one value per run; the voltage is given even if not recorded. [m], [A], [V]"""
 
     link_travel: np.ndarray
     motor_current: np.ndarray
@@ -50,9 +50,9 @@ class Readings(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Errors:
-    """How far settings and sensors are off in all runs of a session.
+    """Errors of settings and sensors common to all runs of a session; zero for an exact rig.
 
-    `mass` is that of each run. Zero everywhere for a rig that tells the truth.
+    `mass` has one error per run.
     """
 
     current_gain: Array = 0.0
@@ -84,11 +84,11 @@ def known_values(drive: CoboticDrive) -> dict[str, float]:
 def load_on_wheel(
     drive: CoboticDrive, rig: Rig, data: RigData, guideway_friction: float, errors: Errors | None = None
 ) -> np.ndarray:
-    """Force of the transmission on the link that lifts or lowers a mass against the guideway's friction.
+    """Force of the transmission on the link that lifts or lowers a mass against guideway friction.
 
     Parameters
     ----------
-    guideway_friction : float   At the study's preload; its share in the preload follows that of the run. [N]
+    guideway_friction : float   Friction at the study's preload; its preload-dependent part scales with that of the run. [N]
 
     Returns
     -------
@@ -106,7 +106,7 @@ def load_on_wheel(
 
 
 def _growth(element: RotaryLinearIVT, preload: Array, speed: float) -> dict[str, Array]:
-    """By which factors losses are larger than at the study's preload; bearings as their model says where there is one."""
+    """Loss factors relative to the study's preload; for bearings by their model, if given."""
     share = preload / element.preload
     found = {name: share**power for name, power in PRELOAD_POWERS.items()}
     known = element.groups(speed)
@@ -124,19 +124,19 @@ def _growth(element: RotaryLinearIVT, preload: Array, speed: float) -> dict[str,
 def predict(
     drive: CoboticDrive, rig: Rig, data: RigData, values: Mapping[str, float], errors: Errors | None = None
 ) -> Readings:
-    """Readings of every run, from its settings and the angle that the cylinder turned.
+    """Predict the readings of every run from its settings and the cylinder angle.
 
     Parameters
     ----------
-    drive : CoboticDrive   Of the study: dimensions, gearing, creep law.
+    drive : CoboticDrive   Drive of the study: dimensions, gearing, creep law.
     rig : Rig
-    data : RigData         Settings; of what was measured the cylinder angle, and which way the link went.
-    values : mapping       All of `PARAMETERS`, in SI.
-    errors : Errors        None for none.
+    data : RigData         Settings; of the measured values only the cylinder angle and the direction of travel.
+    values : mapping       Values of all `PARAMETERS`, in SI.
+    errors : Errors        Session errors; None for zero.
 
     Returns
     -------
-    Readings   Of runs with the wheel lifted off no travel is expected. nan where the wheel would slip.
+    Readings   Zero travel with the wheel lifted off; nan where the wheel would slip.
 
     Source: `RotaryLinearIVT.operate` and `load_on_wheel`.
     """

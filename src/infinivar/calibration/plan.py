@@ -1,4 +1,4 @@
-"""What to measure next: the runs that narrow the intervals most (D-optimal design)."""
+"""Propose the next runs: those that narrow the intervals most (D-optimal design)."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from infinivar.calibration.problem import Problem
 from infinivar.calibration.virtual_rig import LOADS, RATIOS, Setting, protocol, window
 
 PRELOADS = (0.4, 0.7, 1.0)
-"""Of the study's, among which runs are chosen: more would stress the contact beyond what it was made for."""
+"""Candidate preloads over the study's; a higher preload would over-stress the contact."""
 
 RUNS = 4
-"""Proposed at once."""
+"""Number of runs proposed."""
 
 _GUESS = 1.0
-"""Relative standard deviation that stands for what is not known before any run."""
+"""Relative standard deviation of the parameters before any run."""
 
 
 class Telling(NamedTuple):
-    """A run that tells two creep laws apart."""
+    """A run that discriminates between two creep laws."""
 
     between: tuple[str, str]
     setting: Setting
     apart: float
-    """Standard deviations between its readings under the two, with what the parameters are known to be off by."""
+    """Difference of its readings under the two laws, in standard deviations that include the parameter uncertainty."""
 
 
 @result
 class Plan(Frozen):
-    """Runs to make next.
+    """Proposed runs.
 
     Attributes
     ----------
-    settings : in the order in which they help most.
-    deviations : standard deviations expected after them, by parameter; inf where they still do not tell. [SI]
-    telling : of each law that is left open beside the one used, the run that tells the two apart best.
+    settings : runs by decreasing benefit.
+    deviations : expected standard deviations after these runs, by parameter; inf if still not identifiable. [SI]
+    telling : for each other law not excluded, the run that best discriminates it from the law used.
     """
 
     settings: tuple[Setting, ...]
@@ -53,10 +53,10 @@ class Plan(Frozen):
 
 
 def propose(found: Fit, *, preloads: Sequence[float] = PRELOADS, count: int = RUNS) -> Plan:
-    """The runs that add most to what is known of the fitted parameters, one after another.
+    """Choose, one after another, the runs that add most information on the fitted parameters.
 
-    Each is the one that makes the determinant of the information largest, with what the session's errors take off taken
-    off; what nothing tells yet counts as known to 100 %.
+    Each run maximises the determinant of the information, with the session errors marginalised; directions without
+    information count as known to 100 %.
 
     Source: D-optimal sequential design (Fedorov's exchange, one run at a time); linear in the unknowns at the fit.
     """
@@ -83,7 +83,7 @@ def propose(found: Fit, *, preloads: Sequence[float] = PRELOADS, count: int = RU
 
 
 def telling(choice: LawChoice, *, preloads: Sequence[float] = PRELOADS) -> Iterator[Telling]:
-    """For each law left open: the run at which it and the law used expect readings that differ most.
+    """For each law not excluded, yield the run whose readings differ most from those under the law used.
 
     Source: atkinson1975 (a design to tell two models apart), one run, linear in the unknowns at the fits.
     """
@@ -107,13 +107,13 @@ def telling(choice: LawChoice, *, preloads: Sequence[float] = PRELOADS) -> Itera
 
 
 def _expected(found: Fit, candidates: RigData) -> np.ndarray:
-    """Readings less what a fit expects of each candidate, in standard deviations. (n, m)"""
+    """Residuals of each candidate run under a fit, in standard deviations. (n, m)"""
     other = found.problem.about(candidates)
     return other.of_runs(other.residuals(_unknowns_of(found, other)))
 
 
 def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
-    """Runs that the drive can do, with the readings that the fit expects."""
+    """Feasible runs, with the readings that the fit predicts."""
     problem = found.problem
     drive, rig = problem.drive, problem.rig
     settings = np.asarray(protocol(drive, rig, ratios=RATIOS, loads=(*LOADS, 0.8), preloads=preloads))
@@ -125,7 +125,7 @@ def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
         preload=preload,
         duration=one,
         cylinder_angle=speed * one,
-        # Before anything is known of a run the link goes where the wheel points; locked, where the load pulls.
+        # First guess: the link follows the steering angle; if locked, the load.
         link_travel=np.where(angle == 0, -1.0, -np.tan(angle) * speed),
         motor_current=0.0 * one,
         motor_voltage=None if problem.data.motor_voltage is None else 0.0 * one,
@@ -150,7 +150,7 @@ def _candidates(found: Fit, preloads: Sequence[float]) -> RigData:
 
 
 def _rows(found: Fit, candidates: RigData) -> list[np.ndarray]:
-    """Derivatives of the readings of each candidate by the unknowns of the problem; its mass counts as known."""
+    """Derivatives of the readings of each candidate with respect to the unknowns, its mass taken as known."""
     problem = found.problem
     other = problem.about(candidates)
     own = [place for place, name in enumerate(other.errors) if not name.startswith("mass")]
@@ -168,7 +168,7 @@ def _rows(found: Fit, candidates: RigData) -> list[np.ndarray]:
 
 
 def _unknowns_of(found: Fit, other: Problem) -> np.ndarray:
-    """Unknowns of a problem about other runs as a fit has them; masses that it has not weighed count as right."""
+    """Fitted unknowns for a problem with other runs; new masses count as exact."""
     problem = found.problem
     size = len(problem.names)
     fitted = dict(zip(problem.errors, found.unknowns[size:].tolist(), strict=True))

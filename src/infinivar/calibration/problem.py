@@ -14,36 +14,36 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.rig import Rig
 
 _STEP = 1e-5
-"""Of differences, in units in which every unknown is about 1: their error is about 1e-10."""
+"""Step of differences for unknowns of order 1; the error is about 1e-10."""
 
 _UNPREDICTED = 1e3
-"""Standard deviations that stand for a reading which the model cannot give, as the wheel would slip."""
+"""Residual, in standard deviations, of a reading that the model cannot predict because the wheel would slip."""
 
 BEND = "creep bend"
-"""Name of the error of a creep law among a problem's unknowns."""
+"""Name of the curvature error of a creep law among the unknowns."""
 
 _FARTHEST = 100.0
-"""Standard deviations beyond which an error is not sought."""
+"""Bound of the session errors, in standard deviations."""
 
 _COUNTED = 1.0 / math.sqrt(6.0)
-"""Standard deviation of a difference of two counts."""
+"""Standard deviation of the difference of two encoder counts."""
 
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """What is sought, and how far a guess is from the data.
+    """Unknowns and residuals of a calibration.
 
-    Unknowns are the parameters asked for, each relative to a scale, then the session's errors (`Errors`) in standard
-    deviations: these are held to zero by what is known of the rig, and so widen the intervals as they should.
+    Unknowns are the requested parameters, each relative to a scale, then the session errors (`Errors`) in standard
+    deviations. The known accuracy of the rig holds these near zero, which widens the intervals correctly.
 
     Attributes
     ----------
-    names : of the parameters asked for.
-    known : all parameters as the study has them. [SI]
-    scales : of the parameters asked for. [SI]
-    errors : names of the session's errors among the unknowns; masses by number.
-    weighed : true masses that differ, and which of them each run has.
-    whitening : (n, m, m) matrices that make independent unit errors of a run's errors.
+    names : names of the requested parameters.
+    known : values of all parameters in the study. [SI]
+    scales : scales of the requested parameters. [SI]
+    errors : names of the session errors among the unknowns; masses by number.
+    masses : index of the distinct mass of each run.
+    whitening : (n, m, m) matrices that turn the errors of a run into independent unit errors.
     """
 
     drive: CoboticDrive
@@ -60,7 +60,7 @@ class Problem:
 
     @classmethod
     def of(cls, drive: CoboticDrive, rig: Rig, data: RigData, names: tuple[str, ...]) -> Problem:
-        """The problem of fitting parameters to runs."""
+        """Set up the problem of fitting parameters to runs."""
         known = known_values(drive)
         scales = np.asarray([abs(known[name]) or _natural(drive, known, name) for name in names])
         weighed, masses = np.unique(data.mass, return_inverse=True)
@@ -75,16 +75,16 @@ class Problem:
 
     @property
     def start(self) -> np.ndarray:
-        """Unknowns as the study has them; what it has as zero a step above, where differences have room."""
+        """Unknowns at the study's values, moved inside the bounds by the step of differences."""
         given = np.asarray([self.known[name] for name in self.names]) / self.scales
         low, high = self.bounds
         return np.clip(np.concatenate([given, np.zeros(len(self.errors))]), low, high)
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """No parameter is negative, and what divides is not nearly zero; differences need a step's room.
+        """Bounds of the unknowns: parameters are positive, divisors well above zero, with room for a step of differences.
 
-        Errors stay where the model has a meaning: a fit with the wrong law would try a preload below zero.
+        Session errors stay where the model is valid, as a fit with the wrong law could try a negative preload.
         """
         least = [1e-3 if name in ("creep_stiffness", "torque_constant") else 2.0 * _STEP for name in self.names]
         room = 0.5 * math.pi - float(np.abs(self.data.steering_angle).max(initial=0.0))
@@ -115,11 +115,11 @@ class Problem:
         return Errors(**off, mass=self.rig.mass_deviation * masses[..., self.masses])
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
-        """Of every reading and of what is known of the rig, in standard deviations.
+        """Residuals of all readings and of the session errors, in standard deviations.
 
         Parameters
         ----------
-        unknowns : (..., k) float   Several guesses at once are welcome.
+        unknowns : (..., k) float   One or more sets of unknowns.
 
         Returns
         -------
@@ -156,14 +156,14 @@ class Problem:
         return self.drive.transmission.creep_law.name
 
     def farthest(self, unknowns: np.ndarray) -> np.ndarray:
-        """How far off the farthest reading of each run is, in standard deviations. (n,)"""
+        """Largest deviation of the readings of each run, in standard deviations. (n,)"""
         return np.abs(self.of_runs(self.residuals(unknowns))).max(axis=1)
 
     def first_off(self, unknowns: np.ndarray, row: int, far: float) -> tuple[str, str, float, float, float]:
-        """The reading of a run that is off: name, unit, what was read, what is expected, and how far off.
+        """The deviating reading of a run: name, unit, value read, value expected, and deviation.
 
-        Whitened readings stand in the order travel, current, voltage, each with what those before explain taken out:
-        the first beyond `far` is the one, the farthest where none is.
+        Whitened readings are ordered travel, current, voltage, each without the part explained by those before. Returned is
+        the first beyond `far`, or the farthest if none is.
         """
         off = np.abs(self.of_runs(self.residuals(unknowns))[row])
         place = int(np.argmax(off > far)) if np.any(off > far) else int(np.argmax(off))
@@ -172,15 +172,15 @@ class Problem:
         return name, COLUMNS[name], read, told, float(off[place])
 
     def under(self, law: str) -> Problem:
-        """The problem with another creep law, and the same weights."""
+        """The problem with another creep law and the same weights."""
         return replace(self, drive=_under(self.drive, law))
 
     def bending(self, beside: str, deviation: float) -> Problem:
-        """The problem with a creep that differs from the law's, by a share of what it differs from another law's."""
+        """The problem with uncertain curvature: creep varies by a share of its difference from another law."""
         return replace(self, beside=beside, bend=deviation, errors=(*self.errors, BEND))
 
     def about(self, data: RigData) -> Problem:
-        """The same for other runs."""
+        """The same problem for other runs."""
         other = Problem.of(self.drive, self.rig, data, self.names)
         return other if self.beside is None else other.bending(self.beside, self.bend)
 
@@ -195,7 +195,7 @@ def _under(drive: CoboticDrive, law: str) -> CoboticDrive:
 
 
 def _natural(drive: CoboticDrive, known: dict[str, float], name: str) -> float:
-    """Scale of a parameter that the study has as zero."""
+    """Scale of a parameter that is zero in the study."""
     element = drive.transmission
     if name == "guideway_friction":
         return 1e-3 * element.preload
@@ -210,8 +210,8 @@ def _readings(data: RigData) -> tuple[np.ndarray, ...]:
 
 
 def _whitening(drive: CoboticDrive, rig: Rig, data: RigData, known: dict[str, float]) -> np.ndarray:
-    """What makes unit errors of those of a run: counts, noise, and a steering angle that counts leave open, which moves
-    travel, current and voltage together."""
+    """Whitening matrices from encoder counts, noise, and the resolution of the steering angle, which affects travel, current
+    and voltage together."""
     width = len(_readings(data))
     turned = 1e-7
     more, less = (
@@ -223,7 +223,7 @@ def _whitening(drive: CoboticDrive, rig: Rig, data: RigData, known: dict[str, fl
     by_cylinder = np.nan_to_num(predict(drive, rig, data, known).link_travel / data.cylinder_angle)
     travel = _COUNTED * np.hypot(rig.link_resolution, by_cylinder * rig.cylinder_resolution)
     own = np.stack([travel, rig.current_noise * mean, rig.voltage_noise * mean][:width], axis=-1)
-    own = np.maximum(own, 1e-12)  # a rig without noise still weighs
+    own = np.maximum(own, 1e-12)  # keeps weights finite for a rig without noise
     angle = rig.steering_resolution / math.sqrt(12.0) * by_angle
     covariance = own[:, :, None] ** 2 * np.eye(width) + angle[:, :, None] * angle[:, None, :]
     found = np.linalg.inv(np.linalg.cholesky(covariance))

@@ -1,4 +1,4 @@
-"""Reducing a rig's data by the paper's own equations: Eq 9 for the creep stiffness, Eq 18 for the efficiency."""
+"""Reduce rig data by the paper's equations: Eq 9 for the creep stiffness, Eq 18 for the efficiency."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ LOCKED = 1e-9
 """Steering angle below which a run counts as locked. [rad]"""
 
 _IMPOSSIBLE = 5.0
-"""Standard deviations above 1 from which on an efficiency is a fault of the data."""
+"""Number of standard deviations above 1 at which an efficiency is a data fault."""
 
 
 @result
 class Efficiencies(Frozen):
-    """Efficiency of the element in each run; arrays of one length.
+    """Efficiency of the transmission in each run; arrays of equal length.
 
     Attributes
     ----------
     ratio : cylinder surface speed over link speed, without creep, 1/|tan phi|. [-]
     load : force on the link over slip force, as set. [-]
-    lifts : whether the link lifts its mass: power flows from the cylinder to it.
-    value, deviation : efficiency in the direction in which power flows, and its standard deviation; nan where both sides
-        feed the losses, where the wheel is locked and where it is lifted off. [-]
+    lifts : whether the link lifts its mass, with power flowing from the cylinder to the link.
+    value, deviation : efficiency in the direction of power flow, and its standard deviation; nan if both sides feed the
+        losses, the wheel is locked, or the wheel is lifted off. [-]
     """
 
     ratio: np.ndarray
@@ -43,9 +43,9 @@ class Efficiencies(Frozen):
 def nominal_torque(
     drive: CoboticDrive, data: RigData, otherwise: float, misread: np.ndarray | None = None
 ) -> tuple[float, float]:
-    """Mean torque at the motor with the wheel lifted off, and in how many runs; `otherwise` where there are none. [N m], [-]
+    """Mean motor torque with the wheel lifted off, and number of such runs; `otherwise` without any. [N m], [-]
 
-    Runs that are `misread`, (n,) bool, do not count.
+    `misread` runs, (n,) bool, are excluded.
 
     Source: faulring2006, section IV-B (tau_n,c).
     """
@@ -60,7 +60,7 @@ def nominal_torque(
 def creep_stiffness(
     drive: CoboticDrive, rig: Rig, data: RigData, guideway_friction: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Creep stiffness from each locked run: force over creep, times the speed of the surface.
+    """Creep stiffness from each locked run: force over creep times surface speed.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def creep_stiffness(
 
     Returns
     -------
-    value, deviation : (n,) float   At the preload of the run; nan for runs that are not locked. [N]
+    value, deviation : (n,) float   At the preload of the run; nan unless locked. [N]
 
     Source: faulring2006, Eq 9.
     """
@@ -93,14 +93,14 @@ def efficiencies(
     nominal_deviation: float = 0.0,
     misread: np.ndarray | None = None,
 ) -> Efficiencies:
-    """Efficiency of the element in each run, from work on the link over work of the cylinder.
+    """Efficiency of the transmission in each run: work on the link over work of the cylinder.
 
     Parameters
     ----------
-    guideway_friction, guideway_deviation : float   At the study's preload, and its standard deviation. [N]
-    nominal, nominal_deviation : float              Torque at the motor with the wheel lifted off, and its standard
-        deviation, where no run says. [N m]
-    misread : (n,) bool                             Runs that do not count for that torque, None for none.
+    guideway_friction, guideway_deviation : float   Friction at the study's preload, and its standard deviation. [N]
+    nominal, nominal_deviation : float              Motor torque with the wheel lifted off, and its standard deviation; used
+        if no run measures it. [N m]
+    misread : (n,) bool                             Runs excluded from that torque, None for none.
 
     Returns
     -------
@@ -108,8 +108,8 @@ def efficiencies(
 
     Notes
     -----
-    All that the gearing loses under load counts as the element's: with a gearhead of the proportional loss model the
-    efficiency comes out too low.
+    Load-dependent gearing losses are attributed to the transmission: with the proportional loss model of the gearhead the
+    efficiency is too low.
 
     Source: faulring2006, Eq 18.
     """
@@ -125,7 +125,7 @@ def efficiencies(
     samples = np.maximum(rig.sample_rate * data.duration, 1.0)
     noise = motor.torque_constant * rig.current_noise / np.sqrt(samples)
     noise = noise * math.sqrt(1.0 + 1.0 / counted) if counted else np.hypot(noise, nominal_deviation)
-    # Work that comes out while none goes in, or more than noise can hide comes back: no efficiency, but a fault.
+    # Output work without input work, beyond the noise, is a data fault and has no efficiency.
     created = used & (work_out > 0) & (torque * turning < -_IMPOSSIBLE * noise)
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = np.sqrt(
@@ -151,10 +151,14 @@ def _slip(drive: CoboticDrive, data: RigData) -> np.ndarray:
 
 
 def impossible(found: Efficiencies) -> dict[int, str]:
-    """Runs whose efficiency is above 1 beyond what the sensors leave open: by index, with what is found."""
-    faults, hint = {}, "check mass, motor_current and its sign, and the torque without load"
+    """Runs whose efficiency exceeds 1 by more than the sensor errors: findings by index."""
+    faults, hint = {}, "check mass, motor_current and its sign, and the no-load torque"
     for row in np.flatnonzero(found.value - _IMPOSSIBLE * found.deviation > 1.0).tolist():
         value = f"{found.value[row]:.3f} ± {found.deviation[row]:.3f}, above 1"
-        said = value if np.isfinite(found.value[row]) else "above 1, as the link gets work and the cylinder gives none"
+        said = (
+            value
+            if np.isfinite(found.value[row])
+            else "above 1, as the link receives work but the cylinder supplies none"
+        )
         faults[row] = f"efficiency by Eq 18 is {said}: {hint}"
     return faults

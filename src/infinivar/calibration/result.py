@@ -1,4 +1,4 @@
-"""A calibrated drive: the fit, what it leaves open, and the runs to make next."""
+"""Result of a calibration: fit, identifiability, and proposed runs."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from infinivar.study.study import Study
 
 @result
 class Calibration(Result):
-    """A drive calibrated by a rig's data.
+    """A drive calibrated with rig data.
 
     Attributes
     ----------
     study, name          The study and the drive in it.
-    data                 Runs as given, without those left out on request.
-    laws                 What the data say of the creep law, and the fit with the one that is used.
-    left_out             Runs that were not fitted, as no rig can give them or they are outliers, each with why.
-    efficiencies         Of all runs, by Eq 18.
-    eq9                  Creep stiffness of all runs by Eq 9 and its standard deviation; nan where the wheel is not locked. [N]
-    plan                 What to measure next.
+    data                 Runs, without those excluded on request.
+    laws                 Selection of the creep law, and the fit with the law used.
+    left_out             Excluded runs (impossible readings or outliers) with reasons.
+    efficiencies         Efficiencies of all runs by Eq 18.
+    eq9                  Creep stiffness of all runs by Eq 9 and its standard deviation; nan unless the wheel is locked. [N]
+    plan                 Proposed runs.
     """
 
     study: Study
@@ -48,21 +48,21 @@ class Calibration(Result):
 
     @property
     def fit(self) -> Fit:
-        """Estimates and intervals, with what the creep law leaves open."""
+        """Estimates and intervals, including the uncertainty of the creep law."""
         return self.laws.fit
 
     @property
     def drive(self) -> CoboticDrive:
-        """The drive as the study has it."""
+        """The drive of the study."""
         return cobotic(self.study, self.name)
 
     @property
     def calibrated(self) -> CoboticDrive:
-        """The drive with what was fitted."""
+        """The drive with the fitted values."""
         drive, values = self.drive, {row.path: row.value for row in self.rows}
         if drive.transmission.geometry is None or "transmission.creep_stiffness" not in values:
             return with_values(drive, values)
-        # Measured groups take the place of the geometry, all at once: either excludes the other.
+        # Measured groups and geometry exclude each other, so all groups replace the geometry together.
         groups = {
             path.removeprefix("transmission."): value
             for path, value in values.items()
@@ -77,32 +77,32 @@ class Calibration(Result):
 
     @property
     def known(self) -> dict[str, float]:
-        """The parameters as the study has them. [SI]"""
+        """Parameters of the study. [SI]"""
         return model.known_values(self.drive)
 
     @property
     def _source(self) -> str:
-        """The data in words."""
+        """Description of the data."""
         return f"{Path(self.data.name).name}, {len(self.data) - len(self.left_out)} runs"
 
     @property
     def rows(self) -> tuple[Fitted, ...]:
-        """What the calibrated drive has otherwise than the study's."""
+        """Values in which the calibrated drive differs from the study's."""
         return tuple(fitted.rows(self.drive, self.fit, self.known, self._source))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader has to know first: that the data contradict the study's creep law, or that no law fits."""
+        """Warnings: the data contradict the study's creep law, or no law fits."""
         return tuple(words.warnings(self.laws))
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a reader of the result has to know, in sentences; the warnings come first."""
+        """Warnings and remarks, one sentence each; warnings first."""
         return tuple(words.remarks(self.laws, self.plan, self.data, self.left_out, self.drive))
 
     @property
     def verdict(self) -> str:
-        """One line: what is told and what is not."""
+        """One-line verdict: identifiable parameters and sums with their intervals."""
         fit = self.fit
         told = [
             f"{name} = {words.with_interval(fit.values[name], fit.deviations[name], model.PARAMETERS[name])}"
@@ -192,16 +192,16 @@ class Calibration(Result):
 
 
 def cobotic(study: Study, name: str) -> CoboticDrive:
-    """A cobotic drive of a study.
+    """Return a cobotic drive of a study.
 
     Raises
     ------
     InputError
-        If there is no drive of that name, or it is of another type.
+        If the drive does not exist or is of another type.
     """
     drive = study.drive(name)
     if not isinstance(drive, CoboticDrive):
         raise InputError(
-            f"{study.path or study.name}: drives.{name} must be a cobotic drive; this one has no wheel to measure"
+            f"{study.path or study.name}: drives.{name} must be a cobotic drive; this drive has no wheel to measure"
         )
     return drive

@@ -1,4 +1,4 @@
-"""The experiment on a virtual rig: a protocol of runs, what truly happens in each, and what the sensors make of it."""
+"""Experiment on a virtual rig: a protocol of runs, the true motion in each, and the sensor readings."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ from infinivar.units import plain
 
 RATIOS = (100.0, 50.0, 20.0, 8.0, 4.0, 2.0, 1.0)
 LOADS = (0.15, 0.5)
-"""Of the paper's experiment: reduction ratios, and forces on the link over the slip force."""
+"""Loads of the paper's experiment: forces on the link over the slip force. `RATIOS` are its reduction ratios."""
 
 SETTLING = 2.5
-"""Time before a run is measured: the speed loop's error falls by 1e-9 in a second, once its motor is not saturated. [s]"""
+"""Settling time before a run is measured; without saturation the speed loop's error falls by 1e-9 per second. [s]"""
 
 _LEAST_SAMPLES = 20
 _STICK_SPEED = 1e-5
-"""Smooths rolling, too: creep is off by half the square of its share in the rolling speed, 1e-10 here. [m s^-1]"""
+"""Also smooths rolling; the relative error of creep is half the square of its share in the rolling speed, 1e-10. [m s^-1]"""
 
 
 class Setting(NamedTuple):
@@ -44,7 +44,7 @@ class Setting(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """What happens in the window of a run. [s], [rad], [m], [A], [V]"""
+    """True values in the window of a run. [s], [rad], [m], [A], [V]"""
 
     duration: float
     cylinder_angle: float
@@ -59,10 +59,10 @@ class Experiment(Frozen):
 
     Attributes
     ----------
-    data : what the sensors read.
-    errors : how far settings and sensors are off in this session; a real rig does not tell.
-    truth : what happens in each run.
-    left_out : runs that the drive cannot do, each with why.
+    data : sensor readings.
+    errors : errors of settings and sensors in this session, unknown on a real rig.
+    truth : true values of each run.
+    left_out : infeasible runs with reasons.
     """
 
     data: RigData
@@ -79,13 +79,13 @@ def protocol(
     loads: Sequence[float] = LOADS,
     preloads: Sequence[float] = (1.0,),
 ) -> tuple[Setting, ...]:
-    """Runs of an experiment: without preload, locked under each load, and each ratio under each load both ways.
+    """List the runs of an experiment: without preload, locked under each load, each ratio under each load in both directions.
 
     Parameters
     ----------
     ratios : sequence      Cylinder surface speed over link speed, > 0. [-]
     loads : sequence       Force on the link over slip force, 0 to 1. [-]
-    preloads : sequence    Over the drive's. [-]
+    preloads : sequence    Preloads over the drive's. [-]
 
     Returns
     -------
@@ -136,22 +136,22 @@ def experiment(
 
     Parameters
     ----------
-    drive : CoboticDrive     What is measured, with the inertias that motion needs.
-    rig : Rig                Its sensors, and how well its settings are known.
-    settings : sequence      From `protocol`, or your own.
-    seed : int               Of the random errors.
-    exact : bool             No errors, no noise, no counts.
-    simulated : bool         By the drive's bond graph in time, else by its steady solution: the same once settled, and fast.
+    drive : CoboticDrive     Drive to measure, with the inertias that motion requires.
+    rig : Rig                Sensors and accuracy of the settings.
+    settings : sequence      Runs, from `protocol` or custom.
+    seed : int               Seed of the random errors.
+    exact : bool             Without errors, noise and counts.
+    simulated : bool         Use the bond graph in time; else the steady solution, which is equal once settled, and fast.
     progress                 Called with the share done.
 
     Returns
     -------
-    Experiment   Runs that the drive cannot do (wheel slip, supply voltage, too short a travel) are left out and named.
+    Experiment   Infeasible runs (wheel slip, supply voltage, travel too short) are excluded and reported.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion needs.
+        If the drive lacks a value that motion requires.
 
     Source: faulring2006, section IV-B.
     """
@@ -185,7 +185,7 @@ def experiment(
 
 
 def _drawn(random: np.random.Generator, rig: Rig, masses: np.ndarray) -> dict[str, Any]:
-    """Errors of a session; each mass is weighed once."""
+    """Draw the errors of a session; each distinct mass has one error."""
     weighed, which = np.unique(masses, return_inverse=True)
     scales = np.where(weighed > 0, rig.mass_deviation, 0.0)
     return {
@@ -213,7 +213,7 @@ def _described(setting: Setting) -> str:
 
 
 def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
-    """The element pressed with another preload; with none, a wheel that resists nothing stands for one lifted off."""
+    """The transmission with another preload; without preload, a lossless wheel represents a lifted one."""
     if preload > 0:
         return element.pressed(preload)
     free = {"rolling_torque": 0.0, "bearing_torque": 0.0, "creep_stiffness": float(element.groups(0.0).creep_stiffness)}
@@ -221,7 +221,7 @@ def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
 
 
 def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
-    """A run by its steady solution, or why the drive cannot do it."""
+    """Steady solution of a run, or why it is infeasible."""
     element = with_preload(drive.transmission, setting.preload)
     weight = setting.mass * rig.gravity
     drag = drive.guideway.friction_force(setting.preload)
@@ -229,7 +229,7 @@ def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
     if setting.preload == 0:
         travelling, torque = 0.0, 0.0
     else:
-        # Which way the link goes decides the sign of its friction; creep under load may turn a small angle's round.
+        # The direction of travel sets the sign of friction; at small angles, creep under load may reverse it.
         for way in (1.0, -1.0):
             point = element.operate(
                 cylinder_speed=speed, steering_angle=setting.steering_angle, link_force=weight + way * drag
@@ -238,27 +238,27 @@ def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
             if not travelling * way < 0:
                 break
         else:
-            return "the load neither lifts nor lowers against the guideway's friction"
+            return "guideway friction holds the load"
         if math.isnan(travelling):
             return "the wheel slips"
     side = motor_side(drive.motor, drive.gearhead, output_torque=torque, output_speed=np.float64(speed))
     voltage, current = float(side.states["motor_voltage_V"]), float(side.states["motor_current_A"])
     if abs(voltage) > drive.motor.voltage:
-        return f"the motor needs {plain(abs(voltage), 3)} V of {plain(drive.motor.voltage, 3)} V"
+        return f"the motor requires {plain(abs(voltage), 3)} V of {plain(drive.motor.voltage, 3)} V"
     duration = window(rig, travelling)
     if duration * rig.sample_rate < _LEAST_SAMPLES:
-        return f"passes {plain(rig.travel, 3)} m in {plain(duration, 2)} s, too short to measure"
+        return f"the link travels {plain(rig.travel, 3)} m in {plain(duration, 2)} s, too short to measure"
     return Truth(duration, speed * duration, travelling * duration, current, voltage)
 
 
 def window(rig: Rig, link_speed: float) -> float:
-    """Time over which a run at a link speed is measured: whole samples within the travel. [s]"""
+    """Measuring time of a run at a link speed: whole samples within the travel. [s]"""
     longest = min(rig.longest_run, rig.travel / max(abs(link_speed), 1e-12))
     return math.floor(longest * rig.sample_rate * (1.0 + 1e-12)) / rig.sample_rate
 
 
 def _simulated(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
-    """A run by the bond graph in time, measured once it has settled, or why the drive cannot do it."""
+    """Simulate a run with the bond graph and measure it once settled, or say why it is infeasible."""
     expected = _steady(drive, rig, setting)
     if isinstance(expected, str):
         return expected
@@ -304,7 +304,7 @@ def _read(
     errors: Errors,
     exact: bool,
 ) -> RigData:
-    """What the sensors make of the truth."""
+    """Sensor readings of the true values."""
     set_up = {name: np.asarray([getattr(s, name) for s in settings], dtype=float) for name in Setting._fields}
     true = {name: np.asarray([getattr(t, name) for t in truths], dtype=float) for name in Truth._fields}
     if not exact:

@@ -1,4 +1,4 @@
-"""A calibration in words: values with their intervals, what the data say of the creep law, what a reader has to know."""
+"""Text of a calibration: values with intervals, verdict on the creep law, warnings and remarks."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from infinivar.study.spreads import NORMAL_95
 from infinivar.units import plain
 
 _ALIKE = 0.01
-"""Chi-square by which two laws differ that the runs do not tell apart at all: rounding is far less."""
+"""Chi-square difference below which two laws are indistinguishable; rounding is far smaller."""
 
 _PLENTY = 100.0
-"""Standard deviations beyond which their number says nothing more."""
+"""Number of standard deviations above which the exact number is irrelevant."""
 
 _WIDER = 1.1
-"""Factor on an interval from which on its cause is named."""
+"""Widening factor of an interval above which its cause is named."""
 
 
 def combined(combination: Any) -> str:
-    """A sum of parameters in words: "rolling_torque + 1.2 bearing_torque = 2.84 ± 0.21 mN m" (95 %)."""
+    """Format a sum of parameters: "rolling_torque + 1.2 bearing_torque = 2.84 ± 0.21 mN m" (95 %)."""
     terms = []
     for name, weight in combination.weights.items():
         size = "" if abs(abs(weight) - 1.0) < 5e-4 else f"{plain(abs(weight), 3)} "
@@ -40,7 +40,7 @@ def combined(combination: Any) -> str:
 
 
 def with_interval(value: float | None, deviation: float, parameter: model.Parameter) -> str:
-    """A value, if there is one, with half its 95 % interval in the unit in which people read it."""
+    """Format a value, if any, and half its 95 % interval in the display unit."""
     scale = units.parse(f"1 {parameter.shown_in}", parameter.unit) if parameter.shown_in != "1" else 1.0
     half = NORMAL_95 * deviation / scale
     digits = max(0, 1 - math.floor(math.log10(half))) if 0 < half < math.inf else 3
@@ -49,7 +49,7 @@ def with_interval(value: float | None, deviation: float, parameter: model.Parame
 
 
 def described(setting: Setting) -> str:
-    """A run in words."""
+    """Describe a run."""
     if setting.preload == 0:
         return "wheel lifted off, cylinder at speed"
     weight = f"{setting.mass:.3f} kg, preload {plain(setting.preload)} N"
@@ -60,21 +60,21 @@ def described(setting: Setting) -> str:
 
 
 def on_law(laws: LawChoice) -> str:
-    """What the data say of the creep law, by how much, and which is used."""
+    """Verdict of the data on the creep law, with odds, and the law used."""
     best, used, left = laws.best, laws.fit.law, laws.undecided
     if laws.contradicted:
         behind = next((one.behind for one in laws.candidates if one.law == laws.asked), None)
         said = (
-            f"The study's creep law, {laws.asked}, was not held against the data; {best.law} fits best."
+            f"The study's creep law, {laws.asked}, was not among the candidates; {best.law} fits best."
             if behind is None
             else f"The data contradict the study's creep law: {best.law} fits better than {laws.asked} by {_by(behind)}."
         )
-        between = f" They do not decide between {_apart(laws)}." if len(left) > 1 else ""
+        between = f" Not excluded: {_apart(laws)}." if len(left) > 1 else ""
         return f"{said}{between} The fit and the calibrated study use {used}."
     if len(left) == 1:
         second = laws.candidates[1]
-        return f"The data prefer the study's creep law, {used}: the next best, {second.law}, is worse by {_by(second.behind)}."
-    return f"The data do not decide between the creep laws {_apart(laws)}. The fit uses the study's, {used}."
+        return f"The data support the study's creep law, {used}: the next best, {second.law}, is worse by {_by(second.behind)}."
+    return f"The data do not discriminate between the creep laws {_apart(laws)}. The fit uses the study's law, {used}."
 
 
 def _by(behind: float) -> str:
@@ -83,10 +83,10 @@ def _by(behind: float) -> str:
 
 
 def _apart(laws: LawChoice) -> str:
-    """The laws left open, each with how far it is behind the best."""
+    """The laws not excluded, each with its chi-square relative to the best."""
     best, *others = (one for one in laws.candidates if one.law in laws.undecided)
-    said = [f"{one.law} (no run tells it from {best.law})" if one.behind < _ALIKE else f"{one.law} ({plain(one.behind, 2)} worse)"
-            for one in others]  # fmt: skip
+    alike, worse = f"indistinguishable from {best.law}", "{} worse"
+    said = [f"{one.law} ({alike if one.behind < _ALIKE else worse.format(plain(one.behind, 2))})" for one in others]
     return _listed([best.law, *said])
 
 
@@ -95,11 +95,11 @@ def _listed(words: list[str]) -> str:
 
 
 def warnings(laws: LawChoice) -> Iterator[str]:
-    """What a reader of the result has to know before any number of it."""
+    """Warnings that come before any number of the result."""
     if laws.gain >= DECIDED:
         yield (
-            f"No creep law fits as it stands: {laws.best.law} fits better by {_by(laws.gain)} once it may bend more or less. "
-            "The intervals are those of a law whose bend is not known."
+            f"No creep law fits as published: with free curvature, {laws.best.law} fits better by {_by(laws.gain)}. "
+            "The intervals allow for unknown curvature."
         )
     if laws.contradicted:
         yield on_law(laws)
@@ -108,15 +108,15 @@ def warnings(laws: LawChoice) -> Iterator[str]:
 def remarks(
     laws: LawChoice, proposed: plan.Plan, data: RigData, left_out: Sequence[LeftOut], drive: CoboticDrive
 ) -> Iterator[str]:
-    """What a reader of the result has to know, in sentences."""
+    """Warnings and remarks on the result, one sentence each."""
     yield from warnings(laws)
     yield from _on_fit_of_laws(laws, proposed)
     yield from _on_parameters(laws.fit, proposed)
     yield from _on_runs(laws, data, left_out)
     if drive.gearhead.loss_model == "proportional":
         yield (
-            "The gearhead loses in proportion to its load, which Eq 18 counts as the element's: those efficiencies are too low. "
-            "The fit takes the gearhead's loss into account."
+            "The gearhead loss is proportional to its load. Eq 18 attributes it to the transmission, so those efficiencies "
+            "are too low; the fit accounts for it."
         )
 
 
@@ -124,18 +124,18 @@ def _on_fit_of_laws(laws: LawChoice, proposed: plan.Plan) -> Iterator[str]:
     if len(laws.candidates) > 1 and not laws.contradicted:
         yield on_law(laws)
     wider = [
-        f"{name} {plain(laws.fit.deviations[name] / laws.alone.deviations[name], 2)} times"
+        f"{name} by a factor of {plain(laws.fit.deviations[name] / laws.alone.deviations[name], 2)}"
         for name in laws.fit.told
         if laws.fit.deviations[name] > _WIDER * laws.alone.deviations[name]
     ]
     if wider:
         bend = (
-            f"an error of {100 * LAW_ERROR:.0f} % in how far a law bends"
+            f"an error of {100 * LAW_ERROR:.0f} % in the curvature of a law"
             if laws.gain < DECIDED
-            else "a bend that is free"
+            else "free curvature of the law"
         )
-        counted = f"the spread between the laws left open, and {bend}" if len(laws.undecided) > 1 else bend
-        yield f"The uncertainty of the creep law widens intervals: {_listed(wider)}. It counts {counted}."
+        counted = f"the differences between laws not excluded, and {bend}" if len(laws.undecided) > 1 else bend
+        yield f"The uncertainty of the creep law widens the interval of {_listed(wider)}. It includes {counted}."
     for one in proposed.telling:
         yield _on_telling(one)
 
@@ -144,11 +144,11 @@ def _on_telling(one: plan.Telling) -> str:
     names, run = " and ".join(one.between), described(one.setting)
     if one.apart**2 < DECIDED:
         return (
-            f"No single run tells {names} apart: the readings differ most, by {plain(one.apart, 2)} standard deviations, "
-            f"at {run}."
+            f"No single run discriminates between {names}: their readings differ most, by {plain(one.apart, 2)} standard "
+            f"deviations, at {run}."
         )
     size = plain(one.apart, 2) if one.apart < _PLENTY else f"more than {_PLENTY:.0f}"
-    return f"To tell {names} apart, make this run: {run}. Its readings differ by {size} standard deviations."
+    return f"To discriminate between {names}, measure {run}: the readings differ by {size} standard deviations."
 
 
 def _on_parameters(fit: Fit, proposed: plan.Plan) -> Iterator[str]:
@@ -156,37 +156,37 @@ def _on_parameters(fit: Fit, proposed: plan.Plan) -> Iterator[str]:
         names = " and ".join(combination.weights)
         if len(combination.weights) > 1:
             yield (
-                f"The data cannot tell {names} apart, only {combined(combination)}. In the calibrated drive they keep the "
-                "proportions of the study."
+                f"Not identifiable separately: {names}. The data determine only {combined(combination)}; the calibrated drive "
+                "keeps the proportions of the study."
             )
     for name in fit.names:
         if name not in fit.told and not any(name in combination.weights for combination in fit.combinations):
-            yield f"The data say nothing about {name}: it stays as the study has it."
+            yield f"Not identifiable: {name}. It keeps the value of the study."
     apart = [name for name in fit.names if not math.isfinite(proposed.deviations[name])]
     if apart:
         yield (
-            f"The runs proposed do not tell {' and '.join(apart)} apart either: with this rig's sensors no preload between "
-            f"{min(plan.PRELOADS):g} and {max(plan.PRELOADS):g} of the study's does."
+            f"The proposed runs do not make {' and '.join(apart)} identifiable: with this rig's sensors, no preload from "
+            f"{min(plan.PRELOADS):g} to {max(plan.PRELOADS):g} times the study's does."
         )
     low = fit.problem.bounds[0]
     for place, name in enumerate(fit.names):
         if fit.unknowns[place] < low[place] + 1e-3:
-            yield f"The fit of {name} ended at its lower bound, zero: its interval means little."
+            yield f"The fit of {name} ended at its lower bound, zero, so its interval is not meaningful."
 
 
 def _on_runs(laws: LawChoice, data: RigData, left_out: Sequence[LeftOut]) -> Iterator[str]:
     fit = laws.fit
     if left_out:
         lines = ", ".join(str(one.line) for one in left_out)
-        yield f"Left out: line{'s' if len(left_out) > 1 else ''} {lines}."
+        yield f"Excluded: line{'s' if len(left_out) > 1 else ''} {lines}."
         kind = misread.pattern(data, [one.row for one in left_out])
         if kind:
-            yield f"Left out are {kind}: check that setting, and whether the model holds there."
+            yield f"Excluded are {kind}: check that setting, and whether the model is valid there."
     if fit.widened > 1.0:
-        tried = "with every creep law " if len(laws.candidates) > 1 else ""
+        tried = " with every creep law" if len(laws.candidates) > 1 else ""
         yield (
-            f"The residuals are {tried}{plain(fit.widened, 2)} times what the rig's sensors explain, and all intervals are "
-            "widened by that: look for a pattern in them, or for a sensor that is worse than [rig] says."
+            f"The residuals exceed the sensor errors{tried} by a factor of {plain(fit.widened, 2)}, and all intervals are "
+            "widened accordingly: look for a pattern in the residuals, or for a sensor worse than stated in [rig]."
         )
     if not np.any(~data.pressed):
-        yield "No run has the wheel lifted off: the nominal torque follows from the others by the model alone."
+        yield "No run has the wheel lifted off, so the nominal torque follows from the other runs through the model only."

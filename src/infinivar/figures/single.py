@@ -223,10 +223,10 @@ def trajectory(found: Trajectory) -> Figure:
 
 
 def builds(found: Builds) -> Figure:
-    """Distributions of the weakest margin and the coverage over the samples."""
+    """Distributions of the tightest margin and the coverage over the samples."""
     with style.styled():
         made, axes = style.figure(8.0, 3.0, 1, 2, sharey=True)
-        _histogram(axes[0], found.margin, "weakest margin in the required region [-]")
+        _histogram(axes[0], found.margin, "tightest margin in the required region [-]")
         axes[0].axvline(1.0, color="black", lw=1.0)
         _histogram(axes[1], found.coverage, "share of the required region covered [-]")
     return made

@@ -76,7 +76,7 @@ class Heat(Result):
     housing_history: np.ndarray
 
     @property
-    def bears(self) -> bool:
+    def within_limit(self) -> bool:
         """Whether the winding stays within its permissible temperature."""
         return self.time_to_limit == math.inf
 
@@ -84,7 +84,7 @@ class Heat(Result):
     def verdict(self) -> str:
         """Verdict in one clause."""
         limit = celsius(self.permissible)
-        if self.bears:
+        if self.within_limit:
             return f"winding settles at {celsius(self.winding)} (limit {limit})"
         after = f"after {_duration(self.time_to_limit)}"
         if self.winding == math.inf:

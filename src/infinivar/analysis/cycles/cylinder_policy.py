@@ -1,7 +1,7 @@
-"""What the cylinder's speed is worth: kept as it is, chosen for a duty cycle, scheduled in time, or left to its inertia.
+"""Cylinder speed policies: nominal, optimal constant, scheduled in time, or free-running on its inertia.
 
-The speed of the cylinder is free: the wheel makes any link speed of it. A slower cylinder idles for less, but asks for larger
-steering angles, more steering, and more force of the wheel; a varying one costs and returns kinetic energy.
+The cylinder speed is a free choice, as the wheel converts it to any link speed. A slower cylinder has lower idle losses, but
+requires larger steering angles, more steering power and a larger wheel force; a varying speed exchanges kinetic energy.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from infinivar.motion.duty_cycles import DutyCycle, Instants
 from infinivar.transmission.rates import Varying
 
 _LEAST, _PER_WAVE = 200, 10
-"""Instants of a cycle, and of its shortest wave, while searching; what is found is computed with all."""
+"""Instants per cycle, and per shortest wave, during the search; the result is evaluated with all instants."""
 
 _FACTORS = np.geomspace(0.1, 4.0, 60)
-"""Speeds tried, over the drive's own."""
+"""Speeds of the search, over the nominal speed."""
 _HARMONICS = 3
 _LARGEST_SWING = 1.5
-"""Of the logarithm of the speed, a harmonic."""
+"""Largest harmonic amplitude of the logarithm of the speed."""
 _STEEPNESS = 50.0
-"""Share by which the power counts more for each share by which a limit is exceeded."""
+"""Penalty on the power per unit of excess demand."""
 _INSIDE = 0.99
-"""Demand from which it does: what is found with few instants must hold with all of them."""
+"""Demand from which the penalty applies, as a result with few instants must hold with all."""
 
 
 @result
@@ -40,12 +40,12 @@ class Policy(Result):
 
     Attributes
     ----------
-    name                    In words.
-    power_in : float        Mean power from the supply, windings at 25 °C; nan where it cannot be. [W]
-    slowest, fastest        Speeds of the cylinder. [rad s^-1]
-    cylinder_speed          At the instants of the cycle; None where constant. [rad s^-1] ...
+    name                    Display name.
+    power_in : float        Mean power from the supply, windings at 25 °C; nan if infeasible. [W]
+    slowest, fastest        Lowest and highest speed of the cylinder. [rad s^-1]
+    cylinder_speed          Speed at the instants of the cycle; None if constant. [rad s^-1] ...
     feasible : bool         Whether every limit is kept.
-    steering : float        Share of the power that the steering motor takes. [-]
+    steering : float        Share of the steering motor in the power. [-]
     """
 
     name: str
@@ -58,25 +58,24 @@ class Policy(Result):
 
 
 def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
-    """Compare ways to run the cylinder of a drive through a duty cycle.
+    """Compare cylinder speed policies of a drive in a duty cycle.
 
     Parameters
     ----------
-    drive : CoboticDrive   With its inertias; without that of the cylinder only constant speeds are compared.
+    drive : CoboticDrive   Drive with inertias; without the cylinder's inertia, only constant speeds are compared.
     duty : DutyCycle
 
     Returns
     -------
-    tuple of Policy   The drive's own speed; the constant speed that takes least within limits; a speed that varies over the
-        cycle, its logarithm a series of three harmonics, that takes least; and the inertia as a flywheel at the drive's own
-        mean speed.
+    tuple of Policy   The nominal speed; the constant speed of lowest power within limits; the periodic speed of lowest
+        power, its logarithm a series of three harmonics; and the inertia as a flywheel at the nominal mean speed.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion needs.
+        If the drive lacks a value that motion requires.
 
-    Source: least mean power by search (`scipy.optimize`); inverse dynamics as in faulring2006, section VI-C.
+    Source: lowest mean power by search (`scipy.optimize`); inverse dynamics as in faulring2006, section VI-C.
     """
     fine = duty.instants()
     own = _evaluated("as given", drive, duty, fine, None)
@@ -90,7 +89,7 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
 
 
 def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
-    """Constant speed of the cylinder with the least mean power within limits, or with the least excess of them. [rad s^-1]"""
+    """Constant cylinder speed of lowest mean power within limits, or of smallest excess if infeasible. [rad s^-1]"""
     from scipy.optimize import minimize_scalar
 
     instants = duty.instants(duty.samples(_LEAST, _PER_WAVE))
@@ -107,9 +106,9 @@ def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
 
 
 def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Callable[[np.ndarray], Varying]:
-    """Periodic speed of the cylinder with the least mean power within limits, as a function of time [s].
+    """Periodic cylinder speed of lowest mean power within limits, as a function of time [s].
 
-    `start` is the constant speed from which the search sets out; what it finds is never worse.
+    The search starts from the constant speed `start`; its result is never worse.
     """
     from scipy.optimize import minimize
 
@@ -123,7 +122,7 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
     first[0] = level
     bounds = [(level - 2.0, level + 2.0)] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
     best = first
-    # From rest the slope of a limit's kink can point nowhere: small waves at several phases are tried as well.
+    # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
     for wave in range(3):
         guess = first.copy()
         if wave:
@@ -135,7 +134,7 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
 
 
 def _schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarray) -> Varying:
-    """``own exp(g(t))`` with the level and harmonics of g, and its derivatives."""
+    """``own exp(g(t))`` and its derivatives, from the level and harmonics of g."""
     turn = 2.0 * np.pi * np.arange(1, _HARMONICS + 1) / period
     cosine, sine = np.cos(np.multiply.outer(time, turn)), np.sin(np.multiply.outer(time, turn))
     a, b = parameters[1::2], parameters[2::2]
@@ -147,7 +146,7 @@ def _schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarra
 
 
 def _cost(drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying, constant: bool = False) -> float:
-    """Mean power, dearer the further limits are exceeded; dear without bound where the wheel slips. [W]"""
+    """Mean power with a penalty on exceeded limits and on slip. [W]"""
     driven = replace(drive, cylinder_speed=float(speed.value)) if constant else drive
     point = driven.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=None if constant else speed)
     return _penalised(point)

@@ -1,4 +1,4 @@
-"""Duty cycles: energy, limits and heat of a drive that repeats a motion."""
+"""Duty cycles: energy, limits and heating of a drive in a periodic motion."""
 
 from __future__ import annotations
 
@@ -24,25 +24,24 @@ from infinivar.transmission.rates import Varying
 from infinivar.units import celsius, plain
 
 COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
-"""What every drive has over a cycle; force is that of the drive on the load with its inertia."""
+"""Columns common to all drives; `force_N` is the force of the drive on the load, including the load's inertia."""
 
 _SAME = 1e-3
-"""Relative difference of energies that is not worth a word."""
+"""Relative difference below which energies count as equal in the verdict."""
 
 
 @result
 class Holding(Frozen):
-    """What it takes to stand still under a force, per drive.
+    """Power of a drive that holds a force at standstill.
 
     Attributes
     ----------
-    force : float              Held. [N]
-    power : float              From the supply, ready to move, with the help of friction; nan where the drive cannot hold the
-        force. [W]
-    without_help : float       The same if friction did not help. [W]
-    limit : Limit              That binds there, with the help of friction.
-    parked : float | None      From the supply with the cylinder stopped and the wheel locked; None without a cylinder. [W]
-    run_up : float | None      Energy at least to bring the cylinder back to speed. [J]
+    force : float              Force held. [N]
+    power : float              Supply power, ready to move, with the help of friction; nan if the drive cannot hold the force. [W]
+    without_help : float       Supply power without the help of friction. [W]
+    limit : Limit              Binding limit, with the help of friction.
+    parked : float | None      Supply power with the cylinder stopped and the wheel locked; None without a cylinder. [W]
+    run_up : float | None      Minimum energy to bring the cylinder back to speed. [J]
     """
 
     force: float
@@ -54,7 +53,7 @@ class Holding(Frozen):
 
     @property
     def pays_after(self) -> float | None:
-        """Stay from which on stopping the cylinder takes less; None without one. [s]"""
+        """Shortest standstill for which stopping the cylinder saves energy; None without a cylinder. [s]"""
         if self.parked is None or self.run_up is None:
             return None
         saved = self.power - self.parked
@@ -62,30 +61,30 @@ class Holding(Frozen):
 
 
 class WithoutHelp(NamedTuple):
-    """A duty cycle in which friction does not help to hold the load at rest."""
+    """Result of a duty cycle without friction that helps to hold the load at rest."""
 
     energy: float
-    """From the supply in a cycle. [J]"""
+    """Energy from the supply per cycle. [J]"""
     feasible: bool
-    """Whether every limit is kept and no winding gets too hot."""
+    """Whether every limit is kept and no winding overheats."""
 
 
 @result
 class DutyResult(Result):
-    """What a drive does about a duty cycle, settled and warm. At rest, friction holds what it can of the load.
+    """Result of a drive in a duty cycle, settled and warm. At rest, friction carries as much of the load as it can.
 
     Attributes
     ----------
-    drive, duty          As given.
-    instants             The cycle at its samples.
-    point                The drive at each of them, with its windings at their settled mean temperature.
+    drive, duty          Arguments of the call.
+    instants             Sampling instants of the cycle.
+    point                Operating point at each instant, with windings at their settled mean temperature.
     cold_power           Mean power from the supply with windings at 25 °C. [W]
     demands              Demand over allowance over the cycle, by limit and part. [-]
-    heat                 By motor ("motor", "steering motor"); None where the data sheet lacks a value.
-    lacking              Which values, by motor.
-    closure              Share of the cycle's energy that does not add up. [-]
-    holding              At the largest force of the cycle.
-    without_help         The same if friction did not help to hold; None where the load never rests.
+    heat                 Heating by motor ("motor", "steering motor"); None if the data sheet lacks a value.
+    lacking              Missing values by motor.
+    closure              Relative residual of the cycle's energy balance. [-]
+    holding              Standstill under the largest force of the cycle.
+    without_help         Result without friction that helps to hold; None if the load never rests.
     """
 
     name: str
@@ -109,49 +108,49 @@ class DutyResult(Result):
 
     @property
     def energy(self) -> float:
-        """From the supply in a cycle. [J]"""
+        """Energy from the supply per cycle. [J]"""
         return self.power_in * self.duty.period
 
     @property
     def watt_hours(self) -> float:
-        """From the supply in an hour. [W h]"""
+        """Energy from the supply per hour. [W h]"""
         return self.power_in
 
     @property
     def delivered(self) -> float:
-        """Work of the drive on the load in a cycle, where it drives. [J]"""
+        """Work of the drive on the load per cycle, while driving. [J]"""
         return float(np.mean(np.clip(self.point.power_out, 0.0, None))) * self.duty.period
 
     @property
     def absorbed(self) -> float:
-        """Work of the load on the drive in a cycle, where it brakes. [J]"""
+        """Work of the load on the drive per cycle, while braking. [J]"""
         return float(np.mean(np.clip(-np.asarray(self.point.power_out), 0.0, None))) * self.duty.period
 
     @property
     def losses(self) -> dict[str, float]:
-        """Of a cycle by name. [J]"""
+        """Losses per cycle by name. [J]"""
         return {name: float(np.mean(loss)) * self.duty.period for name, loss in self.point.losses.items()}
 
     @property
     def peaks(self) -> dict[str, float]:
-        """Largest torque of each motor over its continuous torque, which bounds only the root mean square. [-]"""
+        """Peak torque of each motor over its continuous torque, which limits only the RMS torque. [-]"""
         found = self.point.utilisation.items()
         return {what: float(np.max(demand)) for (limit, what), demand in found if limit == Limit.THERMAL}
 
     @property
     def exceeded(self) -> tuple[Demand, ...]:
-        """Limits that are not kept, slip first, then from the worst."""
+        """Exceeded limits: slip first, then by decreasing demand."""
         found = [key for key, demand in self.demands.items() if demand > 1.0]
         return tuple(sorted(found, key=lambda key: (key[0] != Limit.SLIP, -self.demands[key])))
 
     @property
     def feasible(self) -> bool:
-        """Whether every limit is kept and no winding gets too hot."""
-        return not self.exceeded and _bears(self.heat)
+        """Whether every limit is kept and no winding overheats."""
+        return not self.exceeded and _within_limits(self.heat)
 
     @property
     def tightest(self) -> tuple[Demand, float]:
-        """The limit with the least margin, and allowance over demand. [-]"""
+        """The tightest limit and its margin, allowance over demand. [-]"""
         place, margin = binding_demand({key: np.asarray(demand) for key, demand in self.demands.items()})
         if place:
             return list(self.demands)[int(place) - 1], float(margin)
@@ -160,9 +159,9 @@ class DutyResult(Result):
 
     @property
     def verdict(self) -> str:
-        """One line a designer can act on."""
+        """One-line verdict: feasibility, tightest limit, energy, heating."""
         known = {what: found for what, found in self.heat.items() if found is not None}
-        hot = {what: found for what, found in known.items() if not found.bears}
+        hot = {what: found for what, found in known.items() if not found.within_limit}
         clauses = self._on_limits(hot)
         if math.isnan(self.power_in):
             return "; ".join(clauses)
@@ -170,38 +169,41 @@ class DutyResult(Result):
             f"{what} winding at {celsius(min(found.mean_winding, found.permissible))}" for what, found in hot.items()
         ]
         at = f" with {' and '.join(held)}" if held else ""
-        clauses.append(f"{plain(self.energy, 3)} J a cycle, {plain(self.power_in, 3)} W on average{at}")
+        clauses.append(f"{plain(self.energy, 3)} J per cycle, {plain(self.power_in, 3)} W on average{at}")
         if self.feasible:
             clauses += [f"{what} {found.verdict}" for what, found in known.items()]
         return "; ".join([*clauses, *self._on_help()])
 
     def _on_limits(self, hot: Mapping[str, Heat]) -> list[str]:
-        """Limits exceeded and windings too hot; the tightest limit where there are none."""
+        """Name the exceeded limits and overheated windings, or the tightest limit if all are kept."""
         if self.feasible:
             key, margin = self.tightest
-            weakest = "nothing loads it" if margin == math.inf else f"weakest margin: {words_of(key)}, {margin:.2f}"
-            return [f"does it; {weakest}"]
-        burning = [f"{what} {found.verdict}" for what, found in hot.items()]
+            if margin == math.inf:
+                return ["feasible; no limit is loaded"]
+            return [f"feasible; tightest limit: {words_of(key)} (margin {margin:.2f})"]
+        overheating = [f"{what} {found.verdict}" for what, found in hot.items()]
         if not self.exceeded:
-            return [f"cannot go on: {clause}" for clause in burning[:1]] + burning[1:]
-        worst = self.exceeded[0]
+            return [f"infeasible in continuous operation: {clause}" for clause in overheating[:1]] + overheating[1:]
+        worst, *others = self.exceeded
         return [
-            f"cannot do it: {words_of(worst)} is {_times(self.demands[worst])} what is allowed",
-            *(f"{words_of(key)} {_times(self.demands[key])}" for key in self.exceeded[1:3]),
-            *burning,
+            f"infeasible: {words_of(worst)}, {_times(self.demands[worst])} the allowance",
+            *(f"{words_of(key)}, {_times(self.demands[key])}" for key in others[:2]),
+            *overheating,
         ]
 
     def _on_help(self) -> list[str]:
-        """What the verdict owes to friction that helps to hold, if anything."""
+        """Say how friction that helps to hold the load affects the verdict, if it does."""
         bare = self.without_help
         if bare is None or not abs(bare.energy - self.energy) > _SAME * abs(self.energy):
             return []
-        only = "only because friction helps to hold; without it" if self.feasible and not bare.feasible else ""
-        return [f"{only or 'if friction did not help to hold'}, {plain(bare.energy, 3)} J a cycle"]
+        energy = f"{plain(bare.energy, 3)} J per cycle"
+        if self.feasible and not bare.feasible:
+            return [f"feasible only because friction helps to hold the load; without it {energy}"]
+        return [f"without friction holding the load, {energy}"]
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
-        """The cycle over time under names that end in their unit: `COLUMNS`, and the states of the drive."""
+        """Time histories under names that end in their unit: `COLUMNS` and the states of the drive."""
         course, point = self.instants.course, self.point
         shape = self.instants.time.shape
         force = course.driving_force(self.duty.moved_mass).value
@@ -269,27 +271,27 @@ def duty_cycle(
     samples: int | None = None,
     cylinder_speed: Varying | None = None,
 ) -> DutyResult:
-    """Work a drive through a duty cycle until it has settled, by inverse dynamics.
+    """Evaluate a drive in a duty cycle by inverse dynamics, settled and warm.
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires.
     duty : DutyCycle
-    name, title : str         For reports.
-    travel : float            Way that the load can go, from end to end; no limit if left out. [m]
-    samples : int             Instants of the cycle; as many as the motion needs if left out.
-    cylinder_speed : Varying  Of a cobotic drive at the instants; constant if left out. [rad s^-1] ...
+    name, title : str         Names for reports.
+    travel : float            End-to-end travel of the load; unlimited by default. [m]
+    samples : int             Instants of the cycle; chosen from the motion by default.
+    cylinder_speed : Varying  Cylinder speed of a cobotic drive at the instants; constant by default. [rad s^-1] ...
 
     Returns
     -------
-    DutyResult   Limits are data. Where the wheel slips powers, energies and heat are nan.
+    DutyResult   An exceeded limit is a result, not an error. Where the wheel slips, powers, energies and heat are nan.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion needs.
+        If the drive lacks a value that motion requires.
     AuditError
-        If the energy of the cycle does not add up.
+        If the energy balance of the cycle does not close.
 
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
@@ -309,7 +311,7 @@ def duty_cycle(
             drive, duty, instants, lambda driven: chosen(rests, follow(driven.unheld()), follow(driven))
         )
         kept = all(demand <= 1.0 for demand in _demands(bare, instants, travel).values())
-        without_help = WithoutHelp(float(np.mean(bare.power_in)) * duty.period, kept and _bears(hot))
+        without_help = WithoutHelp(float(np.mean(bare.power_in)) * duty.period, kept and _within_limits(hot))
     return DutyResult(
         name=name,
         title=title or name,
@@ -330,11 +332,11 @@ def duty_cycle(
 def _settled(
     drive: AnyDrive, duty: DutyCycle, instants: Instants, follow: Callable[[AnyDrive], MovingPoint]
 ) -> tuple[MovingPoint, MovingPoint, dict[str, Heat | None], dict[str, tuple[str, ...]]]:
-    """The cycle with cold windings, with settled ones, the heat by motor, and what data sheets lack for that."""
+    """Evaluate the cycle with cold and with settled windings; also return heating and missing data by motor."""
     cold = follow(drive)
     lacking = {what: tuple(heat.missing(motor)) for what, motor in motors_of(drive).items()}
     found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}
-    # Where a winding never settles, or settles too hot, the motor has to be stopped: it is as warm as it may be.
+    # A motor whose winding overheats must be stopped: its winding counts as at the permissible temperature.
     warm = {what: min(hot.mean_winding, hot.permissible) for what, hot in found.items() if hot is not None}
     point = follow(warmed(drive, warm))
     shape = instants.time.shape
@@ -351,15 +353,15 @@ def _demands(point: MovingPoint, instants: Instants, travel: float | None) -> di
     return found
 
 
-def _bears(heats: Mapping[str, Heat | None]) -> bool:
-    return all(found is None or found.bears for found in heats.values())
+def _within_limits(heats: Mapping[str, Heat | None]) -> bool:
+    return all(found is None or found.within_limit for found in heats.values())
 
 
 def holding(drive: AnyDrive, force: float) -> Holding:
-    """What a drive takes to stand still under a force, with the help of friction and without it.
+    """Power of a drive that holds a force at standstill, with and without the help of friction.
 
-    The locked wheel of a stopped cylinder holds any force below slip without power, and the amplifiers draw their standby
-    power only.
+    With the cylinder stopped, the locked wheel holds any force below slip without power; the amplifiers draw standby power
+    only.
     """
     point, bare = (held.operate(speed=0.0, force=force) for held in (drive, drive.unheld()))
     parked = run_up = None
@@ -378,14 +380,14 @@ def holding(drive: AnyDrive, force: float) -> Holding:
 
 
 def motors_of(drive: AnyDrive) -> dict[str, Any]:
-    """Motors by what they are called in demands."""
+    """Motors by their name in demands."""
     return {
         "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
     }
 
 
 def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:
-    """What warms a motor at each instant: its current, and the power that its friction takes. [A], [W]"""
+    """Heat sources of a motor at each instant: current and friction power. [A], [W]"""
     prefix, tag = ("steering ", "steering_") if what == "steering motor" else ("", "motor_")
     return point.states[f"{tag}current_A"], point.losses[f"{prefix}motor friction"]
 
@@ -398,7 +400,7 @@ def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> He
 
 
 def warmed(drive: AnyDrive, temperatures: Mapping[str, Array]) -> AnyDrive:
-    """The drive with its windings at temperatures."""
+    """The drive with its windings at given temperatures."""
     if "motor" in temperatures:
         drive = replace(drive, motor=heat.warm(drive.motor, temperatures["motor"]))
     if "steering motor" in temperatures and isinstance(drive, CoboticDrive) and drive.steering is not None:

@@ -1,4 +1,4 @@
-"""What a drive does over one period of a motion: demands, mean powers, and the definitions of performance."""
+"""Drive over one period of a motion: demands, mean powers, and definitions of performance."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ AnyDrive = CoboticDrive | ConventionalDrive
 Measure = Literal["exchange", "round trip", "printed"]
 
 _RMS = (Limit.THERMAL, Limit.GEAR)
-"""What heats or tires a part: its root mean square counts, not its peak."""
+"""Limits on heating or fatigue, which apply to the root mean square instead of the peak."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Definition:
-    """What performance over a cycle means. The default is as the paper seems to have it.
+    """Definition of performance over a cycle. The default is the most likely reading of the paper.
 
     `measure`:
 
-    - ``exchange``: energy exchanged with the load, driving and braking both counted, over energy taken from the supply. May
-      exceed 1, as the load's own energy comes back; nan where nothing is taken.
-    - ``round trip``: energy that arrives, at the load when it is driven and at the supply when it is stored, over energy that
-      sets out. A lossless drive has 1 if all that comes back is stored, a half if it is burnt.
-    - ``printed``: the mean over time of load power over electrical power, sizes only, as the paper prints it. Electrical
-      power passes zero, so the value depends on the samples and converges to nothing.
+    - ``exchange``: energy exchanged with the load, in driving and braking, over energy from the supply. May exceed 1, as the
+      load returns its own energy; nan if the supply gives none.
+    - ``round trip``: energy received, by the load when driven and by the supply when stored, over energy sent. 1 for a
+      lossless drive that stores all returned energy, 0.5 if it burns it.
+    - ``printed``: the time average of load power over electrical power, in magnitude, as printed in the paper. Electrical
+      power crosses zero, so the value depends on the samples and does not converge.
 
-    `returned`: negative electrical power is burnt, stored with `storage_efficiency`, or cannot be taken at all (a limit).
-    `common_bus`: one motor's returned power feeds the other first; else each motor's is clipped before they are added.
-    `torque`: whether a motor's continuous torque bounds the root mean square of its torque, or the peak.
+    `returned`: negative electrical power is burnt, stored with `storage_efficiency`, or not accepted (a limit).
+    `common_bus`: returned power of one motor first feeds the other; else each motor's power is clipped before the sum.
+    `torque`: whether the continuous torque limits a motor's RMS torque or its peak torque.
 
     Raises
     ------
     ParameterError
-        If a choice is not one of those, or the storage efficiency is missing or out of range.
+        If a choice is unknown, or the storage efficiency is missing or out of range.
 
     Source: faulring2006, section VI-C.
     """
@@ -62,7 +62,7 @@ class Definition:
     torque: Literal["rms", "peak"] = component("What the continuous torque bounds", default="rms")
 
     def __post_init__(self) -> None:
-        """Refuse what is not a definition."""
+        """Validate the fields."""
         check(self)
         self.amplifier(Amplifier())
 
@@ -72,10 +72,10 @@ class Definition:
 
     @property
     def words(self) -> str:
-        """The definition in a few words, for figures."""
+        """Short description for figures."""
         measure = {
-            "exchange": "energy exchanged with the load over energy taken from the supply",
-            "round trip": "energy that arrives over energy that sets out",
+            "exchange": "energy exchanged with the load over energy from the supply",
+            "round trip": "energy received over energy sent",
             "printed": "mean of load power over electrical power",
         }[self.measure]
         returned = {
@@ -83,17 +83,17 @@ class Definition:
             "store": f"stored at {percent(self.storage_efficiency or 0.0)}",
             "none": "not possible",
         }[self.returned]
-        bus = "one DC bus" if self.common_bus else "each motor by itself"
+        bus = "one DC bus" if self.common_bus else "separate motor supplies"
         torque = {"rms": "RMS", "peak": "peak"}[self.torque]
-        return f"{measure}; negative electrical power {returned}, {bus}; continuous torque bounds the {torque} torque"
+        return f"{measure}; negative electrical power {returned}, {bus}; continuous torque limits the {torque} torque"
 
 
 PAPER = Definition()
-"""As the paper seems to have it."""
+"""Most likely definition of the paper."""
 
 
 Cylinder = Literal["constant", "flywheel"]
-"""What the cylinder does: turn at constant speed, or at what a constant torque and its inertia make of it."""
+"""Cylinder at constant speed, or free-running under constant torque and its inertia."""
 
 
 def follow(
@@ -105,7 +105,7 @@ def follow(
     cylinder: Cylinder = "constant",
     period: Any = None,
 ) -> MovingPoint:
-    """Instants of a course under a definition's treatment of negative power; a flywheel needs the period. [s]"""
+    """Operating points of a course, with negative power treated as defined; a flywheel requires the period. [s]"""
     drive = replace(drive, amplifier=definition.amplifier(drive.amplifier))
     if not isinstance(drive, CoboticDrive):
         return drive.follow(course, load_mass=load_mass)
@@ -123,10 +123,10 @@ def follow(
 
 
 def demands(point: MovingPoint, torque: Literal["rms", "peak"] = "rms") -> dict[Demand, np.ndarray]:
-    """Demand over allowance of each limit over a cycle: the last axis of the instants.
+    """Demand over allowance of each limit over a cycle, the last axis of the instants. [-]
 
-    Continuous torques of motors (unless `torque` says peak) and gearheads are held against the root mean square, all
-    other limits against the peak. nan where the wheel slips, but for slip itself. [-]
+    Continuous torques of motors (unless `torque` is peak) and gearheads limit the root mean square, all other limits the
+    peak. Where the wheel slips, all but slip are nan.
     """
     shape = np.shape(point.power_out)
     found = {}
@@ -141,17 +141,17 @@ def demands(point: MovingPoint, torque: Literal["rms", "peak"] = "rms") -> dict[
 
 
 def mean(values: Any, shape: tuple[int, ...]) -> np.ndarray:
-    """Mean over a cycle, of what may be the same at all instants."""
+    """Mean over a cycle of values that may be constant."""
     return np.broadcast_to(np.mean(values, axis=-1) if np.ndim(values) else values, shape[:-1])
 
 
 def means(group: Mapping[str, Any], shape: tuple[int, ...]) -> dict[str, np.ndarray]:
-    """Mean of each over a cycle. [W]"""
+    """Mean of each value over a cycle. [W]"""
     return {name: mean(values, shape) for name, values in group.items()}
 
 
 def electrical_power(point: MovingPoint) -> Any:
-    """Power at the terminals of all motors together, as it comes. [W]"""
+    """Signed power at the terminals of all motors together. [W]"""
     states = point.states
     found = states["motor_current_A"] * states["motor_voltage_V"]
     if "steering_current_A" in states:
@@ -160,7 +160,7 @@ def electrical_power(point: MovingPoint) -> Any:
 
 
 def performance(point: MovingPoint, measure: Measure = "exchange") -> np.ndarray:
-    """Performance over a cycle, the last axis of the instants; limits are not looked at.
+    """Performance over a cycle, the last axis of the instants, regardless of limits.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def performance(point: MovingPoint, measure: Measure = "exchange") -> np.ndarray
 
     Returns
     -------
-    (...,) float   nan where nothing is spent, and where the wheel slips. [-]
+    (...,) float   nan if no energy is spent or the wheel slips. [-]
 
     Source: faulring2006, section VI-C.
     """
@@ -186,9 +186,9 @@ def performance(point: MovingPoint, measure: Measure = "exchange") -> np.ndarray
 
 
 def closure(point: MovingPoint) -> np.ndarray:
-    """Energy of a cycle that is not accounted for, over the energy moved; nan where the wheel slips. [-]
+    """Residual of a cycle's energy balance over the energy moved; nan where the wheel slips. [-]
 
-    At each instant what the supply gives is what the load gets, what is lost and what flows into the drive's inertias.
+    At each instant, supply power equals load power plus losses plus power into the drive's inertias.
     """
     missing = np.asarray(point.power_in - point.power_out)
     for flow in (*point.losses.values(), *point.stored.values()):
@@ -198,7 +198,7 @@ def closure(point: MovingPoint) -> np.ndarray:
 
 
 def audit(point: MovingPoint, where: str) -> float:
-    """Largest closure error over all cycles that are possible.
+    """Largest closure error over all feasible cycles.
 
     Raises
     ------
@@ -207,5 +207,5 @@ def audit(point: MovingPoint, where: str) -> float:
     """
     worst = float(np.fmax.reduce(closure(point), axis=None, initial=0.0))
     if not worst <= AUDIT_TOLERANCE:
-        raise AuditError(f"{where}: the energy of a cycle misses {plain(worst, 3)} of what is moved")
+        raise AuditError(f"{where}: the energy balance of a cycle does not close; relative residual {plain(worst, 3)}")
     return worst

@@ -1,4 +1,4 @@
-"""Dynamic performance: shaking a mass, on the plane of frequency and share of the maximum power."""
+"""Dynamic performance: shaking a mass, over frequency and fraction of the maximum power."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from infinivar.limits import Demand, Limit, binding_demand
 from infinivar.motion.course import Course
 
 SAMPLES = 200
-"""Instants of a cycle; doubling them changes no performance by 0.1 %."""
+"""Instants per cycle; doubling them changes performance by less than 0.1 %."""
 
 _TILE = 32_768
-"""Instants computed at once: their intermediate arrays fit the processor's caches."""
+"""Instants computed at once, so that intermediate arrays fit the processor's caches."""
 
 
 @result
@@ -30,16 +30,16 @@ class DynamicMap(Result):
 
     Attributes
     ----------
-    frequency, fraction : (n,), (m,) float    Axes; fraction of `power`, which is the RMS power. [Hz], [-]
-    amplitude : (n, m) float                  Of the displacement. [m]
-    performance : (n, m) float                By `definition`; nan outside limits. [-]
-    unlimited : (n, m) float                  The same whether or not limits are kept; nan where the wheel slips.
-    binding : (n, m) int8                     0 within limits, else the place of the limit in `demands`, from 1.
+    frequency, fraction : (n,), (m,) float    Axes; fraction of the maximum RMS power `power`. [Hz], [-]
+    amplitude : (n, m) float                  Displacement amplitude. [m]
+    performance : (n, m) float                Performance by `definition`; nan outside limits. [-]
+    unlimited : (n, m) float                  Performance regardless of limits; nan where the wheel slips. [-]
+    binding : (n, m) int8                     0 within limits, else the position of the limit in `demands`, from 1.
     margin : (n, m) float                     Allowance over demand of the tightest limit. [-]
     demands : (Limit, what) to (n, m) float   Demand over allowance of each limit over the cycle. [-]
-    power_in, exchanged : (n, m) float        Means: from the supply, and between drive and load either way. [W]
-    losses : name to (n, m) float             Means. [W]
-    closure : float                           Largest share of a cycle's energy that does not add up. [-]
+    power_in, exchanged : (n, m) float        Mean power from the supply, and mean magnitude between drive and load. [W]
+    losses : name to (n, m) float             Mean losses. [W]
+    closure : float                           Largest relative residual of a cycle's energy balance. [-]
     """
 
     frequency: np.ndarray
@@ -60,17 +60,17 @@ class DynamicMap(Result):
 
     @property
     def works(self) -> np.ndarray:
-        """Where every limit is kept."""
+        """Mask of the cells within every limit."""
         return self.binding == 0
 
     def limit_at(self, row: int, column: int) -> Demand | None:
-        """The limit that binds in a cell, if any."""
+        """The binding limit of a cell, if any."""
         place = int(self.binding[row, column])
         return list(self.demands)[place - 1] if place else None
 
 
 def amplitude(rms_power: Any, mass: Any, frequency: Any) -> Any:
-    r"""Displacement at which shaking a mass exchanges a given RMS power.
+    r"""Displacement amplitude at which shaking a mass exchanges a given RMS power.
 
     .. math:: \alpha = \sqrt{\frac{2\sqrt2\,W}{m\,\omega^3}}
 
@@ -84,7 +84,7 @@ def amplitude(rms_power: Any, mass: Any, frequency: Any) -> Any:
     -------
     (...,) float   Amplitude of ``alpha sin(w t)``. [m]
 
-    Source: faulring2006, section VI-C and footnote 8, where it is called an amplitude of speed: see the errata.
+    Source: faulring2006, section VI-C and footnote 8, which calls it an amplitude of speed: see the errata.
     """
     turn = 2.0 * np.pi * np.asarray(frequency, dtype=float)
     return np.sqrt(2.0 * np.sqrt(2.0) * rms_power / (mass * turn**3))
@@ -93,7 +93,7 @@ def amplitude(rms_power: Any, mass: Any, frequency: Any) -> Any:
 def shaking(distance: Any, frequency: Any, samples: int) -> Course:
     """One cycle of ``distance sin(2 pi frequency t)`` at the midpoints of equal steps, on a new last axis.
 
-    At midpoints no instant lies on a reversal, where friction has no direction, if the samples are a multiple of 4.
+    With a multiple of 4 samples, no midpoint lies on a reversal, where friction has no direction.
     """
     turn = 2.0 * np.pi * np.asarray(frequency, dtype=float)[..., None]
     size = np.asarray(distance, dtype=float)[..., None]
@@ -117,19 +117,19 @@ def dynamic_map(
     samples: int = SAMPLES,
     progress: Callable[[float], None] | None = None,
 ) -> DynamicMap:
-    """Shake a mass at every frequency and power, by inverse dynamics.
+    """Compute the performance of shaking a mass at every frequency and power, by inverse dynamics.
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   With the inertias that motion needs.
+    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires.
     frequency : (n,) float   > 0. [Hz]
     fraction : (m,) float    RMS power over `power`, > 0. [-]
     power : float            Maximum power. [W]
     load_mass : float        The mass shaken, > 0. [kg]
-    travel : float           Way that the load can go, from end to end; no limit if left out. [m]
-    definition : Definition  Of performance; the paper's if left out.
-    cylinder                 Of a cobotic drive: "constant" speed, as in the paper, or its inertia as a "flywheel".
-    samples : int            Instants of a cycle, a multiple of 4.
+    travel : float           End-to-end travel of the load; unlimited by default. [m]
+    definition : Definition  Definition of performance; the paper's by default.
+    cylinder                 Cylinder of a cobotic drive: "constant" speed, as in the paper, or a free-running "flywheel".
+    samples : int            Instants per cycle, a multiple of 4.
     progress                 Called with the share done, 0 to 1.
 
     Returns
@@ -139,11 +139,11 @@ def dynamic_map(
     Raises
     ------
     InputError
-        If an axis is not a vector of positive numbers, or the samples are no multiple of 4.
+        If an axis is not a vector of positive numbers, or samples is not a multiple of 4.
     ParameterError
-        If the drive lacks a value that motion needs, or power or mass are not positive.
+        If the drive lacks a value that motion requires, or power or mass is not positive.
     AuditError
-        If the energy of a cycle does not add up.
+        If the energy balance of a cycle does not close.
 
     Source: faulring2006, section VI-C and Fig 17.
     """

@@ -1,4 +1,4 @@
-"""The same motion twice: prescribed (inverse dynamics) and followed by controllers (simulation), and why they differ."""
+"""Compare a motion prescribed (inverse dynamics) with the same motion simulated under control, and explain the difference."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ from infinivar.transmission.rates import Varying
 from infinivar.units import percent, plain, signed
 
 LONGEST = 5.0
-"""Period up to which a report simulates a cycle. [s]"""
+"""Longest cycle that a report simulates. [s]"""
 
 _LEAD = 1.0
-"""Time before the cycle that is measured in which controllers settle, or a whole cycle if that is shorter. [s]"""
+"""Settling time of the controllers before the evaluated cycle; at most one cycle. [s]"""
 _NODES = 2000
-"""Points of a cycle between which motion and force are splines."""
+"""Spline nodes of motion and force over a cycle."""
 _STEPS = 400
-"""Results over a cycle."""
+"""Output steps over a cycle."""
 
 _SMALL = 1e-3
-"""Differences of less than this share of the energy are not worth a figure."""
+"""Relative energy difference below which no digits are shown."""
 _NAMED = 4
-"""Parts of the difference that are named."""
+"""Number of parts of the difference that are named."""
 
 
 def _places(size: float) -> int:
-    """Decimals that show two digits of a number."""
+    """Number of decimals that shows two significant digits."""
     return max(0, 1 - math.floor(math.log10(size))) if 0.0 < size < math.inf else 0
 
 
@@ -46,14 +46,13 @@ class TwoWays(Result):
 
     Attributes
     ----------
-    prescribed, followed : float             From the supply. [J]
-    as_turning : float                       Prescribed, but for the cylinder's speed, which is that of the simulation; nan where
-        it stops. [J]
-    lost_prescribed, lost_followed           By name. [J]
-    rms_error : float                        How far the load is from where it is wanted. [m]
-    stays : bool                             Whether the load stands still for a while.
-    speed_ripple : float                     Largest deviation of the cylinder's speed from its own, over that; 0 without. [-]
-    stored : float                           What inertias of drive and load hold more at the end of the cycle simulated. [J]
+    prescribed, followed : float             Energy from the supply, prescribed and simulated. [J]
+    as_turning : float                       Prescribed energy at the simulated cylinder speed; nan if the cylinder stops. [J]
+    lost_prescribed, lost_followed           Losses by name. [J]
+    rms_error : float                        RMS position error of the load. [m]
+    stays : bool                             Whether the load rests for part of the cycle.
+    speed_ripple : float                     Largest relative deviation of the cylinder speed; 0 without a cylinder. [-]
+    stored : float                           Increase over the simulated cycle of the energy in inertias of drive and load. [J]
     """
 
     prescribed: float
@@ -69,17 +68,18 @@ class TwoWays(Result):
 
     @property
     def explanation(self) -> str:
-        """Where the difference arises, in words."""
+        """Explanation of the difference between both energies."""
         total = self.followed - self.prescribed
-        why = [f"the load is {plain(1e3 * self.rms_error, 2)} mm (RMS) from where it is wanted"]
+        why = [f"RMS position error {plain(1e3 * self.rms_error, 2)} mm"]
         if self.speed_ripple:
             why.append(
-                f"the cylinder's speed, prescribed as constant, swings by {percent(self.speed_ripple, 1)}, as its inertia takes "
-                f"and gives energy: with that speed prescribed the difference is {signed(self.followed - self.as_turning, 2)} J"
+                f"the cylinder speed, prescribed as constant, varies by {percent(self.speed_ripple, 1)} as the cylinder's "
+                "inertia stores and returns energy; with the simulated speed prescribed, the difference is "
+                f"{signed(self.followed - self.as_turning, 2)} J"
             )
         if self.stays:
             why.append(
-                "before a stay the controllers bring it to rest first, and count on less than all of the friction"
+                "before a standstill the controllers first bring the load to rest, relying on only part of the friction"
             )
         share = f" ({percent(total / self.prescribed, 1, '+')})" if self.prescribed else ""
         places = _places(max(abs(total), _SMALL * abs(self.followed)))
@@ -88,38 +88,38 @@ class TwoWays(Result):
         return f"{total:+.{places}f} J{share}{where}; {'; '.join(why)}"
 
     def _parts(self, least: float) -> dict[str, float]:
-        """What the difference consists of, from the largest: losses, work on the load, energy kept; `least` is named. [J]
+        """Parts of the difference by decreasing size: losses, work on the load, stored energy; `least` is the smallest named. [J]
 
-        They add up to the difference, since the energy of both ways does.
+        The parts add up to the difference because both energy balances close.
         """
         names = dict.fromkeys([*self.lost_prescribed, *self.lost_followed])
         moved = {name: self.lost_followed.get(name, 0.0) - self.lost_prescribed.get(name, 0.0) for name in names}
-        moved["kept in inertias"] = self.stored
+        moved["stored in inertias"] = self.stored
         moved["work on the load"] = self.followed - self.prescribed - sum(moved.values())
         named = [name for name in sorted(moved, key=lambda name: -abs(moved[name])) if abs(moved[name]) >= least][
             :_NAMED
         ]
         rest = sum(change for name, change in moved.items() if name not in named)
         found = {name: moved[name] for name in named}
-        return found if abs(rest) < least else {**found, "all else": rest}
+        return found if abs(rest) < least else {**found, "other": rest}
 
 
 def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
-    """Energy of one cycle by both models.
+    """Compute the energy of one cycle by inverse dynamics and by simulation.
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   With all values that simulation needs.
+    drive : CoboticDrive or ConventionalDrive   Must have all values that simulation requires.
     duty : DutyCycle
 
     Returns
     -------
-    TwoWays   Of a cycle simulated after a second or a cycle in which controllers settle.
+    TwoWays   The simulated cycle follows a settling time of one second, or one cycle if shorter.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that simulation needs.
+        If the drive lacks a value that simulation requires.
     """
     period, mass = duty.period, duty.moved_mass
     nodes = np.arange(_NODES) * (period / _NODES)
@@ -167,7 +167,7 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
 
 
 def _as_turning(drive: CoboticDrive, duty: DutyCycle, turning: np.ndarray) -> float:
-    """Energy of a cycle by inverse dynamics with a cylinder's speed that was found over it, in equal steps. [J]"""
+    """Energy of a cycle by inverse dynamics at a cylinder speed given in equal time steps. [J]"""
     from scipy.interpolate import CubicSpline
 
     if len(turning) <= _STEPS or np.min(turning / drive.cylinder_speed) <= 0.0:

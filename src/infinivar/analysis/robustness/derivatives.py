@@ -1,4 +1,4 @@
-"""Derivatives of an outcome by a drive's parameters, three ways: complex step, JAX, and differences."""
+"""Derivatives of an outcome with respect to a drive's parameters by complex step, JAX, or differences."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Method = Literal["complex", "jax", "difference"]
 METHODS: tuple[Method, ...] = ("complex", "jax", "difference")
 
 _ONE_SIDED = (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4)
-"""Weights of values at the edge and at equal steps inwards for a derivative of the fourth order."""
+"""Weights of a one-sided fourth-order difference at equal steps from the bound."""
 
 _STEP = 2e-3
-"""Of differences, relative: with Richardson's extrapolation the error is of its sixth power, about the root of rounding's."""
+"""Relative step of differences; with Richardson extrapolation the error is of sixth order."""
 
 
 def values_of(drive: Any, paths: Sequence[str]) -> np.ndarray:
@@ -39,25 +39,25 @@ def gradient(
     at: Any = None,
     method: Method = "complex",
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Value of a function of a drive or a part, and its derivatives by fields of it.
+    """Value of a function of a drive or part, and its derivatives with respect to fields.
 
     Parameters
     ----------
-    function : callable       Of a drive or a part, over any array namespace, as those of `outcomes`.
-    drive : dataclass         Gives what is not at `paths`.
-    paths : sequence of str   Dotted paths of physical fields that have a value.
-    at : (..., k) float       Values at the paths, many designs at once; the drive's own if left out.
+    function : callable       Function of a drive or part, over any array namespace, such as those of `outcomes`.
+    drive : dataclass         Provides the fields not in `paths`.
+    paths : sequence of str   Dotted paths of physical fields with values.
+    at : (..., k) float       Values of the fields, for one or more designs; by default those of the drive.
     method : str              ``complex`` and ``jax`` are exact to rounding; ``difference`` is central, extrapolated.
 
     Returns
     -------
     value : (...) float
-    derivatives : (..., k) float   nan where the value is.
+    derivatives : (..., k) float   nan where the value is nan.
 
     Raises
     ------
     InputError
-        If the method is not known, or JAX is asked for and not installed.
+        If the method is unknown, or JAX is requested but not installed.
 
     Source: squire1998 for the complex step.
     """
@@ -72,9 +72,9 @@ def gradient(
 
 
 def varied(drive: Any, values: Mapping[str, Any]) -> Any:
-    """The drive, or part, with other values at dotted paths; losses measured at a drive's preload follow another.
+    """The drive or part with other values at dotted paths; measured losses scale with the preload.
 
-    What a gear loses stays, however good the motor's cooling: its friction is that at the rating which the drive has.
+    Gearhead friction stays at the drive's rated torque if only the motor's continuous torque changes.
     """
     if "motor.continuous_torque" in values and "gearhead.rated_torque" not in values:
         drive = with_rated_gear(drive)
@@ -86,7 +86,7 @@ def varied(drive: Any, values: Mapping[str, Any]) -> Any:
 
 
 def designs(drive: Any, paths: Sequence[str], at: Any) -> Any:
-    """Many designs as one drive: the values at paths are arrays whose last axis has length 1, for points and instants."""
+    """Many designs as one drive, whose values at paths are arrays with a last axis of length 1 for points or instants."""
     return varied(drive, {path: at[..., place, None] for place, path in enumerate(paths)})
 
 
@@ -94,7 +94,7 @@ def _by_complex_step(
     function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     if at.ndim == 1 and paths:
-        # One design: a row for each field, in which it alone is perturbed.
+        # One design: one row per field, in which only that field is perturbed.
         rows = np.broadcast_to(at, (at.size, at.size))
         steps = np.diag(complex_step.size_of_step(at))
         carried = {
@@ -136,7 +136,7 @@ def _by_difference(
         size = _STEP * np.where(at[..., place] == 0, 1.0, np.abs(at[..., place]))
         ends = permitted(fields[path].metadata["bound"], 1.0 if np.all(at[..., place] >= 0) else -1.0)
         if np.any(at[..., place] + size > ends[1]) or np.any(at[..., place] - size < ends[0]):
-            # At the edge of what is permitted, from the inside alone.
+            # At a bound, use a one-sided difference.
             inwards = size if np.any(at[..., place] - size < ends[0]) else -size
             slopes[..., place] = (
                 sum(weight * along(place, count * inwards) for count, weight in enumerate(_ONE_SIDED)) / inwards
@@ -168,16 +168,16 @@ def _by_jax(
 
 
 def jax_with_float64() -> Any:
-    """JAX, set to float64.
+    """Return JAX, set to float64.
 
     Raises
     ------
     InputError
-        If it is not installed.
+        If JAX is not installed.
     """
     try:
         import jax
     except ImportError as problem:
-        raise InputError("the method jax needs JAX: install infinivar[jax]") from problem
+        raise InputError("method jax requires JAX: install infinivar[jax]") from problem
     jax.config.update("jax_enable_x64", True)
     return jax

@@ -1,7 +1,7 @@
-"""Single numbers that a design comes to, as functions of the drive over any array namespace.
+"""Scalar outcomes of a design as functions of the drive, over any array namespace.
 
-They can be differentiated exactly and evaluated for many designs at once: a drive whose values are arrays with a last axis
-of length 1 gives an array of the leading axes.
+Outcomes can be differentiated exactly and evaluated for many designs at once: a drive whose values are arrays with a last
+axis of length 1 gives an array of the leading axes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from infinivar.study.study import Study
 from infinivar.units import plain
 
 COVERAGE_LINES = 41
-"""Lines of constant force on which coverage is measured, and points along each."""
+"""Number of lines of constant force on which coverage is computed, and of points on each."""
 
 
 def _within(drive: AnyDrive) -> str:
@@ -36,15 +36,15 @@ def _within(drive: AnyDrive) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """A result that a design is judged by.
+    """A scalar result that ranks designs.
 
     Attributes
     ----------
-    name, unit, words   For files, numbers and reports.
-    better              Whether more of it is better, or less: 1 or -1.
-    of                  Of a drive; nan where the drive cannot do it.
-    beyond              What a drive exceeds there, in words; "" where it keeps all limits.
-    of_limits           Whether the limits are the question, so that it has an answer beyond them, too.
+    name, unit, words   For file names, values and reports.
+    better              1 if higher is better, -1 if lower is better.
+    of                  Function of a drive; nan if infeasible.
+    beyond              Function of a drive: the limits it exceeds, in words; "" if none.
+    of_limits           Whether the outcome measures limits, and so remains meaningful beyond them.
     """
 
     name: str
@@ -62,20 +62,20 @@ KINDS = ("efficiency", "loss", "margin", "coverage", "energy", "temperature")
 def outcome(
     study: Study, kind: str, *, speed: float | None = None, force: float | None = None, duty: str | None = None
 ) -> Outcome:
-    """An outcome of a study's drives.
+    """Make an outcome for the drives of a study.
 
     Parameters
     ----------
     study : Study
-    kind : str           efficiency, loss: at an operating point; margin, coverage: in the required region; energy,
-        temperature: of a duty cycle, settled and warm.
-    speed, force         Of the operating point; of the corner at maximum force if left out. [m s^-1], [N]
-    duty : str           Name of the duty cycle; the only one if left out.
+    kind : str           efficiency or loss at an operating point; margin or coverage in the required region; energy or
+        temperature in a duty cycle, settled and warm.
+    speed, force         Operating point; by default the corner of maximum force. [m s^-1], [N]
+    duty : str           Name of the duty cycle; may be omitted if the study has only one.
 
     Raises
     ------
     InputError
-        If there is no such kind or duty cycle.
+        If the kind or the duty cycle does not exist.
     """
     if kind not in KINDS:
         raise InputError(f"{kind!r} is not one of {', '.join(KINDS)}{nearest(kind, KINDS)}")
@@ -89,7 +89,7 @@ def outcome(
 def _at_point(required: Requirement, kind: str, speed: float | None, force: float | None) -> Outcome:
     corner_speed, corner_force = required.corners()["maximum force"]
     at = (corner_speed if speed is None else speed, corner_force if force is None else force)
-    place = f"at {plain(at[1], 3)} N and {plain(at[0], 3)} m/s"
+    place = f"at {plain(at[1], 3)} N, {plain(at[0], 3)} m/s"
     outside = functools.partial(_beyond_at, speed=at[0], force=at[1])
     if kind == "efficiency":
         of = functools.partial(efficiency, speed=at[0], force=at[1])
@@ -100,8 +100,8 @@ def _at_point(required: Requirement, kind: str, speed: float | None, force: floa
 
 def _over_region(required: Requirement, kind: str) -> Outcome:
     words, of = {
-        "margin": ("weakest margin in the required region", functools.partial(margin, required=required)),
-        "coverage": ("share of the required region covered", functools.partial(coverage, required=required)),
+        "margin": ("tightest margin in the required region", functools.partial(margin, required=required)),
+        "coverage": ("covered share of the required region", functools.partial(coverage, required=required)),
     }[kind]
     outside = functools.partial(_beyond_over, required=required)
     return Outcome(name=kind, unit="1", words=words, better=1, of=of, beyond=outside, of_limits=True)
@@ -112,78 +112,79 @@ def _over_cycle(study: Study, kind: str, duty: str | None) -> Outcome:
         duty = next(iter(study.duty))
     if duty is None or duty not in study.duty:
         known = ", ".join(study.duty) or "none; add a table [duty.NAME]"
-        said = "say which duty cycle" if duty is None else f"there is no duty cycle {duty!r}{nearest(duty, study.duty)}"
-        raise InputError(f"{kind}: {said}; the study has {known}")
+        said = "name the duty cycle" if duty is None else f"unknown duty cycle {duty!r}{nearest(duty, study.duty)}"
+        raise InputError(f"{kind}: {said}; duty cycles of the study: {known}")
     motion = study.duty[duty]
     outside = functools.partial(_beyond_in, duty=motion, travel=study.requirement.travel)
     if kind == "energy":
-        words, of = f"energy from the supply a cycle of {motion.title or duty}", functools.partial(energy, duty=motion)
+        words, of = f"energy per cycle of {motion.title or duty}", functools.partial(energy, duty=motion)
         return Outcome(name=kind, unit="J", words=words, better=-1, of=of, beyond=outside)
-    words = f"highest winding temperature above the surroundings in {motion.title or duty}"
+    words = f"highest winding temperature above ambient in {motion.title or duty}"
     of = functools.partial(temperature, duty=motion)
     return Outcome(name=kind, unit="K", words=words, better=-1, of=of, beyond=outside)
 
 
 def _beyond_at(drive: AnyDrive, speed: float, force: float) -> str:
-    """Limits that a drive exceeds at an operating point."""
+    """Limits exceeded at an operating point."""
     point = drive.operate(speed=speed, force=force)
     return _exceeded({(limit, "motor"): float(demand) for limit, demand in point.utilisation.items()})
 
 
 def _beyond_over(drive: AnyDrive, required: Requirement) -> str:
-    """Limits that a drive exceeds anywhere in the required region."""
+    """Limits exceeded anywhere in the required region."""
     speed, force, _ = required.sample(COVERAGE_LINES)
     found = drive.operate(speed=speed, force=force).utilisation
     return _exceeded({(limit, "motor"): float(np.fmax.reduce(np.ravel(demand))) for limit, demand in found.items()})
 
 
 def _beyond_in(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> str:
-    """Limits that a drive exceeds in a duty cycle, and windings that get too hot."""
+    """Limits exceeded and windings overheated in a duty cycle."""
     done = duty_cycle(drive, duty, travel=travel)
-    hot = [f"{what} {found.verdict}" for what, found in done.heat.items() if found is not None and not found.bears]
+    hot = [
+        f"{what} {found.verdict}" for what, found in done.heat.items() if found is not None and not found.within_limit
+    ]
     return "; ".join([clause for clause in [_exceeded(done.demands), *hot] if clause])
 
 
 def _exceeded(demands: Mapping[Demand, float]) -> str:
     beyond = sorted(((demand, words_of(key)) for key, demand in demands.items() if demand > 1.0), reverse=True)
-    named = ", ".join(f"{words} {plain(demand, 3)} times" for demand, words in beyond)
-    return f"{named} what is allowed" if named else ""
+    return ", ".join(f"{words} at {plain(demand, 3)} times the allowance" for demand, words in beyond)
 
 
 def efficiency(drive: AnyDrive, speed: float, force: float) -> Array:
-    """Efficiency at an operating point, whether or not limits are kept; nan where the wheel slips. [-]"""
+    """Efficiency at an operating point, regardless of limits; nan where the wheel slips. [-]"""
     point = drive.operate(speed=np.asarray([speed]), force=np.asarray([force]))
     return power.efficiency(point.power_in, point.power_out + 0.0 * point.power_in)[..., 0]
 
 
 def loss(drive: AnyDrive, speed: float, force: float) -> Array:
-    """Power lost from supply to load at an operating point. [W]"""
+    """Total loss between supply and load at an operating point. [W]"""
     point = drive.operate(speed=np.asarray([speed]), force=np.asarray([force]))
     return (point.power_in - point.power_out)[..., 0]
 
 
 def margin(drive: AnyDrive, required: Requirement) -> Array:
-    """Weakest margin in the required region, allowance over demand. [-]"""
+    """Tightest margin in the required region, allowance over demand. [-]"""
     return region(drive, required)[1]
 
 
 def coverage(drive: AnyDrive, required: Requirement) -> Array:
-    """Share of the required region in which every limit is kept, to a fraction of a cell: it changes smoothly. [-]
+    """Share of the required region within every limit; changes smoothly with the design. [-]
 
-    Along lines of constant force, limits lie between points where the margin, taken as straight there, is 1.
+    On lines of constant force the margin is interpolated linearly between points; a limit lies where it equals 1.
     """
     return region(drive, required)[0]
 
 
 def region(drive: AnyDrive, required: Requirement) -> tuple[Array, Array]:
-    """Coverage and weakest margin, as `coverage` and `margin` tell them one by one. [-]"""
+    """Coverage and tightest margin together, as `coverage` and `margin` return them. [-]"""
     speed, force, _ = required.sample(COVERAGE_LINES)
     lines = speed.reshape(-1, COVERAGE_LINES)
     reach = np.abs(lines[:, -1])
     heights = np.abs(force.reshape(-1, COVERAGE_LINES)[:, 0])
     _, found = binding(drive.operate(speed=speed, force=force).utilisation)
     xp = namespace(found)
-    # Beyond twice the allowance it does not matter how much there is; a linear crossing then stays where it is.
+    # Clipping at twice the allowance leaves linear crossings in place.
     over = xp.clip(found, 0.0, 2.0) - 1.0
     over = xp.reshape(over, (*over.shape[:-1], *lines.shape))
     inside = xp.clip(over, 0.0, 1.0)
@@ -195,38 +196,38 @@ def region(drive: AnyDrive, required: Requirement) -> tuple[Array, Array]:
 
 
 def _trapezoid(heights: np.ndarray) -> np.ndarray:
-    """Width that each line stands for; quadrants follow one another."""
+    """Width represented by each line; quadrants follow one another."""
     quadrants = np.split(heights, np.flatnonzero(np.diff(heights) < 0) + 1)
     halves = [0.5 * np.diff(one) for one in quadrants]
     return np.concatenate([np.append(half, 0.0) + np.append(0.0, half) for half in halves])
 
 
 def energy(drive: AnyDrive, duty: DutyCycle) -> Array:
-    """Energy from the supply in a cycle, windings at their settled mean temperature where data sheets tell it. [J]"""
+    """Energy from the supply per cycle, with windings at their settled mean temperature if data sheets allow it. [J]"""
     point, _ = _settled(drive, duty)
     drawn = point.power_in + 0.0 * point.power_out
     return namespace(drawn).mean(drawn, axis=-1) * duty.period
 
 
 def temperature(drive: AnyDrive, duty: DutyCycle) -> Array:
-    """Highest winding temperature of any motor above its surroundings, by `infinivar.parts.heat.settled`. [K]
+    """Highest winding temperature of any motor above ambient, by `infinivar.parts.heat.settled`. [K]
 
     Raises
     ------
     ParameterError
-        If no motor's data sheet has what the thermal model needs.
+        If no motor has the data that the thermal model requires.
     """
     found = [highest for highest, _ in _windings(drive, duty, _cold(drive, duty)).values()]
     if not found:
         lacking = heat.missing(next(iter(motors_of(drive).values())))
-        raise ParameterError(f"motor.{lacking[0]} is missing: the thermal model needs it")
+        raise ParameterError(f"motor.{lacking[0]} is missing: the thermal model requires it")
     return functools.reduce(namespace(*found).maximum, found)[..., 0] - duty.ambient
 
 
 def worked(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> np.ndarray:
-    """What many designs make of a duty cycle: energy [J], highest winding temperature [K] and whether they do it (1 or 0).
+    """Evaluate many designs in a duty cycle: energy [J], highest winding temperature [K], and feasibility (1 or 0). (..., 3)
 
-    With NumPy only. The temperature is nan where no data sheet tells, the energy where the wheel slips. (..., 3)
+    NumPy only. The temperature is nan without thermal data, the energy nan where the wheel slips.
     """
     point, windings = _settled(drive, duty)
     motors = motors_of(drive)
@@ -248,7 +249,7 @@ def _cold(drive: AnyDrive, duty: DutyCycle) -> Any:
 
 
 def _windings(drive: AnyDrive, duty: DutyCycle, point: Any) -> dict[str, tuple[Array, Array]]:
-    """Highest and mean settled temperature of each motor whose data sheet tells. [K]"""
+    """Highest and mean settled winding temperature of each motor with thermal data. [K]"""
     found = {}
     for what, motor in motors_of(drive).items():
         if not heat.missing(motor):
@@ -259,11 +260,11 @@ def _windings(drive: AnyDrive, duty: DutyCycle, point: Any) -> dict[str, tuple[A
 
 
 def _settled(drive: AnyDrive, duty: DutyCycle) -> tuple[Any, dict[str, tuple[Array, Array]]]:
-    """The cycle with windings as warm as they get, and their temperatures."""
+    """Evaluate the cycle with settled windings; also return their temperatures."""
     point = _cold(drive, duty)
     windings = _windings(drive, duty, point)
     if windings:
-        # A motor that would get hotter has to be stopped: it is as warm as it may be.
+        # A motor that overheats must be stopped: its winding counts as at the permissible temperature.
         xp = namespace(*(mean for _, mean in windings.values()))
         motors = motors_of(drive)
         warm = {what: xp.minimum(mean, motors[what].max_winding_temperature) for what, (_, mean) in windings.items()}

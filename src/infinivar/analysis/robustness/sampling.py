@@ -1,4 +1,4 @@
-"""Builds of a drive: values drawn within their tolerances by quasi-Monte Carlo, and functions of many drives at once."""
+"""Samples of a drive within its tolerances by quasi-Monte Carlo, and functions evaluated for many samples at once."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from infinivar.analysis.robustness.derivatives import designs
 from infinivar.study.spreads import Spread
 
 _TOGETHER = 64
-"""Designs computed at once: with some thousand points each, intermediate arrays stay within the processor's caches."""
+"""Designs computed at once: with some thousand points each, intermediate arrays fit the processor's caches."""
 
 
 def low_discrepancy(count: int, dimensions: int, seed: int = 0) -> np.ndarray:
-    """Points of a Sobol sequence in the unit cube, scrambled at random; none is 0 or 1. (count, dimensions)
+    """Scrambled points of a Sobol sequence in the open unit cube. (count, dimensions)
 
-    Scrambled points stay as evenly spread as the sequence; shifted ones do not, so a mean over them converges more slowly.
+    Scrambling preserves the even spread of the sequence; a random shift does not, and a mean converges more slowly.
 
     Source: sobol1967, with the scrambling of matousek1998, by SciPy.
     """
@@ -32,14 +32,14 @@ def low_discrepancy(count: int, dimensions: int, seed: int = 0) -> np.ndarray:
 
 
 def draw(spreads: Sequence[Spread], correlation: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
-    """Values of builds, one row each; correlated by a Gaussian copula. (count, k)
+    """Draw samples, one row each, correlated by a Gaussian copula. (count, k)
 
     Parameters
     ----------
-    spreads : sequence of Spread   k of them.
-    correlation : (k, k) float     Of the normal scores: for normal spreads that of the values. [-]
-    count : int                    A power of two.
-    seed : int                     Of the scrambling.
+    spreads : sequence of Spread   Spreads of k fields.
+    correlation : (k, k) float     Correlation of the normal scores; for normal spreads also of the values. [-]
+    count : int                    Number of samples, a power of two.
+    seed : int                     Seed of the scrambling.
     """
     from scipy.special import ndtr, ndtri
 
@@ -50,7 +50,7 @@ def draw(spreads: Sequence[Spread], correlation: np.ndarray, count: int, seed: i
 
 
 def placed(spreads: Sequence[Spread], shares: np.ndarray) -> np.ndarray:
-    """Values below which given shares of the builds lie, a spread a column. (count, k)"""
+    """Quantiles of the spreads at given shares, one column per spread. (count, k)"""
     return np.stack([spread.at(shares[:, place]) for place, spread in enumerate(spreads)], axis=-1)
 
 
@@ -62,7 +62,7 @@ def in_pieces(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Any]:
-    """What a function makes of so many rows at a time, in their order; on all processors unless said otherwise."""
+    """Yield the function's result for each chunk of rows, in order; on all processors by default."""
     pieces = [at[start : start + size] for start in range(0, len(at), size)]
     with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
         for done, found in enumerate(pool.map(function, pieces), start=1):
@@ -79,19 +79,19 @@ def evaluated(
     progress: Callable[[float], None] | None = None,
     width: int | None = None,
 ) -> np.ndarray:
-    """Values of a function for many designs, on all processors.
+    """Evaluate a function for many designs, on all processors.
 
     Parameters
     ----------
-    function : callable       Of a drive, as those of `infinivar.analysis.robustness.outcomes`.
+    function : callable       Function of a drive, such as those of `infinivar.analysis.robustness.outcomes`.
     paths : sequence of str   Dotted paths of fields.
-    at : (n, k) float         Their values, a design a row.
+    at : (n, k) float         Values of the fields, one row per design.
     progress                  Called with the share done.
-    width : int               How many values a design gives, on a last axis; None for a single one.
+    width : int               Number of values per design, on a last axis; None for a single value.
 
     Returns
     -------
-    (n,) or (n, width) float   nan where a design cannot do it.
+    (n,) or (n, width) float   nan where a design is infeasible.
     """
 
     def run(piece: np.ndarray) -> np.ndarray:

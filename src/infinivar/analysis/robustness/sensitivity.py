@@ -1,4 +1,4 @@
-"""Which parameters matter: derivatives and swings of an outcome one at a time, Sobol's indices all together."""
+"""Sensitivity of an outcome: derivatives and swings for single parameters, Sobol's indices for all together."""
 
 from __future__ import annotations
 
@@ -26,33 +26,33 @@ from infinivar.study.study import Study
 from infinivar.units import plain
 
 TOLERANCE = 0.1
-"""Of parameters about whose spread a study says nothing, relative."""
+"""Relative spread of parameters for which the study states none."""
 
-ASSUMED = f"{100.0 * TOLERANCE:g} % either way"
-"""That in words."""
+ASSUMED = f"± {100.0 * TOLERANCE:g} %"
+"""`TOLERANCE` in words."""
 
 LARGEST = 8
-"""Parameters among which Sobol's indices are computed, from the largest swing."""
+"""Number of parameters, by decreasing swing, for which Sobol's indices are computed."""
 
 SAMPLES = 512
-"""Base samples of Sobol's indices: (parameters + 2) times as many evaluations."""
+"""Base samples of Sobol's indices; the outcome is evaluated (parameters + 2) times per base sample."""
 
 _NONE = 1e-9
-"""Elasticities and relative swings below this are none worth the name."""
+"""Elasticities and relative swings below this count as zero."""
 
 _LEFT_OUT = ("control.",)
-"""Fields that steady operation and cycles do not depend on."""
+"""Prefixes of fields that affect neither steady operation nor cycles."""
 
 
 class Direction(NamedTuple):
-    """A change of design that the paper recommends: fields, and with which power of the change each goes."""
+    """A design change that the paper recommends: fields, and the power of the change by which each scales."""
 
     words: str
     powers: Mapping[str, float]
 
 
 def _bearing(at: str) -> dict[str, float]:
-    """A smaller bearing."""
+    """Powers for a smaller bearing."""
     return {f"{at}.{name}": -power for name, power in SIZE_POWERS.items()}
 
 
@@ -80,22 +80,22 @@ DIRECTIONS = (
     Direction("less steering inertia", {"steering.bell_inertia": -1.0, "steering.motor.rotor_inertia": -1.0}),
     Direction("lighter link", {"link_mass": -1.0}),
 )
-"""What section VII of the paper recommends; fields that a drive has not are passed over."""
+"""Recommendations of section VII of the paper; fields that a drive lacks are skipped."""
 
 
 @result
 class Influence(Frozen):
-    """What one parameter does to an outcome.
+    """Influence of one parameter on an outcome.
 
     Attributes
     ----------
-    path, unit, value     Of the field.
-    elasticity            Relative change of the outcome by relative change of the parameter. [-]
-    low, high             Range over which the parameter is moved, alone.
-    at_low, at_high       Outcome there; nan where the drive cannot do it, inf where it grows without bound.
+    path, unit, value     Path, unit and nominal value of the field.
+    elasticity            Relative change of the outcome per relative change of the parameter. [-]
+    low, high             Range over which the parameter alone is varied.
+    at_low, at_high       Outcome at the ends; nan if infeasible, inf if unbounded.
     stated                Whether the study states the range.
-    first, total          Sobol's indices: share of the variance that the parameter explains alone, and with others; None
-        where not computed. [-]
+    first, total          Sobol's indices: share of the variance that the parameter explains alone, and with interactions;
+        None if not computed. [-]
     """
 
     path: str
@@ -112,47 +112,47 @@ class Influence(Frozen):
 
     @property
     def words(self) -> str:
-        """What people call the field: "motor torque constant"."""
+        """Display name of the field, such as "motor torque constant"."""
         return self.path.replace(".", " ").replace("_", " ")
 
     @property
     def swing(self) -> float:
-        """Difference of the outcome over the range; inf where one end has none."""
+        """Change of the outcome over the range; inf if either end is not finite."""
         return abs(self.at_high - self.at_low) if self.finite else math.inf
 
     @property
     def finite(self) -> bool:
-        """Whether the outcome is a number at both ends."""
+        """Whether the outcome is finite at both ends."""
         return math.isfinite(self.at_low) and math.isfinite(self.at_high)
 
     @property
     def lost(self) -> str:
-        """What becomes of the outcome at an end where it is no number, in words."""
-        return "the drive cannot do it" if math.isnan(self.at_low + self.at_high) else "it grows without bound"
+        """Why the outcome has no finite value at an end of the range."""
+        return "infeasible" if math.isnan(self.at_low + self.at_high) else "unbounded"
 
 
 class Conclusion(NamedTuple):
-    """A recommendation of the paper held against an outcome."""
+    """Effect of a recommendation of the paper on an outcome."""
 
     words: str
     elasticity: float
-    """Relative change of the outcome by relative change in the direction recommended. [-]"""
+    """Relative change of the outcome per relative change in the recommended direction. [-]"""
     verdict: str
-    """helps, hurts, or "does nothing"."""
+    """helps, hurts, or "no effect"."""
 
 
 @result
 class Sensitivity(Result):
-    """How an outcome of a drive depends on its parameters.
+    """Sensitivity of an outcome of a drive to its parameters.
 
     Attributes
     ----------
-    study, name, outcome   What was asked.
-    value                  Of the outcome, of the drive as it is.
-    influences             From the largest swing to the smallest.
-    conclusions            The paper's recommendations, of a cobotic drive.
-    impossible             Share of the samples of Sobol's indices which the drive cannot do. [-]
-    beyond                 What the drive exceeds there, in words; "" where it keeps all limits.
+    study, name, outcome   Arguments of the call.
+    value                  Outcome of the nominal drive.
+    influences             Influences by decreasing swing.
+    conclusions            Effects of the paper's recommendations, for a cobotic drive.
+    impossible             Share of infeasible samples among those of Sobol's indices. [-]
+    beyond                 Limits that the nominal drive exceeds, in words; "" if none.
     """
 
     study: Study
@@ -166,48 +166,44 @@ class Sensitivity(Result):
 
     @property
     def ranking(self) -> tuple[str, ...]:
-        """The largest influences in words."""
+        """The largest influences, one sentence each."""
         return tuple(_sentence(self, place, row) for place, row in enumerate(self.influences[:LARGEST]))
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What a reader has to know."""
+        """Remarks on limits, ranges and indices."""
         return (*self._on_limits(), *self._on_ranges(), *self._on_indices())
 
     def _on_limits(self) -> Iterator[str]:
         if self.beyond:
-            what = (
-                "do all of it within its limits"
-                if self.outcome.of_limits
-                else ("do this within its limits, so that these numbers are of no machine")
-            )
-            yield f"The drive cannot {what}: {self.beyond}."
+            meaning = "" if self.outcome.of_limits else ", so these numbers describe an infeasible operation"
+            yield f"The drive exceeds its limits{meaning}: {self.beyond}."
 
     def _on_ranges(self) -> Iterator[str]:
         if not self.influences:
-            yield "No parameter changes it over its range."
+            yield "No parameter affects the outcome over its range."
         assumed = [row for row in self.influences if not row.stated]
         if assumed:
             share = "All parameters" if len(assumed) == len(self.influences) else f"{len(assumed)} parameters"
             yield (
-                f"{share} are moved by {ASSUMED}, as far as permitted, since the study states no range of theirs: "
-                f"write [uncertainty.{self.name}] to say how far each may really be off."
+                f"{share} without a range in the study are varied by {ASSUMED} within their bounds: "
+                f"add [uncertainty.{self.name}] to state their actual spreads."
             )
         ranked = {row.path for row in self.influences}
         idle = [spread for spread in self.study.uncertainty.spreads.get(self.name, ()) if spread.path not in ranked]
-        for still, why in ((False, "change nothing here"), (True, "are not ranked: 1 % of zero is none")):
+        for still, why in ((False, "have no effect here"), (True, "cannot be ranked, as their nominal value is zero")):
             named = ", ".join(spread.path for spread in idle if (spread.value == 0) == still)
             if named:
-                yield f"Ranges that the study states and that {why}: {named}."
+                yield f"Parameters with a stated range that {why}: {named}."
 
     def _on_indices(self) -> Iterator[str]:
         if self.impossible > 0:
             yield (
-                f"{plain(100 * self.impossible, 2)} % of the samples cannot do it. They count as the worst of the others in "
-                "Sobol's indices."
+                f"{plain(100 * self.impossible, 2)} % of the samples are infeasible; Sobol's indices count them as the worst "
+                "feasible sample."
             )
         if any(owner == self.name for owner, _, _ in self.study.uncertainty.correlations):
-            yield "Sobol's indices take the parameters as independent: the study's correlations do not enter."
+            yield "Sobol's indices treat the parameters as independent and ignore the study's correlations."
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
@@ -253,24 +249,24 @@ def sensitivity(
     samples: int = SAMPLES,
     progress: Callable[[str, float], None] | None = None,
 ) -> Sensitivity:
-    """Sensitivity of one outcome of a drive to its parameters.
+    """Compute the sensitivity of one outcome of a drive to its parameters.
 
     Parameters
     ----------
-    study, name          The study, and the drive in it.
-    kind, speed, force, duty   Of the outcome, as in `infinivar.analysis.robustness.outcomes.outcome`.
-    method : str         Of the derivatives: ``complex``, ``jax`` or ``difference``.
-    samples : int        Base samples of Sobol's indices, a power of two; 0 for none.
-    progress             Called with what is done and the share done.
+    study, name          The study and the name of a drive in it.
+    kind, speed, force, duty   Outcome, as in `infinivar.analysis.robustness.outcomes.outcome`.
+    method : str         Method of the derivatives: ``complex``, ``jax`` or ``difference``.
+    samples : int        Base samples of Sobol's indices, a power of two; 0 skips the indices.
+    progress             Called with the current step and the share done.
 
     Returns
     -------
-    Sensitivity   Parameters without influence are left out.
+    Sensitivity   Parameters without influence are omitted.
 
     Raises
     ------
     InputError
-        If drive or outcome are not known, the drive cannot do it at all, or lacks a value that it needs.
+        If the drive or the outcome is unknown, the outcome is infeasible, or the drive lacks a required value.
 
     Source: sobol2001 for the indices; squire1998 for the derivatives.
     """
@@ -316,28 +312,28 @@ def sensitivity(
 def _modelled(study: Study, name: str) -> AnyDrive:
     drive = study.drive(name)
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-        raise InputError(f"drives.{name}: a drive of type {type(drive).__name__} has no outcomes")
+        raise InputError(f"drives.{name}: sensitivity is not defined for a drive of type {type(drive).__name__}")
     return drive
 
 
 def _check_finite(asked: Outcome, drive: AnyDrive, name: str, value: float) -> None:
-    """Refuse an outcome that is no number: nothing can be ranked by it."""
+    """Refuse an outcome that is not finite, as it cannot rank parameters."""
     if math.isnan(value):
-        raise InputError(f"drives.{name}: {asked.words}: the drive cannot do it, so there is nothing to compare")
+        raise InputError(f"drives.{name}: {asked.words}: infeasible, so parameters cannot be ranked")
     if math.isinf(value):
-        why = asked.beyond(drive) or "it grows without bound"
-        raise InputError(f"drives.{name}: {asked.words}: has no end, so there is nothing to rank: {why}")
+        why = asked.beyond(drive) or "it diverges"
+        raise InputError(f"drives.{name}: {asked.words}: unbounded, so parameters cannot be ranked: {why}")
 
 
 def _elasticities(asked: Outcome, drive: AnyDrive, method: Method) -> tuple[list[str], float, np.ndarray]:
-    """Paths of all fields that could have an influence, the outcome, and its relative derivatives by them."""
+    """Paths of all candidate fields, the outcome, and its elasticities."""
     paths = [path for path in quantities_of(drive) if not path.startswith(_LEFT_OUT) and value_at(drive, path) != 0]
     value, slopes = gradient(asked.of, drive, paths, method=method)
     return paths, float(value), slopes * values_of(drive, paths) / (float(value) or 1.0)
 
 
 def _assumed(drive: AnyDrive, name: str, path: str, field: Field[Any]) -> Spread:
-    """The range of a parameter about which the study says nothing."""
+    """Assumed range of a parameter for which the study states none."""
     value = float(value_at(drive, path))
     least, largest = permitted(field.metadata["bound"], value)
     size = TOLERANCE * abs(value)
@@ -357,7 +353,7 @@ def _assumed(drive: AnyDrive, name: str, path: str, field: Field[Any]) -> Spread
 def _influences(
     asked: Outcome, drive: AnyDrive, spreads: Sequence[Spread], elasticities: np.ndarray, stated: Mapping[str, Spread]
 ) -> tuple[Influence, ...]:
-    """Every parameter moved to the ends of its range, alone; of a normal spread those of 95 %."""
+    """Vary each parameter alone to the ends of its range, the 95 % range for a normal spread."""
     paths = [spread.path for spread in spreads]
     if not paths:
         return ()
@@ -389,7 +385,7 @@ def _influences(
 def _indices(
     asked: Outcome, drive: AnyDrive, spreads: Sequence[Spread], samples: int, progress: Callable[[float], None]
 ) -> tuple[list[float], list[float], float]:
-    """First and total indices of Sobol, and the share of samples that cannot be done."""
+    """Sobol's first-order and total indices, and the share of infeasible samples."""
     size = len(spreads)
     shares = low_discrepancy(samples, 2 * size)
     first, second = (placed(spreads, part) for part in np.split(shares, 2, axis=1))
@@ -408,16 +404,16 @@ def _indices(
 
 
 def sobol(first: np.ndarray, second: np.ndarray, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sobol's indices from a function's values at two independent samples and at the mixtures of both.
+    """Estimate Sobol's indices from function values at two independent samples and their mixtures.
 
     Parameters
     ----------
-    first, second : (n,) float   At samples A and B.
-    mixed : (k, n) float         At A with the column of one parameter from B.
+    first, second : (n,) float   Values at samples A and B.
+    mixed : (k, n) float         Values at A with the column of one parameter taken from B.
 
     Returns
     -------
-    first order, total : (k,) float   nan where nothing varies. [-]
+    first order, total : (k,) float   nan if the function is constant. [-]
 
     Source: sobol2001; estimators of saltelli2010, by SciPy.
     """
@@ -430,7 +426,7 @@ def sobol(first: np.ndarray, second: np.ndarray, mixed: np.ndarray) -> tuple[np.
 
 
 def conclusions(asked: Outcome, elasticities: Mapping[str, float], drive: AnyDrive) -> tuple[Conclusion, ...]:
-    """The paper's recommendations held against an outcome of a cobotic drive; nothing for another.
+    """Evaluate the paper's recommendations for an outcome of a cobotic drive; empty for other drives.
 
     Source: faulring2006, section VII.
     """
@@ -441,7 +437,7 @@ def conclusions(asked: Outcome, elasticities: Mapping[str, float], drive: AnyDri
         if not any(path in known for path in direction.powers):
             continue
         slope = sum(power * elasticities.get(path, 0.0) for path, power in direction.powers.items())
-        verdict = "does nothing" if abs(slope) < 1e-6 else "helps" if slope * asked.better > 0 else "hurts"
+        verdict = "no effect" if abs(slope) < 1e-6 else "helps" if slope * asked.better > 0 else "hurts"
         found.append(Conclusion(direction.words, float(slope), verdict))
     return tuple(found)
 
@@ -449,12 +445,13 @@ def conclusions(asked: Outcome, elasticities: Mapping[str, float], drive: AnyDri
 def _sentence(found: Sensitivity, place: int, row: Influence) -> str:
     from infinivar import units
 
-    more = "more" if row.elasticity > 0 else "less"
-    moved = f"{units.show(row.low, row.unit)} to {units.show(row.high, row.unit)}"
+    change = "raises" if row.elasticity > 0 else "lowers"
+    varied = f"{units.show(row.low, row.unit)} to {units.show(row.high, row.unit)}"
     if not row.finite:
-        span = f"over {moved} there are values with which {row.lost}"
+        span = f"{row.lost} at one end of {varied}"
     else:
-        ends = f"{plain(row.at_low)} to {units.show(row.at_high, found.outcome.unit)}"
-        span = f"from {moved} it goes from {ends}"
+        span = f"{plain(row.at_low)} to {units.show(row.at_high, found.outcome.unit)} over the range {varied}"
     share = "" if row.total is None or math.isnan(row.total) else f"; {100 * max(row.total, 0.0):.0f} % of the variance"
-    return f"{place + 1}. {row.words}: 1 % more of it makes {plain(abs(row.elasticity), 3)} % {more}; {span}{share}"
+    outcome = "temperature rise" if found.outcome.name == "temperature" else found.outcome.name
+    effect = f"+1 % {change} the {outcome} by {plain(abs(row.elasticity), 3)} %"
+    return f"{place + 1}. {row.words}: {effect}; {span}{share}"

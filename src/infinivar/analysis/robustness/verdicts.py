@@ -1,4 +1,4 @@
-"""How a drive's verdicts hold up over the builds that its tolerances allow."""
+"""Robustness of a drive's verdicts: samples drawn within its tolerances."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from infinivar.study.spreads import Spread, Uncertainty
 from infinivar.units import plain
 
 BAND = (0.05, 0.95)
-"""Shares of builds between which nine in ten lie."""
+"""Quantiles that bound 90 % of the samples."""
 
 _POINTS = 65_536
-"""Computed at once: intermediate arrays stay within the processor's caches."""
+"""Points computed at once, so that intermediate arrays fit the processor's caches."""
 
 _MAP_CELLS = 60
 
 
 @result
 class BuildsMap(Result):
-    """Maps over speed (first axis) and force (second axis) of what builds of a drive do.
+    """Statistics of the samples of a drive over speed (first axis) and force (second axis).
 
     Attributes
     ----------
     speed, force         Axes. [m/s], [N]
-    within               Share of builds that keep every limit. [-]
-    limits               Share of builds in which each limit binds. [-]
-    efficiency, spread   Mean and standard deviation of the efficiency of the builds within limits; nan where there are none. [-]
+    within               Share of samples within every limit. [-]
+    limits               Share of samples in which each limit binds. [-]
+    efficiency, spread   Mean and standard deviation of the efficiency of the samples within limits; nan without any. [-]
     """
 
     speed: np.ndarray
@@ -52,19 +52,19 @@ class BuildsMap(Result):
 
 
 class Mapper:
-    """Maps builds of a drive, again and again: with JAX compiled once.
+    """Compute maps of samples of a drive repeatedly; with JAX, compile once.
 
     Parameters
     ----------
-    drive : drive             Gives what does not vary.
-    paths : sequence of str   Fields that vary, by dotted path.
+    drive : drive             Provides the fields that do not vary.
+    paths : sequence of str   Dotted paths of the fields that vary.
     speed, force : float      Axes of the map. [m/s], [N]
-    method : str              numpy, on all processors; or jax, compiled at the first call.
+    method : str              numpy, on all processors, or jax, compiled at the first call.
 
     Raises
     ------
     InputError
-        If JAX is asked for and not installed.
+        If JAX is requested but not installed.
     """
 
     def __init__(
@@ -76,22 +76,22 @@ class Mapper:
         *,
         method: Literal["numpy", "jax"] = "numpy",
     ) -> None:
-        """Get ready; nothing is computed yet."""
+        """Prepare the map without computing anything."""
         self.speed, self.force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
         points = np.broadcast_arrays(self.speed[:, None], self.force[None, :])
         self._map = _mapped(drive, paths, *(axis.ravel() for axis in points))
         self._room, self._workers, self._padded = max(1, _POINTS // points[0].size), None, False
         if method == "jax":
-            # It has threads of its own (the second here counts meanwhile), and compiles anew for each size of a piece.
+            # JAX has its own threads (the second worker here counts meanwhile) and recompiles for each new chunk size.
             self._map = jax_with_float64().jit(self._map)
             self._room, self._workers, self._padded = 3 * self._room, 2, True
 
     def __call__(self, at: np.ndarray, progress: Callable[[float], None] | None = None) -> BuildsMap:
-        """Maps of builds together.
+        """Return the statistics of samples.
 
         Parameters
         ----------
-        at : (n, k) float   Values at the paths, a build a row.
+        at : (n, k) float   Values at the paths, one row per sample.
         progress            Called with the share done.
         """
         pieces = in_pieces(self._counted, at, self._room, workers=self._workers, progress=progress)
@@ -111,7 +111,7 @@ class Mapper:
         )
 
     def _counted(self, at: np.ndarray) -> np.ndarray:
-        """At each point: builds that each limit binds; of those within: how many have an efficiency, its sum and of squares."""
+        """Count samples per binding limit at each point; within limits, also sum their efficiencies and the squares of these."""
         count = len(at)
         if self._padded:
             at = np.concatenate([at, np.repeat(at[:1], self._room - count, axis=0)])
@@ -125,7 +125,7 @@ class Mapper:
 def _mapped(
     drive: AnyDrive, paths: Sequence[str], speed: np.ndarray, force: np.ndarray
 ) -> Callable[[Any], tuple[Array, Array]]:
-    """Function of builds: which limit binds at each point, and the efficiency there. (builds, points)"""
+    """Return a function of samples that gives binding limit and efficiency at each point. (samples, points)"""
 
     def mapped(at: Any) -> tuple[Array, Array]:
         point = designs(drive, paths, at).operate(speed=speed, force=force)
@@ -140,13 +140,13 @@ def _mapped(
 
 @result
 class DutyBuilds(Result):
-    """Builds of a drive in a duty cycle: arrays of a value a build; nan where it slips.
+    """Samples of a drive in a duty cycle: arrays with one value per sample, nan where the wheel slips.
 
     Attributes
     ----------
-    energy        From the supply in a cycle. [J]
-    temperature   Highest winding temperature, settled; empty where no data sheet tells. [K]
-    able          Whether the build keeps every limit and no winding gets too hot.
+    energy        Energy from the supply per cycle. [J]
+    temperature   Highest settled winding temperature; empty if no data sheet has thermal data. [K]
+    able          Whether the sample is within every limit and no winding overheats.
     """
 
     energy: np.ndarray
@@ -155,7 +155,7 @@ class DutyBuilds(Result):
 
     @property
     def share(self) -> float:
-        """Of builds that do it. [-]"""
+        """Share of feasible samples. [-]"""
         return float(np.mean(self.able))
 
     @property
@@ -165,24 +165,24 @@ class DutyBuilds(Result):
         taken = (
             ""
             if found["low"] is None
-            else f"; nine in ten take {plain(found['low'], 3)} to {plain(found['high'], 3)} J a cycle"
+            else f"; {plain(found['low'], 3)} to {plain(found['high'], 3)} J per cycle in 90 % of samples"
         )
-        return f"{percent(self.share, len(self.able))} of builds do it{taken}"
+        return f"feasible in {percent(self.share, len(self.able))} of samples{taken}"
 
 
 @result
 class Builds(Result):
-    """Builds of a drive within its tolerances, held against a study's requirement and duty cycles.
+    """Samples of a drive within its tolerances, evaluated on a study's requirement and duty cycles.
 
     Attributes
     ----------
-    spreads    What varies.
-    values     (n, k) A build a row.
-    coverage   Share of the required region in which a build keeps every limit. [-]
-    margin     Weakest margin of a build in the region. [-]
-    loss       Of a build at the corner of maximum force; nan where it slips. [W]
-    map        Of all builds together.
-    duty       By name of the duty cycle.
+    spreads    Spreads of the fields that vary.
+    values     (n, k) Values, one row per sample.
+    coverage   Share of the required region in which a sample is within every limit. [-]
+    margin     Tightest margin of a sample in the region. [-]
+    loss       Loss of a sample at the corner of maximum force; nan where the wheel slips. [W]
+    map        Statistics of all samples.
+    duty       Results by name of the duty cycle.
     """
 
     spreads: tuple[Spread, ...]
@@ -195,20 +195,20 @@ class Builds(Result):
 
     @property
     def count(self) -> int:
-        """Builds drawn."""
+        """Number of samples."""
         return len(self.values)
 
     @property
     def covering(self) -> float:
-        """Share of builds that cover the requirement. [-]"""
+        """Share of samples that cover the requirement. [-]"""
         return float(np.mean(self.margin >= 1.0))
 
     @property
     def verdict(self) -> str:
         """One clause for people."""
         found = band(self.margin)
-        nine = f"nine in ten have a weakest margin from {plain(found['low'], 3)} to {plain(found['high'], 3)}"
-        return f"covers the requirement in {percent(self.covering, self.count)} of builds; {nine}"
+        spread = f"tightest margin {plain(found['low'], 3)} to {plain(found['high'], 3)} in 90 % of samples"
+        return f"covers the requirement in {percent(self.covering, self.count)} of samples; {spread}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
@@ -231,7 +231,7 @@ class Builds(Result):
 
 
 def percent(share: float, count: int) -> str:
-    """A share of builds in words: 100 % and 0 % only if there is no exception among them."""
+    """Format a share of samples; 100 % and 0 % only if no sample is an exception."""
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"
     shown = min(max(100.0 * share, 0.1), 99.9) if count >= 1000 else min(max(round(100.0 * share), 1), 99)
@@ -239,11 +239,11 @@ def percent(share: float, count: int) -> str:
 
 
 def band(values: np.ndarray) -> dict[str, float | None]:
-    """Median and the range of nine builds in ten, of those that can do it; inf where a value grows without bound."""
+    """Median and 90 % range over the feasible samples; inf where a value is unbounded."""
     known = values[~np.isnan(values)]
     if not known.size:
         return {"low": None, "median": None, "high": None}
-    between = "linear" if np.isfinite(known).all() else "inverted_cdf"  # there is no line to infinity
+    between = "linear" if np.isfinite(known).all() else "inverted_cdf"  # inf cannot be interpolated
     low, median, high = np.quantile(known, [BAND[0], 0.5, BAND[1]], method=between)
     return {"low": float(low), "median": float(median), "high": float(high)}
 
@@ -257,25 +257,25 @@ def builds(
     axes: tuple[np.ndarray, np.ndarray],
     progress: Callable[[float], None] | None = None,
 ) -> Builds:
-    """Draw builds of a drive and hold them against a requirement and duty cycles.
+    """Sample a drive within its tolerances and evaluate the samples on a requirement and duty cycles.
 
     Parameters
     ----------
     drive, name       The drive and its name in the study.
-    uncertainty       With spreads of that drive.
+    uncertainty       Contains spreads of that drive.
     requirement       Sampled on 41 lines of constant force.
-    duty              By name.
-    axes              Speeds and forces whose span the map covers. [m/s], [N]
+    duty              Duty cycles by name.
+    axes              Speeds and forces that span the map. [m/s], [N]
     progress          Called with the share done.
 
     Returns
     -------
-    Builds   Quasi-Monte Carlo by Sobol's sequence: the same for the same study.
+    Builds   Quasi-Monte Carlo with a Sobol sequence: reproducible for the same study.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that a duty cycle needs.
+        If the drive lacks a value that a duty cycle requires.
     """
     spreads = uncertainty.spreads[name]
     paths = [spread.path for spread in spreads]
