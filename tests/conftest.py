@@ -31,17 +31,36 @@ hypothesis.settings.register_profile("project", max_examples=40, deadline=None, 
 hypothesis.settings.load_profile("project")
 
 
-SHARED = {"test_compare.py", "test_duty.py", "test_pages.py", "test_reproduce.py"}
-"""Files of tests/cli that read the same results of slow commands."""
+SHARED = ("cli/test_compare.py", "cli/test_duty.py", "cli/test_pages.py", "cli/test_reproduce.py")
+"""Files that read the same results of slow commands: one worker makes them."""
+LONG = (
+    *SHARED,
+    "unit/test_results.py",
+    "cli/test_calibrate.py",
+    "unit/test_calibration_laws.py",
+    "unit/test_calibration.py",
+)
+"""Files that take longest. They come first, so that no worker is left alone with one at the end."""
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
+def _file(nodeid):
+    return nodeid.partition("::")[0].removeprefix("tests/")
+
+
 def pytest_collection_modifyitems(items):
-    """Each file goes to one worker, whose fixtures it shares; files that read the same results of commands go together."""
-    for item in items:
-        file = item.path.relative_to(ROOT / "tests")
-        shared = file.parent.name == "cli" and file.name in SHARED
-        item.add_marker(pytest.mark.xdist_group("shared results" if shared else file.as_posix()))
+    items.sort(key=lambda item: LONG.index(_file(item.nodeid)) if _file(item.nodeid) in LONG else len(LONG))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Each file goes to one worker, which makes its fixtures once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFile(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            return "shared results" if _file(nodeid) in SHARED else _file(nodeid)
+
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope="session")
