@@ -13,7 +13,7 @@ from infinivar.analysis.cycles.performance import Definition
 from infinivar.analysis.cycles.shaking import dynamic_map
 from infinivar.contact.exact_tables import lateral_creep
 from infinivar.limits import Limit
-from infinivar.paper.claims import design, element, shaking, system
+from infinivar.paper.claims import design, element, plane_measures, shaking, system
 from infinivar.paper.claims.bench import MOVES, Bench
 from infinivar.paper.claims.claim import Machine, at_ratio, statements
 from infinivar.paper.claims.groups import fitted
@@ -166,7 +166,7 @@ def test_cells_count_by_area(machine):
         losses = {name: loss for name, loss in asked.losses.items() if name != "amplifier"}
         share = sum(loss for name, loss in losses.items() if name.startswith(part)) / sum(losses.values())
         where = (asked.fraction > 0.1)[None, :] & (asked.binding == 0) & ((asked.binding == 0) | (other.binding == 0))
-        found = shaking.most_lost(weighted, drive, part).computed
+        found = plane_measures.most_lost(weighted, drive, part).computed
         assert float(found.split(" %")[0].split("%")[0]) / 100 == pytest.approx(np.mean(share[where]), abs=0.012)
 
 
@@ -176,10 +176,10 @@ def test_both_drives_must_show_both_trends(machine, drive, told_by):
     """D7: rising with power is told by the performance within limits, falling with frequency by the one without; where one of
     them is turned upside down for one drive, three trends of four are left."""
     pair = Bench.of(machine).pair()
-    assert shaking.trends(pair).verdict == "holds"
+    assert plane_measures.trends(pair).verdict == "holds"
     steady = getattr(pair, drive)
     contrary = replace(steady, **{told_by: -getattr(steady, told_by)})
-    assert shaking.trends(pair._replace(**{drive: contrary})).verdict == "does not hold"
+    assert plane_measures.trends(pair._replace(**{drive: contrary})).verdict == "does not hold"
 
 
 def test_recovered_energy_must_lower_performance_nowhere(machine, claims):
