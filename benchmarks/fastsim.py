@@ -16,7 +16,7 @@ from infinivar.contact import fastsim
 
 PAIRS = 9
 TOGETHER, ALONE = 1000, 100
-"""Contacts in one call, and of these so many once more, one a call."""
+"""Number of contacts in one call, and number of those computed again, one per call."""
 
 
 def run() -> list[Line]:
