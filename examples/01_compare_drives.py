@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 result = iv.compare(study)
 
 for drive in result.results.values():

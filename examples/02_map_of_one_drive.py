@@ -11,7 +11,7 @@ import numpy as np
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 drive, wanted = study.drives["cobotic"], study.requirement
 maps = iv.steady_map(drive, np.linspace(0.01, 1.3, 130), np.linspace(0.5, 90.0, 120))
 print(f"largest residual of the energy balance: {maps.audit_residual:.1e}")

@@ -11,7 +11,7 @@ import numpy as np
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 ivt = study.drives["cobotic"].transmission
 omega = 14.0  # cylinder speed in rad/s
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 ivt = study.drives["cobotic"].transmission
 
 speed, force = np.meshgrid(np.linspace(-0.8, 0.8, 161), np.linspace(-60.0, 60.0, 161), indexing="ij")

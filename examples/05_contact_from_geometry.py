@@ -11,7 +11,7 @@ import numpy as np
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 ivt = study.drives["cobotic"].transmission
 patch = ivt.contact.patch
 print(f"semi-axes: {1e3 * patch.a:.3f} mm rolling, {1e3 * patch.b:.3f} mm lateral")

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 import infinivar as iv
 
-study = iv.load_study("../studies/knee_walking.toml")
+study = iv.load_study("knee_walking")
 walking = study.duty["walking"]
 results = {name: iv.duty_cycle(drive, walking) for name, drive in study.drives.items()}
 

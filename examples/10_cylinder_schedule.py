@@ -11,7 +11,7 @@ import numpy as np
 
 import infinivar as iv
 
-study = iv.load_study("../studies/reach_and_hold.toml")
+study = iv.load_study("reach_and_hold")
 duty = study.duty["reach-and-hold"]
 found = iv.policies(study.drives["cobotic"], duty)
 for policy in found:

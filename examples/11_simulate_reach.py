@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 run = iv.simulate(study.drives["cobotic"], study.scenarios["reach"])
 print(run.verdict)
 

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 found = iv.sensitivity(study, "cobotic", "loss", speed=0.3, force=25.0)
 print(f"loss at 0.3 m/s and 25 N: {found.value:.2f} W")
 for row in found.influences[:5]:

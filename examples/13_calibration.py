@@ -13,7 +13,7 @@ import numpy as np
 import infinivar as iv
 from infinivar.calibration import virtual_rig
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 drive = study.drives["cobotic"]
 settings = virtual_rig.protocol(drive, study.rig)
 measured = virtual_rig.experiment(drive, study.rig, settings, simulated=False).data

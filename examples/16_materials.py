@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 
 import infinivar as iv
 
-study = iv.load_study("../studies/hand_controller.toml")
+study = iv.load_study("hand_controller")
 ivt = study.drives["cobotic"].transmission
 
 materials = {

@@ -70,10 +70,9 @@ def named_path(text: str | Path) -> Path:
     return Path(text)
 
 
-Out = Annotated[
-    Path,
-    typer.Option("--out", parser=named_path, metavar="PATH", help="Folder for the results; created if missing."),
-]
+_OUT = typer.Option("--out", parser=named_path, metavar="PATH", help="Folder for the results; created if missing.")
+Out = Annotated[Path, _OUT]
+OptionalOut = Annotated[Path | None, _OUT]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on standard output.")]
 
 

@@ -1,6 +1,7 @@
 """Results stay as they were computed, compare without surprises, and show themselves: as text, page, table and figure."""
 
 import copy
+import dataclasses
 import pickle
 
 import matplotlib.figure
@@ -10,6 +11,7 @@ import xarray
 
 import infinivar as iv
 from infinivar._core.frozen import FrozenDict, frozen, own
+from infinivar._core.presentation import presenter
 from infinivar._core.result import Frozen, Result
 from infinivar.analysis.cycles.cylinder_policy import policies
 from infinivar.analysis.cycles.tracking import two_ways
@@ -107,6 +109,53 @@ def results(shipped, tmp_path_factory):
     file.write_text(STUDY)
     compared = iv.compare(iv.load_study(file))
     return found | {name: take(compared) for name, take in FROM_COMPARISON.items()}
+
+
+@pytest.mark.parametrize("name", [*MAKE, *FROM_COMPARISON])
+def test_every_labelled_result_can_be_written_and_read(results, name, tmp_path):
+    found = results[name]
+    if not isinstance(found, Result):  # what goes in, not a result
+        assert not hasattr(found, "to_netcdf")
+        return
+    if presenter(type(found), "dataset") is None:
+        with pytest.raises(TypeError, match="there is no data set"):
+            found.to_netcdf(tmp_path / "result.nc")
+        return
+    found.to_netcdf(tmp_path / "result.nc")
+    with xarray.open_dataset(tmp_path / "result.nc", engine="scipy", decode_timedelta=False) as read:
+        assert set(read.data_vars) == set(found.to_xarray().data_vars)
+        assert read.attrs.get("verdict") == found.to_xarray().attrs.get("verdict")
+
+
+def test_a_table_of_a_run_has_one_row_per_instant(results):
+    run = results["simulation"]
+    assert len(run.to_dataframe()) == len(run.trajectory.to_dataframe()) == len(run.trajectory.time)
+
+
+def test_figures_without_claims_have_an_empty_table():
+    assert len(iv.reproduce(3).to_dataframe()) == 0
+
+
+def test_tolerances_leave_out_residuals_and_must_be_numbers(results):
+    one = results["map"]
+    other = dataclasses.replace(
+        one, audit_residual=2.0 * one.audit_residual + 1e-17, power_in=one.power_in * (1.0 + 1e-9)
+    )
+    assert one != other
+    assert one.equals(other, rtol=1e-6)
+    assert not one.equals(other, rtol=1e-12)
+    for wrong in (-1.0, float("nan")):
+        with pytest.raises(iv.ParameterError, match="rtol must be >= 0"):
+            one.equals(one, rtol=wrong)
+
+
+def test_what_cannot_be_saved_is_named(results, tmp_path):
+    for nothing in ((), 3, (results["map"], 3)):
+        with pytest.raises(TypeError, match="got"):
+            iv.save(nothing, tmp_path)
+    with pytest.raises(iv.InputError, match="name must be"):
+        iv.save(results["simulation"], tmp_path, name="../elsewhere")
+    assert not list(tmp_path.iterdir())
 
 
 def arrays_in(value):

@@ -38,8 +38,7 @@ def write(path: str | Path, arrays: Arrays) -> None:
 
     with netcdf_file(path, "w", version=2) as file:
         for name, value in arrays.attributes.items():
-            # SciPy takes a bare float for one of four bytes.
-            setattr(file, name, np.float64(value) if isinstance(value, float) else value)
+            setattr(file, name, _attribute(value))
         for name, content in {**arrays.coordinates, **arrays.data}.items():
             dimensions, values, notes = (name, content, {}) if isinstance(content, list) else content
             dimensions = (dimensions,) if isinstance(dimensions, str) else dimensions
@@ -55,5 +54,14 @@ def write(path: str | Path, arrays: Arrays) -> None:
             if values.dtype.kind == "f":
                 variable._FillValue = values.dtype.type("nan")
             for key, note in notes.items():
-                setattr(variable, key, note)
-            variable[:] = values
+                setattr(variable, key, _attribute(note))
+            variable[...] = values
+
+
+def _attribute(value: Any) -> Any:
+    """An attribute as SciPy writes it in full: text beyond ASCII as bytes, a number in eight bytes instead of four."""
+    import numpy as np
+
+    if isinstance(value, str):
+        return value.encode("utf-8")
+    return np.float64(value) if isinstance(value, float) else value

@@ -15,6 +15,7 @@ import numpy as np
 
 from infinivar._core import extras, netcdf, presentation
 from infinivar._core.frozen import frozen
+from infinivar.errors import ParameterError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
 
 _LINES, _WIDTH = 8, 100
 """Of what `repr` shows below the first line."""
+
+_RESIDUALS = ("audit_residual", "residual")
+"""Fields that hold rounding errors, whose relative difference says nothing."""
 
 _DPI = 55
 """Of the small figure in a notebook."""
@@ -63,8 +67,17 @@ class Frozen:
         Parameters
         ----------
         other : object
-        rtol, atol : float   Largest difference of two numbers: ``atol + rtol * abs(number)``. nan equals nan. [-]
+        rtol, atol : float   Largest difference of two numbers: ``atol + rtol * abs(number)``, >= 0. nan equals nan. [-]
+            With a tolerance, residuals of the energy audit are not compared: they are rounding errors.
+
+        Raises
+        ------
+        ParameterError
+            If a tolerance is negative or nan.
         """
+        for name, value in (("rtol", rtol), ("atol", atol)):
+            if not value >= 0.0:
+                raise ParameterError(f"{name} must be >= 0, got {value}")
         return _same(self, other, rtol, atol)
 
     def __eq__(self, other: object) -> bool:
@@ -250,7 +263,8 @@ def _same(one: Any, other: Any, rtol: float, atol: float) -> bool:
     if type(one) is not type(other):
         return False
     if dataclasses.is_dataclass(one):
-        return all(_same(getattr(one, name), getattr(other, name), rtol, atol) for name in _names(type(one)))
+        names = [name for name in _names(type(one)) if rtol == atol == 0.0 or name not in _RESIDUALS]
+        return all(_same(getattr(one, name), getattr(other, name), rtol, atol) for name in names)
     if isinstance(one, Mapping):
         return one.keys() == other.keys() and all(_same(item, other[key], rtol, atol) for key, item in one.items())
     if isinstance(one, tuple | list):

@@ -11,7 +11,8 @@ import typer
 
 from infinivar.cli.shared import loaded_study, naming, print_json
 from infinivar.console import NOT_FEASIBLE, flush, progress_bar, say
-from infinivar.options import Json, Out, StudyFile, drives_of_study
+from infinivar.errors import InputError
+from infinivar.options import Json, OptionalOut, Out, StudyFile, drives_of_study
 
 if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison
@@ -57,7 +58,7 @@ def compare(
             help="Print the verdicts only; skip report and files, sampled builds, cylinder speeds and the simulation check.",
         ),
     ] = False,
-    out: Out = Path("out"),
+    out: OptionalOut = None,
     as_json: Json = False,
 ) -> None:
     """Compare the drives of a study and write a report.
@@ -70,6 +71,9 @@ def compare(
     from infinivar.report.saving import save
     from infinivar.study.check import check_duty
 
+    if quick and out is not None:
+        raise InputError("--quick writes no files: remove --out or --quick")
+    out = out or Path("out")
     loaded = loaded_study(study)
     with naming(study):
         loaded = loaded.with_drives(drive) if drive else loaded

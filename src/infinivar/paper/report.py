@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from infinivar.errors import InputError
 from infinivar.figures import style
+from infinivar.paper.claims.claim import Claim
 from infinivar.paper.claims.shaking import FARTHEST
 from infinivar.paper.claims.verdict import FACTOR, KINDS, Range, turned
 from infinivar.paper.figures import FIGURES, missing_for
@@ -54,7 +56,8 @@ def table(reproduction: Reproduction) -> pd.DataFrame:
     """One row per claim: the paper's statement, the computed value and the verdict."""
     import pandas as pd
 
-    rows = pd.DataFrame(reproduction.to_list()).drop(columns=["ranges", "variants"])
+    columns = [field.name for field in dataclasses.fields(Claim) if field.name not in ("figure", "ranges", "variants")]
+    rows = pd.DataFrame(reproduction.to_list(), columns=columns)
     return rows.astype({"paper": object, "computed": object}).set_index("id")
 
 

@@ -49,9 +49,14 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.time_history:draw_all",
         "save": "report.simulation:save",
         "dataset": "report.datasets:simulation",
+        "table": "report.tables:simulation",
     },
     "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map", "dataset": "report.datasets:steady_map"},
-    "bondgraph.audit.Trajectory": {"plot": "figures.single:trajectory", "dataset": "report.datasets:trajectory"},
+    "bondgraph.audit.Trajectory": {
+        "plot": "figures.single:trajectory",
+        "dataset": "report.datasets:trajectory",
+        "table": "report.tables:trajectory",
+    },
     "calibration.result.Calibration": {
         "plot": "figures.calibration:draw_all",
         "save": "report.calibration:save",

@@ -31,7 +31,12 @@ def save(result: Any, directory: str | Path, **options: Any) -> list[Path]:
     TypeError
         If there is no report for the type of the result.
     """
-    kind = type(next(iter(result), None) if isinstance(result, list | tuple) else result)
+    several = isinstance(result, list | tuple)
+    kinds = {type(one) for one in result} if several else {type(result)}
+    if len(kinds) != 1:
+        named = ", ".join(sorted(kind.__name__ for kind in kinds)) or "an empty sequence"
+        raise TypeError(f"result must be one result or a sequence of one type, got {named}")
+    (kind,) = kinds
     write = presenter(kind, "save")
     if write is None:
         raise TypeError(f"a report exists for {', '.join(presented('save'))}, got {kind.__name__}")

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from infinivar.analysis.simulate import Simulation
+from infinivar.errors import InputError
 from infinivar.figures import energy_flow, style, time_history
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
@@ -14,6 +16,8 @@ def save(
     simulation: Simulation, directory: Path, name: str = "simulation", reconstruction: tuple[str, ...] = ()
 ) -> list[Path]:
     """Write report, figures, NetCDF, CSV and JSON; the report comes first."""
+    if not re.fullmatch(r"[\w.-]+", name):
+        raise InputError(f"name must be letters, digits, dots, - and _, got {name!r}")
     history, energy = time_history.draw_all(simulation), energy_flow.draw_all(simulation)
     with all_or_nothing(directory, f"simulate {name}") as scratch:
         (scratch / f"{name}.json").write_text(to_json(simulation.to_dict()), "utf-8")

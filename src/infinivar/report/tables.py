@@ -12,6 +12,8 @@ from infinivar.analysis.contact_sheet import ContactSheet
 from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
+from infinivar.analysis.simulate import Simulation
+from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.result import Calibration
 
 if TYPE_CHECKING:
@@ -127,3 +129,18 @@ def calibration(found: Calibration) -> pd.DataFrame:
         ),
         "parameter",
     )
+
+
+def simulation(found: Simulation) -> pd.DataFrame:
+    """One row per instant: the columns of the run, and the energies supplied, lost and stored."""
+    return _frame(dict(found.columns)).set_index("time_s").join(trajectory(found.trajectory))
+
+
+def trajectory(run: Trajectory) -> pd.DataFrame:
+    """One row per instant: the energies supplied, lost and stored, by name."""
+    energies = {
+        f"{kind} {name} [J]": values
+        for kind, group in (("supplied", run.supplied), ("lost", run.lost), ("stored", run.stored))
+        for name, values in group.items()
+    }
+    return _frame({"time_s": run.time, **energies}).set_index("time_s")

@@ -78,6 +78,8 @@ def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
     asked = _values({SHAPE: shape_key(tuple(kinds))}, tree, path, faults)
     if faults:
         raise StudyError(*faults)
+    if not asked and SHAPE not in tree and any(name in kind_keys(field) for name in tree):
+        raise StudyError(f"{path}.{SHAPE} is missing: must be {' or '.join(kinds)}")
     shape = asked[SHAPE].value if asked else next(iter(kinds))
     own = table_keys(kinds[shape])
     given = _values(own, tree, path, faults)
