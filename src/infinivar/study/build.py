@@ -78,9 +78,10 @@ def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
     asked = _values({SHAPE: shape_key(tuple(kinds))}, tree, path, faults)
     if faults:
         raise StudyError(*faults)
-    if not asked and SHAPE not in tree and any(name in kind_keys(field) for name in tree):
+    usual = next(iter(kinds))
+    if SHAPE not in tree and any(name in kind_keys(field) and name not in table_keys(kinds[usual]) for name in tree):
         raise StudyError(f"{path}.{SHAPE} is missing: must be {' or '.join(kinds)}")
-    shape = asked[SHAPE].value if asked else next(iter(kinds))
+    shape = asked[SHAPE].value if asked else usual
     own = table_keys(kinds[shape])
     given = _values(own, tree, path, faults)
     _refuse_unknown(tree, kind_keys(field), [*kind_keys(field), *ORIGIN], path, faults)
