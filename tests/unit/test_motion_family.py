@@ -152,7 +152,7 @@ def test_a_recording_is_its_data():
         ({"time": TIME}, "position or speed must be given, but not both"),
         ({**WAVE, "speed": TIME}, "position or speed must be given, but not both"),
         ({**WAVE, "time": TIME[::-1]}, "time must increase from row to row"),
-        ({**WAVE, "force": TIME[1:]}, "force must be at least two finite numbers, as many as time"),
+        ({**WAVE, "force": TIME[1:]}, "force must have as many numbers as time, 101, got shape"),
         ({**WAVE, "cutoff": 0.5}, r"cutoff must be >= 1 Hz, one period in the recording, got 0\.5"),
     ],
 )

@@ -59,18 +59,26 @@ def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
 
 
 def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
-    """As `as_floats`, for finite values only. Values that are being traced are not checked.
+    """As `as_floats`, for finite values that broadcast to one shape. Values that are being traced are not checked.
 
     Raises
     ------
     ParameterError
-        If a value is not finite; the message names the argument.
+        If a value is not a finite number, or shapes do not broadcast; the message names the argument.
     """
-    values = as_floats(xp, *named.values())
-    if xp.__name__ == "numpy":
-        for name, value in zip(named, values, strict=True):
-            if not xp.all(xp.isfinite(value)):
-                raise ParameterError(f"{name} must be finite, got {value[~xp.isfinite(value)].ravel()[0]}")
+    if xp.__name__ != "numpy":
+        return as_floats(xp, *named.values())
+    from infinivar._core.arrays import real_array
+
+    values = tuple(real_array(name, value) for name, value in named.items())
+    for name, value in zip(named, values, strict=True):
+        if not xp.all(xp.isfinite(value)):
+            raise ParameterError(f"{name} must be finite, got {value[~xp.isfinite(value)].ravel()[0]}")
+    try:
+        xp.broadcast_shapes(*(value.shape for value in values))
+    except ValueError:
+        shapes = " and ".join(str(value.shape) for value in values)
+        raise ParameterError(f"{' and '.join(named)} must broadcast to one shape, got shapes {shapes}") from None
     return values
 
 

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 import types
 import typing
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
-from infinivar._core.bounds import Bound, fits, within, words
+from infinivar._core.bounds import FINITE, Bound, NonZero, fits, within, words
 from infinivar.errors import ParameterError, nearest, require
 
 
@@ -52,6 +53,13 @@ def tagged(meaning: str, kinds: Mapping[str, type], *, flat: bool = False, **def
     return dataclasses.field(**default, metadata={"meaning": meaning, "kinds": kinds, "flat": flat})
 
 
+def _wanted(bound: Bound, value: float | None = None) -> str:
+    """What a number must be, in words; for nan, which is not 0 either, in other words."""
+    if value is None:
+        return "a finite number" if bound == FINITE else f"a number {words(bound)}"
+    return "finite and not 0" if isinstance(bound, NonZero) and not math.isfinite(value) else words(bound)
+
+
 def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
     """Raise ParameterError with field, value and unit unless every element is finite and within the bound.
 
@@ -59,9 +67,9 @@ def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
     """
     shown = "" if unit == "1" else unit
     if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
-        require(False, field, repr(value), f"a number {words(bound)}", shown)
+        require(False, field, repr(value), _wanted(bound), f"in {shown}" if shown and bound == FINITE else shown)
     if isinstance(value, (int, float)):
-        require(fits(bound, value), field, value, words(bound), shown)
+        require(fits(bound, value), field, value, _wanted(bound, value), shown)
     elif type(value).__module__ == "numpy":
         import numpy as np
 
@@ -104,6 +112,39 @@ def check(instance: Any) -> None:
         value = getattr(instance, field.name)
         if value is not None or field.default is not None:
             check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
+
+
+def check_real(instance: Any) -> None:
+    """As `check`, for a dataclass whose physical fields are single real numbers; those of NumPy are stored as float.
+
+    Raises
+    ------
+    ParameterError
+        If a physical field is an array, a complex number or no number at all, or for the reasons of `check`.
+    """
+    for field in dataclasses.fields(instance):
+        if "unit" not in field.metadata:
+            continue
+        value = getattr(instance, field.name)
+        if value is None and field.default is None:
+            continue
+        if type(value) not in (int, float):
+            object.__setattr__(instance, field.name, _real(field.name, value))
+    check(instance)
+
+
+def _real(field: str, value: Any) -> float:
+    """The value as a plain number."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    if type(value).__module__ == "numpy":
+        import numpy as np
+
+        if np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf":
+            return float(value)
+    from infinivar._core.arrays import shown
+
+    raise ParameterError(f"{field} must be a real number, got {shown(value)}")
 
 
 def check_kind(field: str, value: Any, kinds: Mapping[str, type], method: str) -> None:

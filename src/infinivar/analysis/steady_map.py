@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar import power
+from infinivar._core.arrays import real_array
 from infinivar._core.frozen import FrozenDict, own
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
@@ -59,7 +60,7 @@ class SteadyMap(Result):
 
 
 def _axis(name: str, values: Any, unit: str) -> np.ndarray:
-    axis = np.array(values, dtype=float, ndmin=1)
+    axis = np.array(real_array(name, values), ndmin=1)
     if axis.ndim != 1 or axis.size == 0:
         raise InputError(f"{name} must be one-dimensional and not empty, got shape {axis.shape}")
     if not np.isfinite(axis).all():

@@ -11,6 +11,7 @@ any spin; "vermeulen-johnson", in the form of shen1983, is valid for small spin.
 
 from __future__ import annotations
 
+import numbers
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -33,7 +34,7 @@ from infinivar.contact.laws import (
     vermeulen_johnson_force,
     vermeulen_johnson_slope,
 )
-from infinivar.errors import ParameterError, nearest
+from infinivar.errors import ParameterError, nearest, require
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
@@ -48,6 +49,11 @@ class CreepLaw:
     force : scaled creepage -> force ratio
     slip_creepage : scaled creepage at which gross slip begins, inf if the law reaches it only asymptotically
     flow_factor : force ratio -> factor on the link speed and its derivative, or None for a law without a flow loss
+
+    Raises
+    ------
+    ParameterError
+        If the name is empty, a formula is not a function, or `slip_creepage` is not positive.
     """
 
     name: str
@@ -56,6 +62,24 @@ class CreepLaw:
     force: Callable[[Array], Array]
     slip_creepage: float
     flow_factor: Callable[[Array], tuple[Array, Array]] | None = None
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        require(
+            isinstance(self.name, str) and bool(self.name.strip()), "name", repr(self.name), "text that is not empty"
+        )
+        for name in ("creepage", "slope", "force"):
+            said = getattr(self, name)
+            require(callable(said), name, repr(said), "a function")
+        require(
+            self.flow_factor is None or callable(self.flow_factor),
+            "flow_factor",
+            repr(self.flow_factor),
+            "a function or None",
+        )
+        slip = self.slip_creepage
+        number = isinstance(slip, numbers.Real) and not isinstance(slip, bool)
+        require(number and slip > 0, "slip_creepage", repr(slip), "a number > 0, or inf")
 
     @property
     def straight(self) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.bounds import FINITE
-from infinivar._core.fields import check, check_kind, quantity, tagged
+from infinivar._core.fields import check_kind, check_real, quantity, tagged
 from infinivar.motion.course import Course
 from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor, Walking
@@ -53,7 +53,7 @@ class DutyCycle(Task):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
         check_kind("motion", self.motion, CYCLES, "derivatives")
 
     def loaded(self, mass: float | None) -> Self:

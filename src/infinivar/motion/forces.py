@@ -9,12 +9,13 @@ from typing import ClassVar
 
 from annotated_types import Ge, Gt
 
+from infinivar._core.arrays import Whole
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check, quantity
+from infinivar._core.fields import check_real, quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConstantForce:
+class ConstantForce(Whole):
     """Constant force.
 
     Raises
@@ -28,7 +29,7 @@ class ConstantForce:
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -45,7 +46,7 @@ class ConstantForce:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepForce:
+class StepForce(Whole):
     """Zero force, then a constant force from `start`.
 
     Raises
@@ -60,7 +61,7 @@ class StepForce:
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -77,7 +78,7 @@ class StepForce:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SinusoidalForce:
+class SinusoidalForce(Whole):
     """Sinusoidal force ``size sin(2 pi frequency (t - start))``, also before `start`.
 
     Raises
@@ -93,7 +94,7 @@ class SinusoidalForce:
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def breaks(self) -> Sequence[float]:

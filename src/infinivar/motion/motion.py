@@ -15,6 +15,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from infinivar._core.arrays import Whole
 from infinivar.motion.fourier import Series
 
 NOTHING = Series(1.0, np.zeros(1), np.zeros(1))
@@ -45,7 +46,7 @@ class Motion(Protocol):
         ...
 
 
-class PeriodicMotion(abc.ABC):
+class PeriodicMotion(Whole, abc.ABC):
     """A periodic motion with its own force, as inverse dynamics needs them."""
 
     __slots__ = ()

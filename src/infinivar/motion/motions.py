@@ -13,8 +13,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from annotated_types import Ge, Gt, Interval
 
+from infinivar._core.arrays import Whole
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.fields import check_real, component, quantity
 from infinivar.errors import require
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
@@ -23,7 +24,7 @@ _START = "Start of the motion"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rest:
+class Rest(Whole):
     """Stay at 0 for the whole run."""
 
     shape: ClassVar[str] = "hold"
@@ -39,7 +40,7 @@ class Rest:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cruise:
+class Cruise(Whole):
     """Stay at 0, then move at constant `speed` from `start`.
 
     Raises
@@ -54,7 +55,7 @@ class Cruise:
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -68,7 +69,7 @@ class Cruise:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
+class Step(Whole):
     """Stay at 0, then jump to `distance` at `start`, to show the controllers' step response.
 
     Raises
@@ -83,7 +84,7 @@ class Step:
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -96,7 +97,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reach:
+class Reach(Whole):
     """Stay at 0, make a minimum-jerk move of `distance` in `time` from `start`, then stay there.
 
     Raises
@@ -112,7 +113,7 @@ class Reach:
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -142,7 +143,7 @@ class Hold(PeriodicMotion):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def period(self) -> float:
@@ -171,7 +172,7 @@ class Sinusoid(PeriodicMotion):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def period(self) -> float:
@@ -214,7 +215,7 @@ class Reaches(PeriodicMotion):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def period(self) -> float:
@@ -256,7 +257,7 @@ class Tremor(PeriodicMotion):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
         high = f"< high_frequency = {self.high_frequency:g}"
         require(self.low_frequency < self.high_frequency, "low_frequency", self.low_frequency, high, "Hz")
 
@@ -314,7 +315,7 @@ class Walking(PeriodicMotion):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        check_real(self)
 
     @property
     def period(self) -> float:

@@ -10,8 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 from annotated_types import Ge, Gt
 
-from infinivar._core.arrays import HoldsArrays, locked
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.arrays import HoldsArrays, locked, real_array, shown
+from infinivar._core.fields import check_real, component, quantity
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
@@ -93,10 +93,12 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     def __post_init__(self) -> None:
         """Validate, copy, lock and smooth the data."""
-        check(self)
+        check_real(self)
         if (self.position is None) == (self.speed is None):
             raise ParameterError("position or speed must be given, but not both")
-        columns = _columns_of(self, "time", "position", "speed", "force")
+        columns = _columns_of(
+            self, "time", *(name for name in ("position", "speed", "force") if getattr(self, name) is not None)
+        )
         lines = self.lines or tuple(range(1, len(columns["time"]) + 1))
         found = smoothed(self.file, columns, lines, self.cutoff, self.resolution)
         made = {
@@ -180,7 +182,7 @@ class Waypoints(HoldsArrays):
 
     def __post_init__(self) -> None:
         """Validate, copy and lock the data, and fit the spline."""
-        check(self)
+        check_real(self)
         columns = _columns_of(self, "time", "position")
         spline = _Spline.through(columns["time"].tolist(), columns["position"].tolist())
         for name, value in {**columns, "_spline": spline}.items():
@@ -232,7 +234,7 @@ class RecordedForce(HoldsArrays):
 
     def __post_init__(self) -> None:
         """Validate, copy and lock the data."""
-        check(self)
+        check_real(self)
         columns = _columns_of(self, "time", "force")
         rows = columns["time"].tolist(), columns["force"].tolist()
         for name, value in {**columns, "_rows": rows}.items():
@@ -268,15 +270,20 @@ def _columns_of(instance: Any, *names: str) -> Mapping[str, np.ndarray]:
     Raises
     ------
     ParameterError
-        If values are not finite, lengths differ, or times do not increase.
+        If values are not finite numbers, lengths differ, or times do not increase.
     """
-    columns = {name: locked(getattr(instance, name)) for name in names if getattr(instance, name) is not None}
+    columns = {name: locked(real_array(name, getattr(instance, name))) for name in names}
     time = columns["time"]
+    if time.ndim != 1 or len(time) < 2:
+        raise ParameterError(f"time must be at least two numbers in a row, got {shown(instance.time)}")
     for name, values in columns.items():
-        if values.ndim != 1 or values.shape != time.shape or len(values) < 2 or not np.all(np.isfinite(values)):
-            raise ParameterError(f"{name} must be at least two finite numbers, as many as time, got {values!r}")
+        if values.shape != time.shape:
+            raise ParameterError(f"{name} must have as many numbers as time, {len(time)}, got shape {values.shape}")
+        if not np.all(np.isfinite(values)):
+            raise ParameterError(f"{name} must be finite, got {values[~np.isfinite(values)][0]}")
     if not np.all(np.diff(time) > 0.0):
-        raise ParameterError(f"time must increase from row to row, got {time!r}")
+        row = int(np.flatnonzero(np.diff(time) <= 0.0)[0])
+        raise ParameterError(f"time must increase from row to row, got {time[row]:g}, then {time[row + 1]:g}")
     return columns
 
 

@@ -8,7 +8,7 @@ from typing import Literal
 from annotated_types import Gt, Interval
 
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check, check_choice, check_kind, component, quantity, tagged
+from infinivar._core.fields import check_choice, check_kind, check_real, component, quantity, tagged
 from infinivar.errors import ParameterError
 from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
 from infinivar.motion.motion import Force, Motion
@@ -67,7 +67,7 @@ class Scenario(Task):
 
     def __post_init__(self) -> None:
         """Validate the fields and their combination."""
-        check(self)
+        check_real(self)
         check_kind("motion", self.path, MOTIONS, "at")
         if self.force is not None:
             check_kind("force", self.force, FORCES, "value")

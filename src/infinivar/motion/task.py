@@ -8,11 +8,12 @@ from typing import Self
 
 from annotated_types import Ge
 
+from infinivar._core.arrays import Whole
 from infinivar._core.fields import component, quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Task:
+class Task(Whole):
     """Base of `DutyCycle` and `Scenario`."""
 
     title: str = component("Name for reports", default="")

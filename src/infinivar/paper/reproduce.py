@@ -69,6 +69,8 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     InputError
         If the paper has no such figure.
     """
+    if figure is not None and (isinstance(figure, bool) or not isinstance(figure, int)):
+        raise InputError(f"figure must be a whole number from {min(FIGURES)} to {max(FIGURES)}, got {figure!r}")
     if figure is not None and figure not in FIGURES:
         raise InputError(f"figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
     machine = Machine()

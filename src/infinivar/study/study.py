@@ -81,15 +81,15 @@ class Study(Frozen):
         object.__setattr__(self, "titles", titles)
         Frozen.__post_init__(self)
 
-    def with_drives(self, names: Iterable[str]) -> Study:
-        """Return the study restricted to these drives, in the study's order.
+    def with_drives(self, names: str | Iterable[str]) -> Study:
+        """Return the study restricted to these drives, or to one, in the study's order.
 
         Raises
         ------
         InputError
             If the study has no drive of a given name.
         """
-        wanted = {name: self.drive(name) for name in names}
+        wanted = {name: self.drive(name) for name in ([names] if isinstance(names, str) else names)}
         dropped = set(self.drives) - set(wanted)
         return replace(
             self,
