@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.frozen import frozen
+
 
 def locked(values: Any) -> np.ndarray:
     """A copy of the values as floats that cannot be written to."""
-    array = np.array(values, dtype=float)
-    array.setflags(write=False)
-    return array
+    return frozen(np.asarray(values, dtype=float))
 
 
 class HoldsArrays:
@@ -44,7 +44,5 @@ class HoldsArrays:
 def _rebuilt(kind: type, values: dict[str, Any]) -> Any:
     made = object.__new__(kind)
     for name, value in values.items():
-        if isinstance(value, np.ndarray):
-            value.setflags(write=False)
-        object.__setattr__(made, name, value)
+        object.__setattr__(made, name, frozen(value) if isinstance(value, np.ndarray) else value)
     return made
