@@ -10,15 +10,16 @@ import pytest
 import xarray
 
 import infinivar as iv
-from infinivar._core.frozen import FrozenDict, frozen, own
+from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.presentation import presenter
-from infinivar._core.result import Frozen, Result
+from infinivar._core.result import Result
 from infinivar.analysis.cycles.cylinder_policy import policies
 from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.analysis.design_trends import Duty, sweep
 from infinivar.analysis.robustness.derivatives import jax_with_float64
 from infinivar.calibration import virtual_rig
 from infinivar.motion.course import Course
+from infinivar.motion.recordings import Waypoints
 from infinivar.study.load import shipped_study
 
 SPEED, FORCE = np.linspace(0.05, 0.5, 5), np.linspace(5.0, 60.0, 4)
@@ -162,9 +163,9 @@ def arrays_in(value):
     """All NumPy arrays that can be reached through fields, dictionaries and tuples of a result."""
     if isinstance(value, np.ndarray):
         yield value
-    elif isinstance(value, Frozen):
-        for name in type(value).__slots__:
-            yield from arrays_in(getattr(value, name))
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from arrays_in(getattr(value, field.name))
     elif isinstance(value, dict):
         for item in value.values():
             yield from arrays_in(item)
@@ -173,13 +174,33 @@ def arrays_in(value):
             yield from arrays_in(item)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_no_array_of_a_result_can_be_changed(results, name):
-    for array in arrays_in(results[name]):
+def assert_locked(value):
+    """No array can be written to, nor can anyone open its lock or that of the memory below it."""
+    for array in arrays_in(value):
         base = array
         while isinstance(base, np.ndarray):
             assert not base.flags.writeable
+            with pytest.raises(ValueError, match="WRITEABLE"):
+                base.flags.writeable = True
             base = base.base
+        assert type(base) is bytes
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_array_of_a_result_can_be_changed(results, name):
+    assert_locked(results[name])
+
+
+@pytest.mark.parametrize("make", [copy.copy, copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))])
+def test_arrays_of_parameters_and_data_are_locked_for_good(shipped, make):
+    drive = shipped.drives["cobotic"]
+    waypoints = Waypoints(file="", time=[0.0, 1.0, 2.0], position=np.array([0.0, 0.1, 0.0]))
+    runs = virtual_rig.experiment(drive, shipped.rig, virtual_rig.protocol(drive, shipped.rig), simulated=False).data
+    for value in (waypoints, runs):
+        assert list(arrays_in(value))
+        assert_locked(value)
+        assert_locked(make(value))
+    assert hash(make(waypoints)) == hash(waypoints)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -197,7 +218,7 @@ def test_copies_and_pickles_are_equal_and_locked(results, name):
     for other in (copy.copy(value), copy.deepcopy(value), pickle.loads(pickle.dumps(value))):
         assert (other == value) is True
         assert value.equals(other, rtol=1e-12)
-        assert all(not array.flags.writeable for array in arrays_in(other))
+        assert_locked(other)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -284,8 +305,55 @@ def test_views_of_open_memory_are_copied_and_broadcast_axes_stay_small():
     base[0] = 9.0
     assert wide[0, 0] == 0.0
     assert wide.strides[0] == 0
-    mine = own(values=np.arange(3.0))["values"]
-    assert frozen(mine) is mine
+    assert frozen(wide) is wide
+
+
+@pytest.mark.parametrize(
+    "array",
+    [
+        np.array(1.5),
+        np.array([True, False]),
+        np.array([1, -2], dtype=np.int8),
+        np.array([1.0 + 2.0j]),
+        np.array(["2020-01-01", "NaT"], dtype="datetime64[s]"),
+        np.array(["ab", "c"]),
+        np.zeros((0, 3)),
+        np.arange(6.0)[::-2],
+        np.arange(6.0).reshape(2, 3).T,
+        np.broadcast_to(np.arange(3.0), (4, 3)),
+        np.array([1, 2], dtype=">i4"),
+        np.array([(1.0, 2)], dtype=[("a", "f8"), ("b", "i4")]),
+    ],
+    ids=lambda array: f"{array.dtype}{array.shape}",
+)
+def test_locked_copies_of_all_kinds_of_arrays_hold_the_same(array):
+    made = frozen(array)
+    assert_locked(made)
+    assert made.dtype == array.dtype
+    assert made.shape == array.shape
+    assert made.tobytes() == array.tobytes()
+    assert made.flags.fnc == array.flags.fnc
+    assert frozen(made) is made
+
+
+def test_an_array_of_objects_is_locked_as_a_view():
+    made = frozen(np.array([None, "text"], dtype=object))
+    assert made.tolist() == [None, "text"]
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        made.flags.writeable = True
+
+
+def test_an_array_whose_memory_someone_can_write_to_is_copied():
+    given = np.arange(3.0)
+    for array in (
+        given,
+        pickle.loads(pickle.dumps(given)),
+        np.frombuffer(bytearray(8)),
+        memoryview(given).toreadonly(),
+    ):
+        array = np.asarray(array)
+        assert frozen(array) is not array
+        assert_locked(frozen(array))
 
 
 def test_arrays_of_other_libraries_are_left_alone():

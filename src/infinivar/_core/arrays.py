@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.frozen import frozen
 from infinivar.errors import ParameterError
 
 _SHOWN = 60
@@ -15,9 +16,7 @@ _SHOWN = 60
 
 def locked(values: Any) -> np.ndarray:
     """A copy of the values as floats that cannot be written to."""
-    array = np.array(values, dtype=float)
-    array.setflags(write=False)
-    return array
+    return frozen(np.asarray(values, dtype=float))
 
 
 def shown(value: Any) -> str:
@@ -84,7 +83,5 @@ class HoldsArrays(Whole):
 def _rebuilt(kind: type, values: dict[str, Any]) -> Any:
     made = object.__new__(kind)
     for name, value in values.items():
-        if isinstance(value, np.ndarray):
-            value.setflags(write=False)
-        object.__setattr__(made, name, value)
+        object.__setattr__(made, name, frozen(value) if isinstance(value, np.ndarray) else value)
     return made

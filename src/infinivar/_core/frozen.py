@@ -14,6 +14,9 @@ V = TypeVar("V")
 _PLAIN = frozenset({float, int, bool, str, complex, type(None), np.float64, np.int8, np.int64, np.bool_})
 """Types that cannot be changed, met so often that they are looked up first."""
 
+_REFERENCES = "OT"
+"""Kinds of arrays that hold references to their items: bytes cannot keep those alive, so that they are locked as views."""
+
 
 class FrozenDict(dict[K, V]):
     """Immutable dictionary. Unlike `types.MappingProxyType` it can be pickled."""
@@ -31,8 +34,9 @@ class FrozenDict(dict[K, V]):
 def frozen(value: Any) -> Any:
     """A value that nobody can change: NumPy arrays read-only, dictionaries frozen, inside tuples as well.
 
-    An array is copied unless no one can write to its memory. Arrays of other libraries, which nobody can write to, stay as
-    they are, and so do dictionaries of them: the transformations of such a library know plain dictionaries only.
+    An array is copied unless no one can write to its memory, and the lock of the copy cannot be opened. Arrays of other
+    libraries, which nobody can write to, stay as they are, and so do dictionaries of them: the transformations of such a
+    library know plain dictionaries only.
     """
     kind = type(value)
     if kind in _PLAIN:
@@ -60,37 +64,32 @@ def _frozen_mapping(value: Mapping[Any, Any]) -> Mapping[Any, Any]:
     return FrozenDict(items)
 
 
-def own(**fields: Any) -> dict[str, Any]:
-    """Fields whose arrays the caller has just made and gives away: locked where they are, so that nothing is copied.
-
-    Only for arrays that no one else holds. A view is locked, too, but `frozen` copies it if its base can be written to.
-    """
-    for field in fields.values():
-        for value in field.values() if isinstance(field, dict) else (field,):
-            if type(value) is np.ndarray:
-                value.flags.writeable = False
-    return fields
-
-
 def _locked(array: np.ndarray) -> bool:
-    """Whether no array shares the memory that can be written to; memory from outside NumPy counts as open."""
-    if array.base is None:
+    """Whether no one can ever write to the memory: it is that of a bytes object. A lock on other memory can be opened."""
+    if type(array.base) is bytes:
         return not array.flags.writeable
     views = [array]
     while isinstance(views[-1].base, np.ndarray):
         views.append(views[-1].base)
-    if not isinstance(views[-1].base, bytes | None):
+    if type(views[-1].base) is not bytes:
         return False
     # From the owner of the memory on: a view made by `broadcast_arrays` warns if it is asked first.
     return not any(view.flags.writeable for view in reversed(views))
 
 
 def _copied(array: np.ndarray) -> np.ndarray:
-    """A locked copy; an axis along which an array was broadcast stays one number wide in memory."""
+    """A copy locked for good; an axis along which an array was broadcast stays one number wide in memory."""
     if 0 not in array.strides or not array.size:
+        return _sealed(array)
+    compact = array[tuple(np.s_[:1] if step == 0 else np.s_[:] for step in array.strides)]
+    return np.broadcast_to(_sealed(compact), array.shape)
+
+
+def _sealed(array: np.ndarray) -> np.ndarray:
+    """A copy in a bytes object, whose memory NumPy refuses to make writeable, in the same order in memory."""
+    if array.dtype.kind in _REFERENCES or array.dtype.hasobject:
         made = array.copy()
         made.flags.writeable = False
-        return made
-    compact = array[tuple(np.s_[:1] if step == 0 else np.s_[:] for step in array.strides)].copy()
-    compact.flags.writeable = False
-    return np.broadcast_to(compact, array.shape)
+        return made[...]
+    order = "F" if array.flags.fnc else "C"
+    return np.ndarray(array.shape, array.dtype, array.tobytes(order), order=order)

@@ -11,7 +11,7 @@ import numpy as np
 
 from infinivar import power
 from infinivar._core.arrays import real_array
-from infinivar._core.frozen import FrozenDict, own
+from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
 from infinivar.drivetrain.drive import Drive
@@ -118,11 +118,10 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
             worst = max(worst, residual)
             if progress is not None:
                 progress(done / len(tiles))
-    fields = {name: np.broadcast_to(values, shape) for name, values in own(**room).items()}
-    losses = {name.removeprefix(_LOSS): fields.pop(name) for name in room if name.startswith(_LOSS)}
-    return SteadyMap(
-        **own(speed=speed, force=force), losses=FrozenDict(losses), audit_residual=worst, labels=labels, **fields
-    )
+    # One by one, so that a large map is never in memory twice.
+    fields = {name: np.broadcast_to(frozen(room.pop(name)), shape) for name in list(room)}
+    losses = {name.removeprefix(_LOSS): fields.pop(name) for name in list(fields) if name.startswith(_LOSS)}
+    return SteadyMap(speed=speed, force=force, losses=FrozenDict(losses), audit_residual=worst, labels=labels, **fields)
 
 
 def _labels(speed: Any, force: Any) -> Labels | None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from infinivar._core.result import Frozen
 from infinivar.calibration.data import COLUMNS, RigData
 from infinivar.calibration.model import Errors, Readings, known_values, predict
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -29,8 +31,8 @@ _COUNTED = 1.0 / math.sqrt(6.0)
 """Standard deviation of the difference of two encoder counts."""
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Problem(Frozen):
     """Unknowns and residuals of a calibration.
 
     Unknowns are the requested parameters, each relative to a scale, then the session errors (`Errors`) in standard
@@ -50,7 +52,7 @@ class Problem:
     rig: Rig
     data: RigData
     names: tuple[str, ...]
-    known: dict[str, float]
+    known: Mapping[str, float]
     scales: np.ndarray
     errors: tuple[str, ...]
     masses: np.ndarray

@@ -10,7 +10,6 @@ from annotated_types import Ge, Gt
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, given, quantity
-from infinivar._core.frozen import own
 from infinivar._core.labels import labelled
 from infinivar.contact import creep, spin
 from infinivar.contact.friction import coulomb
@@ -202,17 +201,15 @@ class CoboticDrive:
         )
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
-            **own(
-                power_in=power_in,
-                power_out=force * speed,
-                losses={**side.losses, "amplifier": burnt, **element.losses, "guideway": guide_loss},
-                utilisation={**element.utilisation, **side.utilisation, **returned},
-                states={
-                    **side.states,
-                    "steering_tangent": element.steering_tangent,
-                    "cylinder_torque_Nm": element.torque,
-                },
-            )
+            power_in=power_in,
+            power_out=force * speed,
+            losses={**side.losses, "amplifier": burnt, **element.losses, "guideway": guide_loss},
+            utilisation={**element.utilisation, **side.utilisation, **returned},
+            states={
+                **side.states,
+                "steering_tangent": element.steering_tangent,
+                "cylinder_torque_Nm": element.torque,
+            },
         )
 
     def check_motion(self) -> None:
@@ -370,29 +367,27 @@ class CoboticDrive:
         limits |= placed(side.utilisation) | placed(steered.utilisation, "steering motor")
         limits |= {(limit, what): demand for what, (_, _, met) in supplies.items() for limit, demand in met.items()}
         return MovingPoint(
-            **own(
-                power_in=sum(drawn for drawn, _, _ in supplies.values()),
-                power_out=course.driving_force(load_mass).value * course.speed,
-                losses={
-                    **side.losses,
-                    "amplifier": sum(burnt for _, burnt, _ in supplies.values()),
-                    **element.losses,
-                    "guideway": guide_loss,
-                    **steered.losses,
-                },
-                stored={
-                    "motor": side.stored,
-                    "cylinder": inertia * turning.rate * turning.value,
-                    "link": needed(self.link_mass, "link_mass") * course.acceleration * course.speed,
-                    "steering": steered.stored,
-                },
-                utilisation=limits,
-                states={
-                    **side.states,
-                    "gear_output_torque_Nm": torque,
-                    "steering_tangent": element.steering_tangent,
-                    "steering_rate_rad_s": rate,
-                    **steered.states,
-                },
-            )
+            power_in=sum(drawn for drawn, _, _ in supplies.values()),
+            power_out=course.driving_force(load_mass).value * course.speed,
+            losses={
+                **side.losses,
+                "amplifier": sum(burnt for _, burnt, _ in supplies.values()),
+                **element.losses,
+                "guideway": guide_loss,
+                **steered.losses,
+            },
+            stored={
+                "motor": side.stored,
+                "cylinder": inertia * turning.rate * turning.value,
+                "link": needed(self.link_mass, "link_mass") * course.acceleration * course.speed,
+                "steering": steered.stored,
+            },
+            utilisation=limits,
+            states={
+                **side.states,
+                "gear_output_torque_Nm": torque,
+                "steering_tangent": element.steering_tangent,
+                "steering_rate_rad_s": rate,
+                **steered.states,
+            },
         )

@@ -9,7 +9,6 @@ from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.fields import check, component, quantity
-from infinivar._core.frozen import own
 from infinivar._core.labels import labelled
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
@@ -70,13 +69,11 @@ class ConventionalDrive:
         side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
-            **own(
-                power_in=power_in,
-                power_out=force * speed,
-                losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-                utilisation={**side.utilisation, **returned},
-                states=side.states,
-            )
+            power_in=power_in,
+            power_out=force * speed,
+            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
+            utilisation={**side.utilisation, **returned},
+            states=side.states,
         )
 
     def check_motion(self) -> None:
@@ -124,12 +121,10 @@ class ConventionalDrive:
         )
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return MovingPoint(
-            **own(
-                power_in=power_in,
-                power_out=force * course.speed,
-                losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-                stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning},
-                utilisation=placed({**side.utilisation, **returned}),
-                states={**side.states, "gear_output_torque_Nm": torque},
-            )
+            power_in=power_in,
+            power_out=force * course.speed,
+            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
+            stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning},
+            utilisation=placed({**side.utilisation, **returned}),
+            states={**side.states, "gear_output_torque_Nm": torque},
         )

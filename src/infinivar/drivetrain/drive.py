@@ -8,7 +8,6 @@ from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given
-from infinivar._core.frozen import own
 from infinivar._core.labels import Labels
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
@@ -69,14 +68,12 @@ def chosen(where: Array, one: MovingPoint, other: MovingPoint) -> MovingPoint:
         return {key: xp.where(where, mine[key], others[key]) for key in others}
 
     return MovingPoint(
-        **own(
-            power_in=xp.where(where, one.power_in, other.power_in),
-            power_out=xp.where(where, one.power_out, other.power_out),
-            losses=mixed("losses"),
-            stored=mixed("stored"),
-            utilisation=mixed("utilisation"),
-            states=mixed("states"),
-        )
+        power_in=xp.where(where, one.power_in, other.power_in),
+        power_out=xp.where(where, one.power_out, other.power_out),
+        losses=mixed("losses"),
+        stored=mixed("stored"),
+        utilisation=mixed("utilisation"),
+        states=mixed("states"),
     )
 
 

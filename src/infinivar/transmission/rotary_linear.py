@@ -28,7 +28,6 @@ from annotated_types import Ge, Gt, Interval
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar._core.bounds import QUARTER_TURN
 from infinivar._core.fields import check, component, quantity
-from infinivar._core.frozen import own
 from infinivar._core.labels import labelled
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
@@ -450,15 +449,14 @@ class RotaryLinearIVT:
         utilisation = {Limit.SLIP: slip_demand}
         if not isinstance(self.steering_range, float) or self.steering_range < math.pi / 2:
             utilisation[Limit.STEERING] = xp.abs(xp.atan(steering.tangent)) / self.steering_range
-        # Speeds and the force may be the caller's own arrays: those are copied. The rest was made here.
-        given = {name: state.pop(name) for name in ("link_speed", "link_force")}
         losses = {
             "creep": state["lateral_force"] * state["creep_speed"],
             "rolling": groups.rolling_torque * turned,
             "bearing": groups.bearing_torque * turned,
         }
-        made = own(steering_tangent=steering.tangent, losses=losses, utilisation=utilisation, **state)
-        return OperatingPoint(cylinder_speed=omega, **given, **made)
+        return OperatingPoint(
+            cylinder_speed=omega, steering_tangent=steering.tangent, losses=losses, utilisation=utilisation, **state
+        )
 
 
 def _check_angle(xp: Any, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:
