@@ -70,11 +70,12 @@ def test_values_travel(study, comparison):
     [
         ("igraph", lambda study: bond_graph.draw_all(plant_graph(study.drives["cobotic"], "link"))),
         ("xarray", lambda study: iv.steady_map(study.drives["cobotic"], [0.1], [1.0]).to_xarray()),
+        ("pandas", lambda study: iv.reproduce(3).to_dataframe()),
     ],
 )
 def test_a_missing_extra_is_named_with_the_command_that_installs_it(study, monkeypatch, library, use):
     monkeypatch.setitem(sys.modules, library, None)
-    extra = {"igraph": "graph"}.get(library, library)
+    extra = {"igraph": "graph", "pandas": "xarray"}.get(library, library)
     with pytest.raises(iv.InputError, match=rf"needs {library}; install it with: pip install 'infinivar\[{extra}\]'"):
         use(study)
 

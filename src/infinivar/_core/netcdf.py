@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 Variable = tuple[str | tuple[str, ...], Any, Mapping[str, Any]]
 """Dimensions, values and attributes, in the order in which xarray takes them."""
 
@@ -33,7 +35,6 @@ def write(path: str | Path, arrays: Arrays) -> None:
     -----
     Texts become arrays of characters, as NetCDF 3 knows no texts; xarray puts them together again.
     """
-    import numpy as np
     from scipy.io import netcdf_file
 
     with netcdf_file(path, "w", version=2) as file:
@@ -60,8 +61,6 @@ def write(path: str | Path, arrays: Arrays) -> None:
 
 def _attribute(value: Any) -> Any:
     """An attribute as SciPy writes it in full: text beyond ASCII as bytes, a number in eight bytes instead of four."""
-    import numpy as np
-
     if isinstance(value, str):
         return value.encode("utf-8")
     return np.float64(value) if isinstance(value, float) else value

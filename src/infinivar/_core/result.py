@@ -15,7 +15,7 @@ import numpy as np
 
 from infinivar._core import extras, netcdf, presentation
 from infinivar._core.frozen import frozen
-from infinivar.errors import ParameterError
+from infinivar.errors import InfinivarError, ParameterError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -166,8 +166,6 @@ class Result(Frozen):
 
     def _repr_html_(self) -> str:
         """The table, and a small figure if there is one."""
-        from infinivar.errors import InfinivarError
-
         table = super()._repr_html_()
         try:
             made = self.plot()

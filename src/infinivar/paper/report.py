@@ -15,6 +15,7 @@ from infinivar.paper.figures import FIGURES, missing_for
 from infinivar.paper.reproduce import Reproduction
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json
+from infinivar.report.tables import frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,10 +55,8 @@ def draw(reproduction: Reproduction, figure: int = 7) -> Figure:
 
 def table(reproduction: Reproduction) -> pd.DataFrame:
     """One row per claim: the paper's statement, the computed value and the verdict."""
-    import pandas as pd
-
     columns = [field.name for field in dataclasses.fields(Claim) if field.name not in ("figure", "ranges", "variants")]
-    rows = pd.DataFrame(reproduction.to_list(), columns=columns)
+    rows = frame(reproduction.to_list(), columns=columns)
     return rows.astype({"paper": object, "computed": object}).set_index("id")
 
 

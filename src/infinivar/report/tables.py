@@ -20,12 +20,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def _frame(content: Any) -> pd.DataFrame:
-    return extras.load("pandas", "xarray", "a table").DataFrame(content)
+def frame(content: Any, **options: Any) -> pd.DataFrame:
+    """A table; where pandas is missing, an error with the command that installs it."""
+    return extras.load("pandas", "xarray", "a table").DataFrame(content, **options)
 
 
 def _rows(rows: Iterable[Mapping[str, Any]], index: str) -> pd.DataFrame:
-    made = _frame(list(rows))
+    made = frame(list(rows))
     return made.set_index(index) if len(made) else made
 
 
@@ -73,7 +74,7 @@ def duty_comparison(found: DutyComparison) -> pd.DataFrame:
 
 def contact_sheet(found: ContactSheet) -> pd.DataFrame:
     """One row per line of the sheet."""
-    return _frame([asdict(line) for line in found.lines])
+    return frame([asdict(line) for line in found.lines])
 
 
 def two_ways(found: TwoWays) -> pd.DataFrame:
@@ -100,14 +101,14 @@ def sensitivity(found: Sensitivity) -> pd.DataFrame:
 def builds(found: Builds) -> pd.DataFrame:
     """One row per sample: its values, coverage, margin and loss."""
     values = dict(zip((spread.path for spread in found.spreads), found.values.T, strict=True))
-    made = _frame({**values, "coverage": found.coverage, "margin": found.margin, "loss_W": found.loss})
+    made = frame({**values, "coverage": found.coverage, "margin": found.margin, "loss_W": found.loss})
     return made.rename_axis("build")
 
 
 def duty_builds(found: DutyBuilds) -> pd.DataFrame:
     """One row per sample: energy per cycle, highest temperature if known, and whether it is within limits."""
     heated = {"temperature_K": found.temperature} if found.temperature.size else {}
-    return _frame({"energy_J": found.energy, **heated, "able": found.able}).rename_axis("build")
+    return frame({"energy_J": found.energy, **heated, "able": found.able}).rename_axis("build")
 
 
 def calibration(found: Calibration) -> pd.DataFrame:
@@ -133,7 +134,7 @@ def calibration(found: Calibration) -> pd.DataFrame:
 
 def simulation(found: Simulation) -> pd.DataFrame:
     """One row per instant: the columns of the run, and the energies supplied, lost and stored."""
-    return _frame(dict(found.columns)).set_index("time_s").join(trajectory(found.trajectory))
+    return frame(dict(found.columns)).set_index("time_s").join(trajectory(found.trajectory))
 
 
 def trajectory(run: Trajectory) -> pd.DataFrame:
@@ -143,4 +144,4 @@ def trajectory(run: Trajectory) -> pd.DataFrame:
         for kind, group in (("supplied", run.supplied), ("lost", run.lost), ("stored", run.stored))
         for name, values in group.items()
     }
-    return _frame({"time_s": run.time, **energies}).set_index("time_s")
+    return frame({"time_s": run.time, **energies}).set_index("time_s")
