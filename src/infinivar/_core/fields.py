@@ -30,6 +30,11 @@ def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasse
     return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
 
 
+def quantities(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING) -> Any:
+    """Dataclass field for a row of values of one unit, stored as a tuple of floats; arguments as in `quantity`."""
+    return dataclasses.field(default=default, metadata={"row of": unit, "bound": bound, "meaning": meaning})
+
+
 def given(value: Any, otherwise: Any) -> Any:
     """The value, or `otherwise` if it is None. Unlike `or`, this keeps arrays and zero."""
     return otherwise if value is None else value
@@ -107,11 +112,23 @@ def check(instance: Any) -> None:
             words = ", ".join(str(option) for option in options if option is not None)
             raise ParameterError(f"{name} must be one of {words}, got {said!r}{hint}")
     for field in dataclasses.fields(instance):
-        if "unit" not in field.metadata:
-            continue
         value = getattr(instance, field.name)
-        if value is not None or field.default is not None:
+        if value is None and field.default is None:
+            continue
+        if "unit" in field.metadata:
             check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
+        elif "row of" in field.metadata:
+            object.__setattr__(instance, field.name, _row(field, value))
+
+
+def _row(field: dataclasses.Field, value: Any) -> tuple[float, ...]:
+    """The values of a row as floats; raises ParameterError if one is outside its range."""
+    if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__len__"):
+        raise ParameterError(f"{field.name} must be a row of numbers, got {value!r}")
+    row = tuple(_real(f"{field.name}[{place}]", one) for place, one in enumerate(value))
+    for place, one in enumerate(row):
+        check_value(f"{field.name}[{place}]", one, field.metadata["row of"], field.metadata["bound"])
+    return row
 
 
 def check_real(instance: Any) -> None:

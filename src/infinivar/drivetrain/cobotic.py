@@ -11,10 +11,12 @@ from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, given, quantity
 from infinivar._core.labels import labelled
+from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.contact import creep, spin
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
+from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
 from infinivar.motion.course import Course
@@ -147,6 +149,7 @@ class CoboticDrive:
         "kg m^2", Gt(0), "Inertia of the cylinder about its axis; required if its speed varies", default=None
     )
     link_mass: float | None = quantity("kg", Gt(0), "Mass of the moving link without load", default=None)
+    output: Output = component("Springs and linkage between the link and its load", default_factory=Output)
     steering: SteeringPlant | None = component("Steering plant", default=None)
     control: CoboticControl = component("Controllers for time-domain simulation", default_factory=CoboticControl)
 
@@ -166,6 +169,11 @@ class CoboticDrive:
         """Cylinder motor and, if given, steering motor."""
         steering = {} if self.steering is None else {"steering": self.steering.motor}
         return {"cylinder": self.motor, **steering}
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the drive moves a load along a line or about a joint."""
+        return LINEAR if self.output.linkage is None else ROTARY
 
     @property
     def steering_amplifier(self) -> Amplifier:

@@ -10,8 +10,10 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar._core.labels import labelled
+from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
+from infinivar.drivetrain.output import Output
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
@@ -31,6 +33,7 @@ class ConventionalDrive:
     pulley: Pulley = component("Pulley or capstan")
     guideway: Guideway = component("Guideway of the load, including cable drag", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
+    output: Output = component("Springs and linkage between the drive and its load", default_factory=Output)
     output_inertia: float | None = quantity(
         "kg m^2", Gt(0), "Inertia of gear, pulley and cable at the gear output", default=None
     )
@@ -46,6 +49,11 @@ class ConventionalDrive:
     def motors(self) -> Mapping[str, Motor]:
         """The one motor."""
         return {"motor": self.motor}
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the drive moves a load along a line or about a joint."""
+        return LINEAR if self.output.linkage is None else ROTARY
 
     @labelled
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:

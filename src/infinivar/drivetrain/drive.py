@@ -10,6 +10,7 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given
 from infinivar._core.labels import Labels
 from infinivar._core.result import Result, result
+from infinivar.axis import Axis
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
@@ -79,7 +80,7 @@ def chosen(where: Array, one: MovingPoint, other: MovingPoint) -> MovingPoint:
 
 @runtime_checkable
 class Drive(Protocol):
-    """A drive-train that moves a load along a line."""
+    """A drive-train that moves a load along a line, or about a joint."""
 
     @property
     def motors(self) -> Mapping[str, Motor]:
@@ -89,6 +90,11 @@ class Drive(Protocol):
     @property
     def gearhead(self) -> Gearhead:
         """Gearhead of the motor that moves the load."""
+        ...
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the drive moves a load along a line or about a joint."""
         ...
 
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:

@@ -16,6 +16,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from infinivar._core.arrays import Whole
+from infinivar.axis import LINEAR, Axis
 from infinivar.motion.fourier import Series
 
 NOTHING = Series(1.0, np.zeros(1), np.zeros(1))
@@ -52,6 +53,11 @@ class PeriodicMotion(Whole, abc.ABC):
     __slots__ = ()
 
     shape: ClassVar[str]
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the motion is along a line or about a joint; positions and forces are then angles and moments."""
+        return LINEAR
 
     @property
     @abc.abstractmethod

@@ -158,6 +158,27 @@ def _quantity(unit: str, bound: Bound) -> Key:
     return _leaf(read, {"type": "string", "pattern": r"^\s*[+-]?[\d.]", "examples": [well]})
 
 
+def _row(unit: str, bound: Bound) -> Key:
+    """Return the key of a row of values: a list of quantities, or a list of numbers with one unit."""
+    one = _quantity(unit, bound)
+    assert one.read is not None
+    read_one = one.read
+
+    def read(raw: Any, written_unit: str | None) -> tuple[float, ...]:
+        if not isinstance(raw, list) or not raw:
+            raise InputError(f"must be a list of values, such as [{example(unit, bound)!r}, ...]")
+        made = []
+        for place, value in enumerate(raw, 1):
+            try:
+                entry = value if written_unit is None else {"value": value, "unit": written_unit}
+                made.append(read_one(entry).value)
+            except ValueError as problem:
+                raise InputError(f"entry {place} {problem}") from problem
+        return tuple(made)
+
+    return _leaf(read, {"type": "array", "items": {"type": ["string", "number"]}, "minItems": 1})
+
+
 def _choice(options: tuple[Any, ...], values: Mapping[str, Any] | None = None) -> Key:
     """Return the key of a choice between words; `values` maps the words to what they stand for, if given."""
 
@@ -185,6 +206,8 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     """Return the table key of a dataclass field."""
     if "unit" in field.metadata:
         return _quantity(field.metadata["unit"], field.metadata["bound"])
+    if "row of" in field.metadata:
+        return _row(field.metadata["row of"], field.metadata["bound"])
     part = part_of(hint)
     if part is not None:
         return Key(part=part)

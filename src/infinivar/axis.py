@@ -1,0 +1,33 @@
+"""Axis of a load: a line, along which forces act, or a joint, about which moments act."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """Terms and SI units of the quantities along a line or about a joint.
+
+    All laws are the same for both: "position" means angle, "force" means moment and "mass" means moment of inertia about a
+    joint. Only the words and units shown to users differ.
+    """
+
+    rotary: bool
+    position: str
+    position_unit: str
+    speed: str
+    speed_unit: str
+    force: str
+    force_unit: str
+    mass: str
+    mass_unit: str
+
+    @property
+    def columns(self) -> tuple[str, str, str]:
+        """Names of the columns of position, speed and force in data files."""
+        return ("angle_rad", "speed_rad_s", "moment_Nm") if self.rotary else ("position_m", "speed_m_s", "force_N")
+
+
+LINEAR = Axis(False, "position", "m", "speed", "m/s", "force", "N", "mass", "kg")
+ROTARY = Axis(True, "angle", "rad", "angular speed", "rad/s", "moment", "N m", "moment of inertia", "kg m^2")
