@@ -40,6 +40,11 @@ class Limit(IntEnum):
     FLYWHEEL = 13
     """A free-running cylinder would stop, or slow down until the wheel slips."""
 
+    SPRING = 14
+    """A spring deflects beyond its table, or a one-sided series spring would have to pull."""
+    LINKAGE = 15
+    """The joint turns beyond a dead centre of its linkage, or beyond the table of lever arms."""
+
     @property
     def words(self) -> str:
         """Name in a designer's terms."""
@@ -61,6 +66,8 @@ _WORDS = {
     Limit.PEAK: "motor peak torque",
     Limit.TRAVEL: "travel",
     Limit.FLYWHEEL: "inertia as a flywheel",
+    Limit.SPRING: "spring travel",
+    Limit.LINKAGE: "linkage range",
 }
 
 
