@@ -10,7 +10,8 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar._core.labels import labelled
-from infinivar.axis import LINEAR, ROTARY, Axis
+from infinivar.axis import LINEAR, Axis
+from infinivar.drivetrain import chain
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
 from infinivar.drivetrain.output import Output
@@ -44,6 +45,7 @@ class ConventionalDrive:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        self.output.check_axis(self.own_axis)
 
     @property
     def motors(self) -> Mapping[str, Motor]:
@@ -53,35 +55,55 @@ class ConventionalDrive:
     @property
     def axis(self) -> Axis:
         """Whether the drive moves a load along a line or about a joint."""
-        return LINEAR if self.output.linkage is None else ROTARY
+        return self.output.axis(self.own_axis)
+
+    @property
+    def own_axis(self) -> Axis:
+        """Whether the drive's own output, behind springs and linkage, moves along a line or about a shaft."""
+        return LINEAR
+
+    @property
+    def orders(self) -> int:
+        """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
+        return 4
 
     @labelled
-    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
+    def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
         """Steady operating point at a load speed and force, in all four quadrants.
 
         Parameters
         ----------
         speed : (...,) float   Load speed; at exactly 0 friction helps to hold. [m s^-1]
         force : (...,) float   Force applied by the drive to the load. [N]
+        position : (...,) float   Position of the load, for springs and linkage; see `chain.steady`. [m]
 
         Returns
         -------
-        DrivePoint   Inputs broadcast. Powers are finite where infeasible as well: they are the demand.
+        DrivePoint   Inputs broadcast. Powers are finite where infeasible as well: they are the demand. Power into parallel
+            springs counts as power out.
 
         Source: faulring2006, section VI-A and Fig 14.
         """
-        xp = namespace(self, speed, force)
-        speed, force = finite_floats(xp, speed=speed, force=force)
+        xp = namespace(self, speed, force, position)
+        speed, force, position = finite_floats(xp, speed=speed, force=force, position=position)
+        load = chain.steady(self.output, position=position, speed=speed, force=force, axis=self.axis)
+        speed, force = load.speed, load.force
         drag, guide_loss = self.guideway.operate(force=force, speed=speed)
         torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=speed)
         side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
             power_in=power_in,
-            power_out=force * speed,
-            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-            utilisation={**side.utilisation, **returned},
-            states=side.states,
+            power_out=load.power,
+            losses={
+                **side.losses,
+                "amplifier": burnt,
+                "pulley": pulley_loss,
+                "guideway": guide_loss,
+                **load.losses,
+            },
+            utilisation={**side.utilisation, **returned, **load.utilisation},
+            states={**side.states, **load.states},
         )
 
     def check_motion(self) -> None:
@@ -119,7 +141,10 @@ class ConventionalDrive:
         Source: faulring2006, section VI-C and Fig 14.
         """
         inertia = needed(self.output_inertia, "output_inertia")
-        force = course.driving_force(load_mass).value
+        power_out = course.driving_force(load_mass).value * course.speed
+        load = chain.inward(self.output, course, load_mass, self.axis, (2, 0))
+        course = load.course
+        force = course.driving_force(load.mass).value
         drag, guide_loss = self.guideway.operate(force=force, speed=course.heading)
         torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=course.heading)
         quickening = course.acceleration / self.pulley.radius
@@ -130,9 +155,15 @@ class ConventionalDrive:
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return MovingPoint(
             power_in=power_in,
-            power_out=force * course.speed,
-            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-            stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning},
-            utilisation=placed({**side.utilisation, **returned}),
-            states={**side.states, "gear_output_torque_Nm": torque},
+            power_out=power_out,
+            losses={
+                **side.losses,
+                "amplifier": burnt,
+                "pulley": pulley_loss,
+                "guideway": guide_loss,
+                **load.losses,
+            },
+            stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning, **load.stored},
+            utilisation={**placed({**side.utilisation, **returned}), **load.utilisation},
+            states={**side.states, "gear_output_torque_Nm": torque, **load.states},
         )
