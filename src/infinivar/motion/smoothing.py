@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar.axis import LINEAR, Axis
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
 from infinivar.units import percent, plain
@@ -131,7 +132,12 @@ class Cycle(NamedTuple):
 
 
 def smoothed(
-    file: str, columns: Mapping[str, np.ndarray], lines: Sequence[int], cutoff: float, resolution: float | None = None
+    file: str,
+    columns: Mapping[str, np.ndarray],
+    lines: Sequence[int],
+    cutoff: float,
+    resolution: float | None = None,
+    axis: Axis = LINEAR,
 ) -> Cycle:
     """Smooth one cycle of a motion from recorded columns.
 
@@ -142,6 +148,7 @@ def smoothed(
     lines : sequence     Line of the file for each row.
     cutoff : float       Frequency above which everything is removed. [Hz]
     resolution : float   Deviation within which the load counts as at rest; estimated from the recording by default. [m]
+    axis : Axis          Whether the motion is along a line or about a joint, for messages.
 
     Returns
     -------
@@ -179,7 +186,11 @@ def smoothed(
     def made(name: str) -> Smoothed:
         values = columns[name]
         raw = np.interp(even, time, values)
-        closed = raw if name == "force" else np.interp(even, time, _closed(file, name, values, time / period, warnings))
+        closed = (
+            raw
+            if name == "force"
+            else np.interp(even, time, _closed(file, name, values, time / period, warnings, axis))
+        )
         series = Series.through(period, closed, cutoff)
         resolves = _Resolution.of(values, _noise(values, closed, series), 1.0 / (cutoff * step))
         own = resolves.reach
@@ -197,7 +208,7 @@ def smoothed(
 
     motion = made("position" if "position" in columns else "speed")
     if resolution is None:
-        warnings += _slow(file, motion, even, cutoff)
+        warnings += _slow(file, motion, even, cutoff, axis)
     return Cycle(period, motion, made("force") if "force" in columns else None, tuple(warnings))
 
 
@@ -262,7 +273,7 @@ def _of_speed(series: Series, courses: list[np.ndarray], cutoff: float, resolves
     return _recording(position, values, still, steady, cutoff, within, within)
 
 
-def _slow(file: str, motion: Smoothed, even: np.ndarray, cutoff: float) -> list[str]:
+def _slow(file: str, motion: Smoothed, even: np.ndarray, cutoff: float, axis: Axis) -> list[str]:
     """Warn if the load moves very slowly for a while without resting, as filtered noise does."""
     position, speed = motion.derivatives(even, 1)
     step = float(even[1])
@@ -272,10 +283,15 @@ def _slow(file: str, motion: Smoothed, even: np.ndarray, cutoff: float) -> list[
     if lasts <= _SLOW_SHARE * motion.series.period:
         return []
     spreads = [np.ptp(np.take(position, range(first, last + 1), mode="wrap")) for first, last in found]
+    widest = float(max(spreads))
+    setting = (
+        f'angle_resolution = "{plain(math.degrees(widest), 2)} deg"'
+        if axis.rotary
+        else f'resolution = "{plain(1e3 * widest, 2)} mm"'
+    )
     return [
         f"{file}: for {plain(lasts, 3)} of {plain(motion.series.period, 3)} s the load moves at less than "
-        f"{percent(_SLOW)} of its largest speed; if it is at rest there, set "
-        f'resolution = "{plain(1e3 * float(max(spreads)), 2)} mm"'
+        f"{percent(_SLOW)} of its largest speed; if it is at rest there, set {setting}"
     ]
 
 
@@ -435,7 +451,7 @@ def _intervals(mask: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
-def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str]) -> np.ndarray:
+def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str], axis: Axis) -> np.ndarray:
     """Make recorded values periodic: remove the drift of a position, or the mean of a speed.
 
     Raises
@@ -446,10 +462,10 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
     span = float(np.ptp(values)) or 1.0
     if name == "speed":
         drift = float(np.trapezoid(values, share))
-        finding = f"the mean speed is {plain(drift, 3)} m/s"
+        finding = f"the mean {axis.speed} is {plain(drift, 3)} {axis.speed_unit}"
     else:
         drift = float(values[-1] - values[0])
-        finding = f"the position ends {plain(drift, 3)} m from its start"
+        finding = f"the {axis.position} ends {plain(drift, 3)} {axis.position_unit} from its start"
     if abs(drift) > _DRIFT * span:
         raise InputError(
             f"{file}: must be one cycle that ends where it starts, but {finding}, {percent(abs(drift) / span)} of the range"
