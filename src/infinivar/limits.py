@@ -39,6 +39,16 @@ class Limit(IntEnum):
     """The load travels beyond the end of its guideway."""
     FLYWHEEL = 13
     """A free-running cylinder would stop, or slow down until the wheel slips."""
+    OUTPUT_FORCE = 14
+    """The force or torque exceeds what the output stage permits."""
+    OUTPUT_SPEED = 15
+    """The shaft speed exceeds what the output stage permits."""
+    CRITICAL_SPEED = 16
+    """The speed of a screw is too near its first critical speed in bending."""
+    BUCKLING = 17
+    """A screw under compression buckles."""
+    LIFE = 18
+    """The rolling-contact life of a screw is shorter than wanted."""
 
     @property
     def words(self) -> str:
@@ -61,6 +71,11 @@ _WORDS = {
     Limit.PEAK: "motor peak torque",
     Limit.TRAVEL: "travel",
     Limit.FLYWHEEL: "inertia as a flywheel",
+    Limit.OUTPUT_FORCE: "permissible output force",
+    Limit.OUTPUT_SPEED: "permissible output speed",
+    Limit.CRITICAL_SPEED: "critical speed",
+    Limit.BUCKLING: "buckling",
+    Limit.LIFE: "rated life",
 }
 
 

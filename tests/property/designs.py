@@ -76,3 +76,50 @@ def states(element, seed, largest_angle=1.55):
     rolling = -np.sign(speed) * element.groups(speed).rolling_force
     force = -ratio * element.slip_force * np.cos(angle) - rolling * np.sin(angle)
     return speed, angle, force
+
+
+@st.composite
+def screws(draw):
+    """A screw whose friction is stated in any way, from free-running to self-locking."""
+    ball = draw(st.booleans())
+    diameter = draw(st.floats(4e-3, 40e-3))
+    how = draw(st.sampled_from(["friction_coefficient", "friction_angle", "efficiency", "both"]))
+    values = {
+        "friction_coefficient": {"friction_coefficient": draw(st.floats(0, 0.4))},
+        "friction_angle": {"friction_angle": draw(st.floats(0, 0.4))},
+        "efficiency": {"efficiency": draw(st.floats(0.1, 1))},
+        "both": {"efficiency": draw(st.floats(0.1, 1)), "backdriving_efficiency": draw(st.floats(-3, 1))},
+    }[how]
+    if how == "friction_coefficient" and not ball:
+        values["flank_angle"] = draw(st.floats(0, 0.6))
+    return iv.Screw(
+        shape="ball" if ball else "lead",
+        lead=diameter * draw(st.floats(0.05, 2.0)),
+        diameter=diameter,
+        friction_torque=draw(st.floats(0, 0.05)),
+        **values,
+    )
+
+
+@st.composite
+def output_stages(draw):
+    """Any output stage of a geared drive."""
+    friction = draw(st.floats(0, 0.05))
+    lossy = {
+        "efficiency": draw(st.floats(0.3, 1)),
+        "backdriving_efficiency": draw(st.floats(0, 1)),
+        "friction_torque": friction,
+    }
+    teeth = draw(st.integers(10, 60))
+    return draw(
+        st.sampled_from(
+            [
+                iv.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=friction),
+                iv.Belt(pitch=draw(st.floats(2e-3, 8e-3)), teeth=teeth, **lossy),
+                iv.Rack(module=draw(st.floats(0.5e-3, 4e-3)), teeth=teeth, **lossy),
+                iv.Shaft(friction_torque=friction),
+                draw(screws()),
+                draw(screws()),
+            ]
+        )
+    )

@@ -202,7 +202,7 @@ def _conventional_start(drive: ConventionalDrive, scenario: Scenario, graph: Bon
     follow, begin = scenario.link != "free", scenario.path.at(0.0)
     initial = {"l": begin.position if follow else 0.0}
     if scenario.link != "imposed":
-        ratio, radius = drive.gearhead.ratio, drive.pulley.radius
+        ratio, radius = drive.gearhead.ratio, _travel(drive)
         first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
         scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
         initial[first.name] = begin.speed * scale if follow else 0.0
@@ -212,8 +212,8 @@ def _conventional_start(drive: ConventionalDrive, scenario: Scenario, graph: Bon
 def _conventional_controller(
     drive: ConventionalDrive, scenario: Scenario, stick_speed: float
 ) -> controllers.ConventionalController:
-    settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, drive.pulley.radius
-    inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
+    settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, _travel(drive)
+    inertia = (scenario.load_mass or 0.0) + (drive.gear_output_inertia or 0.0) / radius**2
     rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
     gain = motor.torque_constant * ratio / radius
     gear = _gear_friction(drive, gain)
@@ -250,15 +250,28 @@ class _GearFriction(NamedTuple):
 
 def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
     """Friction on either side of the gear, from currents while the load is moved and while it moves the motor."""
-    gear = drive.gearhead
-    driving = driven = 1.0
-    if gear.loss_model == "proportional":
-        driving, driven = 1.0 / gear.efficiency, given(gear.backdriving_efficiency, gear.efficiency)
+    driving, driven = _passed(drive)
     raised = float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"])
     lowered = driven * _HEAVY / gain - float(drive.operate(speed=-1.0, force=_HEAVY).states["motor_current_A"])
     # What the gear passes on differently in the two directions lies behind it.
     friction = (raised - lowered) / (driving - driven) if driving != driven else 0.0
     return _GearFriction(driving, driven, friction, raised - driving * friction)
+
+
+def _passed(drive: ConventionalDrive) -> tuple[float, float]:
+    """Motor torque per torque of the load, over that without load-dependent friction: driving, and driven by the load."""
+    gear, stage = drive.gearhead, drive.stage.efficiencies
+    forward, backward = (1.0, 1.0) if stage is None else map(float, stage)
+    if gear.loss_model != "proportional":
+        return 1.0 / forward, backward
+    returned = given(gear.backdriving_efficiency, gear.efficiency)
+    # The motor drives a self-locking stage through the gear in both directions.
+    return 1.0 / (forward * gear.efficiency), backward * (returned if backward >= 0.0 else 1.0 / gear.efficiency)
+
+
+def _travel(drive: ConventionalDrive) -> float:
+    """Travel of the load per angle of the gear's output. [m/rad]"""
+    return float(drive.stage.travel_per_radian)
 
 
 def _motor_inertia(drive: CoboticDrive | ConventionalDrive) -> float:
@@ -273,7 +286,7 @@ def _standstill(error: float, stick_speed: float, slow: float) -> controllers.St
 def _holding(drive: ConventionalDrive, current: float) -> float:
     """Holding current with the help of friction, given the holding current without it. [A]"""
     motor = drive.motor
-    force = current * motor.torque_constant * drive.gearhead.ratio / drive.pulley.radius
+    force = current * motor.torque_constant * drive.gearhead.ratio / _travel(drive)
     helped = float(drive.operate(speed=0.0, force=force).states["motor_current_A"])
     return current + _TRUSTED * (helped - current)
 

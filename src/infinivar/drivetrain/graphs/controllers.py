@@ -213,11 +213,11 @@ class ConventionalController:
         effort = integral + self.inertia * goal.acceleration
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
-        # While a self-locking gear holds the load, the integral does not grow.
+        # While a self-locking gear holds the load, the integral does not grow; a self-locking screw turns its sign.
         current, integral = self.speed.act(
             wanted - measured["ldot"],
             integral,
-            min(passed, 1.0) * self.sample_time,
+            min(max(passed, -1.0), 1.0) * self.sample_time,
             lambda grown: (
                 passed * (grown + self.inertia * goal.acceleration + self.friction * share)
                 + self.rotor * goal.acceleration
