@@ -171,7 +171,7 @@ def life_demand(force: Array, speed: Array, dynamic_load: Array, life: Array) ->
     -------
     (...,) float   [-]
 
-    Source: iso3408 (life and cubic mean load).
+    Source: iso2006a (life and cubic mean load).
     """
     xp = namespace(force, speed, dynamic_load, life)
     revolutions = xp.abs(speed) * life / (2.0 * math.pi * _MILLION)
