@@ -3,6 +3,8 @@
 With 40 examples of 500 points each property is held against 20,000 points.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
@@ -36,13 +38,15 @@ def elements(draw, law=laws, largest_h=0.05, smallest_k=20.0):
 def motors(draw):
     """A motor that its supply can turn."""
     voltage, resistance = draw(st.floats(6, 60)), draw(st.floats(0.05, 30))
-    return iv.Motor(
+    motor = iv.Motor(
         voltage=voltage,
         resistance=resistance,
         torque_constant=draw(st.floats(0.005, 0.1)),
         no_load_current=draw(st.floats(0, 0.9)) * voltage / resistance,
         continuous_torque=draw(st.floats(0.002, 0.5)),
     )
+    iron = draw(st.sampled_from([0.0, 0.3, 1.0])) * motor.no_load_torque / motor.no_load_speed
+    return replace(motor, viscous_friction=iron or None)
 
 
 @st.composite

@@ -19,6 +19,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 LOSS_COLOURS = {
     "winding": "#D55E00",
     "motor friction": "#E69F00",
+    "motor iron": "#B5651D",
     "gearhead": "#0072B2",
     "creep": "#009E73",
     "rolling": "#F0E442",
@@ -33,6 +34,7 @@ LOSS_COLOURS = {
     "slip": "#882255",
     "steering winding": "#EE9977",
     "steering motor friction": "#F5C77A",
+    "steering motor iron": "#D9B08C",
     "steering bearing": "#A9D8F2",
     "steering patch": "#7FCDBB",
 }

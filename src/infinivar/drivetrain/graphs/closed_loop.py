@@ -25,6 +25,9 @@ _MOST_SAMPLES = 1e7
 _HEAVY = 1e6
 """Load that friction cannot hold. [N]"""
 
+_CRAWL = 1e-9
+"""Speed at which viscous friction is negligible. [m s^-1]"""
+
 _TRUSTED = 0.99
 """Fraction of the friction at rest that a controller relies on; with all of it the load would begin to slide."""
 
@@ -251,8 +254,9 @@ class _GearFriction(NamedTuple):
 def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
     """Friction on either side of the gear, from currents while the load is moved and while it moves the motor."""
     driving, driven = _passed(drive)
-    raised = float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"])
-    lowered = driven * _HEAVY / gain - float(drive.operate(speed=-1.0, force=_HEAVY).states["motor_current_A"])
+    # So slow that nothing but friction takes current.
+    raised = float(drive.operate(speed=_CRAWL, force=0.0).states["motor_current_A"])
+    lowered = driven * _HEAVY / gain - float(drive.operate(speed=-_CRAWL, force=_HEAVY).states["motor_current_A"])
     # What the gear passes on differently in the two directions lies behind it.
     friction = (raised - lowered) / (driving - driven) if driving != driven else 0.0
     return _GearFriction(driving, driven, friction, raised - driving * friction)

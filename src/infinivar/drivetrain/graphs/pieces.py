@@ -35,7 +35,12 @@ def motor_terminals(
     resistance = Parameter(f"R_{tag}", motor.resistance, "ohm")
     constant = Parameter(f"K_{tag}", motor.torque_constant, "N m/A")
     lost = friction("motor_friction", f"T_{{m,{tag}}}", motor.friction_torque, "N m", stick, f"{named}motor friction")
-    attached, attached_chains = attach(rotor=(lost,))
+    iron = None
+    if motor.viscous_friction is not None:
+        iron = bg.resistance(
+            "motor_iron", f"c_{{m,{tag}}}", motor.viscous_friction, "N m s", title=f"{named}motor iron"
+        )
+    attached, attached_chains = attach(rotor=(lost, iron))
     elements = [
         bg.one("electrical", "" if electrical == "current" else f"i_{tag}"),
         bg.resistance("winding", resistance.symbol, resistance.value, "ohm", title=f"{named}winding"),

@@ -312,6 +312,7 @@ def conventional_graph(
 
     Source: faulring2006, Fig 14.
     """
+    stages.check_jamming(drive, load_mass or 0.0, imposed_motion)
     motor_stick = Parameter(
         r"\varepsilon_m", stick_speed / float(drive.stage.travel_per_radian) * drive.gearhead.ratio, "rad/s"
     )

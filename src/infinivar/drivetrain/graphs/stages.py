@@ -5,8 +5,11 @@ from __future__ import annotations
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs import pieces
+from infinivar.errors import ParameterError
 from infinivar.parts.gearhead import proportional_friction
+from infinivar.units import plain
 
 SYMBOLS = {"pulley": "p", "screw": "s", "belt": "b", "rack": "r", "shaft": "o"}
 """Subscripts of the stages."""
@@ -60,3 +63,32 @@ def output_stage(drive: ConventionalDrive, stick_speed: float) -> tuple[list[Ele
         return elements, chains, signals, name
     elements.append(bg.transformer(f"r_{name}", f"r_{tag}", float(stage.travel_per_radian), "m"))
     return elements, chains, signals, f"{name} > r_{name}"
+
+
+def check_jamming(drive: ConventionalDrive, load_mass: float, imposed_motion: bool) -> None:
+    """Refuse a self-locking stage that jams when the load drives it.
+
+    Friction of a self-locking stage grows faster with the load's force than the torque of that force. If the load's inertia at
+    the shaft, times how much the stage locks, exceeds the inertia that turns with the shaft, rigid bodies have no unique
+    acceleration: the machine jams.
+
+    Raises
+    ------
+    ParameterError
+        If the drive jams; the message names the inertias.
+    """
+    stage, ratio = drive.stage, drive.gearhead.ratio
+    backward = 1.0 if stage.efficiencies is None else float(stage.efficiencies[1])
+    if backward >= 0.0 or stage.stiffness is not None:
+        return
+    if imposed_motion:
+        raise ParameterError(f"link = 'imposed' cannot move a self-locking {stage.title}; use link = 'controlled'")
+    rotor = needed(drive.motor.rotor_inertia, "motor.rotor_inertia") + (drive.gearhead.inertia or 0.0)
+    turning = (drive.gear_output_inertia or 0.0) + ratio**2 * rotor
+    load = load_mass * float(stage.travel_per_radian) ** 2
+    if turning + backward * load <= 0.0:
+        most = turning / (-backward * float(stage.travel_per_radian) ** 2)
+        raise ParameterError(
+            f"load_mass must be < {plain(most, 3)} kg, got {plain(load_mass, 3)}: with a heavier load the self-locking "
+            f"{stage.title} jams when the load drives it"
+        )
