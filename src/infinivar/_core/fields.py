@@ -112,12 +112,14 @@ def check(instance: Any) -> None:
             words = ", ".join(str(option) for option in options if option is not None)
             raise ParameterError(f"{name} must be one of {words}, got {said!r}{hint}")
     for field in dataclasses.fields(instance):
+        if "unit" not in field.metadata and "row of" not in field.metadata:
+            continue
         value = getattr(instance, field.name)
         if value is None and field.default is None:
             continue
         if "unit" in field.metadata:
             check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
-        elif "row of" in field.metadata:
+        else:
             object.__setattr__(instance, field.name, _row(field, value))
 
 

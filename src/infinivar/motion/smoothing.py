@@ -57,7 +57,7 @@ _UNEVEN = 0.1
 _IRREGULAR = 6
 """Order of the row-to-row differences that show noise but not motion."""
 
-_BINOMIALS = ((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1), (1, 4, 6, 4, 1))
+_BINOMIALS = tuple(tuple(math.comb(order, part) for part in range(order + 1)) for order in range(7))
 
 _STEP = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
 """Smooth step from 0 at 0 to 1 at 1, with four derivatives zero at both ends."""
@@ -65,7 +65,7 @@ _STEP = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
 
 @dataclass(frozen=True, slots=True)
 class Smoothed:
-    """A smoothed periodic quantity with constant intervals (stays); derivatives up to the fourth.
+    """A smoothed periodic quantity with constant intervals (stays); derivatives up to the sixth.
 
     Attributes
     ----------

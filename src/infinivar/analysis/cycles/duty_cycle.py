@@ -295,7 +295,7 @@ def duty_cycle(
 
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
-    instants = duty.instants(samples)
+    instants = duty.instants(samples, drive.orders)
     course, mass = instants.course, duty.moved_mass
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
 
