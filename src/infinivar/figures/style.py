@@ -30,6 +30,8 @@ LOSS_COLOURS = {
     "belt": "#8B6BB1",
     "rack": "#8B6BB1",
     "shaft": "#8B6BB1",
+    "gearhead damping": "#66A3D2",
+    "belt damping": "#B8A5D6",
     "amplifier": "#999999",
     "slip": "#882255",
     "steering winding": "#EE9977",

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from infinivar._core.fields import given
+from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.graphs import controllers, plants
+from infinivar.drivetrain.graphs import compliances, controllers, plants
 from infinivar.errors import ParameterError
 from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
@@ -201,15 +202,22 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
 
 
 def _conventional_start(drive: ConventionalDrive, scenario: Scenario, graph: BondGraph) -> dict[str, float]:
-    """Initial states: a link that is followed moves as its motion begins."""
+    """Initial states: a link that is followed moves as its motion begins, and compliances carry its force."""
     follow, begin = scenario.link != "free", scenario.path.at(0.0)
-    initial = {"l": begin.position if follow else 0.0}
-    if scenario.link != "imposed":
-        ratio, radius = drive.gearhead.ratio, _travel(drive)
-        first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
-        scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
-        initial[first.name] = begin.speed * scale if follow else 0.0
-    return initial
+    ratio, radius = drive.gearhead.ratio, _travel(drive)
+    scales = {"load_mass": 1.0, "J_gpc": 1.0 / radius, "J_m": ratio / radius, "J_g": ratio / radius}
+    moving = [name for name in assign(graph).independent if name in scales]
+    initial = {name: begin.speed * scales[name] if follow else 0.0 for name in moving}
+    force = inertial = 0.0
+    if follow:
+        force = (scenario.load_mass or 0.0) * begin.acceleration - _outer_force(scenario)
+        inertial = (drive.gear_output_inertia or 0.0) * begin.acceleration / radius
+    return {"l": begin.position if follow else 0.0, **initial, **compliances.at_rest(drive, force, inertial)}
+
+
+def _outer_force(scenario: Scenario) -> float:
+    """External force on the load at the start. [N]"""
+    return 0.0 if scenario.force is None else scenario.force.value(0.0)
 
 
 def _conventional_controller(
@@ -238,8 +246,17 @@ def _conventional_controller(
         path=scenario.path if scenario.link != "free" else None,
         standstill=_standstill(settings.rest_error, hardly, 0.5),
         holding=functools.partial(_holding, drive),
+        encoder=_encoder(drive, scenario),
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
+
+
+def _encoder(drive: ConventionalDrive, scenario: Scenario) -> controllers.Encoder:
+    """What the controller measures: the load, or the motor where something between them gives way."""
+    if drive.gearhead.stiffness is None and drive.stage.stiffness is None:
+        return controllers.Encoder()
+    begin = scenario.path.at(0.0).position if scenario.link != "free" else 0.0
+    return controllers.Encoder("motor_angle", "motor_speed", _travel(drive) / drive.gearhead.ratio, begin)
 
 
 class _GearFriction(NamedTuple):

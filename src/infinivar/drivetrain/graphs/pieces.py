@@ -152,6 +152,14 @@ def motion_signals(of: str) -> list[Signal]:
     return [Signal(name="l", symbol="l", of=of, integral=True), Signal(name="ldot", symbol=r"\dot{l}", of=of)]
 
 
+def encoder_signals(of: str) -> list[Signal]:
+    """Angle and speed of the motor, for controllers that measure there."""
+    return [
+        Signal(name="motor_angle", symbol=r"\theta_m", of=of, integral=True),
+        Signal(name="motor_speed", symbol=r"\dot{\theta}_m", of=of),
+    ]
+
+
 def load(mass: float | None, imposed_motion: bool, at: str = "output") -> tuple[list[Element], list[str]]:
     """The 1-junction of the load with its mass, and the source of external force or motion."""
     elements, chains = [bg.one(at, r"\dot{l}")], []

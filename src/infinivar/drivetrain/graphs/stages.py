@@ -5,8 +5,7 @@ from __future__ import annotations
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import needed
-from infinivar.drivetrain.graphs import pieces
+from infinivar.drivetrain.graphs import compliances, pieces
 from infinivar.errors import ParameterError
 from infinivar.parts.gearhead import proportional_friction
 from infinivar.units import plain
@@ -65,29 +64,33 @@ def output_stage(drive: ConventionalDrive, stick_speed: float) -> tuple[list[Ele
     return elements, chains, signals, f"{name} > r_{name}"
 
 
-def check_jamming(drive: ConventionalDrive, load_mass: float, imposed_motion: bool) -> None:
-    """Refuse a self-locking stage that jams when the load drives it.
+def check_inertias(drive: ConventionalDrive, load_mass: float, imposed_motion: bool) -> None:
+    """Refuse what has no equations of motion: compliances without inertia beside them, and a self-locking stage that jams.
 
     Friction of a self-locking stage grows faster with the load's force than the torque of that force. If the load's inertia at
-    the shaft, times how much the stage locks, exceeds the inertia that turns with the shaft, rigid bodies have no unique
-    acceleration: the machine jams.
+    the shaft, times how much the stage locks, exceeds the inertia that turns rigidly with the shaft, rigid bodies have no unique
+    acceleration: the machine jams when the load drives it.
 
     Raises
     ------
     ParameterError
-        If the drive jams; the message names the inertias.
+        If a value is missing or the drive jams; the message names the inertias.
     """
-    stage, ratio = drive.stage, drive.gearhead.ratio
+    stage, gear = drive.stage, drive.gearhead
+    at_shaft = drive.gear_output_inertia or 0.0
+    if stage.stiffness is not None and not (load_mass or imposed_motion):
+        raise ParameterError(f"load_mass is missing: the stretch of the {stage.title} needs it")
+    if gear.stiffness is not None and not at_shaft and (stage.stiffness is not None or not load_mass):
+        raise ParameterError("output_inertia is missing: gearhead.stiffness needs it")
     backward = 1.0 if stage.efficiencies is None else float(stage.efficiencies[1])
     if backward >= 0.0 or stage.stiffness is not None:
         return
     if imposed_motion:
         raise ParameterError(f"link = 'imposed' cannot move a self-locking {stage.title}; use link = 'controlled'")
-    rotor = needed(drive.motor.rotor_inertia, "motor.rotor_inertia") + (drive.gearhead.inertia or 0.0)
-    turning = (drive.gear_output_inertia or 0.0) + ratio**2 * rotor
-    load = load_mass * float(stage.travel_per_radian) ** 2
-    if turning + backward * load <= 0.0:
-        most = turning / (-backward * float(stage.travel_per_radian) ** 2)
+    turning = at_shaft + (0.0 if gear.stiffness is not None else compliances.rotor_inertia(drive))
+    travel = float(stage.travel_per_radian)
+    if turning + backward * load_mass * travel**2 <= 0.0:
+        most = turning / (-backward * travel**2)
         raise ParameterError(
             f"load_mass must be < {plain(most, 3)} kg, got {plain(load_mass, 3)}: with a heavier load the self-locking "
             f"{stage.title} jams when the load drives it"
