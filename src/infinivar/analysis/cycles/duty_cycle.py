@@ -387,9 +387,12 @@ def motors_of(drive: AnyDrive) -> dict[str, Any]:
 
 
 def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:
-    """Heat sources of a motor at each instant: current and friction power. [A], [W]"""
+    """Heat sources of a motor at each instant: current, and power of friction and iron loss. [A], [W]"""
     prefix, tag = ("steering ", "steering_") if what == "steering motor" else ("", "motor_")
-    return point.states[f"{tag}current_A"], point.losses[f"{prefix}motor friction"]
+    housing = point.losses[f"{prefix}motor friction"]
+    if f"{prefix}motor iron" in point.losses:
+        housing = housing + point.losses[f"{prefix}motor iron"]
+    return point.states[f"{tag}current_A"], housing
 
 
 def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:
