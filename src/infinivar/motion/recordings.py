@@ -27,13 +27,13 @@ _NOT_READ = Smoothed(NOTHING, np.zeros((0, 3)), np.zeros((0, 2)), 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording(HoldsArrays, PeriodicMotion):
-    """One cycle of a recorded motion, with the force on the load if recorded: made periodic and smoothed.
+    """A recorded motion, smoothed, with the force on the load if recorded: one cycle, made periodic, or a run.
 
     Create it from a CSV file with `Recording.read`. Recordings of the same data are equal, regardless of their file names.
 
     Attributes
     ----------
-    time : (n,) float              Increasing; the cycle runs from the first to the last. [s]
+    time : (n,) float              Increasing; the cycle or run lasts from the first to the last. [s]
     position, speed : (n,) float   Exactly one of the two. [m], [m s^-1]
     force : (n,) float             External force on the load, positive along the motion; None if not recorded. [N]
     lines : (n,) int               Line of the file for each row, used in messages; defaults to counting from 1.
@@ -58,6 +58,11 @@ class Recording(HoldsArrays, PeriodicMotion):
         "cutoff; defaults to an estimate from the recording's steps and noise",
         default=None,
     )
+    closed: bool = component(
+        "Whether the recording is one cycle that ends where it starts; if false, it is a run, with its energy and "
+        "temperatures from the start to the end",
+        default=True,
+    )
     time: np.ndarray = field(repr=False)
     position: np.ndarray | None = field(repr=False, default=None)
     speed: np.ndarray | None = field(repr=False, default=None)
@@ -69,7 +74,9 @@ class Recording(HoldsArrays, PeriodicMotion):
     _warnings: tuple[str, ...] = field(init=False, repr=False, compare=False, default=())
 
     @classmethod
-    def read(cls, file: str, *, cutoff: float = CUTOFF, resolution: float | None = None) -> Recording:
+    def read(
+        cls, file: str, *, cutoff: float = CUTOFF, resolution: float | None = None, closed: bool = True
+    ) -> Recording:
         """Read a CSV file with the columns time, position or speed, and optionally force.
 
         Raises
@@ -79,6 +86,7 @@ class Recording(HoldsArrays, PeriodicMotion):
         """
         wanted = (("time", "s"), ("position", "m"), ("speed", "m/s"), ("force", "N"))
         columns, lines = read_columns(file, wanted, ("time",))
+        data: dict[str, Any] = {name: np.array(values) for name, values in columns.items()}
         if ("position" in columns) == ("speed" in columns):
             raise InputError(
                 f"{file}: line 1 must name the columns time and position, or time and speed, but not position and speed"
@@ -87,8 +95,9 @@ class Recording(HoldsArrays, PeriodicMotion):
             file=file,
             cutoff=cutoff,
             resolution=resolution,
+            closed=closed,
             lines=tuple(lines),
-            **{name: np.array(values) for name, values in columns.items()},
+            **data,
         )
 
     def __post_init__(self) -> None:
@@ -100,7 +109,7 @@ class Recording(HoldsArrays, PeriodicMotion):
             self, "time", *(name for name in ("position", "speed", "force") if getattr(self, name) is not None)
         )
         lines = self.lines or tuple(range(1, len(columns["time"]) + 1))
-        found = smoothed(self.file, columns, lines, self.cutoff, self.resolution)
+        found = smoothed(self.file, columns, lines, self.cutoff, self.resolution, closed=self.closed)
         made = {
             "_period": found.period,
             "_motion": found.motion,
@@ -112,8 +121,13 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @property
     def period(self) -> float:
-        """Time of one cycle. [s]"""
+        """Time of the cycle or run. [s]"""
         return self._period
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the motion repeats; if not, it is a run."""
+        return self.closed
 
     @property
     def fastest(self) -> float:
