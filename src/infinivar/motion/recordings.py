@@ -5,7 +5,7 @@ from __future__ import annotations
 import bisect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from annotated_types import Ge, Gt
@@ -16,6 +16,7 @@ from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
 from infinivar.motion.smoothing import Smoothed, smoothed
+from infinivar.motion.strides import Strides, find_strides
 from infinivar.motion.tables import read_columns
 
 CUTOFF = 10.0
@@ -37,6 +38,7 @@ class Recording(HoldsArrays, PeriodicMotion):
     position, speed : (n,) float   Exactly one of the two. [m], [m s^-1]
     force : (n,) float             External force on the load, positive along the motion; None if not recorded. [N]
     lines : (n,) int               Line of the file for each row, used in messages; defaults to counting from 1.
+    averaged : Strides             The strides of which the cycle is the mean; None if it is not an average.
 
     Raises
     ------
@@ -63,11 +65,21 @@ class Recording(HoldsArrays, PeriodicMotion):
         "temperatures from the start to the end",
         default=True,
     )
+    strides: Literal["one", "average"] = component(
+        "Whether the recording is one cycle, or several strides to average to one", default="one"
+    )
+    stride_time: float | None = quantity(
+        "s",
+        Gt(0),
+        "Approximate time of a stride, where no column marks heel strikes or phase; defaults to the period of the motion",
+        default=None,
+    )
     time: np.ndarray = field(repr=False)
     position: np.ndarray | None = field(repr=False, default=None)
     speed: np.ndarray | None = field(repr=False, default=None)
     force: np.ndarray | None = field(repr=False, default=None)
     lines: tuple[int, ...] = field(repr=False, compare=False, default=())
+    averaged: Strides | None = field(repr=False, compare=False, default=None)
     _period: float = field(init=False, repr=False, compare=False, default=0.0)
     _motion: Smoothed = field(init=False, repr=False, compare=False, default=_NOT_READ)
     _push: Smoothed | Series = field(init=False, repr=False, compare=False, default=NOTHING)
@@ -105,6 +117,14 @@ class Recording(HoldsArrays, PeriodicMotion):
         check_real(self)
         if (self.position is None) == (self.speed is None):
             raise ParameterError("position or speed must be given, but not both")
+        if self.strides == "average" and not self.closed:
+            raise ParameterError(
+                "closed must be true with strides = 'average', which gives one cycle; remove one of them"
+            )
+        if self.strides == "one" and self.stride_time is not None:
+            raise ParameterError(
+                "stride_time does not apply with strides = 'one'; remove it, or set strides = 'average'"
+            )
         columns = _columns_of(
             self, "time", *(name for name in ("position", "speed", "force") if getattr(self, name) is not None)
         )
@@ -141,13 +161,28 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of gaps, drift and possibly unrecognised rest."""
-        return self._warnings
+        """Warnings of gaps, drift, possibly unrecognised rest and unusual strides."""
+        unusual = {} if self.averaged is None else self.averaged.outliers
+        return (
+            *self._warnings,
+            *(
+                f"{self.file}: stride {number} is unusual: {reason}; it is averaged too"
+                for number, reason in unusual.items()
+            ),
+        )
 
     @property
     def smoothed(self) -> Smoothed:
         """The smoothed position, with its intervals of rest."""
         return self._motion
+
+    @property
+    def as_run(self) -> Recording | None:
+        """The run of all averaged strides; None if the cycle is not an average."""
+        if self.averaged is None:
+            return None
+        data: dict[str, Any] = dict(self.averaged.record)
+        return Recording(file=self.file, cutoff=self.cutoff, resolution=self.resolution, closed=False, **data)
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""

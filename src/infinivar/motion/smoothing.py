@@ -42,7 +42,7 @@ _PER_WAVE = 40
 """Fewest resampled instants per wave."""
 GAP = 5.0
 """Steps longer than the median step by more than this factor count as gaps."""
-_DRIFT = 0.05
+DRIFT = 0.05
 """Largest difference between the start and the end of a recorded motion, as a share of its range."""
 
 _SLOW = 0.01
@@ -325,7 +325,7 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
     else:
         drift = float(values[-1] - values[0])
         finding = f"the position ends {plain(drift, 3)} m from its start"
-    if abs(drift) > _DRIFT * span:
+    if abs(drift) > DRIFT * span:
         raise InputError(
             f"{file}: must be one cycle that ends where it starts, but {finding}, {percent(abs(drift) / span)} of the range"
         )

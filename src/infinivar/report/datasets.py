@@ -206,7 +206,11 @@ def duty(found: DutyResult) -> Arrays:
     data: dict[str, Any] = {name: ("time", values, {"units": unit_of(name)}) for name, values in columns.items()}
     for name, (loss, attrs) in _losses(found.point.losses).items():
         data[name] = ("time", np.broadcast_to(loss, time.shape), attrs)
-    attrs = {"title": found.title, "verdict": found.verdict, "energy_per_cycle_J": found.energy}
+    attrs = {
+        "title": found.title,
+        "verdict": found.verdict,
+        "energy_per_cycle_J" if found.duty.closed else "energy_over_run_J": found.energy,
+    }
     return Arrays(data, {"time": ("time", time, {"units": "s"})}, attrs)
 
 

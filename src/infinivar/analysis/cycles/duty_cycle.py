@@ -14,6 +14,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.analysis.cycles.single_strides import StrideEnergies, stride_energies
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint, chosen
 from infinivar.limits import Demand, Limit, binding_demand, words_of
@@ -86,6 +87,7 @@ class DutyResult(Result):
     closure              Relative residual of the cycle's energy balance. [-]
     holding              Standstill under the largest force of the cycle.
     without_help         Result without friction that helps to hold; None if the load never rests.
+    strides              Energies of the single strides that a recording averages; None for other motions.
     """
 
     name: str
@@ -101,6 +103,7 @@ class DutyResult(Result):
     closure: float
     holding: Holding
     without_help: WithoutHelp | None
+    strides: StrideEnergies | None = None
 
     @property
     def power_in(self) -> float:
@@ -265,6 +268,7 @@ class DutyResult(Result):
                 "parked_W": self.holding.parked,
                 "run_up_J": self.holding.run_up,
             },
+            **({} if self.strides is None else {"single_strides": self.strides.to_dict()}),
             "closure": self.closure,
         }
 
@@ -339,6 +343,7 @@ def duty_cycle(
         closure=performance.audit(point, duty.title or duty.motion.shape),
         holding=holding(drive, float(np.max(np.abs(course.driving_force(mass).value)))),
         without_help=without_help,
+        strides=stride_energies(drive, duty),
     )
 
 
