@@ -16,7 +16,7 @@ from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
 from infinivar.motion.smoothing import Smoothed, smoothed
-from infinivar.motion.strides import Strides, find_strides
+from infinivar.motion.strides import Strides
 from infinivar.motion.tables import read_columns
 
 CUTOFF = 10.0
