@@ -11,12 +11,11 @@ import numpy as np
 from infinivar._core.result import Frozen, Result, result
 from infinivar.axis import Axis
 from infinivar.errors import InputError
-from infinivar.motion.files.reading import read_table
 from infinivar.motion.files.table import RecordedTable
-from infinivar.motion.files.timing import resampled, timed, windowed
+from infinivar.motion.files.timing import read_timed
 from infinivar.motion.recordings import CUTOFF, Recording
 from infinivar.motion.smoothing import DRIFT, GAP
-from infinivar.motion.strides import Strides, find_strides
+from infinivar.motion.strides import Strides, strides_of
 from infinivar.units import plain
 
 _PASSED = 0.999
@@ -274,9 +273,17 @@ def inspect_motion(
     ParameterError
         If an argument is outside its range.
     """
-    table = read_table(file, columns=columns, flip=flip, body_mass=body_mass)
+    table = read_timed(
+        file,
+        columns=columns,
+        flip=flip,
+        body_mass=body_mass,
+        cycle_time=cycle_time,
+        window=window,
+        sample_rate=sample_rate,
+    )
     return summary(
-        resampled(windowed(timed(table, cycle_time=cycle_time), window), sample_rate),
+        table,
         cutoff=cutoff,
         resolution=resolution,
         stride_time=stride_time,
@@ -306,10 +313,8 @@ def summary(
     drift, span = _drift(time, values[field], field)
     closes = abs(drift) <= DRIFT * span if closed is None else closed
     used = CUTOFF if cutoff is None else cutoff
-    data: dict[str, Any] = {name: values[name] for name in ("time", field, "force") if name in values}
-    motion = Recording(
-        file=table.file, cutoff=used, resolution=resolution, closed=closes, lines=tuple(table.lines.tolist()), **data
-    )
+    within = {"angle_resolution" if table.axis.rotary else "resolution": resolution}
+    motion = Recording.of(table, cutoff=used, closed=closes, **within)
     count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
     at = (np.arange(count) + 0.5) * (motion.period / count)
     position, speed, acceleration = motion.derivatives(at, 2)
@@ -342,16 +347,8 @@ def _drift(time: np.ndarray, values: np.ndarray, field: str) -> tuple[float, flo
 
 
 def _strides(table: RecordedTable, stride_time: float | None) -> tuple[Strides | None, str]:
-    marks, phase = (table.columns.get(role) for role in ("heel_strike", "phase"))
-    wraps = phase is not None and bool(np.any(np.diff(phase.values) < -0.5))
     try:
-        found = find_strides(
-            table.file,
-            table.values,
-            heel_strikes=None if marks is None else marks.values,
-            phase=phase.values if phase is not None and wraps else None,
-            period=stride_time,
-        )
+        found = strides_of(table, stride_time)
     except InputError as problem:
         return None, str(problem).removeprefix(f"{table.file}: ")
     return found, ""

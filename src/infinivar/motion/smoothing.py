@@ -14,12 +14,14 @@ not steer a wheel.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar.axis import LINEAR, Axis
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
 from infinivar.motion.rest import (
@@ -133,6 +135,7 @@ def smoothed(
     lines: Sequence[int],
     cutoff: float,
     resolution: float | None = None,
+    axis: Axis = LINEAR,
     *,
     closed: bool = True,
 ) -> Cycle:
@@ -145,6 +148,7 @@ def smoothed(
     lines : sequence     Line of the file for each row.
     cutoff : float       Frequency above which everything is removed. [Hz]
     resolution : float   Deviation within which the load counts as at rest; estimated from the recording by default. [m]
+    axis : Axis          Whether the motion is along a line or about a joint, for messages.
     closed : bool        Whether it is one cycle, made periodic; if not, a run that may end anywhere.
 
     Returns
@@ -168,15 +172,18 @@ def smoothed(
         )
     warnings = _sampling(file, time, lines, step, cutoff)
     count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
-    fit = _fit_cycle if closed else _fit_run
+    span = np.arange(count) * (period / count)
 
     def made(name: str) -> Smoothed:
         asked = resolution if name == "position" else None
-        return fit(file, name, time, columns[name], count, cutoff, asked, warnings)
+        if not closed:
+            return _fit_run(name, time, columns[name], count, cutoff, asked)
+        drift = None if name == "force" else _closed(file, name, columns[name], time / period, warnings, axis)
+        return _fit_cycle(name, time, columns[name], drift, count, cutoff, asked)
 
     motion = made("position" if "position" in columns else "speed")
     if resolution is None:
-        warnings += _slow(file, motion, np.arange(count) * (period / count), period, cutoff)
+        warnings += _slow(file, motion, span, period, cutoff, axis)
     return Cycle(period, motion, made("force") if "force" in columns else None, tuple(warnings))
 
 
@@ -197,21 +204,20 @@ def _sampling(file: str, time: np.ndarray, lines: Sequence[int], step: float, cu
 
 
 def _fit_cycle(
-    file: str,
     name: str,
     time: np.ndarray,
     values: np.ndarray,
+    without_drift: np.ndarray | None,
     count: int,
     cutoff: float,
     resolution: float | None,
-    warnings: list[str],
 ) -> Smoothed:
-    """Smooth a column of a cycle, made periodic."""
+    """Smooth a column of a cycle, made periodic; `without_drift` are its values without what keeps it from closing, if any."""
     period = float(time[-1])
     step = period / count
     even = np.arange(count) * step
     raw = np.interp(even, time, values)
-    closed = raw if name == "force" else np.interp(even, time, _closed(file, name, values, time / period, warnings))
+    closed = raw if without_drift is None else np.interp(even, time, without_drift)
     series = Series.through(period, closed, cutoff)
     resolves, own = _resolution(time, values, closed, series.derivatives(even, 0)[0], cutoff, resolution)
     # Include the neighbouring cycles, as a stay may extend past the end: once as recorded, in case all drift occurs in
@@ -229,17 +235,9 @@ def _fit_cycle(
 
 
 def _fit_run(
-    file: str,
-    name: str,
-    time: np.ndarray,
-    values: np.ndarray,
-    count: int,
-    cutoff: float,
-    resolution: float | None,
-    warnings: list[str],
+    name: str, time: np.ndarray, values: np.ndarray, count: int, cutoff: float, resolution: float | None
 ) -> Smoothed:
     """Smooth a column of a run; rest is located in the run followed by its mirror image, which is periodic."""
-    del file, warnings  # a run may end anywhere
     step = float(time[-1]) / count
     even = np.arange(count + 1) * step
     raw = np.interp(even, time, values)
@@ -270,7 +268,7 @@ def _resolution(
     return (found if asked is None else Resolution(asked, 2.0 * asked)), found.reach
 
 
-def _slow(file: str, motion: Smoothed, even: np.ndarray, period: float, cutoff: float) -> list[str]:
+def _slow(file: str, motion: Smoothed, even: np.ndarray, period: float, cutoff: float, axis: Axis) -> list[str]:
     """Warn if the load moves very slowly for a while without resting, as filtered noise does."""
     position, speed = motion.derivatives(even, 1)
     step = float(even[1])
@@ -280,10 +278,15 @@ def _slow(file: str, motion: Smoothed, even: np.ndarray, period: float, cutoff: 
     if lasts <= _SLOW_SHARE * period:
         return []
     spreads = [np.ptp(np.take(position, range(first, last + 1), mode="wrap")) for first, last in found]
+    widest = float(max(spreads))
+    setting = (
+        f'angle_resolution = "{plain(math.degrees(widest), 2)} deg"'
+        if axis.rotary
+        else f'resolution = "{plain(1e3 * widest, 2)} mm"'
+    )
     return [
         f"{file}: for {plain(lasts, 3)} of {plain(period, 3)} s the load moves at less than "
-        f"{percent(_SLOW)} of its largest speed; if it is at rest there, set "
-        f'resolution = "{plain(1e3 * float(max(spreads)), 2)} mm"'
+        f"{percent(_SLOW)} of its largest speed; if it is at rest there, set {setting}"
     ]
 
 
@@ -310,7 +313,7 @@ def _with_stays(
     )
 
 
-def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str]) -> np.ndarray:
+def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str], axis: Axis) -> np.ndarray:
     """Make recorded values periodic: remove the drift of a position, or the mean of a speed.
 
     Raises
@@ -321,10 +324,10 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
     span = float(np.ptp(values)) or 1.0
     if name == "speed":
         drift = float(np.trapezoid(values, share))
-        finding = f"the mean speed is {plain(drift, 3)} m/s"
+        finding = f"the mean {axis.speed} is {plain(drift, 3)} {axis.speed_unit}"
     else:
         drift = float(values[-1] - values[0])
-        finding = f"the position ends {plain(drift, 3)} m from its start"
+        finding = f"the {axis.position} ends {plain(drift, 3)} {axis.position_unit} from its start"
     if abs(drift) > DRIFT * span:
         raise InputError(
             f"{file}: must be one cycle that ends where it starts, but {finding}, {percent(abs(drift) / span)} of the range"

@@ -23,6 +23,7 @@ import numpy as np
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError, ParameterError
+from infinivar.motion.files.table import RecordedTable
 from infinivar.units import percent, plain
 
 POINTS = 201
@@ -122,6 +123,30 @@ class Strides(Result):
             "outliers": {str(number): reason for number, reason in self.outliers.items()},
             "largest_deviation": {name: float(np.max(spread)) for name, spread in self.spread.items()},
         }
+
+
+def strides_of(table: RecordedTable, stride_time: float | None = None) -> Strides:
+    """Find the strides of a recording that is read: by heel strikes, a phase that wraps, or the period of the motion.
+
+    Parameters
+    ----------
+    table : RecordedTable   With times.
+    stride_time : float     Approximate time of a stride; the period of the motion by default. [s]
+
+    Raises
+    ------
+    InputError
+        If there are not at least two whole strides.
+    """
+    marks, phase = (table.columns.get(role) for role in ("heel_strike", "phase"))
+    wraps = phase is not None and bool(np.any(np.diff(phase.values) < -0.5))
+    return find_strides(
+        table.file,
+        table.values,
+        heel_strikes=None if marks is None else marks.values,
+        phase=phase.values if phase is not None and wraps else None,
+        period=stride_time,
+    )
 
 
 def find_strides(

@@ -26,6 +26,9 @@ other than 0 and has no unit."""
 ABOUT_A_JOINT = {"angle": "position", "angular_speed": "speed", "moment": "force"}
 """Roles of a motion about a joint, with the fields of a motion that hold them."""
 
+SIGNED = ("position", "speed", "force", "angle", "angular_speed", "moment")
+"""Roles whose positive direction is a matter of convention."""
+
 
 @result
 class Column(Frozen):
@@ -57,6 +60,7 @@ class RecordedTable(Frozen):
     ignored : tuple of str       Headings of the columns that are not used.
     lines : (n,) int             Line of the file for each row, used in messages; the row, from 1, where there are no lines.
     place : str                  What `lines` count: "line" or "row".
+    top : str                    Where the headings stand, for messages: "line 1".
     remarks : tuple of str       What was done to the columns: a flipped sign, a window, resampling.
     """
 
@@ -66,6 +70,7 @@ class RecordedTable(Frozen):
     ignored: tuple[str, ...]
     lines: np.ndarray
     place: str = "line"
+    top: str = "line 1"
     remarks: tuple[str, ...] = ()
 
     def __len__(self) -> int:
