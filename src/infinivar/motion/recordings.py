@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, Self
@@ -21,6 +22,7 @@ from infinivar.motion.files.timing import read_timed
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
 from infinivar.motion.smoothing import Smoothed, smoothed
+from infinivar.motion.strides import Strides, strides_of
 
 CUTOFF = 10.0
 """Default cutoff of a recording. [Hz]"""
@@ -48,19 +50,20 @@ _NOT_READ = Smoothed(NOTHING, np.zeros((0, 3)), np.zeros((0, 2)), 0.0, 0.0)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording(HoldsArrays, PeriodicMotion):
-    """One cycle of a recorded motion, with the force on the load if recorded: made periodic and smoothed.
+    """A recorded motion, smoothed, with the force on the load if recorded: one cycle, made periodic, or a run.
 
     Create it from a file with `Recording.read`. Recordings of the same data are equal, regardless of their file names and of
     how they were read.
 
     Attributes
     ----------
-    time : (n,) float              Increasing; the cycle runs from the first to the last. [s]
+    time : (n,) float              Increasing; the cycle or run lasts from the first to the last. [s]
     position, speed : (n,) float   Exactly one of the two. [m], [m s^-1]; about a joint [rad], [rad s^-1]
     force : (n,) float             External force on the load, positive along the motion; None if not recorded. [N]; about a
                                    joint the moment on the load, positive along the angle. [N m]
     rotary : bool                  Whether the motion is about a joint.
     lines : (n,) int               Line of the file for each row, used in messages; defaults to counting from 1.
+    averaged : Strides             The strides of which the cycle is the mean; None if it is not an average.
 
     Raises
     ------
@@ -86,12 +89,27 @@ class Recording(HoldsArrays, PeriodicMotion):
     cutoff: float = quantity("Hz", Gt(0), "Cutoff frequency; smoothing removes everything above it", default=CUTOFF)
     resolution: float | None = quantity("m", Gt(0), _RESOLUTION, default=None)
     angle_resolution: float | None = quantity("rad", Gt(0), "As resolution, about a joint", default=None, repr=False)
+    closed: bool = component(
+        "Whether the recording is one cycle that ends where it starts; if false, it is a run, with its energy and "
+        "temperatures from the start to the end",
+        default=True,
+    )
+    strides: Literal["one", "average"] = component(
+        "Whether the recording is one cycle, or several strides to average to one", default="one"
+    )
+    stride_time: float | None = quantity(
+        "s",
+        Gt(0),
+        "Approximate time of a stride, where no column marks heel strikes or phase; defaults to the period of the motion",
+        default=None,
+    )
     time: np.ndarray = field(repr=False)
     position: np.ndarray | None = field(repr=False, default=None)
     speed: np.ndarray | None = field(repr=False, default=None)
     force: np.ndarray | None = field(repr=False, default=None)
     rotary: bool = field(repr=False, default=False)
     lines: tuple[int, ...] = field(repr=False, compare=False, default=())
+    averaged: Strides | None = field(repr=False, compare=False, default=None)
     _period: float = field(init=False, repr=False, compare=False, default=0.0)
     _motion: Smoothed = field(init=False, repr=False, compare=False, default=_NOT_READ)
     _push: Smoothed | Series = field(init=False, repr=False, compare=False, default=NOTHING)
@@ -105,14 +123,19 @@ class Recording(HoldsArrays, PeriodicMotion):
         cutoff: float = CUTOFF,
         resolution: float | None = None,
         angle_resolution: float | None = None,
+        closed: bool = True,
+        strides: Literal["one", "average"] = "one",
+        stride_time: float | None = None,
         **how: Any,
     ) -> Recording:
-        """Read one cycle from a file with the columns time, position (or speed) and optionally force, or those of a joint.
+        """Read a file with the columns time, position (or speed) and optionally force, or those of a joint.
 
         Parameters
         ----------
         file : str
         cutoff, resolution, angle_resolution : float   As the fields.
+        closed, strides, stride_time                   As the fields. Strides are found by a column heel_strike or phase, or
+            by the period of the motion.
         how                                            Keywords of `infinivar.motion.files.timing.read_timed`: columns, flip,
             body_mass, cycle_time, window, sample_rate and resampling.
 
@@ -123,7 +146,14 @@ class Recording(HoldsArrays, PeriodicMotion):
         """
         table = read_timed(file, **how)
         return cls.of(
-            table, cutoff=cutoff, resolution=resolution, angle_resolution=angle_resolution, **{**how, "file": file}
+            table,
+            cutoff=cutoff,
+            resolution=resolution,
+            angle_resolution=angle_resolution,
+            closed=closed,
+            strides=strides,
+            stride_time=stride_time,
+            **{**how, "file": file},
         )
 
     @classmethod
@@ -133,7 +163,7 @@ class Recording(HoldsArrays, PeriodicMotion):
         Raises
         ------
         InputError
-            If the table has neither position nor speed.
+            If the table has neither position nor speed, or fewer than two strides to average.
         """
         values = table.values
         if "position" in values:
@@ -144,15 +174,19 @@ class Recording(HoldsArrays, PeriodicMotion):
                 f"{headings_in(table)}"
             )
         data: dict[str, Any] = {name: values[name] for name in ("time", "position", "speed", "force") if name in values}
-        return cls(
-            **{"file": table.file, **fields}, **data, rotary=table.axis.rotary, lines=tuple(table.lines.tolist())
-        )
+        data["lines"] = tuple(table.lines.tolist())
+        if fields.get("strides") == "average":
+            found = strides_of(table, fields.get("stride_time"))
+            data = {name: values for name, values in found.mean_cycle.items() if name in data}
+            data["averaged"] = found
+        return cls(**{"file": table.file, **fields}, **data, rotary=table.axis.rotary)
 
     def __post_init__(self) -> None:
         """Validate, copy, lock and smooth the data."""
         check_real(self)
         if (self.position is None) == (self.speed is None):
             raise ParameterError("position or speed must be given, but not both")
+        _check_strides(self)
         columns = _columns_of(
             self, "time", *(name for name in ("position", "speed", "force") if getattr(self, name) is not None)
         )
@@ -162,7 +196,7 @@ class Recording(HoldsArrays, PeriodicMotion):
         if not self.rotary and self.angle_resolution is not None:
             raise ParameterError("angle_resolution is an angle, but the motion is along a line: state resolution")
         resolution = self.angle_resolution if self.rotary else self.resolution
-        found = smoothed(printable(self.file), columns, lines, self.cutoff, resolution, self.axis)
+        found = smoothed(printable(self.file), columns, lines, self.cutoff, resolution, self.axis, closed=self.closed)
         made = {
             "_period": found.period,
             "_motion": found.motion,
@@ -179,8 +213,13 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @property
     def period(self) -> float:
-        """Time of one cycle. [s]"""
+        """Time of the cycle or run. [s]"""
         return self._period
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the motion repeats; if not, it is a run."""
+        return self.closed
 
     @property
     def fastest(self) -> float:
@@ -194,13 +233,29 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of gaps, drift and possibly unrecognised rest."""
-        return self._warnings
+        """Warnings of gaps, drift, possibly unrecognised rest and unusual strides."""
+        unusual = {} if self.averaged is None else self.averaged.outliers
+        name = printable(self.file)
+        return (
+            *self._warnings,
+            *(
+                f"{name}: stride {number} is unusual: {reason}; it is averaged too"
+                for number, reason in unusual.items()
+            ),
+        )
 
     @property
     def smoothed(self) -> Smoothed:
         """The smoothed position, with its intervals of rest."""
         return self._motion
+
+    @property
+    def as_run(self) -> Recording | None:
+        """The run of all averaged strides; None if the cycle is not an average."""
+        if self.averaged is None:
+            return None
+        data: dict[str, Any] = {"position": None, "speed": None, "force": None, **self.averaged.record}
+        return dataclasses.replace(self, closed=False, strides="one", stride_time=None, lines=(), averaged=None, **data)
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
@@ -209,6 +264,14 @@ class Recording(HoldsArrays, PeriodicMotion):
     def push(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return the recorded force on the load [N] and its derivatives up to an order."""
         return self._push.derivatives(time, orders)
+
+
+def _check_strides(recording: Recording) -> None:
+    """Check that keys on strides agree with one another and with the data."""
+    if recording.strides == "one" and recording.stride_time is not None:
+        raise ParameterError("stride_time does not apply with strides = 'one'; remove it, or set strides = 'average'")
+    if recording.strides == "average" and not recording.closed:
+        raise ParameterError("closed must be true with strides = 'average', which gives one cycle; remove one of them")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -191,6 +191,15 @@ def _choice(options: tuple[Any, ...], values: Mapping[str, Any] | None = None) -
     return _leaf(read, {"enum": list(options)})
 
 
+def _flag() -> Key:
+    def read(raw: Any, unit: str | None) -> bool:
+        if unit is not None or not isinstance(raw, bool):
+            raise InputError("must be true or false")
+        return raw
+
+    return _leaf(read, {"type": "boolean"})
+
+
 def _checked(field: dataclasses.Field[Any], value: Any) -> Any:
     """Check a value as the dataclass of its field does; the message does not repeat the name of the field."""
     try:
@@ -263,6 +272,8 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
         return Key(part=part)
     if typing.get_origin(hint) is Literal:
         return _choice(typing.get_args(hint))
+    if hint is bool:
+        return _flag()
     if field.name in CHOICES:
         return _choice(tuple(CHOICES[field.name]), CHOICES[field.name])
     return _text()
