@@ -158,7 +158,11 @@ class TextSheet:
 
     def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
         """Return the columns at some places, the line of each row, and the format in words."""
-        kept = [place for place in range(self.start, len(self.lines)) if not is_comment(self.lines[place])]
+        kept = [
+            place
+            for place, line in enumerate(self.lines[self.start :], self.start)
+            if line[:1].isdigit() or not is_comment(line)
+        ]
         if len(kept) > MOST_ROWS:
             raise InputError(
                 f"{self.file}: line {kept[MOST_ROWS] + 1}: is beyond the {MOST_ROWS} rows allowed; "
