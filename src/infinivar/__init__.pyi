@@ -25,6 +25,8 @@ from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
+from .motion.files.reading import read_table
+from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
@@ -93,6 +95,7 @@ __all__ = [
     "Reach",
     "Reaches",
     "RecordedForce",
+    "RecordedTable",
     "Recording",
     "Reproduction",
     "Requirement",
@@ -133,6 +136,7 @@ __all__ = [
     "plant_graph",
     "policies",
     "power",
+    "read_table",
     "reproduce",
     "save",
     "sensitivity",
