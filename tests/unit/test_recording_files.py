@@ -54,6 +54,9 @@ WRITINGS = {
     "blanks with decimal commas": comma(joined(" ", "time_s pos_mm force_N")),
     "comment above": joined(",", "# logger 7", "", "# Time (s),Pos (mm),Fz (N)"),
     "comments": joined(",", "# logger 7", "Time (s),Pos (mm),Fz (N)", "// started", ""),
+    "preamble of a logger": joined(
+        ";", "Logger 7", "Date;2024-05-01", "Rate;1000", "", "Time;Pos;Fz", "s;mm;N", "", rows=DIGITS
+    ),
     "row of units": joined(",", "Time,Pos,Fz", "s,mm,N"),
     "row of units in brackets": joined(";", "Time;Pos;Fz", "[s];[mm];[N]"),
     "other columns": joined(
