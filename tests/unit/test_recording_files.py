@@ -404,6 +404,35 @@ def test_the_quick_way_reads_what_the_careful_way_reads(tmp_path_factory, rows, 
         assert read() == usual
 
 
+JUNK = [*(bytes([one]) for one in b',;\t\n"%#[( -\0\xff\xc3'), b"nan", b"endheader", b"1e400", b""]
+
+
+@given(
+    st.sampled_from(sorted(WRITINGS)),
+    st.sampled_from([150, 400, 100_000]),
+    st.lists(st.tuples(st.integers(0, 120), st.integers(0, 6), st.sampled_from(JUNK)), max_size=3),
+    st.sampled_from(
+        [{}, {"cycle_time": 1.1}, {"columns": {"time": "Time (s)", "position": "Pos"}}, {"window": (0.1, 0.5)}]
+    ),
+)
+@settings(max_examples=200)
+def test_a_broken_file_is_read_or_refused(tmp_path_factory, name, length, edits, how):
+    """Never anything else, and the message is fit to print."""
+    content = WRITINGS[name]
+    content = (content if isinstance(content, bytes) else content.encode())[:length]
+    for place, removed, added in edits:
+        content = content[:place] + added + content[place + removed :]
+    path = saved(tmp_path_factory.mktemp("broken"), content)
+    said = ""
+    try:
+        table = read_timed(path, **how)
+        assert all(np.all(np.isfinite(column.values)) for column in table.columns.values())
+    except InputError as problem:
+        said = str(problem)
+    assert len(said) < 600
+    assert said.isprintable()
+
+
 def test_a_minute_at_a_thousand_hertz_is_read_in_a_moment(tmp_path):
     """60,001 rows of four columns, by far the longest part of which is the conversion of the digits."""
     at = np.arange(60001) / 1000

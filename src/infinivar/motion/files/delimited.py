@@ -75,7 +75,7 @@ def _header(lines: list[str], bare: int) -> int:
     If that line holds numbers, the headings are the comment above. Otherwise they are the line above the first row of numbers
     with most headings that name a quantity; of several such lines the one that is no row of units, and the last.
     """
-    if _is_numeric(lines[bare]):
+    if _is_row(lines[bare]):
         return next((place for place in range(bare - 1, -1, -1) if lines[place].strip()), bare)
     above = []
     for place in range(bare, min(bare + _LONGEST_PREAMBLE, len(lines))):
