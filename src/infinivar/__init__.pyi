@@ -27,11 +27,14 @@ from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
+from .motion.files.reading import read_table
+from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
-from .motion.recordings import RecordedForce, Recording, Waypoints
+from .motion.recordings import Recording
 from .motion.scenario import Scenario
+from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
@@ -98,6 +101,7 @@ __all__ = [
     "Reach",
     "Reaches",
     "RecordedForce",
+    "RecordedTable",
     "Recording",
     "Reproduction",
     "Requirement",
@@ -143,6 +147,7 @@ __all__ = [
     "power",
     "quantities",
     "quantity",
+    "read_table",
     "reproduce",
     "save",
     "save_study",
