@@ -9,7 +9,8 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.bounds import FINITE
-from infinivar._core.fields import check_kind, check_real, quantity, tagged
+from infinivar._core.fields import check_kind, check_real, given, quantity, tagged
+from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.motion.course import Course
 from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor, Walking
@@ -38,8 +39,8 @@ class Instants(NamedTuple):
 class DutyCycle(Task):
     """A periodic motion of the load, with the external force on it.
 
-    The constant `force` acts on the load, positive along the motion, in addition to the motion's own force: the torque of
-    a joint, or a recorded force.
+    The constant `force`, or `moment` about a joint, acts on the load, positive along the motion, in addition to the motion's own
+    force: the torque of a joint, or a recorded force.
 
     Raises
     ------
@@ -49,16 +50,31 @@ class DutyCycle(Task):
 
     motion: PeriodicMotion = tagged("Periodic motion of the load", CYCLES, flat=True)
     force: float | None = quantity("N", FINITE, "Constant external force on the load", default=None)
+    moment: float | None = quantity("N m", FINITE, "Constant external moment on the load of a joint", default=None)
     ambient: float = quantity("K", Gt(0), "Ambient temperature of the motors", default=298.15)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check_real(self)
         check_kind("motion", self.motion, CYCLES, "derivatives")
+        _ = self.axis  # refuses a mixture
 
     def loaded(self, mass: float | None) -> Self:
         """Return the cycle with this load mass, unless it has its own; walking torque already includes the leg. [kg]"""
         return self if isinstance(self.motion, Walking) else super(DutyCycle, self).loaded(mass)
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint; a hold is about a joint if its moment or inertia is given."""
+        pushes = [
+            (name, axis) for name, axis in (("force", LINEAR), ("moment", ROTARY)) if getattr(self, name) is not None
+        ]
+        return self._common_axis(None if isinstance(self.motion, Hold) else self.motion.axis, *pushes)
+
+    @property
+    def push(self) -> float:
+        """Constant external force on the load, or moment about its joint; 0 if none is set. [N], [N m]"""
+        return given(self.force, given(self.moment, 0.0))
 
     @property
     def period(self) -> float:
@@ -95,7 +111,7 @@ class DutyCycle(Task):
             acceleration=acceleration,
             jerk=jerk,
             snap=snap,
-            force=force + (self.force or 0.0),
+            force=force + self.push,
             force_rate=rate,
             force_curvature=curvature,
         )
