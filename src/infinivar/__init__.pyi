@@ -33,9 +33,12 @@ from .motion.scenario import Scenario
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
+from .parts.belt import Belt, Rack
 from .parts.gearhead import Gearhead
 from .parts.linear import Guideway, Pulley
 from .parts.motor import Motor
+from .parts.screw import Screw
+from .parts.stage import Shaft
 from .report.saving import save
 from .study.load import load_study
 from .study.requirement import Requirement
@@ -50,6 +53,7 @@ __all__ = [
     "Amplifier",
     "AuditError",
     "Bearing",
+    "Belt",
     "Builds",
     "Calibration",
     "CoboticDrive",
@@ -85,6 +89,7 @@ __all__ = [
     "PeriodicMotion",
     "Policy",
     "Pulley",
+    "Rack",
     "Reach",
     "Reaches",
     "RecordedForce",
@@ -96,7 +101,9 @@ __all__ = [
     "Rig",
     "RotaryLinearIVT",
     "Scenario",
+    "Screw",
     "Sensitivity",
+    "Shaft",
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",

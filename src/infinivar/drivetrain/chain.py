@@ -13,13 +13,13 @@ The load's inertia is in F from the start: ``F = m x'' - f``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
 from infinivar._core import chain_rule
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.axis import ROTARY, Axis
-from infinivar.drivetrain.output import Output, Place
+from infinivar.drivetrain.output import Place
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
@@ -113,12 +113,12 @@ class _Rows:
         self.states[f"{name.replace(' ', '_')}_{what}_{unit}"] = value
 
 
-def inward(output: Output, course: Course, load_mass: Array, axis: Axis, orders: tuple[int, int]) -> Inward:
+def inward(chain: Sequence[Place], course: Course, load_mass: Array, axis: Axis, orders: tuple[int, int]) -> Inward:
     """Motion and force on the drive's side of its output.
 
     Parameters
     ----------
-    output : Output            Springs and linkage.
+    chain : sequence of Place  Springs and linkage, from the load to the drive.
     course : Course            Of the load, with its position, and the derivatives that the springs require.
     load_mass : (...,) float   [kg], or about a joint [kg m^2]
     axis : Axis                Of the load.
@@ -133,13 +133,12 @@ def inward(output: Output, course: Course, load_mass: Array, axis: Axis, orders:
     ParameterError
         If the course lacks the position, or a derivative that a series spring requires.
     """
-    chain = output.chain
     if not chain:
         return Inward(course, load_mass, {}, {}, {}, {})
-    place, push = orders
-    if output.has_series_spring:
-        push = max(push, place)
-    known = max(place, push)
+    far, push = orders
+    if any(place.kind == "series" for place in chain):
+        push = max(push, far)
+    known = max(far, push)
     massless = isinstance(load_mass, (int, float)) and load_mass == 0
     moved = [course.position, course.speed, course.acceleration, course.jerk, course.snap, course.fifth, course.sixth]
     pushed = [course.force, course.force_rate, course.force_curvature, course.force_third, course.force_fourth]
@@ -160,7 +159,7 @@ def inward(output: Output, course: Course, load_mass: Array, axis: Axis, orders:
     unit = "rad" if rows.rotary else "m"
     states = {f"drive_position_{unit}": rows.position[0], f"drive_speed_{unit}_s": rows.position[1]}
     return Inward(
-        _course(rows, place, orders[1]), 0.0, rows.losses, rows.stored, rows.utilisation, {**rows.states, **states}
+        _course(rows, far, orders[1]), 0.0, rows.losses, rows.stored, rows.utilisation, {**rows.states, **states}
     )
 
 
@@ -193,12 +192,12 @@ class Standing(NamedTuple):
     states: Mapping[str, Array]
 
 
-def steady(output: Output, *, position: Array, speed: Array, force: Array, axis: Axis) -> Standing:
+def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Array, axis: Axis) -> Standing:
     """Speed and force on the drive's side of its output, with the load at a position.
 
     Parameters
     ----------
-    output : Output                       Springs and linkage.
+    chain : sequence of Place             Springs and linkage, from the load to the drive.
     position, speed, force : (...,) float Of the load; see `Drive.operate`.
     axis : Axis                           Of the load.
 
@@ -207,13 +206,13 @@ def steady(output: Output, *, position: Array, speed: Array, force: Array, axis:
     Standing   Parallel springs add their force at this position; series springs transmit the force and keep their
         deflection. Hysteresis of parallel springs is fully built up in motion, and zero at rest.
     """
-    if not output.chain:
+    if not chain:
         return Standing(speed, force, force * speed, {}, {}, {})
     xp = namespace(position, speed, force)
     rotary = axis is ROTARY
     rows = _Rows([position, speed], [force], rotary, True)
     power, losses, utilisation = force * speed, {}, {}
-    for place in output.chain:
+    for place in chain:
         part = place.part
         if place.kind == "parallel" and not isinstance(part, Linkage):
             x, v = rows.position

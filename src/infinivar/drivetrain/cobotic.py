@@ -212,7 +212,7 @@ class CoboticDrive:
         """
         xp = namespace(self, speed, force, position)
         speed, force, position = finite_floats(xp, speed=speed, force=force, position=position)
-        load = chain.steady(self.output, position=position, speed=speed, force=force, axis=self.axis)
+        load = chain.steady(self.output.chain, position=position, speed=speed, force=force, axis=self.axis)
         speed, force = load.speed, load.force
         drag, guide_loss = self.guideway.operate(force=force, speed=speed, preload=self.transmission.preload)
         element = self.transmission.deliver(
@@ -276,7 +276,7 @@ class CoboticDrive:
 
     def _inward(self, course: Course, load_mass: Array) -> Inward:
         """Motion of the link and force on it, for a load that follows a course."""
-        return chain.inward(self.output, course, load_mass, self.axis, (4, 2))
+        return chain.inward(self.output.chain, course, load_mass, self.axis, (4, 2))
 
     def _on_link(self, load: Inward) -> tuple[Varying, Array]:
         """Force that the transmission applies to the link to follow its course, and the loss in the guideway."""
