@@ -99,7 +99,7 @@ def _path(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, follows: 
         scenario.force,
         duration=scenario.duration,
         sample_time=1.0 / drive.control.sample_rate,
-        mass=scenario.load_mass or 0.0,
+        mass=scenario.moved_mass,
         follows=follows,
     )
 
@@ -122,7 +122,7 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
     graph = plants.cobotic_graph(
         drive,
-        load_mass=scenario.load_mass or None,
+        load_mass=scenario.moved_mass or None,
         electrical=scenario.electrical,
         imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,
@@ -227,7 +227,7 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
     stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
     graph = plants.conventional_graph(
         drive,
-        load_mass=scenario.load_mass or None,
+        load_mass=scenario.moved_mass or None,
         electrical=scenario.electrical,
         imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,
@@ -252,7 +252,7 @@ def _conventional_start(
     initial = {name: begin.speed * scales[name] if follow else 0.0 for name in moving}
     force = inertial = 0.0
     if follow:
-        force = (scenario.load_mass or 0.0) * begin.acceleration - _outer_force(scenario)
+        force = scenario.moved_mass * begin.acceleration - _outer_force(scenario)
         inertial = (drive.gear_output_inertia or 0.0) * begin.acceleration / radius
     position = begin.position if follow else 0.0
     if isinstance(path, Planned):
@@ -270,7 +270,7 @@ def _conventional_controller(
     drive: ConventionalDrive, scenario: Scenario, path: Motion, stick_speed: float
 ) -> controllers.ConventionalController:
     settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, _travel(drive)
-    inertia, carried = (drive.gear_output_inertia or 0.0) / radius**2, scenario.load_mass or 0.0
+    inertia, carried = (drive.gear_output_inertia or 0.0) / radius**2, scenario.moved_mass
     if isinstance(path, Planned):  # the planned force includes the load's inertia
         carried = output_start.carried(drive.output, scenario.path.at(0.0).position, carried)
     else:

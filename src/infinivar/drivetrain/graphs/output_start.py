@@ -12,6 +12,7 @@ from infinivar.errors import ParameterError
 from infinivar.motion.motion import MotionState
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.linkage import Linkage
+from infinivar.parts.spring import TorsionSpring
 
 
 def check(output: Output, scenario: Scenario) -> None:
@@ -22,20 +23,21 @@ def check(output: Output, scenario: Scenario) -> None:
     ParameterError
         If the force on a massless load would have to set the deflection of a spring that is not linear, or the force jumps.
     """
-    if scenario.load_mass or scenario.link == "imposed":
+    if scenario.moved_mass or scenario.link == "imposed":
         return
     first = next((place for place in output.chain if place.kind == "series"), None)
     if first is None:
         return
     assert not isinstance(first.part, Linkage)
-    what = "moment of inertia" if output.linkage is not None else "mass"
+    rotary = isinstance(output.chain[0].part, (Linkage, TorsionSpring))
+    key, what = ("load_inertia", "moment of inertia") if rotary else ("load_mass", "mass")
     if first.part.shape != "linear":
         raise ParameterError(
-            f"load_mass is missing: a {first.part.shape} {first.name} can be simulated only with a {what} at its end"
+            f"{key} is missing: a {first.part.shape} {first.name} can be simulated only with a {what} at its end"
         )
     if scenario.force is not None and scenario.force.breaks:
         raise ParameterError(
-            f"load_mass is missing: the force jumps at {scenario.force.breaks[0]:g} s, and without a {what} the {first.name} "
+            f"{key} is missing: the force jumps at {scenario.force.breaks[0]:g} s, and without a {what} the {first.name} "
             f"would have to jump with it"
         )
 
