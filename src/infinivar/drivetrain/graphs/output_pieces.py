@@ -166,7 +166,7 @@ def _hysteresis(spliced: Spliced, place: Place, at: str) -> None:
     bristle = spring.hysteresis_travel / spring.hysteresis
     elements = [
         bg.zero(node, f"z_{{{tag}}}"),
-        bg.compliance(held.bristle, rf"1/\sigma_{{{tag}}}", bristle, travel, title=f"{place.name} hysteresis"),
+        bg.compliance(held.bristle, f"c_{{z,{tag}}}", bristle, travel, title=f"{place.name} hysteresis"),
         bg.conductance(
             held.yielding,
             f"w_{{{tag}}}",
