@@ -11,9 +11,11 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given, missing_members
 from infinivar._core.labels import Labels
 from infinivar._core.result import Result, result
+from infinivar.axis import LINEAR, Axis
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.power import AUDIT_TOLERANCE, PowerPoint
@@ -93,18 +95,14 @@ class Drive(Protocol):
     - ``unheld()`` returns the drive without friction that helps to hold a load at rest;
     - ``motors``, a mapping of motors by role, and ``warmed(temperatures)``, the drive with windings at temperatures [K] by
       role, for the heat of motors; `follow` then has the states and losses named in `infinivar.analysis.cycles.duty_cycle`;
-    - ``axis``, `LINEAR` by default.
+    - ``axis``, `LINEAR` by default;
+    - ``operate(..., position=)``, if springs or a linkage make the position of the load matter;
+    - ``orders``, the highest time derivative of the load's position that `follow` needs (that of the force is two less); 4 by
+      default.
     """
 
-    @property
-    def orders(self) -> int:
-        """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
-        ...
-
-    def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
+    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
         """Steady operating point at a load speed [m s^-1] and force on the load [N], in all four quadrants.
-
-        The position of the load [m] matters for drives with springs or a linkage.
 
         Must be thread-safe: maps are computed on several threads.
         """
@@ -129,7 +127,17 @@ def check_drive(drive: Any, where: str, needs: Sequence[str] = DRIVE_NEEDS) -> N
         raise ParameterError(f"{where} must be a drive, got {what}{lacking}")
 
 
-def operated(drive: Drive, *, speed: Array, force: Array) -> DrivePoint:
+def axis_of(drive: Any) -> Axis:
+    """Whether a drive moves a load along a line or about a joint."""
+    return getattr(drive, "axis", LINEAR)
+
+
+def orders_of(drive: Any) -> int:
+    """Highest time derivative of the load's position that a drive's `follow` needs."""
+    return getattr(drive, "orders", 4)
+
+
+def operated(drive: Drive, *, speed: Array, force: Array, **options: Array) -> DrivePoint:
     """Steady operating point of any drive; what a drive of another package returns is checked first.
 
     Raises
@@ -140,7 +148,7 @@ def operated(drive: Drive, *, speed: Array, force: Array) -> DrivePoint:
         If the power to the load is not force times speed.
     """
     check_drive(drive, "drive")
-    point = drive.operate(speed=speed, force=force)
+    point = drive.operate(speed=speed, force=force, **options)
     if is_own(drive):
         _check_point(drive, point, DrivePoint, "operate")
         _check_delivery(point.power_out, speed * force, f"{type(drive).__name__}.operate")
@@ -193,6 +201,30 @@ def _check_delivery(power_out: Array, wanted: Array, where: str) -> None:
     off = np.abs(np.asarray(power_out) - wanted)
     if np.any(off > AUDIT_TOLERANCE * np.max(np.abs(wanted), initial=0.0)):
         raise AuditError(f"{where}: power_out differs from force times speed by up to {np.nanmax(off):.3g} W")
+
+
+def axis_fault(drive: Drive, axis: Axis, name: str, task: str) -> str | None:
+    """Say what does not fit if a drive's load moves along a line and a task is about a joint, or the reverse; else None."""
+    if axis_of(drive) is axis:
+        return None
+    if axis.rotary:
+        return f"{task} is about a joint; {name} moves along a line: give it a linkage, [{name}.output.linkage]"
+    return f"{task} is along a line; {name} moves a joint: state the motion by angles and moments"
+
+
+def smoothness_fault(drive: Drive, task: DutyCycle, name: str, where: str) -> str | None:
+    """Say what does not fit if a motion would make a drive's speed jump behind its series spring; else None."""
+    output = getattr(drive, "output", None)
+    if output is None or not output.has_series_spring or not task.moved_mass or task.motion.continuous >= _JERK:
+        return None
+    return (
+        f"{where}: the jerk of this motion jumps, and with it the speed of {name} behind its series spring, by way of the "
+        "load's inertia; set profile = 'smooth'"
+    )
+
+
+_JERK = 3
+"""Order of the derivative of the load's position that sets the drive's speed behind a series spring."""
 
 
 class MotorSide(NamedTuple):
