@@ -289,8 +289,6 @@ def _main_lag(values: np.ndarray, asked: float | None) -> tuple[float, float]:
 
     The autocorrelation of each lag is relative to the two parts of the record that it compares. With a lag `asked` for, the
     highest peak within a quarter of it counts.
-
-    Source: Wiener-Khinchin theorem.
     """
     count = len(values)
     size = 1 << (2 * count - 1).bit_length()
