@@ -27,6 +27,8 @@ from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
+from .motion.files.reading import read_table
+from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
@@ -36,9 +38,12 @@ from .motion.strides import Strides
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
+from .parts.belt import Belt, Rack
 from .parts.gearhead import Gearhead
 from .parts.linear import Guideway, Pulley
 from .parts.motor import Motor
+from .parts.screw import Screw
+from .parts.stage import Shaft
 from .report.saving import save
 from .study.load import load_study
 from .study.requirement import Requirement
@@ -53,6 +58,7 @@ __all__ = [
     "Amplifier",
     "AuditError",
     "Bearing",
+    "Belt",
     "Builds",
     "Calibration",
     "CoboticDrive",
@@ -89,9 +95,11 @@ __all__ = [
     "PeriodicMotion",
     "Policy",
     "Pulley",
+    "Rack",
     "Reach",
     "Reaches",
     "RecordedForce",
+    "RecordedTable",
     "Recording",
     "Reproduction",
     "Requirement",
@@ -100,7 +108,9 @@ __all__ = [
     "Rig",
     "RotaryLinearIVT",
     "Scenario",
+    "Screw",
     "Sensitivity",
+    "Shaft",
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",
@@ -133,6 +143,7 @@ __all__ = [
     "plant_graph",
     "policies",
     "power",
+    "read_table",
     "reproduce",
     "save",
     "sensitivity",

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from enum import IntEnum
+from enum import IntEnum, unique
 
 from infinivar._core.array_namespace import Array, namespace
 
 
+@unique
 class Limit(IntEnum):
     """Limit that an operating point exceeds. Maps and NetCDF files store the integer values."""
 
@@ -39,6 +40,20 @@ class Limit(IntEnum):
     """The load travels beyond the end of its guideway."""
     FLYWHEEL = 13
     """A free-running cylinder would stop, or slow down until the wheel slips."""
+    SPRING = 14
+    """A spring deflects beyond its table, or a one-sided series spring would have to pull."""
+    LINKAGE = 15
+    """The joint turns beyond a dead centre of its linkage, or beyond the table of lever arms."""
+    OUTPUT_FORCE = 16
+    """The force or torque exceeds what the output stage permits."""
+    OUTPUT_SPEED = 17
+    """The shaft speed exceeds what the output stage permits."""
+    CRITICAL_SPEED = 18
+    """The speed of a screw is too near its first critical speed in bending."""
+    BUCKLING = 19
+    """A screw under compression buckles."""
+    LIFE = 20
+    """The rolling-contact life of a screw is shorter than wanted."""
 
     @property
     def words(self) -> str:
@@ -61,6 +76,13 @@ _WORDS = {
     Limit.PEAK: "motor peak torque",
     Limit.TRAVEL: "travel",
     Limit.FLYWHEEL: "inertia as a flywheel",
+    Limit.SPRING: "spring travel",
+    Limit.LINKAGE: "linkage range",
+    Limit.OUTPUT_FORCE: "permissible output force",
+    Limit.OUTPUT_SPEED: "permissible output speed",
+    Limit.CRITICAL_SPEED: "critical speed",
+    Limit.BUCKLING: "buckling",
+    Limit.LIFE: "rated life",
 }
 
 

@@ -3,6 +3,8 @@
 With 40 examples of 500 points each property is held against 20,000 points.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import strategies as st
 
@@ -36,13 +38,15 @@ def elements(draw, law=laws, largest_h=0.05, smallest_k=20.0):
 def motors(draw):
     """A motor that its supply can turn."""
     voltage, resistance = draw(st.floats(6, 60)), draw(st.floats(0.05, 30))
-    return iv.Motor(
+    motor = iv.Motor(
         voltage=voltage,
         resistance=resistance,
         torque_constant=draw(st.floats(0.005, 0.1)),
         no_load_current=draw(st.floats(0, 0.9)) * voltage / resistance,
         continuous_torque=draw(st.floats(0.002, 0.5)),
     )
+    iron = draw(st.sampled_from([0.0, 0.3, 1.0])) * motor.no_load_torque / motor.no_load_speed
+    return replace(motor, viscous_friction=iron or None)
 
 
 @st.composite
@@ -76,3 +80,50 @@ def states(element, seed, largest_angle=1.55):
     rolling = -np.sign(speed) * element.groups(speed).rolling_force
     force = -ratio * element.slip_force * np.cos(angle) - rolling * np.sin(angle)
     return speed, angle, force
+
+
+@st.composite
+def screws(draw):
+    """A screw whose friction is stated in any way, from free-running to self-locking."""
+    ball = draw(st.booleans())
+    diameter = draw(st.floats(4e-3, 40e-3))
+    how = draw(st.sampled_from(["friction_coefficient", "friction_angle", "efficiency", "both"]))
+    values = {
+        "friction_coefficient": {"friction_coefficient": draw(st.floats(0, 0.4))},
+        "friction_angle": {"friction_angle": draw(st.floats(0, 0.4))},
+        "efficiency": {"efficiency": draw(st.floats(0.1, 1))},
+        "both": {"efficiency": draw(st.floats(0.1, 1)), "backdriving_efficiency": draw(st.floats(-3, 1))},
+    }[how]
+    if how == "friction_coefficient" and not ball:
+        values["flank_angle"] = draw(st.floats(0, 0.6))
+    return iv.Screw(
+        shape="ball" if ball else "lead",
+        lead=diameter * draw(st.floats(0.05, 2.0)),
+        diameter=diameter,
+        friction_torque=draw(st.floats(0, 0.05)),
+        **values,
+    )
+
+
+@st.composite
+def output_stages(draw):
+    """Any output stage of a geared drive."""
+    friction = draw(st.floats(0, 0.05))
+    lossy = {
+        "efficiency": draw(st.floats(0.3, 1)),
+        "backdriving_efficiency": draw(st.floats(0, 1)),
+        "friction_torque": friction,
+    }
+    teeth = draw(st.integers(10, 60))
+    return draw(
+        st.sampled_from(
+            [
+                iv.Pulley(radius=draw(st.floats(0.001, 0.1)), friction_torque=friction),
+                iv.Belt(pitch=draw(st.floats(2e-3, 8e-3)), teeth=teeth, **lossy),
+                iv.Rack(module=draw(st.floats(0.5e-3, 4e-3)), teeth=teeth, **lossy),
+                iv.Shaft(friction_torque=friction),
+                draw(screws()),
+                draw(screws()),
+            ]
+        )
+    )

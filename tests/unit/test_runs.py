@@ -1,5 +1,6 @@
 """Recordings that do not close: smoothing at their ends, energy and temperatures over the run, beside the closed cycle."""
 
+import itertools
 import math
 
 import numpy as np
@@ -101,7 +102,7 @@ def test_derivatives_of_any_order_follow_from_one_another():
     series = RunSeries.through(time, values, values, CUTOFF)
     at = np.linspace(0.5, 2.5, 20001)
     found = series.derivatives(at, 6)
-    for low, high in zip(found, found[1:], strict=False):
+    for low, high in itertools.pairwise(found):
         slope = (low[2:] - low[:-2]) / (at[2:] - at[:-2])
         assert_allclose(slope, high[1:-1], atol=2e-5 * np.max(np.abs(high)))
 

@@ -130,7 +130,8 @@ def test_a_study_averages_strides(tmp_path):
         "\n".join(["time [s],position [mm],force [N],heel_strike", *rows]) + "\n", "utf-8"
     )
     (tmp_path / "study.toml").write_text(
-        '[requirement]\nforce = "20 N"\nspeed = "0.4 m/s"\nload_mass = "0.8 kg"\n[drives.geared]\nbase = "faulring2006.motor2-gear4"\n'
+        '[requirement]\nforce = "20 N"\nspeed = "0.4 m/s"\nload_mass = "0.8 kg"\n'
+        '[drives.geared]\nbase = "faulring2006.motor2-gear4"\n'
         '[duty.walk]\nshape = "file"\nfile = "walk.csv"\nstrides = "average"\n',
         "utf-8",
     )

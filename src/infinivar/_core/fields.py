@@ -113,6 +113,10 @@ def _choices(part: type) -> Mapping[str, tuple[Any, ...]]:
     return found
 
 
+_CHECKED = {"unit", "row of", "texts of", "words of"}
+"""Metadata of the fields whose values `check_field` checks."""
+
+
 def check(instance: Any) -> None:
     """Validate every physical field and every choice of a dataclass instance; for use in `__post_init__`."""
     for name, options in _choices(type(instance)).items():
@@ -123,7 +127,7 @@ def check(instance: Any) -> None:
             words = ", ".join(str(option) for option in options if option is not None)
             raise ParameterError(f"{name} must be one of {words}, got {said!r}{hint}")
     for field in dataclasses.fields(instance):
-        if not field.metadata:
+        if not _CHECKED & field.metadata.keys():
             continue
         value = getattr(instance, field.name)
         if value is None and field.default is None:

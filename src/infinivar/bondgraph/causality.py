@@ -51,7 +51,8 @@ def assign(graph: BondGraph) -> Causality:
     ------
     BondGraphError
         If two elements determine the same quantity (two flow sources on one 1-junction); the message names both. Also if a
-        law that needs a flow would receive an effort.
+        law would not receive what it needs: the displacement of a compliance, the flow of a resistance (of a conductance,
+        the effort).
     """
     return _Procedure(graph).run()
 
@@ -90,6 +91,11 @@ class _Procedure:
                 wanted = self.integral(element, bond)
                 if bond not in self.stroke:
                     self.settle(bond, element.name, wanted)
+                elif element.law is not None and self.stroke[bond] != wanted:
+                    raise BondGraphError(
+                        f"{self.graph.name}: the law of C {element.name!r} needs a displacement, but {self.cause[bond]!r} "
+                        f"imposes its effort; put an inertia between the two"
+                    )
                 (independent if self.stroke[bond] == wanted else dependent).append(element.name)
         return independent, dependent
 
@@ -113,14 +119,16 @@ class _Procedure:
         return element.name if element.kind == "I" else bond.other(element.name)
 
     def settle_law(self, element: Element) -> None:
-        """A law maps flows to efforts: it must receive every flow."""
+        """A law maps flows to efforts, or efforts to flows: it must receive all of them."""
+        needs, imposed = ("an effort", "flow") if element.of_effort else ("a flow", "effort")
         for bond in self.at[element.name]:
+            wanted = element.name if element.of_effort else bond.other(element.name)
             if bond not in self.stroke:
-                self.settle(bond, element.name, bond.other(element.name))
-            elif self.stroke[bond] == element.name:
+                self.settle(bond, element.name, wanted)
+            elif self.stroke[bond] != wanted:
                 raise BondGraphError(
-                    f"{self.graph.name}: the law of R {element.name!r} needs a flow, but {self.cause[bond]!r} imposes its "
-                    f"effort; put a storage between the two"
+                    f"{self.graph.name}: the law of R {element.name!r} needs {needs}, but {self.cause[bond]!r} imposes its "
+                    f"{imposed}; put a storage between the two"
                 )
 
     def settle(self, bond: Bond, element: str, end: str) -> None:

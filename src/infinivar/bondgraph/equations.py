@@ -246,7 +246,7 @@ class _Derivation:
             return self.inputs[name] if element.law is None else self._traced(element)
         if kind in ("TF", "GY"):
             return self._two_port(element, bond, what)
-        if kind == "R" and element.law is not None:
+        if element.law is not None:  # of an R or C
             return self._law_symbols(element)[self.at[name].index(bond)]
         assert element.parameter is not None
         value = _symbol(element.parameter.symbol)
@@ -317,26 +317,31 @@ class _Derivation:
     def _law_symbols(self, element: Element) -> tuple[sympy.Symbol, ...]:
         if element.name not in self.outputs:
             count = len(self.at[element.name])
-            # The effort gets the element's symbol, unless a parameter has it.
-            base = element.symbol or f"e_{{{_plain_name(element.name)}}}"
+            # The value gets the element's symbol, unless a parameter has it.
+            letter = "f" if element.of_effort else "e"
+            base = element.symbol or f"{letter}_{{{_plain_name(element.name)}}}"
             taken = {
                 *self.graph.parameters,
                 *(s.name for s in self.inputs.values()),
                 *(s.symbol.name for s in self.states),
             }
-            base = f"e_{{{base}}}" if base in taken else base
+            base = f"{letter}_{{{base}}}" if base in taken else base
             names = [base] if count == 1 else [f"{{{base}}}_{{{port}}}" for port in range(1, count + 1)]
             self.outputs[element.name] = tuple(_symbol(name) for name in names)
         return self.outputs[element.name]
 
     def _time_derivative(self, expression: Expression, element: str) -> Expression:
-        laws = {symbol for symbols in self.outputs.values() for symbol in symbols}
+        springs = {self._law_symbols(self.element[n])[0]: n for n in self.outputs if self.element[n].kind == "C"}
+        laws = {symbol for symbols in self.outputs.values() for symbol in symbols} - set(springs)
         if expression.free_symbols & (laws | set(self.cuts)):
             raise BondGraphError(
                 f"{self.graph.name}: the dependent storage {element!r} depends on a quantity that a resistance determines; "
                 f"add a storage for that quantity"
             )
         total = sum((expression.diff(state) * rate for state, rate in self.rate_of.items()), sympy.Integer(0))
+        for effort, name in springs.items():  # the law of a compliance depends on its state only
+            state = self.state_of[name]
+            total += expression.diff(effort) * self._of_state(name, "law").diff(state) * self.rate_of[state]
         for name, symbol in self.inputs.items():
             slope = expression.diff(symbol)
             if slope != 0:
@@ -380,7 +385,8 @@ class _Derivation:
         for name, symbols in self.outputs.items():
             element = self.element[name]
             assert element.law is not None
-            given = [*(self.flow(bond) for bond in self.at[name]), *map(self.signal_value, element.signals)]
+            at_ports = self._at_ports(element)
+            given = [*at_ports, *map(self.signal_value, element.signals)]
             arguments = self._argument_symbols(element, len(symbols))
             formula = trace(element.law, *arguments, **self._parameters(element))
             formulas = formula if isinstance(formula, tuple) else (formula,)
@@ -389,9 +395,21 @@ class _Derivation:
                 values.append(LawValue(symbol, name, pairs, one, one.xreplace(dict(pairs))))
         return values
 
+    def _at_ports(self, element: Element) -> list[Expression]:
+        """What the law of an element receives at its ports: flows, efforts, or the displacement of a compliance."""
+        if element.kind == "C":
+            return [self.state_of[element.name]]
+        return [self.effort(bond) if element.of_effort else self.flow(bond) for bond in self.at[element.name]]
+
+    def _of_state(self, name: str, what: Literal["law", "energy"]) -> Expression:
+        """Law or energy of a compliance as an expression of its displacement."""
+        element = self.element[name]
+        return trace(getattr(element, what), self.state_of[name], **self._parameters(element))
+
     def _argument_symbols(self, element: Element, ports: int) -> tuple[sympy.Symbol, ...]:
         # Dummies: a parameter of the law may have the same symbol.
-        flows = ["w"] if ports == 1 else [f"w_{port}" for port in range(1, ports + 1)]
+        letter = "q" if element.kind == "C" else "e" if element.of_effort else "w"
+        flows = [letter] if ports == 1 else [f"{letter}_{port}" for port in range(1, ports + 1)]
         names = (*flows, *(self.signal[name].symbol for name in element.signals))
         return tuple(sympy.Dummy(name, real=True) for name in names)
 
@@ -410,6 +428,8 @@ class _Derivation:
 
     def _stored(self, element: Element) -> Expression:
         (bond,) = self.at[element.name]
+        if element.law is not None:
+            return self._of_state(element.name, "energy")
         assert element.parameter is not None
         value = _symbol(element.parameter.symbol)
         if element.kind == "I":

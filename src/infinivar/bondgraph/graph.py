@@ -4,8 +4,8 @@ Each bond carries an effort and a flow; their product is a power, positive along
 constitutive equations:
 
 - effort and flow source (Se, Sf): an input, or a law of signals (MSe, MSf);
-- inertia (I) ``p = I f``, compliance (C) ``e = q/C``, resistance (R) ``e = R f`` or a law of flows and signals, with one
-  port or several (a field);
+- inertia (I) ``p = I f``, compliance (C) ``e = q/C`` or a law of the displacement q, resistance (R) ``e = R f`` or a law of
+  flows and signals (or of efforts and signals: a conductance), with one port or several (a field);
 - transformer (TF) ``f2 = m f1, e1 = m e2`` and gyrator (GY) ``e2 = r f1, e1 = r f2``; m and r may be laws of signals
   (MTF, MGY). The incoming bond is port 1, the outgoing bond port 2;
 - 1-junction: common flow, efforts sum to zero; 0-junction: common effort, flows sum to zero.
@@ -53,10 +53,13 @@ class Element:
     kind             Se, Sf, I, C, R, TF, GY, 0 or 1.
     symbol           LaTeX of its parameter, input or junction variable; "" for none.
     parameter        Parameter of a linear element.
-    law              Law of any other element: maps flows (R) and signals, by position, and `parameters`, by name, to efforts
-                     (a tuple for a field), modulus or input. Written over an array namespace, so that it can be traced.
+    law              Law of any other element: maps flows (R), displacement (C) and signals, by position, and `parameters`, by
+                     name, to efforts (a tuple for a field), modulus or input. Written over an array namespace, so that it
+                     can be traced.
     signals          Names of the law's signals.
     parameters       Parameters of the law.
+    energy           For a C with a law: maps displacement and `parameters` to the stored energy, the integral of the law.
+    of_effort        For an R with a law: whether it maps efforts to flows instead (a conductance).
     losses           For an R with a law: maps flows, signals and parameters as in `law`, and ``effort``, to the losses by
                      name. None: one loss under the element's title. For a source: maps its power and ``parameters`` to
                      losses upstream of it, which it must supply as well.
@@ -71,6 +74,8 @@ class Element:
     signals: tuple[str, ...] = ()
     parameters: Mapping[str, Parameter] = field(default_factory=FrozenDict)
     losses: Law | None = None
+    energy: Law | None = None
+    of_effort: bool = False
     title: str = ""
 
     @property
@@ -118,9 +123,22 @@ def inertia(name: str, symbol: str, value: float, unit: str = "", *, title: str 
     return _made("I", name, symbol, value, unit, title)
 
 
-def compliance(name: str, symbol: str, value: float, unit: str = "", *, title: str = "") -> Element:
-    """C: stores ``q^2/(2 C)``. The inverse of a stiffness, or a capacitance."""
-    return _made("C", name, symbol, value, unit, title)
+def compliance(
+    name: str,
+    symbol: str,
+    value: float | Law,
+    unit: str = "",
+    *,
+    energy: Law | None = None,
+    title: str = "",
+    parameters: Mapping[str, Parameter] | None = None,
+) -> Element:
+    """C: stores ``q^2/(2 C)``. The inverse of a stiffness, or a capacitance.
+
+    `value` is the compliance, or a law that maps the displacement q and `parameters` to the effort; `energy` then maps the
+    same to the stored energy, whose derivative by q must be the effort. The audit checks that it is.
+    """
+    return _made("C", name, symbol, value, unit, title, energy=energy, parameters=dict(parameters or {}))
 
 
 def resistance(
@@ -128,6 +146,11 @@ def resistance(
 ) -> Element:
     """R: dissipates ``R f^2``, or the power given by a law of its flows; other arguments as in `Element`."""
     return _made("R", name, symbol, value, unit, title, **modulation)
+
+
+def conductance(name: str, symbol: str, law: Law, *, title: str = "", **modulation: Any) -> Element:
+    """R whose law maps efforts and signals to flows, `symbol`; such a resistance may have an infinite value."""
+    return _made("R", name, symbol, law, "", title, of_effort=True, **modulation)
 
 
 def transformer(
@@ -377,6 +400,10 @@ def _faults_of_values(element: Element, signals: Collection[str]) -> Iterator[st
     for signal in element.signals:
         if signal not in signals:
             yield f"{kind} {name!r} needs the signal {signal!r}{nearest(signal, signals)}"
+    if kind == "C" and element.law is not None and element.energy is None:
+        yield f"C {name!r} has a law and needs its energy as well: the integral of the law over the displacement"
+    if kind in STORAGES and element.signals:
+        yield f"{kind} {name!r} must not be modulated: a signal would change its energy without exchanging power"
     if parameter is None:
         return
     if kind in TWO_PORTS:

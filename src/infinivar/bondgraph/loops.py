@@ -2,19 +2,24 @@
 
 A law whose argument depends on its own value forms an algebraic loop; an example is a gear with load-proportional friction
 between two inertias. If the law is proportional to that argument on each side of zero, as such friction is, one Newton step
-from zero is the exact solution.
+from zero is the exact solution. Several such laws that depend on each other, as of a gear and a screw in one drive, are solved
+for every combination of signs; the combination whose solution has these signs is the solution.
 """
 
 from __future__ import annotations
 
+import itertools
 import random
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import sympy
 
 from infinivar.bondgraph.graph import BondGraphError
+
+_MOST_JOINT = 3
+"""Most laws that are solved together; each doubles the number of cases."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,25 +48,79 @@ def ordered(graph: str, laws: Iterable[LawValue]) -> tuple[LawValue, ...]:
     while waiting:
         ready = [law for law in waiting.values() if not law.value.free_symbols & (set(waiting) - {law.symbol})]
         if not ready:
-            names = ", ".join(dict.fromkeys(law.element for law in waiting.values()))
-            raise BondGraphError(f"{graph}: the laws of {names} depend on each other in an algebraic loop")
+            ready = _jointly(graph, _circle(waiting))
         for law in ready:
             done.append(_solved(graph, law) if law.symbol in law.value.free_symbols else law)
             del waiting[law.symbol]
     return tuple(done)
 
 
+def _circle(waiting: dict[sympy.Symbol, LawValue]) -> list[LawValue]:
+    """Laws that all depend on each other, and on no other law that waits."""
+    needs = {symbol: law.value.free_symbols & set(waiting) for symbol, law in waiting.items()}
+    for _ in waiting:
+        needs = {symbol: needed.union(*(needs[other] for other in needed)) for symbol, needed in needs.items()}
+    fewest = min(needs.values(), key=len)
+    return [waiting[symbol] for symbol in waiting if symbol in fewest]
+
+
+def _jointly(graph: str, laws: Sequence[LawValue]) -> list[LawValue]:
+    """Solve laws that depend on each other, each proportional to one argument on each side of zero.
+
+    With the arguments ``T = a + G f`` and the laws ``f_i = k_i T_i``, whose k_i has one value for each sign of T_i, the
+    arguments are ``(1 - G K)^-1 a`` for one combination of signs.
+    """
+    symbols = [law.symbol for law in laws]
+    parts = [_affine(law, symbols) for law in laws]
+    if len(laws) > _MOST_JOINT or any(part is None for part in parts):
+        names = ", ".join(dict.fromkeys(law.element for law in laws))
+        raise BondGraphError(f"{graph}: the laws of {names} depend on each other in an algebraic loop")
+    size = len(laws)
+    rests, gains = [part[1] for part in parts if part], [part[2] for part in parts if part]
+    slopes = [_slopes(law, part[0]) for law, part in zip(laws, parts, strict=True) if part]
+    constant = sympy.Matrix([sympy.Dummy() for _ in range(size)])
+    coupling = sympy.Matrix(size, size, lambda *_: sympy.Dummy())
+    diagonal = [sympy.Dummy() for _ in range(size)]
+    arguments = list((sympy.eye(size) - coupling * sympy.diag(*diagonal)).LUsolve(constant))
+    known = dict(zip(constant, rests, strict=True)) | dict(zip(coupling, itertools.chain(*gains), strict=True))
+    pieces: list[list[tuple]] = [[] for _ in laws]
+    for signs in itertools.product((1, -1), repeat=size):
+        sided = [slope[sign] for slope, sign in zip(slopes, signs, strict=True)]
+        found = [value.xreplace(known | dict(zip(diagonal, sided, strict=True))) for value in arguments]
+        agrees = sympy.And(*(sign * value >= 0 for sign, value in zip(signs, found, strict=True)))
+        for piece, slope, value in zip(pieces, sided, found, strict=True):
+            piece.append((slope * value, agrees))
+    return [
+        replace(law, value=sympy.Piecewise(*piece[:-1], (piece[-1][0], sympy.true), evaluate=False))
+        for law, piece in zip(laws, pieces, strict=True)
+    ]
+
+
+def _affine(law: LawValue, symbols: Sequence[sympy.Symbol]) -> tuple[Any, Any, list[Any]] | None:
+    """The argument of a law that depends on symbols, its value without them and its gains; None if that is not its form."""
+    looped = [(argument, value) for argument, value in law.arguments if value.free_symbols & set(symbols)]
+    if len(looped) != 1:
+        return None
+    argument, value = looped[0][0], sympy.expand(looped[0][1])
+    gains = [value.coeff(symbol, 1) for symbol in symbols]
+    rest = sympy.expand(value - sum(gain * symbol for gain, symbol in zip(gains, symbols, strict=True)))
+    left = rest.free_symbols.union(*(gain.free_symbols for gain in gains))
+    return None if left & set(symbols) or not _proportional(law.formula, argument) else (argument, rest, gains)
+
+
+def _slopes(law: LawValue, argument: Any) -> dict[int, Any]:
+    """Slope of a law on each side of zero of an argument."""
+    others = {symbol: expression for symbol, expression in law.arguments if symbol != argument}
+    return {sign: sign * law.formula.xreplace({**others, argument: sympy.Integer(sign)}) for sign in (1, -1)}
+
+
 def _solved(graph: str, law: LawValue) -> LawValue:
-    looped = [(argument, value) for argument, value in law.arguments if law.symbol in value.free_symbols]
-    if len(looped) == 1:
-        argument, value = looped[0]
-        gain = sympy.expand(value).coeff(law.symbol, 1)
-        rest = sympy.expand(value - gain * law.symbol)
-        if law.symbol not in rest.free_symbols and _proportional(law.formula, argument):
-            others = {symbol: expression for symbol, expression in law.arguments if symbol != argument}
-            at_rest = {**others, argument: rest}
-            slope = law.formula.diff(argument).xreplace(at_rest)
-            return replace(law, value=law.formula.xreplace(at_rest) / (1 - gain * slope))
+    looped = _affine(law, [law.symbol])
+    if looped is not None:
+        argument, rest, (gain,) = looped
+        at_rest = {symbol: expression for symbol, expression in law.arguments if symbol != argument} | {argument: rest}
+        slope = law.formula.diff(argument).xreplace(at_rest)
+        return replace(law, value=law.formula.xreplace(at_rest) / (1 - gain * slope))
     raise BondGraphError(
         f"{graph}: the law of {law.element!r} depends on its own value in an algebraic loop and is not proportional to "
         f"that argument; add a storage to break the loop"

@@ -11,9 +11,11 @@ from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, given, quantity
 from infinivar._core.labels import labelled
-from infinivar.axis import LINEAR, ROTARY, Axis
+from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep, spin
 from infinivar.contact.friction import coulomb
+from infinivar.drivetrain import chain
+from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
 from infinivar.drivetrain.output import Output
@@ -156,6 +158,7 @@ class CoboticDrive:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        self.output.check_axis(self.own_axis)
         if self.steering is None:
             return
         measured, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
@@ -173,7 +176,17 @@ class CoboticDrive:
     @property
     def axis(self) -> Axis:
         """Whether the drive moves a load along a line or about a joint."""
-        return LINEAR if self.output.linkage is None else ROTARY
+        return self.output.axis(self.own_axis)
+
+    @property
+    def own_axis(self) -> Axis:
+        """Whether the drive's own output, behind springs and linkage, moves along a line or about a shaft."""
+        return LINEAR
+
+    @property
+    def orders(self) -> int:
+        """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
+        return 6 if self.output.has_series_spring else 4
 
     @property
     def steering_amplifier(self) -> Amplifier:
@@ -181,22 +194,26 @@ class CoboticDrive:
         return replace(self.amplifier, standby_power=0.0)
 
     @labelled
-    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
+    def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
         """Steady operating point at a link speed and force, in all four quadrants; the steering angle follows.
 
         Parameters
         ----------
         speed : (...,) float   Link speed. Standing still under load requires a small steering angle. [m s^-1]
         force : (...,) float   Force applied by the drive to the load. [N]
+        position : (...,) float   Position of the load, for springs and linkage; see `chain.steady`. [m]
 
         Returns
         -------
-        DrivePoint   Inputs broadcast. Where the wheel would slip, no steady motion exists and all powers are nan.
+        DrivePoint   Inputs broadcast. Where the wheel would slip, no steady motion exists and all powers are nan. Power into
+            parallel springs counts as power out.
 
         Source: faulring2006, section VI-B, Fig 10, Fig 12 and Fig 13.
         """
-        xp = namespace(self, speed, force)
-        speed, force = finite_floats(xp, speed=speed, force=force)
+        xp = namespace(self, speed, force, position)
+        speed, force, position = finite_floats(xp, speed=speed, force=force, position=position)
+        load = chain.steady(self.output.chain, position=position, speed=speed, force=force, axis=self.axis)
+        speed, force = load.speed, load.force
         drag, guide_loss = self.guideway.operate(force=force, speed=speed, preload=self.transmission.preload)
         element = self.transmission.deliver(
             cylinder_speed=self.cylinder_speed, link_speed=speed, link_force=force + drag
@@ -210,13 +227,14 @@ class CoboticDrive:
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
             power_in=power_in,
-            power_out=force * speed,
-            losses={**side.losses, "amplifier": burnt, **element.losses, "guideway": guide_loss},
-            utilisation={**element.utilisation, **side.utilisation, **returned},
+            power_out=load.power,
+            losses={**side.losses, "amplifier": burnt, **element.losses, "guideway": guide_loss, **load.losses},
+            utilisation={**element.utilisation, **side.utilisation, **returned, **load.utilisation},
             states={
                 **side.states,
                 "steering_tangent": element.steering_tangent,
                 "cylinder_torque_Nm": element.torque,
+                **load.states,
             },
         )
 
@@ -256,9 +274,14 @@ class CoboticDrive:
         rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
         return needed(self.cylinder_inertia, "cylinder_inertia") + self.gearhead.ratio**2 * rotor
 
-    def _on_link(self, course: Course, load_mass: Array) -> tuple[Varying, Array]:
-        """Force that the transmission applies to the link to follow a course, and the loss in the guideway."""
-        driving = course.driving_force(load_mass + needed(self.link_mass, "link_mass"))
+    def _inward(self, course: Course, load_mass: Array) -> Inward:
+        """Motion of the link and force on it, for a load that follows a course."""
+        return chain.inward(self.output.chain, course, load_mass, self.axis, (4, 2))
+
+    def _on_link(self, load: Inward) -> tuple[Varying, Array]:
+        """Force that the transmission applies to the link to follow its course, and the loss in the guideway."""
+        course = load.course
+        driving = course.driving_force(load.mass + needed(self.link_mass, "link_mass"))
         drag, loss = self.guideway.operate(force=driving.value, speed=course.heading, preload=self.transmission.preload)
         return Varying(driving.value + drag, driving.rate, driving.curvature), loss
 
@@ -287,7 +310,9 @@ class CoboticDrive:
         import numpy as np
 
         inertia, aim = self.turning_inertia, self.cylinder_speed
-        link, _ = self._on_link(course, load_mass)
+        load = self._inward(course, load_mass)
+        course = load.course
+        link, _ = self._on_link(load)
         shape = np.broadcast_shapes(np.shape(course.speed), np.shape(link.value))
         step = np.asarray(period)[..., None] / shape[-1]
         speed, rest = np.full(shape, aim), 0.5 * inertia * aim**2
@@ -342,8 +367,11 @@ class CoboticDrive:
         """
         steering = needed(self.steering, "steering")
         xp = namespace(self, course.speed)
+        power_out = course.driving_force(load_mass).value * course.speed
+        load = self._inward(course, load_mass)
+        course = load.course
         turning = cylinder_speed or Varying(xp.asarray(self.cylinder_speed, dtype=xp.float64))
-        link, guide_loss = self._on_link(course, load_mass)
+        link, guide_loss = self._on_link(load)
         element = self.transmission.deliver(
             cylinder_speed=turning.value, link_speed=course.speed, link_force=link.value
         )
@@ -373,22 +401,25 @@ class CoboticDrive:
             }
         limits: dict[Demand, Array] = {(limit, "wheel"): demand for limit, demand in element.utilisation.items()}
         limits |= placed(side.utilisation) | placed(steered.utilisation, "steering motor")
+        limits |= load.utilisation
         limits |= {(limit, what): demand for what, (_, _, met) in supplies.items() for limit, demand in met.items()}
         return MovingPoint(
             power_in=sum(drawn for drawn, _, _ in supplies.values()),
-            power_out=course.driving_force(load_mass).value * course.speed,
+            power_out=power_out,
             losses={
                 **side.losses,
                 "amplifier": sum(burnt for _, burnt, _ in supplies.values()),
                 **element.losses,
                 "guideway": guide_loss,
                 **steered.losses,
+                **load.losses,
             },
             stored={
                 "motor": side.stored,
                 "cylinder": inertia * turning.rate * turning.value,
                 "link": needed(self.link_mass, "link_mass") * course.acceleration * course.speed,
                 "steering": steered.stored,
+                **load.stored,
             },
             utilisation=limits,
             states={
@@ -397,5 +428,6 @@ class CoboticDrive:
                 "steering_tangent": element.steering_tangent,
                 "steering_rate_rad_s": rate,
                 **steered.states,
+                **load.states,
             },
         )

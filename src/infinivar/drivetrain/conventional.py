@@ -1,41 +1,61 @@
-"""The conventional drive-train: motor, fixed-ratio gearhead, pulley and guideway."""
+"""The conventional drive-train: motor, fixed-ratio gearhead, output stage and guideway."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar._core.labels import labelled
-from infinivar.axis import LINEAR, ROTARY, Axis
+from infinivar.axis import Axis
+from infinivar.drivetrain import chain
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
-from infinivar.drivetrain.output import Output
+from infinivar.drivetrain.output import Output, Place
+from infinivar.errors import ParameterError
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.belt import Belt, Rack
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway, Pulley
 from infinivar.parts.motor import Motor
+from infinivar.parts.screw import Screw
+from infinivar.parts.spring import Spring
+from infinivar.parts.stage import OutputStage, Shaft
+from infinivar.transmission.rates import Varying
+
+STAGES = ("pulley", "screw", "belt", "rack", "shaft")
+"""Fields of the output stages, of which a conventional drive has exactly one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConventionalDrive:
-    """Motor and fixed-ratio gearhead drive a pulley, which pulls the load along a guideway.
+    """Motor and fixed-ratio gearhead drive one output stage, which moves the load along a guideway or about a joint.
+
+    The stage is a `pulley`, `screw`, `belt`, `rack` or `shaft`; exactly one of these fields is given.
 
     Source: faulring2006, Fig 14.
     """
 
+    one_of: ClassVar[tuple[str, ...]] = STAGES
+    """Fields of which exactly one is given."""
+
     motor: Motor = component("Motor")
-    gearhead: Gearhead = component("Gearhead between motor and pulley")
-    pulley: Pulley = component("Pulley or capstan")
+    gearhead: Gearhead = component("Gearhead between motor and output stage")
+    pulley: Pulley | None = component("Pulley or capstan", default=None)
+    screw: Screw | None = component("Lead or ball screw", default=None)
+    belt: Belt | None = component("Timing belt", default=None)
+    rack: Rack | None = component("Rack and pinion", default=None)
+    shaft: Shaft | None = component("Rotary output, for a load about a joint", default=None)
     guideway: Guideway = component("Guideway of the load, including cable drag", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
     output: Output = component("Springs and linkage between the drive and its load", default_factory=Output)
     output_inertia: float | None = quantity(
-        "kg m^2", Gt(0), "Inertia of gear, pulley and cable at the gear output", default=None
+        "kg m^2", Gt(0), "Inertia of gear and output stage at the gear output", default=None
     )
     control: ConventionalControl = component(
         "Controllers for time-domain simulation", default_factory=ConventionalControl
@@ -44,6 +64,16 @@ class ConventionalDrive:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        given = [name for name in STAGES if getattr(self, name) is not None]
+        if len(given) != 1:
+            had = f"{' and '.join(given)} are given" if given else "pulley is missing"
+            raise ParameterError(f"{had}: the drive must have exactly one of {', '.join(STAGES)}")
+        self.output.check_axis(self.own_axis)
+
+    @property
+    def stage(self) -> OutputStage:
+        """The output stage: pulley, screw, belt, rack or shaft."""
+        return next(stage for name in STAGES if (stage := getattr(self, name)) is not None)
 
     @property
     def motors(self) -> Mapping[str, Motor]:
@@ -53,50 +83,93 @@ class ConventionalDrive:
     @property
     def axis(self) -> Axis:
         """Whether the drive moves a load along a line or about a joint."""
-        return LINEAR if self.output.linkage is None else ROTARY
+        return self.output.axis(self.own_axis)
+
+    @property
+    def own_axis(self) -> Axis:
+        """Whether the drive's own output, behind springs and linkage, moves along a line or about a shaft."""
+        return self.stage.axis
+
+    @property
+    def orders(self) -> int:
+        """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
+        elastic = self.gearhead.stiffness is not None and any(place.kind == "series" for place in self.chain)
+        return 6 if elastic else 4
+
+    @property
+    def chain(self) -> tuple[Place, ...]:
+        """Springs and linkage of the output, and a stage that stretches, from the load to the drive."""
+        if self.stage.stiffness is None:
+            return self.output.chain
+        return (
+            *self.output.chain,
+            Place("series", Spring(stiffness=self.stage.stiffness), f"{self.stage.title} stretch"),
+        )
+
+    @property
+    def gear_output_inertia(self) -> float | None:
+        """Inertia at the gear output, with that of the stage; None if neither is stated. [kg m^2]"""
+        known = [one for one in (self.output_inertia, self.stage.own_inertia) if one is not None]
+        return sum(known[1:], known[0]) if known else None
 
     @labelled
-    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
+    def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
         """Steady operating point at a load speed and force, in all four quadrants.
 
         Parameters
         ----------
         speed : (...,) float   Load speed; at exactly 0 friction helps to hold. [m s^-1]
         force : (...,) float   Force applied by the drive to the load. [N]
+        position : (...,) float   Position of the load, for springs and linkage; see `chain.steady`. [m]
 
         Returns
         -------
-        DrivePoint   Inputs broadcast. Powers are finite where infeasible as well: they are the demand.
+        DrivePoint   Inputs broadcast. Powers are finite where infeasible as well: they are the demand. Power into parallel
+            springs counts as power out.
 
         Source: faulring2006, section VI-A and Fig 14.
         """
-        xp = namespace(self, speed, force)
-        speed, force = finite_floats(xp, speed=speed, force=force)
+        xp = namespace(self, speed, force, position)
+        speed, force, position = finite_floats(xp, speed=speed, force=force, position=position)
+        load = chain.steady(self.chain, position=position, speed=speed, force=force, axis=self.axis)
+        speed, force = load.speed, load.force
         drag, guide_loss = self.guideway.operate(force=force, speed=speed)
-        torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=speed)
+        stage = self.stage
+        torque, turning, stage_loss = stage.operate(force=force + drag, speed=speed)
         side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
             power_in=power_in,
-            power_out=force * speed,
-            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-            utilisation={**side.utilisation, **returned},
-            states=side.states,
+            power_out=load.power,
+            losses={
+                **side.losses,
+                "amplifier": burnt,
+                stage.title: stage_loss,
+                "guideway": guide_loss,
+                **load.losses,
+            },
+            utilisation={
+                **side.utilisation,
+                **returned,
+                **stage.utilisation(force=force + drag, speed=speed),
+                **load.utilisation,
+            },
+            states={**side.states, **load.states},
         )
 
     def check_motion(self) -> None:
         """Raise ParameterError if a value that motion requires is missing; the message names it."""
-        needed(self.output_inertia, "output_inertia")
+        needed(self.gear_output_inertia, "output_inertia")
         needed(self.motor.rotor_inertia, "motor.rotor_inertia")
 
     def unheld(self) -> ConventionalDrive:
-        """The drive without friction that helps to hold a load at rest: of motor, gearhead, pulley and guideway."""
+        """The drive without friction that helps to hold a load at rest: of motor, gearhead, output stage and guideway."""
         return replace(
             self,
             motor=self.motor.without_friction(),
             gearhead=self.gearhead.without_friction(),
-            pulley=replace(self.pulley, friction_torque=0.0),
             guideway=Guideway(),
+            **{self.stage.title: self.stage.without_friction()},
         )
 
     def follow(self, course: Course, *, load_mass: Array = 0.0) -> MovingPoint:
@@ -118,21 +191,70 @@ class ConventionalDrive:
 
         Source: faulring2006, section VI-C and Fig 14.
         """
-        inertia = needed(self.output_inertia, "output_inertia")
-        force = course.driving_force(load_mass).value
-        drag, guide_loss = self.guideway.operate(force=force, speed=course.heading)
-        torque, turning, pulley_loss = self.pulley.operate(force=force + drag, speed=course.heading)
-        quickening = course.acceleration / self.pulley.radius
+        inertia = needed(self.gear_output_inertia, "output_inertia")
+        stage = self.stage
+        power_out = course.driving_force(load_mass).value * course.speed
+        load = chain.inward(
+            self.chain, course, load_mass, self.axis, (2, 0) if self.gearhead.stiffness is None else (4, 2)
+        )
+        course = load.course
+        moved, wound = self._behind_gear_spring(course, course.driving_force(load.mass), inertia)
+        force = course.driving_force(load.mass).value
+        drag, guide_loss = self.guideway.operate(force=force, speed=moved.heading)
+        torque, turning, stage_loss = stage.operate(force=force + drag, speed=moved.heading)
+        quickening = course.acceleration / stage.travel_per_radian
         torque = torque + inertia * quickening
         side = motor_side(
-            self.motor, self.gearhead, output_torque=torque, output_speed=turning, output_acceleration=quickening
+            self.motor,
+            self.gearhead,
+            output_torque=torque,
+            output_speed=turning,
+            output_acceleration=moved.acceleration / stage.travel_per_radian,
         )
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return MovingPoint(
             power_in=power_in,
-            power_out=force * course.speed,
-            losses={**side.losses, "amplifier": burnt, "pulley": pulley_loss, "guideway": guide_loss},
-            stored={"motor": side.stored, "gear and pulley": inertia * quickening * turning},
-            utilisation=placed({**side.utilisation, **returned}),
-            states={**side.states, "gear_output_torque_Nm": torque},
+            power_out=power_out,
+            losses={
+                **side.losses,
+                "amplifier": burnt,
+                stage.title: stage_loss,
+                "guideway": guide_loss,
+                **load.losses,
+            },
+            stored={
+                "motor": side.stored,
+                f"gear and {stage.title}": inertia * quickening * (course.heading / stage.travel_per_radian),
+                **wound,
+                **load.stored,
+            },
+            utilisation={
+                **placed({**side.utilisation, **returned}),
+                **placed(stage.utilisation(force=force + drag, speed=course.speed), stage.title),
+                **load.utilisation,
+            },
+            states={**side.states, "gear_output_torque_Nm": torque, **load.states},
         )
+
+    def _behind_gear_spring(self, course: Course, force: Varying, inertia: float) -> tuple[Course, dict[str, Array]]:
+        """Motion that the gearhead gives at the stage, with its own twist, and the power into the gearhead's spring.
+
+        The spring carries the torque of the load and of the inertia at the gear output. Friction of stage and guideway is
+        counted on its motor side, so that a reversal of friction does not make the twist jump. Backlash is not included: it
+        has no place in a motion that is prescribed at the load.
+        """
+        stiffness, travel = self.gearhead.stiffness, self.stage.travel_per_radian
+        if stiffness is None:
+            return course, {}
+        torque, rate, curvature = (
+            push * travel + inertia * quickening / travel
+            for push, quickening in zip(
+                (force.value, force.rate, force.curvature), (course.acceleration, course.jerk, course.snap), strict=True
+            )
+        )
+        moved = replace(
+            course,
+            speed=course.speed + travel * rate / stiffness,
+            acceleration=course.acceleration + travel * curvature / stiffness,
+        )
+        return moved, {"gearhead spring": torque * rate / stiffness}

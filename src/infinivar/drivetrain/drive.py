@@ -97,8 +97,15 @@ class Drive(Protocol):
         """Whether the drive moves a load along a line or about a joint."""
         ...
 
-    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
+    @property
+    def orders(self) -> int:
+        """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
+        ...
+
+    def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
         """Steady operating point at a load speed [m s^-1] and force on the load [N], in all four quadrants.
+
+        The position of the load [m] matters for drives with springs or a linkage.
 
         Must be thread-safe: maps are computed on several threads.
         """

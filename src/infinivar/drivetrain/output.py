@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from infinivar._core.fields import check, component
+from infinivar.axis import LINEAR, ROTARY, Axis
+from infinivar.errors import ParameterError
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.spring import Spring, TorsionSpring
 
@@ -47,6 +49,43 @@ class Output:
             *([Place("linkage", self.linkage, "linkage")] if self.linkage is not None else []),
             *_layer(self.parallel_spring, self.series_spring, "spring"),
         )
+
+    @property
+    def has_series_spring(self) -> bool:
+        """Whether a spring lies between drive and load, so that the drive's motion depends on the force."""
+        return self.series_spring is not None or self.series_torsion_spring is not None
+
+    @property
+    def stores(self) -> bool:
+        """Whether a spring stores energy."""
+        return any(place.kind != "linkage" for place in self.chain)
+
+    def axis(self, inner: Axis) -> Axis:
+        """Axis of the load of a drive whose own output moves along or about `inner`."""
+        return inner if self.linkage is None else ROTARY
+
+    def check_axis(self, inner: Axis) -> None:
+        """Raise ParameterError unless springs and linkage fit a drive whose own output moves along or about `inner`."""
+        if self.linkage is not None and self.linkage.rotary_drive is not inner.rotary:
+            turns, wanted = (
+                ("about a shaft", "lever, table or crank")
+                if self.linkage.rotary_drive
+                else ("along a line", "four-bar")
+            )
+            raise ParameterError(
+                f"output.linkage.shape = {self.linkage.shape!r} needs a drive that moves {turns}; use {wanted} with this one"
+            )
+        for name, spring_axis in (("spring", LINEAR), ("torsion_spring", ROTARY)):
+            for way in ("parallel", "series"):
+                key = f"{way}_{name}"
+                if getattr(self, key) is not None and spring_axis not in (inner, self.axis(inner)):
+                    raise ParameterError(f"output.{key} does not apply: {_WHY[spring_axis.rotary]}")
+
+
+_WHY = {
+    True: "the drive moves along a line and has no linkage to a joint; use output.{parallel,series}_spring",
+    False: "the drive turns; use output.{parallel,series}_torsion_spring",
+}
 
 
 def _layer(parallel: Spring | TorsionSpring | None, series: Spring | TorsionSpring | None, name: str) -> list[Place]:

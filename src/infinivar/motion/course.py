@@ -14,10 +14,17 @@ _STARTING_SPEED = 1e-200
 class Course(Frozen):
     """Motion of the load and external force on it, at instants of time; arrays that broadcast to one shape, SI.
 
+    About a joint these are the angle, its derivatives and the external moment.
+
     Attributes
     ----------
     speed, acceleration, jerk, snap : (...,) float       First to fourth derivative of the load's position.
     force, force_rate, force_curvature : (...,) float    External force on the load, positive along the motion. [N] ...
+    position : (...,) float                              Of the load; drives with springs or a linkage need it. [m]
+    fifth, sixth, force_third, force_fourth : (...,) float   Higher derivatives; a series spring behind a cobotic
+        transmission needs them.
+    closes : bool   Whether the instants, on the last axis, are in order and one cycle that repeats; else a run. It matters
+        for springs with hysteresis only.
     """
 
     speed: Array
@@ -27,6 +34,12 @@ class Course(Frozen):
     force: Array = 0.0
     force_rate: Array = 0.0
     force_curvature: Array = 0.0
+    position: Array | None = None
+    fifth: Array | None = None
+    sixth: Array | None = None
+    force_third: Array | None = None
+    force_fourth: Array | None = None
+    closes: bool = True
 
     @property
     def at_rest(self) -> Array:

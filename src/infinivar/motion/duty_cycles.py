@@ -104,11 +104,17 @@ class DutyCycle(Task):
         wanted = max(least, int(per_wave * self.motion.fastest * self.period))
         return 4 * -(-min(wanted, _MOST_SAMPLES) // 4)
 
-    def at(self, time: Any) -> tuple[Any, Course]:
-        """Position [m] and course of the load at times from 0 to `period`. [s]"""
-        position, speed, acceleration, jerk, snap = self.motion.derivatives(time, 4)
-        force, rate, curvature = self.motion.push(time, 2)
+    def at(self, time: Any, orders: int = 4) -> tuple[Any, Course]:
+        """Position [m] and course of the load at times from 0 to `period`. [s]
+
+        The course has derivatives of the position up to `orders`, 4 to 6, and of the force up to two less.
+        """
+        position, speed, acceleration, jerk, snap, *higher = self.motion.derivatives(time, orders)
+        force, rate, curvature, *higher_forces = self.motion.push(time, orders - 2)
         return position, Course(
+            **dict(zip(("fifth", "sixth"), higher, strict=False)),
+            **dict(zip(("force_third", "force_fourth"), higher_forces, strict=False)),
+            position=position,
             speed=speed,
             acceleration=acceleration,
             jerk=jerk,
@@ -118,8 +124,8 @@ class DutyCycle(Task):
             force_curvature=curvature,
         )
 
-    def instants(self, samples: int | None = None) -> Instants:
-        """Evaluate one cycle at the midpoints of equal steps; `samples` defaults to `samples()`."""
+    def instants(self, samples: int | None = None, orders: int = 4) -> Instants:
+        """Evaluate one cycle at the midpoints of equal steps; `samples` defaults to `samples()`, `orders` as for `at`."""
         count = samples or self.samples()
         time = (np.arange(count) + 0.5) * (self.period / count)
-        return Instants(time, *self.at(time))
+        return Instants(time, *self.at(time, orders))

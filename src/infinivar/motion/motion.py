@@ -66,10 +66,10 @@ class PeriodicMotion(Whole, abc.ABC):
 
     @abc.abstractmethod
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Return position [m] and its time derivatives up to an order, at most the fourth, at times in 0 to `period` [s]."""
+        """Return position [m] and its time derivatives up to an order, at most the sixth, at times in 0 to `period` [s]."""
 
     def push(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Return the motion's own force on the load [N] and its derivatives up to an order, at most the second."""
+        """Return the motion's own force on the load [N] and its derivatives up to an order, at most the fourth."""
         return NOTHING.derivatives(time, orders)
 
     @property

@@ -56,7 +56,7 @@ _SLOW_WAVES = 3.0
 _SLOW_SHARE = 0.05
 """Largest total of slow intervals without a warning, as a share of the period."""
 
-_BINOMIALS = ((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1), (1, 4, 6, 4, 1))
+_BINOMIALS = tuple(tuple(math.comb(order, part) for part in range(order + 1)) for order in range(7))
 
 _STEP = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
 """Smooth step from 0 at 0 to 1 at 1, with four derivatives zero at both ends."""
@@ -64,7 +64,7 @@ _STEP = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
 
 @dataclass(frozen=True, slots=True)
 class Smoothed:
-    """A smoothed quantity over a cycle or a run, with constant intervals (stays); derivatives up to the fourth.
+    """A smoothed quantity over a cycle or a run, with constant intervals (stays); derivatives up to the sixth.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ def smoothed(
     """
     time = columns["time"] - columns["time"][0]
     if len(time) < _LEAST_ROWS:
-        raise InputError(f"{file}: must have at least {_LEAST_ROWS} rows of numbers, got {len(time)}")
+        raise InputError(f"{file}: line {lines[-1]}: must have at least {_LEAST_ROWS} rows of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
     if cutoff * period < 1.0:
         raise ParameterError(

@@ -1,10 +1,13 @@
-from . import amplifier, bearing, gearhead, heat, linear, motor
+from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, stage
 
 __all__ = [
     "amplifier",
     "bearing",
+    "belt",
     "gearhead",
     "heat",
     "linear",
     "motor",
+    "screw",
+    "stage",
 ]

@@ -11,6 +11,7 @@ from annotated_types import Gt, Interval
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, check_choice, component, given, quantity
 from infinivar.contact.friction import coulomb
+from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 
 LossModel = Literal["coulomb", "proportional"]
@@ -101,6 +102,10 @@ class Gearhead:
     )
     continuous_torque: float | None = quantity("N m", Gt(0), "Permissible continuous output torque", default=None)
     inertia: float | None = quantity("kg m^2", Gt(0), "Inertia on the motor side", default=None)
+    stiffness: float | None = quantity("N m/rad", Gt(0), "Torsional stiffness at the output", default=None)
+    backlash: float | None = quantity(
+        "rad", Gt(0), "Free angle at the output between both flanks, for simulation; needs `stiffness`", default=None
+    )
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
 
     def __post_init__(self) -> None:
@@ -109,6 +114,8 @@ class Gearhead:
         check_choice(
             self, "loss_model", {"coulomb": (), "proportional": ()}, {"proportional": ("backdriving_efficiency",)}
         )
+        if self.backlash is not None and self.stiffness is None:
+            raise ParameterError("stiffness is missing: backlash needs it")
 
     @property
     def least_efficiency(self) -> float:

@@ -4,9 +4,9 @@ r"""Thermal model of a motor: winding and housing as two thermal masses, from th
     C_w \dot T_w &= I^2 R (1 + \alpha (T_w - T_0)) - (T_w - T_h)/R_{wh} \\
     C_h \dot T_h &= P_f + (T_w - T_h)/R_{wh} - (T_h - T_a)/R_{ha}
 
-with ``C_w = tau_w/R_wh`` and ``C_h = tau_h/R_ha``. The resistance of copper rises with temperature; the motor's friction ``P_f``,
-known from the no-load current, heats the housing. For given mean squares of current the equations are linear, so time steps
-are exact and whole cycles follow from powers of one matrix.
+with ``C_w = tau_w/R_wh`` and ``C_h = tau_h/R_ha``. The resistance of copper rises with temperature; the motor's friction and iron
+loss ``P_f``, known from the no-load current, heat the housing, which carries bearings and stator. For given mean squares of
+current the equations are linear, so time steps are exact and whole cycles follow from powers of one matrix.
 
 Source: maxon2020 (thermal resistances, time constants, coefficient of copper).
 """
@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -113,7 +112,7 @@ def warm(motor: Motor, temperature: float) -> Motor:
 
     Source: maxon2020.
     """
-    return replace(motor, resistance=motor.resistance * (1.0 + COPPER * (temperature - REFERENCE)))
+    return motor.with_resistance(motor.resistance * (1.0 + COPPER * (temperature - REFERENCE)))
 
 
 def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float) -> tuple[np.ndarray, np.ndarray]:
@@ -123,7 +122,7 @@ def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float
     ----------
     motor : Motor                     With all of `NEEDED`.
     square_current : (n,) float       Mean square of the current. [A^2]
-    friction_power : (n,) float       Heat from friction. [W]
+    friction_power : (n,) float       Heat from friction and iron loss. [W]
     ambient : float                   Ambient temperature. [K]
 
     Returns

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check, quantity
 from infinivar.contact.friction import coulomb
+from infinivar.parts.stage import OutputStage
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pulley:
+class Pulley(OutputStage):
     """Pulley or capstan: converts torque to cable force, with Coulomb friction in its bearings.
 
     Raises
@@ -21,6 +23,8 @@ class Pulley:
         If a field is outside its range; the message names field, value and unit.
     """
 
+    title: ClassVar[str] = "pulley"
+
     radius: float = quantity("m", Gt(0), "Effective radius at the cable")
     friction_torque: float = quantity("N m", Ge(0), "Coulomb friction torque of pulley and bearings", default=0.0)
 
@@ -28,23 +32,10 @@ class Pulley:
         """Validate the fields."""
         check(self)
 
-    def operate(self, *, force: Array, speed: Array) -> tuple[Array, Array, Array]:
-        """Shaft torque and speed for a cable force and speed; at rest, friction helps to hold.
-
-        Parameters
-        ----------
-        force, speed : (...,) float   At the cable, power positive to the load. [N], [m s^-1]
-
-        Returns
-        -------
-        torque, speed, loss : (...,) float   Torque and speed at the shaft, loss in the pulley. [N m], [rad s^-1], [W]
-
-        Source: faulring2006, Fig 14 (transformer r_pulley).
-        """
-        turning = speed / self.radius
-        torque = force * self.radius
-        friction = coulomb(turning, self.friction_torque, held=torque)
-        return torque + friction, turning, friction * turning
+    @property
+    def travel_per_radian(self) -> float:
+        """The radius. [m/rad]"""
+        return self.radius
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

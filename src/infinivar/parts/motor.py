@@ -28,7 +28,10 @@ class MotorPoint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motor:
-    """DC motor: ``V = I R + K w``, with a friction torque equal to K times the no-load current.
+    """DC motor: ``V = I R + K w``, with a friction torque equal to K times the no-load current at no-load speed.
+
+    With `viscous_friction`, part of that torque grows with speed: ``K I0 = T + c w0`` at the no-load speed w0. It stands for
+    iron loss, mainly eddy currents, in an electronically commutated motor. Without it the friction torque is constant.
 
     Optional fields may be None: a steady map needs no thermal or inertial data.
 
@@ -43,6 +46,9 @@ class Motor:
     resistance: float = quantity("ohm", Gt(0), "Terminal resistance with the winding at data-sheet temperature")
     torque_constant: float = quantity("N m/A", Gt(0), "Torque constant K, also the back-emf constant in V s/rad")
     no_load_current: float = quantity("A", Ge(0), "No-load current; the friction torque is K times this current")
+    viscous_friction: float | None = quantity(
+        "N m s", Gt(0), "Part of the no-load torque that grows with speed, per speed: iron loss", default=None
+    )
     continuous_torque: float = quantity("N m", Gt(0), "Continuous torque at the shaft")
     peak_torque: float | None = quantity(
         "N m",
@@ -74,11 +80,30 @@ class Motor:
                 f"< {plain(stall, 3)} (stall)",
                 "A",
             )
+        if known and isinstance(self.viscous_friction, (int, float)):
+            most = self.torque_constant * self.no_load_current / self.no_load_speed
+            require(
+                self.viscous_friction <= most * (1.0 + 1e-12),
+                "viscous_friction",
+                self.viscous_friction,
+                f"<= {plain(most, 3)} (all of the no-load torque)",
+                "N m s",
+            )
+
+    @property
+    def no_load_torque(self) -> float:
+        """Friction torque at the no-load speed, from the no-load current. [N m]"""
+        return self.torque_constant * self.no_load_current
 
     @property
     def friction_torque(self) -> float:
-        """Friction torque, from the no-load current. [N m]"""
-        return self.torque_constant * self.no_load_current
+        """Friction torque independent of speed: of the no-load torque, what does not grow with speed. [N m]
+
+        Source: data sheets, maxon2020; with a part that grows with speed, faulhaber2020.
+        """
+        if self.viscous_friction is None:
+            return self.no_load_torque
+        return self.no_load_torque - self.viscous_friction * self.no_load_speed
 
     @property
     def continuous_current(self) -> float:
@@ -92,8 +117,11 @@ class Motor:
 
     @property
     def peak_efficiency(self) -> float:
-        """Peak efficiency at the supply voltage, ``(1 - sqrt(I0/Istall))^2``. [-]"""
-        return (1.0 - (self.no_load_current * self.resistance / self.voltage) ** 0.5) ** 2
+        """Peak efficiency at the supply voltage, ``(1 + c R/K^2) (1 - sqrt(I0/Istall))^2``. [-]"""
+        peak = (1.0 - (self.no_load_current * self.resistance / self.voltage) ** 0.5) ** 2
+        if self.viscous_friction is None:
+            return peak
+        return peak * (1.0 + self.viscous_friction * self.resistance / self.torque_constant**2)
 
     def scaled(self, factor: float) -> Motor:
         """`factor` such motors on one shaft: torque, currents, inertia and mass scale; speed and voltage do not.
@@ -109,6 +137,7 @@ class Motor:
             name=f"{factor:g} x {self.name}",
             resistance=self.resistance / factor,
             no_load_current=self.no_load_current * factor,
+            viscous_friction=times(self.viscous_friction, factor),
             continuous_torque=self.continuous_torque * factor,
             peak_torque=times(self.peak_torque, factor),
             inductance=times(self.inductance, 1 / factor),
@@ -119,16 +148,25 @@ class Motor:
             housing_to_ambient=times(self.housing_to_ambient, 1 / factor),
         )
 
+    def with_resistance(self, resistance: float) -> Motor:
+        """The motor with another winding resistance [ohm] and the same friction: the no-load current follows the speed."""
+        if self.viscous_friction is None:
+            return replace(self, resistance=resistance)
+        constant, drag = self.torque_constant, self.viscous_friction
+        idle = (self.friction_torque + drag * self.voltage / constant) / (constant + drag * resistance / constant)
+        return replace(self, resistance=resistance, no_load_current=idle)
+
     def without_friction(self) -> Motor:
         """The motor without friction, with the same current limits."""
 
         def more(torque: float | None) -> float | None:
-            return None if torque is None else torque + self.friction_torque
+            return None if torque is None else torque + self.no_load_torque
 
         return replace(
             self,
             no_load_current=0.0,
-            continuous_torque=self.continuous_torque + self.friction_torque,
+            viscous_friction=None,
+            continuous_torque=self.continuous_torque + self.no_load_torque,
             peak_torque=more(self.peak_torque),
         )
 
@@ -143,15 +181,20 @@ class Motor:
         Returns
         -------
         MotorPoint
-            current [A], voltage [V], electrical power [W] (negative where the motor generates), losses "winding" and
-            "motor friction" [W], utilisation of the thermal and voltage limits, and of peak torque and speed if known.
+            current [A], voltage [V], electrical power [W] (negative where the motor generates), losses "winding",
+            "motor friction" and, with `viscous_friction`, "motor iron" [W], utilisation of the thermal and voltage limits,
+            and of peak torque and speed if known.
 
         Source: faulring2006, Fig 12 and Fig 14 (gyrator and resistance); friction and continuous torque: data sheets,
         maxon2020.
         """
         xp = namespace(self, torque, speed)
         constant = self.torque_constant
-        current = (torque + coulomb(speed, self.friction_torque, held=torque)) / constant
+        braked, iron = torque + coulomb(speed, self.friction_torque, held=torque), {}
+        if self.viscous_friction is not None:
+            drag = self.viscous_friction * speed
+            braked, iron = braked + drag, {"motor iron": drag * speed}
+        current = braked / constant
         voltage = current * self.resistance + constant * speed
         return MotorPoint(
             current=current,
@@ -160,6 +203,7 @@ class Motor:
             losses={
                 "winding": current * current * self.resistance,
                 "motor friction": self.friction_torque * xp.abs(speed),
+                **iron,
             },
             utilisation=self.utilisation(current=current, voltage=voltage, speed=speed),
         )

@@ -1,12 +1,6 @@
-r"""Springs: linear, progressive or one-sided, with preload and hysteresis; along a line or about a joint.
+"""Springs: linear, progressive or one-sided, with preload and hysteresis; along a line or about a joint.
 
-The elastic force of a spring at a deflection x is a smooth increasing function F(x):
-
-- ``linear``: :math:`F = F_0 + k (x - x_0)`;
-- ``progressive``: an interpolating spline through a table of deflections and forces, plus :math:`F_0`;
-- ``one-sided``: 0 until the deflection reaches :math:`x_0`, then :math:`F_0 + k (x - x_0)`, with a smooth transition.
-
-Hysteresis adds a friction force z that follows the deflection as in dahl1968.
+The laws and their signs are those of `infinivar.parts.elastic`; hysteresis is that of `infinivar.parts.dahl`.
 """
 
 from __future__ import annotations
@@ -17,18 +11,27 @@ from typing import Literal
 from annotated_types import Gt
 
 from infinivar._core.bounds import FINITE
-from infinivar._core.fields import check, component, quantities, quantity
+from infinivar._core.fields import component, given, quantities, quantity
+from infinivar.parts.elastic import Elastic, SpringShape
 
-SpringShape = Literal["linear", "progressive", "one-sided"]
 SpringPlace = Literal["load", "drive"]
+
+_WIDTH, _ANGULAR_WIDTH = 1e-4, 1e-3
+"""Default width of the transition at contact. [m], [rad]"""
 
 _AT = "Side on which a parallel spring acts, seen from the series spring: load or drive"
 _SHAPE = "linear, progressive (a table), or one-sided (a stop or unilateral spring)"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Spring:
-    """Spring along a line."""
+class Spring(Elastic):
+    """Spring along a line.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range, missing or not used by the shape, or if the table's curve falls anywhere.
+    """
 
     shape: SpringShape = component(_SHAPE, default="linear")
     at: SpringPlace = component(_AT, default="load")
@@ -39,19 +42,36 @@ class Spring:
         "m", FINITE, "Deflections of a progressive spring, increasing", default=None
     )
     forces: tuple[float, ...] | None = quantities("N", FINITE, "Forces at these deflections, increasing", default=None)
+    contact_width: float | None = quantity(
+        "m", Gt(0), "Width of the smooth transition at the contact of a one-sided spring; default: 0.1 mm", default=None
+    )
     hysteresis: float | None = quantity("N", Gt(0), "Half the width of the force loop", default=None)
     presliding: float | None = quantity(
-        "m", Gt(0), "Deflection over which the hysteresis force builds up after a reversal", default=None
+        "m",
+        Gt(0),
+        "Deflection over which the hysteresis force builds up; default: hysteresis over stiffness",
+        default=None,
     )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        self._validate("m")
+
+    @property
+    def width(self) -> float:
+        """Width of the transition at the contact of a one-sided spring. [m]"""
+        return given(self.contact_width, _WIDTH)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TorsionSpring:
-    """Spring about a joint or shaft; the fields of `Spring`, with moments and angles."""
+class TorsionSpring(Elastic):
+    """Spring about a joint or shaft; the fields and laws of `Spring`, with moments and angles.
+
+    Raises
+    ------
+    ParameterError
+        As for `Spring`.
+    """
 
     shape: SpringShape = component(_SHAPE, default="linear")
     at: SpringPlace = component(_AT, default="load")
@@ -64,11 +84,25 @@ class TorsionSpring:
     forces: tuple[float, ...] | None = quantities(
         "N m", FINITE, "Moments at these deflections, increasing", default=None
     )
+    contact_width: float | None = quantity(
+        "rad",
+        Gt(0),
+        "Width of the smooth transition at the contact of a one-sided spring; default: 1 mrad",
+        default=None,
+    )
     hysteresis: float | None = quantity("N m", Gt(0), "Half the width of the moment loop", default=None)
     presliding: float | None = quantity(
-        "rad", Gt(0), "Deflection over which the hysteresis moment builds up after a reversal", default=None
+        "rad",
+        Gt(0),
+        "Deflection over which the hysteresis moment builds up; default: hysteresis over stiffness",
+        default=None,
     )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check(self)
+        self._validate("rad")
+
+    @property
+    def width(self) -> float:
+        """Width of the transition at the contact of a one-sided spring. [rad]"""
+        return given(self.contact_width, _ANGULAR_WIDTH)

@@ -136,7 +136,19 @@ def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]
         elif key.part is not None:
             entries[name] = _read(key.part, tree[name], here, faults)
     _refuse_unknown(tree, known, keys(part), path, faults)
+    _check_alternatives(part, tree, path, faults)
     return entries
+
+
+def _check_alternatives(part: type, tree: Raw, path: str, faults: list[str]) -> None:
+    """Append a line to `faults` unless the table has exactly one of the tables of which the part needs one."""
+    names = getattr(part, "one_of", ())
+    written = [name for name in names if name in tree]
+    if names and not written:
+        tables = ", ".join(f"[{path}.{name}]" for name in names)
+        faults.append(f"{path} needs one of {', '.join(names)}; write one of the tables {tables}")
+    words = f"beside {written[0]}: a drive has one of {', '.join(names)}; remove it" if written else ""
+    faults.extend(f"{path}.{name} does not apply {words}" for name in written[1:])
 
 
 def _shown(raw: Any) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from infinivar.study.layers import Raw, annotated, contact_over, merged
+from infinivar.study.layers import Raw, annotated, contact_over, merged, stage_over
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.spreads import is_group, leaves
 
@@ -101,9 +101,11 @@ def _merged_spreads(under: Raw, over: Raw) -> Raw:
         return {}
     after = dict(before)
     for name, table in before.items():
-        contact = drives[name].get("transmission") if isinstance(drives.get(name), dict) else None
+        above = drives[name] if isinstance(drives.get(name), dict) else {}
+        if isinstance(table, dict):
+            after[name] = stage_over(table, above)
         if isinstance(table, dict) and isinstance(table.get("transmission"), dict):
-            after[name] = {**table, "transmission": contact_over(table["transmission"], contact)}
+            after[name] |= {"transmission": contact_over(table["transmission"], above.get("transmission"))}
     renewed = _spread_paths(mine) | (_spread_paths(before) - _spread_paths(after))
     result: Raw = {"uncertainty": _deep(after, mine)}
     if isinstance(under.get("correlations"), list):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from infinivar._core.fields import hints
+from infinivar.drivetrain.conventional import STAGES
 from infinivar.errors import InputError, nearest
 from infinivar.parts import catalogue
 from infinivar.study.messages import StudyError, quoted
@@ -53,10 +54,13 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directive
 
 
 def merged(under: Raw, over: Raw) -> Raw:
-    """Override the values of `under` with those of `over`; a table that names a part replaces `under` entirely."""
+    """Override the values of `under` with those of `over`.
+
+    A table that names a part replaces `under` entirely; an output stage replaces one of another kind.
+    """
     if "part" in over:
         return over
-    result = dict(under)
+    result = stage_over(under, over)
     for key, value in over.items():
         below = result.get(key)
         tables = isinstance(value, dict) and "value" not in value and isinstance(below, dict) and "value" not in below
@@ -105,6 +109,12 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
     if "transmission" in under:
         under["transmission"] = contact_over(under["transmission"], tree.get("transmission"))
     return merged(under, tree)
+
+
+def stage_over(under: Raw, over: Any) -> Raw:
+    """Drop from the base's drive its output stage if the study states another kind."""
+    stages = [key for key in STAGES if key in over]
+    return {key: value for key, value in under.items() if key not in STAGES or key in stages or not stages}
 
 
 def contact_over(under: Raw, over: Any) -> Raw:

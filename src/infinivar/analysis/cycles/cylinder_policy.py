@@ -78,7 +78,7 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
 
     Source: lowest mean power by search (`scipy.optimize`); inverse dynamics as in faulring2006, section VI-C.
     """
-    fine = duty.instants()
+    fine = duty.instants(orders=drive.orders)
     own = _evaluated("as given", drive, duty, fine, None)
     speed = best_speed(drive, duty)
     chosen = _evaluated("chosen for the cycle", replace(drive, cylinder_speed=speed), duty, fine, None)
@@ -93,7 +93,7 @@ def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
     """Constant cylinder speed of lowest mean power within limits, or of smallest excess if infeasible. [rad s^-1]"""
     from scipy.optimize import minimize_scalar
 
-    instants = duty.instants(duty.samples(_LEAST, _PER_WAVE))
+    instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
 
     def cost(factor: float) -> float:
         return _cost(drive, duty, instants, Varying(drive.cylinder_speed * factor), constant=True)
@@ -113,7 +113,7 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
     """
     from scipy.optimize import minimize
 
-    instants = duty.instants(duty.samples(_LEAST, _PER_WAVE))
+    instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
     level = np.log(start / drive.cylinder_speed)
 
     def cost(parameters: np.ndarray) -> float:

@@ -312,7 +312,7 @@ def duty_cycle(
 
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
-    instants = duty.instants(samples)
+    instants = duty.instants(samples, drive.orders)
     course, mass = instants.course, duty.moved_mass
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
 
@@ -417,9 +417,12 @@ def motors_of(drive: AnyDrive) -> dict[str, Any]:
 
 
 def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:
-    """Heat sources of a motor at each instant: current and friction power. [A], [W]"""
+    """Heat sources of a motor at each instant: current, and power of friction and iron loss. [A], [W]"""
     prefix, tag = ("steering ", "steering_") if what == "steering motor" else ("", "motor_")
-    return point.states[f"{tag}current_A"], point.losses[f"{prefix}motor friction"]
+    housing = point.losses[f"{prefix}motor friction"]
+    if f"{prefix}motor iron" in point.losses:
+        housing = housing + point.losses[f"{prefix}motor iron"]
+    return point.states[f"{tag}current_A"], housing
 
 
 def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:

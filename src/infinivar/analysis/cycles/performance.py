@@ -125,14 +125,16 @@ def follow(
 def demands(point: MovingPoint, torque: Literal["rms", "peak"] = "rms") -> dict[Demand, np.ndarray]:
     """Demand over allowance of each limit over a cycle, the last axis of the instants. [-]
 
-    Continuous torques of motors (unless `torque` is peak) and gearheads limit the root mean square, all other limits the
-    peak. Where the wheel slips, all but slip are nan.
+    Continuous torques of motors (unless `torque` is peak) and gearheads limit the root mean square, the rated life of a screw
+    the cubic mean, all other limits the peak. Where the wheel slips, all but slip are nan.
     """
     shape = np.shape(point.power_out)
     found = {}
     for (limit, what), demand in point.utilisation.items():
         if np.ndim(demand) == 0:
             found[limit, what] = np.full(shape[:-1], float(demand))
+        elif limit == Limit.LIFE:
+            found[limit, what] = np.mean(np.abs(demand) ** 3, axis=-1) ** (1.0 / 3.0)
         elif limit in _RMS and (torque == "rms" or limit == Limit.GEAR):
             found[limit, what] = np.sqrt(np.mean(np.square(demand), axis=-1))
         else:

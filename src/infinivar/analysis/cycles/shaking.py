@@ -101,7 +101,17 @@ def shaking(distance: Any, frequency: Any, samples: int) -> Course:
     sine, cosine = np.sin(phase), np.cos(phase)
     speed = size * turn
     jolt = speed * turn * turn
-    return Course(speed=speed * cosine, acceleration=-speed * turn * sine, jerk=-jolt * cosine, snap=jolt * turn * sine)
+    return Course(
+        position=size * sine,
+        speed=speed * cosine,
+        acceleration=-speed * turn * sine,
+        jerk=-jolt * cosine,
+        snap=jolt * turn * sine,
+        fifth=jolt * turn * turn * cosine,
+        sixth=-jolt * turn**3 * sine,
+        force_third=0.0,
+        force_fourth=0.0,
+    )
 
 
 def dynamic_map(

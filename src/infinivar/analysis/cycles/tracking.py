@@ -140,7 +140,7 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
         load_mass=mass or None,
     )
     run = simulate(drive, scenario)
-    instants = duty.instants()
+    instants = duty.instants(orders=drive.orders)
     point = drive.follow(instants.course, load_mass=mass)
     first = min(lead, len(run.trajectory.time) - 1)
 
@@ -175,7 +175,7 @@ def _as_turning(drive: CoboticDrive, duty: DutyCycle, turning: np.ndarray) -> fl
 
     if len(turning) <= _STEPS or np.min(turning / drive.cylinder_speed) <= 0.0:
         return math.nan
-    instants = duty.instants()
+    instants = duty.instants(orders=drive.orders)
     nodes = np.linspace(0.0, duty.period, len(turning))
     speed = CubicSpline(nodes, np.append(turning[:-1], turning[0]), bc_type="periodic")
     varying = Varying(speed(instants.time), speed(instants.time, 1))

@@ -249,7 +249,7 @@ def worked(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> np.ndarray
 
 
 def _cold(drive: AnyDrive, duty: DutyCycle) -> Any:
-    return drive.follow(duty.instants().course, load_mass=duty.moved_mass)
+    return drive.follow(duty.instants(orders=drive.orders).course, load_mass=duty.moved_mass)
 
 
 def _windings(drive: AnyDrive, duty: DutyCycle, point: Any) -> dict[str, tuple[Array, Array]]:
@@ -276,5 +276,5 @@ def _settled(drive: AnyDrive, duty: DutyCycle) -> tuple[Any, dict[str, tuple[Arr
         xp = namespace(*(mean for _, mean in windings.values()))
         motors = motors_of(drive)
         warm = {what: xp.minimum(mean, motors[what].max_winding_temperature) for what, (_, mean) in windings.items()}
-        point = warmed(drive, warm).follow(duty.instants().course, load_mass=duty.moved_mass)
+        point = warmed(drive, warm).follow(duty.instants(orders=drive.orders).course, load_mass=duty.moved_mass)
     return point, windings

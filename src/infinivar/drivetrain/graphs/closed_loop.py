@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from infinivar._core.fields import given
+from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.graphs import controllers, plants
+from infinivar.drivetrain.graphs import compliances, controllers, plants
 from infinivar.errors import ParameterError
 from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
@@ -24,6 +25,9 @@ _MOST_SAMPLES = 1e7
 
 _HEAVY = 1e6
 """Load that friction cannot hold. [N]"""
+
+_CRAWL = 1e-9
+"""Speed at which viscous friction is negligible. [m s^-1]"""
 
 _TRUSTED = 0.99
 """Fraction of the friction at rest that a controller relies on; with all of it the load would begin to slide."""
@@ -198,22 +202,29 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
 
 
 def _conventional_start(drive: ConventionalDrive, scenario: Scenario, graph: BondGraph) -> dict[str, float]:
-    """Initial states: a link that is followed moves as its motion begins."""
+    """Initial states: a link that is followed moves as its motion begins, and compliances carry its force."""
     follow, begin = scenario.link != "free", scenario.path.at(0.0)
-    initial = {"l": begin.position if follow else 0.0}
-    if scenario.link != "imposed":
-        ratio, radius = drive.gearhead.ratio, drive.pulley.radius
-        first = next(e for e in graph.elements if e.kind == "I" and e.name != "L")
-        scale = {"load_mass": 1.0, "J_gpc": 1.0 / radius}.get(first.name, ratio / radius)
-        initial[first.name] = begin.speed * scale if follow else 0.0
-    return initial
+    ratio, radius = drive.gearhead.ratio, _travel(drive)
+    scales = {"load_mass": 1.0, "J_gpc": 1.0 / radius, "J_m": ratio / radius, "J_g": ratio / radius}
+    moving = [name for name in assign(graph).independent if name in scales]
+    initial = {name: begin.speed * scales[name] if follow else 0.0 for name in moving}
+    force = inertial = 0.0
+    if follow:
+        force = (scenario.load_mass or 0.0) * begin.acceleration - _outer_force(scenario)
+        inertial = (drive.gear_output_inertia or 0.0) * begin.acceleration / radius
+    return {"l": begin.position if follow else 0.0, **initial, **compliances.at_rest(drive, force, inertial)}
+
+
+def _outer_force(scenario: Scenario) -> float:
+    """External force on the load at the start. [N]"""
+    return 0.0 if scenario.force is None else scenario.force.value(0.0)
 
 
 def _conventional_controller(
     drive: ConventionalDrive, scenario: Scenario, stick_speed: float
 ) -> controllers.ConventionalController:
-    settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, drive.pulley.radius
-    inertia = (scenario.load_mass or 0.0) + (drive.output_inertia or 0.0) / radius**2
+    settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, _travel(drive)
+    inertia = (scenario.load_mass or 0.0) + (drive.gear_output_inertia or 0.0) / radius**2
     rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
     gain = motor.torque_constant * ratio / radius
     gear = _gear_friction(drive, gain)
@@ -235,8 +246,17 @@ def _conventional_controller(
         path=scenario.path if scenario.link != "free" else None,
         standstill=_standstill(settings.rest_error, hardly, 0.5),
         holding=functools.partial(_holding, drive),
+        encoder=_encoder(drive, scenario),
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
+
+
+def _encoder(drive: ConventionalDrive, scenario: Scenario) -> controllers.Encoder:
+    """What the controller measures: the load, or the motor where something between them gives way."""
+    if drive.gearhead.stiffness is None and drive.stage.stiffness is None:
+        return controllers.Encoder()
+    begin = scenario.path.at(0.0).position if scenario.link != "free" else 0.0
+    return controllers.Encoder("motor_angle", "motor_speed", _travel(drive) / drive.gearhead.ratio, begin)
 
 
 class _GearFriction(NamedTuple):
@@ -250,15 +270,29 @@ class _GearFriction(NamedTuple):
 
 def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
     """Friction on either side of the gear, from currents while the load is moved and while it moves the motor."""
-    gear = drive.gearhead
-    driving = driven = 1.0
-    if gear.loss_model == "proportional":
-        driving, driven = 1.0 / gear.efficiency, given(gear.backdriving_efficiency, gear.efficiency)
-    raised = float(drive.operate(speed=1.0, force=0.0).states["motor_current_A"])
-    lowered = driven * _HEAVY / gain - float(drive.operate(speed=-1.0, force=_HEAVY).states["motor_current_A"])
+    driving, driven = _passed(drive)
+    # So slow that nothing but friction takes current.
+    raised = float(drive.operate(speed=_CRAWL, force=0.0).states["motor_current_A"])
+    lowered = driven * _HEAVY / gain - float(drive.operate(speed=-_CRAWL, force=_HEAVY).states["motor_current_A"])
     # What the gear passes on differently in the two directions lies behind it.
     friction = (raised - lowered) / (driving - driven) if driving != driven else 0.0
     return _GearFriction(driving, driven, friction, raised - driving * friction)
+
+
+def _passed(drive: ConventionalDrive) -> tuple[float, float]:
+    """Motor torque per torque of the load, over that without load-dependent friction: driving, and driven by the load."""
+    gear, stage = drive.gearhead, drive.stage.efficiencies
+    forward, backward = (1.0, 1.0) if stage is None else map(float, stage)
+    if gear.loss_model != "proportional":
+        return 1.0 / forward, backward
+    returned = given(gear.backdriving_efficiency, gear.efficiency)
+    # The motor drives a self-locking stage through the gear in both directions.
+    return 1.0 / (forward * gear.efficiency), backward * (returned if backward >= 0.0 else 1.0 / gear.efficiency)
+
+
+def _travel(drive: ConventionalDrive) -> float:
+    """Travel of the load per angle of the gear's output. [m/rad]"""
+    return float(drive.stage.travel_per_radian)
 
 
 def _motor_inertia(drive: CoboticDrive | ConventionalDrive) -> float:
@@ -273,7 +307,7 @@ def _standstill(error: float, stick_speed: float, slow: float) -> controllers.St
 def _holding(drive: ConventionalDrive, current: float) -> float:
     """Holding current with the help of friction, given the holding current without it. [A]"""
     motor = drive.motor
-    force = current * motor.torque_constant * drive.gearhead.ratio / drive.pulley.radius
+    force = current * motor.torque_constant * drive.gearhead.ratio / _travel(drive)
     helped = float(drive.operate(speed=0.0, force=force).states["motor_current_A"])
     return current + _TRUSTED * (helped - current)
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from infinivar.motion.motion import Motion, MotionState
 
@@ -164,6 +165,19 @@ class CoboticController:
         return math.copysign(self.surface_radius * turning, self.cylinder_speed)
 
 
+class Encoder(NamedTuple):
+    """Where a controller measures the load: signals, travel of the load per unit of them, and their zero."""
+
+    position: str = "l"
+    speed: str = "ldot"
+    scale: float = 1.0
+    zero: float = 0.0
+
+    def read(self, measured: Mapping[str, float]) -> tuple[float, float]:
+        """Position and speed of the load as measured. [m], [m s^-1]"""
+        return self.zero + self.scale * measured[self.position], self.scale * measured[self.speed]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConventionalController:
     """Position loop of the load with an inner speed loop.
@@ -188,6 +202,7 @@ class ConventionalController:
     standstill: Standstill
     holding: Callable[[float], float]
     """Maps the holding current without friction to the holding current with it. [A]"""
+    encoder: Encoder
     output: str
 
     def start(self, measured: Mapping[str, float]) -> tuple[float, float | None]:
@@ -201,23 +216,24 @@ class ConventionalController:
         if self.path is None:
             return {self.output: 0.0}, memory
         goal = self.path.at(time)
+        position, speed = self.encoder.read(measured)
         integral, held = memory
         rests = held is not None
-        near = self.standstill.near(rests, goal, measured["l"])
-        if near and self.standstill.still(rests, measured["ldot"]):
+        near = self.standstill.near(rests, goal, position)
+        if near and self.standstill.still(rests, speed):
             held = self.holding(integral) if held is None else held
             return {self.output: min(max(held, -self.speed.limit), self.speed.limit)}, (integral, held)
-        wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - measured["l"])
+        wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - position)
         share = _share(wanted, self.full_speed)
 
         effort = integral + self.inertia * goal.acceleration
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
-        # While a self-locking gear holds the load, the integral does not grow.
+        # While a self-locking gear holds the load, the integral does not grow; a self-locking screw turns its sign.
         current, integral = self.speed.act(
-            wanted - measured["ldot"],
+            wanted - speed,
             integral,
-            min(passed, 1.0) * self.sample_time,
+            min(max(passed, -1.0), 1.0) * self.sample_time,
             lambda grown: (
                 passed * (grown + self.inertia * goal.acceleration + self.friction * share)
                 + self.rotor * goal.acceleration

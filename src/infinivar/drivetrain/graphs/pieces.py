@@ -35,7 +35,12 @@ def motor_terminals(
     resistance = Parameter(f"R_{tag}", motor.resistance, "ohm")
     constant = Parameter(f"K_{tag}", motor.torque_constant, "N m/A")
     lost = friction("motor_friction", f"T_{{m,{tag}}}", motor.friction_torque, "N m", stick, f"{named}motor friction")
-    attached, attached_chains = attach(rotor=(lost,))
+    iron = None
+    if motor.viscous_friction is not None:
+        iron = bg.resistance(
+            "motor_iron", f"c_{{m,{tag}}}", motor.viscous_friction, "N m s", title=f"{named}motor iron"
+        )
+    attached, attached_chains = attach(rotor=(lost, iron))
     elements = [
         bg.one("electrical", "" if electrical == "current" else f"i_{tag}"),
         bg.resistance("winding", resistance.symbol, resistance.value, "ohm", title=f"{named}winding"),
@@ -145,6 +150,14 @@ def attach(**places: tuple[Element | None, ...]) -> tuple[list[Element], list[st
 def motion_signals(of: str) -> list[Signal]:
     """Position and speed of the link."""
     return [Signal(name="l", symbol="l", of=of, integral=True), Signal(name="ldot", symbol=r"\dot{l}", of=of)]
+
+
+def encoder_signals(of: str) -> list[Signal]:
+    """Angle and speed of the motor, for controllers that measure there."""
+    return [
+        Signal(name="motor_angle", symbol=r"\theta_m", of=of, integral=True),
+        Signal(name="motor_speed", symbol=r"\dot{\theta}_m", of=of),
+    ]
 
 
 def load(mass: float | None, imposed_motion: bool, at: str = "output") -> tuple[list[Element], list[str]]:

@@ -17,7 +17,7 @@ from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, needed
-from infinivar.drivetrain.graphs import pieces
+from infinivar.drivetrain.graphs import compliances, pieces, stages
 from infinivar.drivetrain.graphs.pieces import Electrical
 from infinivar.errors import ParameterError, require
 from infinivar.transmission import creepage
@@ -312,41 +312,44 @@ def conventional_graph(
 
     Source: faulring2006, Fig 14.
     """
-    shaft = stick_speed / drive.pulley.radius
-    motor_stick = Parameter(r"\varepsilon_m", shaft * drive.gearhead.ratio, "rad/s")
+    motor_stick = Parameter(
+        r"\varepsilon_m", stick_speed / float(drive.stage.travel_per_radian) * drive.gearhead.ratio, "rad/s"
+    )
     elements, chains, signals = pieces.motor_terminals(
         drive.motor, drive.amplifier, "n", electrical, motor_stick, "", ""
     )
     gear, gear_chains, gear_signals = pieces.gearhead(drive.gearhead, drive.motor, "n", motor_stick)
+    stage, stage_chains, stage_signals, path = stages.output_stage(drive, stick_speed)
+    torsion, stretch = compliances.gear_torsion(drive), compliances.stage_stretch(drive)
+    stages.check_inertias(drive, load_mass or 0.0, imposed_motion)
+    path = " > ".join(filter(None, ("rotor > gear", torsion.node, path, stretch.node, "load")))
     load, load_chains = pieces.load(load_mass, imposed_motion, at="load")
-    pulley_stick = Parameter(r"\varepsilon_p", shaft, "rad/s")
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
-    gpc = drive.output_inertia
     attached, attached_chains = pieces.attach(
-        pulley=(
-            None if gpc is None else bg.inertia("J_gpc", "J_{gpc}", gpc, "kg m^2", title="pulley"),
-            pieces.friction("pulley_friction", "T_p", drive.pulley.friction_torque, "N m", pulley_stick, "pulley"),
-        ),
-        load=(pieces.friction("guideway", r"f_{lg}", drive.guideway.friction_force(), "N", stick),),
+        load=(pieces.friction("guideway", r"f_{lg}", drive.guideway.friction_force(), "N", stick),)
     )
+    encoder = pieces.encoder_signals("rotor") if torsion.node or stretch.node else []
     return BondGraph(
         "Conventional system",
-        [
-            *load,
-            *attached,
-            *elements,
-            *gear,
-            bg.one("pulley", r"\omega_p"),
-            bg.transformer("r_pulley", "r_p", drive.pulley.radius, "m"),
-        ],
+        [*load, *stage, *attached, *elements, *gear, *torsion.elements, *stretch.elements],
         [
             *chains,
-            "rotor > gear > pulley > r_pulley > load",
+            path,
+            *stage_chains,
             *attached_chains,
             *gear_chains,
             *load_chains,
+            *torsion.chains,
+            *stretch.chains,
         ],
-        [*signals, *gear_signals, *pieces.motion_signals("load")],
+        [
+            *signals,
+            *gear_signals,
+            *stage_signals,
+            *pieces.motion_signals("load"),
+            *torsion.signals,
+            *encoder,
+        ],
     )
 
 

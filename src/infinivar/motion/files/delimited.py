@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Sequence
 
 from infinivar.errors import InputError
 from infinivar.motion.files.headings import Heading, heading_of, spelt
@@ -14,7 +13,7 @@ from infinivar.motion.files.text import Text
 _HEADED = re.compile(r"[^\s\[(]\S*?(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?(?=\s|$)")
 """A heading in a line of headings between blanks: a word, with its unit in brackets if it has one."""
 
-_COMMENT = re.compile(r"\s*(?:#|//)\s*|\s*%\s*(?!\s*(?:gait|stride|cycle|of)\b)", re.IGNORECASE)
+_COMMENT = re.compile(r"^\s*(?:#|//)\s*|^\s*%\s*(?!\s*(?:gait|stride|cycle|of)\b)", re.IGNORECASE)
 """Sign of a comment at the start of a line; "% gait cycle" is a heading."""
 
 _MOST_COLUMNS = 10_000
@@ -32,14 +31,13 @@ def delimited(file: str, text: Text) -> TextSheet:
         If there are no headings; the message names file and line.
     """
     lines = text.lines
-    filled = [place for place, line in enumerate(lines) if line.strip()]
-    bare = next((place for place in filled if not is_comment(lines[place]) or _is_percent(lines[place])), None)
+    bare = next((place for place, line in enumerate(lines) if not is_comment(line) or _is_percent(line)), None)
     if bare is None:
-        raise InputError(f"{file}: line {filled[0] + 1}: must name the columns; the file has comments only")
-    header = _header_above(lines, filled, bare)
+        first = next(place for place, line in enumerate(lines) if line.strip())
+        raise InputError(f"{file}: line {first + 1}: must name the columns; the file has comments only")
+    header = _header_above(lines, bare)
     top = _COMMENT.sub("", lines[header], count=1)
-    below = [place for place in filled if place > header and not is_comment(lines[place])]
-    first = lines[below[0]] if below else ""
+    first = next((lines[place] for place in range(header + 1, len(lines)) if not is_comment(lines[place])), "")
     mark = _mark(top, first)
     written = _headings(file, header, top, first, mark)
     sheet = TextSheet(
@@ -53,7 +51,7 @@ def delimited(file: str, text: Text) -> TextSheet:
         start=header + 1,
         units={},
     )
-    after = next((place for place in filled if place > header), None)
+    after = next((place for place in range(header + 1, len(lines)) if lines[place].strip()), None)
     return sheet if after is None else with_units_row(sheet, after)
 
 
@@ -62,14 +60,11 @@ def _is_percent(line: str) -> bool:
     return line.lstrip().startswith("%") and _COMMENT.match(line) is None
 
 
-def _header_above(lines: list[str], filled: Sequence[int], bare: int) -> int:
+def _header_above(lines: list[str], bare: int) -> int:
     """Return the line of the headings: the first that is no comment, or the comment above it if it holds numbers."""
-    first = lines[bare]
-    numeric = _is_numeric(first)
-    if not numeric:
+    if not _is_numeric(lines[bare]):
         return bare
-    above = [place for place in filled if place < bare]
-    return above[-1] if above else bare
+    return next((place for place in range(bare - 1, -1, -1) if lines[place].strip()), bare)
 
 
 def _is_numeric(line: str) -> bool:

@@ -1,0 +1,151 @@
+"""Compliances of a geared drive as bond graphs: torsion and backlash of the gearhead, stretch of the output stage.
+
+Each is a C at a 0-junction between the parts that it connects, beside a damper: ``DAMPING`` of critical damping, for the inertia
+on its motor side. With backlash the C has a dead zone, and the damper acts only while the flanks touch.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import given
+from infinivar.bondgraph import graph as bg
+from infinivar.bondgraph.graph import Element, Parameter, Signal
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import needed
+
+DAMPING = 0.05
+"""Damping of gearhead and stage over critical damping; data sheets do not state it."""
+
+TOUCH = 0.01
+"""Depth over which the damping of touching flanks builds up, relative to the backlash."""
+
+
+class Piece(NamedTuple):
+    """Elements, chains of bonds, signals, and the 0-junction that belongs between two parts; "" if they are rigid."""
+
+    elements: list[Element]
+    chains: list[str]
+    signals: list[Signal]
+    node: str
+
+
+RIGID = Piece([], [], [], "")
+
+
+def dead_zone(angle: Array, stiffness: Array, backlash: Array) -> Array:
+    """Torque of a spring with backlash: zero until the flanks touch, at half the backlash on either side.
+
+    Parameters
+    ----------
+    angle : (...,) float       From the middle of the backlash. [rad]
+    stiffness : (...,) float   [N m rad^-1]
+    backlash : (...,) float    Free angle between both flanks, >= 0. [rad]
+
+    Returns
+    -------
+    (...,) float   [N m]
+
+    Source: Hooke's law for the angle beyond the free one.
+    """
+    return stiffness * _depth(angle, backlash)
+
+
+def dead_zone_energy(angle: Array, stiffness: Array, backlash: Array) -> Array:
+    """Energy of `dead_zone`, its integral. [J]
+
+    Source: Hooke's law for the angle beyond the free one.
+    """
+    depth = _depth(angle, backlash)
+    return 0.5 * stiffness * depth * depth
+
+
+def touching_damper(speed: Array, angle: Array, damping: Array, backlash: Array) -> Array:
+    """Torque of the damper of flanks that touch; it builds up with the depth and never creates energy. [N m]
+
+    Source: none; as the impact dampers of flanks, it vanishes where they part.
+    """
+    xp = namespace(speed, angle, damping, backlash)
+    return damping * speed * xp.clip(xp.abs(_depth(angle, backlash)) / (TOUCH * backlash), 0.0, 1.0)
+
+
+def _depth(angle: Array, backlash: Array) -> Array:
+    xp = namespace(angle, backlash)
+    return angle - xp.clip(angle, -0.5 * backlash, 0.5 * backlash)
+
+
+def rotor_inertia(drive: ConventionalDrive) -> float:
+    """Inertia of rotor and gearhead at the gear output. [kg m^2]"""
+    rotor = needed(drive.motor.rotor_inertia, "motor.rotor_inertia") + given(drive.gearhead.inertia, 0.0)
+    return drive.gearhead.ratio**2 * rotor
+
+
+def gear_torsion(drive: ConventionalDrive) -> Piece:
+    """Torsion and backlash between gearhead and output stage."""
+    gear = drive.gearhead
+    if gear.stiffness is None:
+        return RIGID
+    damping = 2.0 * DAMPING * math.sqrt(gear.stiffness * rotor_inertia(drive))
+    if gear.backlash is None:
+        return _linear("gear", "g", "gearhead", gear.stiffness, damping, ("rad/(N m)", "N m s"))
+    free = Parameter(r"\beta_g", gear.backlash, "rad")
+    spring = bg.compliance(
+        "gear_spring",
+        "T_{k,g}",
+        dead_zone,
+        energy=dead_zone_energy,
+        parameters={"stiffness": Parameter("k_g", gear.stiffness, "N m/rad"), "backlash": free},
+        title="gearhead spring",
+    )
+    damper = bg.resistance(
+        "gear_damping",
+        "T_{c,g}",
+        touching_damper,
+        signals=("gear_twist_angle",),
+        parameters={"damping": Parameter("c_g", damping, "N m s"), "backlash": free},
+        title="gearhead damping",
+    )
+    angle = Signal(name="gear_twist_angle", symbol=r"\psi_g", of="gear_twist", integral=True)
+    piece = _joined("gear", spring, damper)
+    return piece._replace(signals=[angle])
+
+
+def stage_stretch(drive: ConventionalDrive) -> Piece:
+    """Stretch of the output stage, between its transformer and the load."""
+    stage = drive.stage
+    if stage.stiffness is None:
+        return RIGID
+    turning = rotor_inertia(drive) + (drive.gear_output_inertia or 0.0)
+    damping = 2.0 * DAMPING * math.sqrt(float(stage.stiffness) * turning) / float(stage.travel_per_radian)
+    return _linear(stage.title, stage.title[0], stage.title, float(stage.stiffness), damping, ("m/N", "N s/m"))
+
+
+def _linear(name: str, tag: str, title: str, stiffness: float, damping: float, units: tuple[str, str]) -> Piece:
+    spring = bg.compliance(f"{name}_spring", f"C_{tag}", 1.0 / stiffness, units[0], title=f"{title} spring")
+    damper = bg.resistance(f"{name}_damping", f"c_{tag}", damping, units[1], title=f"{title} damping")
+    return _joined(name, spring, damper)
+
+
+def _joined(name: str, spring: Element, damper: Element) -> Piece:
+    node, twist = f"{name}_node", f"{name}_twist"
+    elements = [bg.zero(node), bg.one(twist), spring, damper]
+    return Piece(elements, [f"{node} > {twist} > {spring.name}", f"{twist} > {damper.name}"], [], node)
+
+
+def at_rest(drive: ConventionalDrive, force: float, inertial_torque: float = 0.0) -> dict[str, float]:
+    """Displacements of the compliances that carry a force of the load, and a torque at the gear output, by element.
+
+    The twist angle is also a signal of a gearhead with backlash.
+    """
+    found: dict[str, float] = {}
+    stage, gear = drive.stage, drive.gearhead
+    if stage.stiffness is not None:
+        found[f"{stage.title}_spring"] = force / float(stage.stiffness)
+    if gear.stiffness is not None:
+        torque = force * float(stage.travel_per_radian) + inertial_torque
+        found["gear_spring"] = torque / gear.stiffness + math.copysign(0.5 * (gear.backlash or 0.0), torque)
+        if gear.backlash is not None:
+            found["gear_twist_angle"] = found["gear_spring"]
+    return found

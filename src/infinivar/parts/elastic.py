@@ -1,0 +1,328 @@
+r"""Elastic laws of springs, along a line or about a joint.
+
+Signs: the deflection d of a spring grows with the position of what deflects it, and its force F(d) acts against that, so F
+never falls as d grows. A parallel spring deflects with the position x of its load, d = x - rest, and the drive must exert
+F(d) in addition to the force on the load. A series spring deflects by d = x_drive - x_load and pushes the load with F(d).
+
+- ``linear``: :math:`F = F_0 + k\,d`;
+- ``progressive``: :math:`F = F_0 + S(d)`, an interpolating spline of degree up to five through a table, continued along its
+  tangents beyond it;
+- ``one-sided``: :math:`F = F_0\,s(d/w) + k\,w \ln(1 + e^{d/w})` with :math:`s(u) = 1/(1 + e^{-u})`: no force before contact and
+  :math:`F_0 + k\,d` after it, with a transition of width w.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from typing import Any, Literal
+
+import numpy as np
+
+from infinivar._core.array_namespace import Array, bisect, namespace, newton
+from infinivar._core.chain_rule import inverse
+from infinivar._core.fields import check, check_choice, given
+from infinivar._core.pieces import Pieces, through
+from infinivar.errors import ParameterError
+from infinivar.parts import dahl
+from infinivar.units import show
+
+SpringShape = Literal["linear", "progressive", "one-sided"]
+
+NEEDS = {"linear": ("stiffness",), "progressive": ("deflections", "forces"), "one-sided": ("stiffness",)}
+MAY = {
+    "linear": ("hysteresis", "presliding"),
+    "progressive": ("hysteresis", "presliding"),
+    "one-sided": ("contact_width",),
+}
+"""Fields of each shape: those it needs, and those it may have."""
+
+_LOOSE = 1e-3
+"""Force of a one-sided spring over ``stiffness contact_width`` below which, as a series spring, it counts as loose."""
+
+_STEEP = 1.5
+"""Largest ratio of slopes within a cell of the table that starts Newton's method; below 2 it converges from anywhere."""
+
+_STEPS = 30
+
+
+def softplus(u: Array) -> Array:
+    """``ln(1 + exp(u))`` without overflow. [-]"""
+    xp = namespace(u)
+    return xp.where(u > 0, u, 0.0) + xp.log(1.0 + xp.exp(-xp.abs(u)))
+
+
+def logistic(u: Array, orders: int) -> list[Array]:
+    """``1/(1 + exp(-u))`` and its derivatives up to an order, at most the fifth. [-]"""
+    xp = namespace(u)
+    decayed = xp.exp(-xp.abs(u))
+    one = xp.where(u > 0, 1.0, decayed) / (1.0 + decayed)
+    bell = decayed / ((1.0 + decayed) * (1.0 + decayed))
+    away = 1.0 - 2.0 * one
+    third, fifth = bell * (1.0 - 6.0 * bell), bell * (1.0 - 30.0 * bell * (1.0 - 4.0 * bell))
+    return [one, bell, bell * away, third, bell * away * (1.0 - 12.0 * bell), fifth][: orders + 1]
+
+
+def transition(u: Array, orders: int) -> list[Array]:
+    """`softplus` and its derivatives up to an order, at most the fifth. [-]"""
+    return [softplus(u), *logistic(u, orders - 1)] if orders else [softplus(u)]
+
+
+class Elastic:
+    """Laws shared by springs along a line and about a joint; the fields are those of `infinivar.parts.spring.Spring`."""
+
+    __slots__ = ()
+
+    shape: SpringShape
+    stiffness: Any  # a number where the shape needs it
+    rest: float
+    preload: float
+    deflections: Any  # tuples of numbers where the shape needs them
+    forces: Any
+    hysteresis: float | None
+    presliding: float | None
+
+    def _validate(self, unit: str) -> None:
+        """Validate the fields and their combination; `unit` is that of deflections."""
+        check(self)
+        check_choice(self, "shape", NEEDS, MAY)
+        if self.hysteresis is None and self.presliding is not None:
+            raise ParameterError("presliding does not apply without hysteresis; remove it")
+        if self.shape == "one-sided" and self.preload < 0:
+            raise ParameterError(f"preload must be >= 0 with shape = 'one-sided', got {self.preload:g}")
+        if self.deflections is None:
+            return
+        rising_rows("deflections", self.deflections, unit)
+        same_length("deflections", self.deflections, "forces", self.forces)
+        place, least = through(self.deflections, self.forces, "line").lowest(1)
+        if not least > 0:
+            low, high = (show(end, unit) for end in interval(self.deflections, place))
+            raise ParameterError(
+                f"forces must rise with the deflection, also on the smooth curve through them; it falls between {low} and "
+                f"{high}: change the values there, or add some"
+            )
+
+    @property
+    def width(self) -> float:
+        """Width of the transition at the contact of a one-sided spring. [m] or [rad]"""
+        raise NotImplementedError
+
+    @property
+    def hysteresis_travel(self) -> float:
+        """Presliding deflection; by default the one at which hysteresis and elastic stiffness are equal. [m] or [rad]
+
+        0 without hysteresis.
+        """
+        if self.hysteresis is None or self.presliding is not None:
+            return given(self.presliding, 0.0)
+        if self.deflections is not None:
+            return self.hysteresis * (self.deflections[-1] - self.deflections[0]) / (self.forces[-1] - self.forces[0])
+        return self.hysteresis / self.stiffness
+
+    def force(self, position: Array) -> Array:
+        """Elastic force at a position, without hysteresis.
+
+        Parameters
+        ----------
+        position : (...,) float   Position of the load, or deflection of a series spring. [m] or [rad]
+
+        Returns
+        -------
+        (...,) float   Against the deflection. [N] or [N m]
+
+        Source: Hooke's law; tables: the spring's data.
+        """
+        return self.derivatives(position, 0)[0]
+
+    def derivatives(self, position: Array, orders: int) -> list[Array]:
+        """Elastic force and its derivatives by the position, up to an order, at most the fifth; see `force`."""
+        since = position - self.rest
+        if self.shape == "progressive":
+            found = self._curve.derivatives(since, orders)
+        elif self.shape == "linear":
+            found = [self.stiffness * since, self.stiffness, *[0.0] * (orders - 1)][: orders + 1]
+        else:
+            width = self.width
+            u = since / width
+            found = [self.stiffness * width ** (1 - k) * d for k, d in enumerate(transition(u, orders))]
+            if self.preload:
+                steps = logistic(u, orders)
+                return [
+                    one + self.preload * width**-k * step
+                    for k, (one, step) in enumerate(zip(found, steps, strict=True))
+                ]
+            return found
+        return [found[0] + self.preload, *found[1:]]
+
+    def energy(self, position: Array) -> Array:
+        """Elastic energy: the integral of `force` from the rest position, of a one-sided spring from no contact.
+
+        Parameters
+        ----------
+        position : (...,) float   NumPy arrays or numbers. [m] or [rad]
+
+        Returns
+        -------
+        (...,) float   May be negative with a preload. [J]
+
+        Source: Hooke's law, integrated; of softplus, minus the dilogarithm of ``-exp(u)``.
+        """
+        since = position - self.rest
+        if self.shape == "progressive":
+            return self._curve.integral().derivatives(since, 0)[0] + self.preload * since
+        if self.shape == "linear":
+            return since * (self.preload + 0.5 * self.stiffness * since)
+        from scipy.special import spence
+
+        width = self.width
+        u = np.asarray(since / width)
+        # Li2(-e^u) = -pi^2/6 - u^2/2 - Li2(-e^-u) avoids overflow for u > 0.
+        tail = -spence(1.0 + np.exp(-np.abs(u)))
+        area = np.where(u > 0, np.pi**2 / 6.0 + 0.5 * u * u - tail, tail)
+        return self.preload * width * softplus(u) + self.stiffness * width**2 * area
+
+    def deflection(self, force: Array) -> Array:
+        """Deflection of a series spring under a force, without hysteresis: the inverse of `force`.
+
+        Parameters
+        ----------
+        force : (...,) float   Force on the load. [N] or [N m]
+
+        Returns
+        -------
+        (...,) float   A one-sided spring cannot pull: from nearly no force down it stays at its loose end. [m] or [rad]
+        """
+        return self.deflection_derivatives(force, 0)[0]
+
+    def deflection_derivatives(self, force: Array, orders: int) -> list[Array]:
+        """Deflection and its derivatives by the force, up to an order, at most the fourth; see `deflection`.
+
+        Source: `force`, inverted by Newton's method where no formula exists; derivatives of the inverse function.
+        """
+        xp = namespace(force)
+        if self.shape == "linear":
+            found = [self.rest + (force - self.preload) / self.stiffness, 1.0 / self.stiffness, *[0.0] * (orders - 1)]
+            return found[: orders + 1]
+        if self.shape == "progressive":
+            at = self._inverted(xp, force) + self.rest
+            return inverse(self.derivatives(at, orders), at)
+        least = self.stiffness * self.width * _LOOSE
+        loose = force <= least
+        at = self._compressed(xp, xp.where(loose, least, force)) + self.rest
+        found = inverse(self.derivatives(at, orders), at)
+        return [found[0], *(xp.where(loose, 0.0, one) for one in found[1:])]
+
+    def demand(self, position: Array) -> Array:
+        """Deflection over that at the end of the table: 1 at either end; 0 for other shapes. [-]"""
+        xp = namespace(position)
+        if self.deflections is None:
+            return 0.0 * position
+        low, high = self.deflections[0], self.deflections[-1]
+        return xp.abs(position - self.rest - 0.5 * (low + high)) / (0.5 * (high - low))
+
+    def pull_demand(self, force: Array) -> Array:
+        """Above 1 where a one-sided series spring would have to pull; 0 for other shapes. [-]
+
+        The allowance is a thousandth of ``stiffness contact_width`` below no force.
+        """
+        xp = namespace(force)
+        if self.shape != "one-sided":
+            return 0.0 * force
+        return xp.clip(1.0 - _LOOSE - force / (self.stiffness * self.width), 0.0, xp.inf)
+
+    @property
+    def _curve(self) -> Pieces:
+        return through(self.deflections, self.forces, "line")
+
+    def _inverted(self, xp: object, force: Array) -> Array:
+        """Deflection of a progressive spring at which its table's curve has the force."""
+        curve, wanted = self._curve, force - self.preload
+        places, values, slopes = _cells(curve)
+        start: Array = places[0] + (wanted - values[0]) / slopes[0]
+        for place, value, slope in zip(places, values, slopes[1:], strict=True):
+            start = xp.where(wanted > value, place + (wanted - value) / slope, start)  # type: ignore[attr-defined]
+
+        def step(x: Array) -> Array:
+            value, slope = curve.derivatives(x, 1)
+            return x - (value - wanted) / slope
+
+        return newton(xp, step, start, _STEPS)
+
+    def _compressed(self, xp: object, force: Array) -> Array:
+        """Deflection of a one-sided spring under a positive force."""
+        scale, width, preload = self.stiffness * self.width, self.width, self.preload
+        if not preload:
+            share = force / scale
+            return width * (share + xp.log(1.0 - xp.exp(-share)))  # type: ignore[attr-defined]
+
+        def excess(u: Array) -> Array:
+            return preload * logistic(u, 0)[0] + scale * softplus(u) - force
+
+        def step(u: Array) -> Array:
+            steps = logistic(u, 1)
+            return u - excess(u) / (preload * steps[1] + scale * steps[0])
+
+        low = xp.log(force / (preload + scale)) - 1.0 + 0.0 * force  # type: ignore[attr-defined]
+        return width * newton(xp, step, bisect(xp, excess, low, force / scale + 1.0, 40), _STEPS)
+
+    def hysteresis_after(self, force: Array, travel: Array) -> Array:
+        """Hysteresis force after a one-way deflection; see `infinivar.parts.dahl.after`. [N] or [N m]"""
+        return dahl.after(force, travel, self.hysteresis, self.hysteresis_travel)
+
+    def hysteresis_derivatives(self, force: Array, direction: Array, orders: int) -> list[Array]:
+        """Hysteresis force and its derivatives by the deflection; see `infinivar.parts.dahl.derivatives`."""
+        return dahl.derivatives(force, direction, self.hysteresis, self.hysteresis_travel, orders)
+
+    def hysteresis_loss(self, force: Array, speed: Array) -> Array:
+        """Power lost to hysteresis at a hysteresis force and a speed of the deflection. [W]"""
+        return dahl.loss(force, speed, self.hysteresis)
+
+    def hysteresis_stored(self, force: Array, speed: Array) -> Array:
+        """Power stored by hysteresis at a hysteresis force and a speed of the deflection. [W]"""
+        return dahl.stored(force, speed, self.hysteresis, self.hysteresis_travel)
+
+
+@functools.lru_cache(maxsize=64)
+def _cells(curve: Pieces) -> tuple[list[float], list[float], list[float]]:
+    """Places so close that the slope varies little between neighbours, the values there, and slopes between.
+
+    The first and last slope hold beyond the first and last place.
+    """
+    places = list(curve.edges)
+    for _ in range(12):
+        found = [places[0]]
+        for low, high in itertools.pairwise(places):
+            some = curve.derivatives(np.linspace(low, high, 5), 1)[1][1:-1]
+            ends = np.append(
+                some, [curve.derivatives(np.array([0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high]), 1)[1]]
+            )
+            found += [0.5 * (low + high), high] if ends.max() > _STEEP * ends.min() else [high]
+        if len(found) == len(places):
+            break
+        places = found
+    values = curve.derivatives(np.array(places), 0)[0].tolist()
+    slopes = np.diff(values) / np.diff(places)
+    beyond = curve.coefficients[1]
+    return places, values, [beyond[0], *slopes.tolist(), beyond[-1]]
+
+
+def rising_rows(name: str, row: tuple[float, ...], unit: str) -> None:
+    """Raise ParameterError unless a row has at least two values and increases."""
+    if len(row) < 2:
+        raise ParameterError(f"{name} must have at least two values, got {len(row)}")
+    for place in range(1, len(row)):
+        if not row[place] > row[place - 1]:
+            before, here = (show(value, unit) for value in row[place - 1 : place + 1])
+            raise ParameterError(f"{name} must increase, but {here} follows {before}")
+
+
+def same_length(name: str, row: tuple[float, ...], other_name: str, other: tuple[float, ...]) -> None:
+    """Raise ParameterError unless two rows have the same number of values."""
+    if len(row) != len(other):
+        raise ParameterError(f"{other_name} must have as many values as {name}, {len(row)}, got {len(other)}")
+
+
+def interval(row: tuple[float, ...], place: float) -> tuple[float, float]:
+    """Neighbouring values of an increasing row between which a place lies."""
+    upper = min(max(int(np.searchsorted(row, place)), 1), len(row) - 1)
+    return row[upper - 1], row[upper]

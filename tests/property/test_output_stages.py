@@ -1,0 +1,79 @@
+"""Drives with any output stage: power balances in all four quadrants, at rest, and over time."""
+
+from dataclasses import replace
+
+import numpy as np
+from designs import POINTS, amplifiers, gearheads, motors, output_stages, seeds
+from hypothesis import given
+from hypothesis import strategies as st
+from test_motion import ROUNDING, assert_balanced, courses, inertias, with_rotor
+
+import infinivar as iv
+
+
+@st.composite
+def drives(draw, stages=None):
+    stage = draw(stages if stages is not None else output_stages())
+    return iv.ConventionalDrive(
+        motor=with_rotor(draw(motors()), draw(inertias)),
+        gearhead=replace(draw(gearheads()), inertia=draw(inertias)),
+        amplifier=draw(amplifiers()),
+        guideway=iv.Guideway(friction=draw(st.floats(0, 10))),
+        output_inertia=draw(inertias),
+        **{stage.title: stage},
+    )
+
+
+@given(output_stages(), seeds)
+def test_stages_create_no_power(stage, seed):
+    """In all four quadrants and on the axes; the loss is what the shaft gives less what the load receives."""
+    random = np.random.default_rng(seed)
+    force, speed = random.uniform(-500, 500, POINTS), random.uniform(-2, 2, POINTS)
+    force[::7], speed[::11] = 0.0, 0.0
+    torque, turning, loss = stage.operate(force=force, speed=speed)
+    given_power, taken = torque * turning, force * speed
+    assert np.all(np.abs(given_power - taken - loss) <= ROUNDING * (np.abs(given_power) + np.abs(taken) + np.abs(loss)))
+    assert np.all(loss >= 0)
+    # At rest the shaft gives no more torque than without friction, and in its direction.
+    rest = speed == 0
+    free = (force * float(stage.travel_per_radian))[rest]
+    assert np.all(np.abs(torque[rest]) <= np.abs(free))
+    assert np.all(torque[rest] * free >= 0)
+
+
+@given(output_stages(), seeds)
+def test_efficiencies_are_those_stated(stage, seed):
+    """Without the constant friction torque, power divides as the two efficiencies say."""
+    random = np.random.default_rng(seed)
+    bare = replace(stage, friction_torque=0.0)
+    forward, backward = bare.efficiencies or (1.0, 1.0)
+    force, speed = random.uniform(1, 500, POINTS), random.uniform(0.01, 2, POINTS)
+    torque, turning, _ = bare.operate(force=force, speed=speed)
+    np.testing.assert_allclose(force * speed / (torque * turning), forward, rtol=1e-9)
+    torque, turning, _ = bare.operate(force=force, speed=-speed)
+    np.testing.assert_allclose(torque * turning / (force * -speed), backward, rtol=1e-9, atol=1e-9)
+
+
+@given(drives(), st.floats(0, 5), seeds)
+def test_drives_balance_along_a_course(drive, mass, seed):
+    assert_balanced(drive.follow(courses(seed), load_mass=mass), np.ones(POINTS, dtype=bool))
+
+
+@given(drives(), seeds)
+def test_drives_balance_in_steady_operation(drive, seed):
+    random = np.random.default_rng(seed)
+    speed, force = random.uniform(-1, 1, POINTS), random.uniform(-50, 50, POINTS)
+    speed[::9] = 0.0
+    point = drive.operate(speed=speed, force=force)
+    flows = [np.broadcast_to(flow, speed.shape) for flow in (point.power_in, -point.power_out)]
+    flows += [-np.broadcast_to(loss, speed.shape) for loss in point.losses.values()]
+    assert np.all(np.abs(sum(flows)) <= ROUNDING * sum(np.abs(flow) for flow in flows))
+
+
+@given(drives(), seeds)
+def test_losses_vanish_without_friction(drive, seed):
+    bare = drive.unheld()
+    point = bare.follow(courses(seed))
+    scale = np.abs(point.power_out) + np.abs(point.power_in)
+    for name in ("gearhead", bare.stage.title, "guideway"):
+        assert np.all(np.abs(point.losses[name]) <= ROUNDING * scale)
