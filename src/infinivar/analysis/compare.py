@@ -372,7 +372,7 @@ def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result:
     from infinivar.analysis.cycles.tracking import LONGEST, two_ways
 
     if not duty.closed:
-        return "a run is not simulated, as it starts in motion and without settled controllers"
+        return "a run is not simulated, as it may start in motion"
     if duty.period > LONGEST:
         return (
             f"the cycle of {plain(duty.period, 3)} s is longer than {LONGEST:g} s, the longest that a report simulates"

@@ -174,11 +174,13 @@ class MotionSummary(Result):
     @property
     def verdict(self) -> str:
         """What the recording is, in one sentence."""
-        kind = "one cycle that closes" if self.closed else "a run that does not close"
         names = ", ".join(role.replace("_", " ") for role in self.table.columns)
-        found = self.strides
-        strides = "" if found is None else f"; {len(found)} strides of {plain(found.period, 3)} s"
-        return f"{names} in {self.sampling.rows} rows, {plain(self.sampling.duration, 4)} s: {kind}{strides}"
+        if self.strides is not None:
+            kind = f"{len(self.strides)} strides of {plain(self.strides.period, 3)} s"
+            kind += ", closes" if self.closed else ", does not close"
+        else:
+            kind = "one cycle that closes" if self.closed else "a run that does not close"
+        return f"{names} in {self.sampling.rows} rows, {plain(self.sampling.duration, 4)} s: {kind}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts; values are in SI."""
