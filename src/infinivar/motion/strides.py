@@ -274,9 +274,13 @@ def _by_period(
     even = even - np.polyval(np.polyfit(np.arange(count), even, 1), np.arange(count))
     lag, agreement = _main_lag(even, None if period is None else period / step)
     if not agreement >= _MATCH:
+        best = (
+            f"agrees with itself by {percent(agreement)} at best, after {plain(lag * step, 3)} s"
+            if agreement > 0.0
+            else "does not repeat"
+        )
         raise InputError(
-            f"{name}: no repeated stride found: the motion agrees with itself by {percent(max(agreement, 0.0))} at best, after "
-            f"{plain(lag * step, 3)} s; name a column of heel strikes, or set the stride time"
+            f"{name}: no repeated stride found: the motion {best}; name a column of heel strikes, or set the stride time"
         )
     starts = _matched(even, lag)
     asked = "a given period" if period is not None else "period"
