@@ -32,9 +32,10 @@ from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
-from .motion.recordings import RecordedForce, Recording, Waypoints
+from .motion.recordings import Recording
 from .motion.scenario import Scenario
 from .motion.strides import Strides
+from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing

@@ -276,9 +276,9 @@ FAULTS = {
         "line 42, column 'phase (%)': must be within 0 and 100 % of the cycle, got 102.5 %",
     ),
     "phase goes back": (
-        at(9, "0.0,1,1", GAIT),
+        at(9, "12.0,1,1", GAIT),
         JOINT,
-        "line 9, column 'phase (%)': must have a later phase than the row above",
+        "line 9, column 'phase (%)': must have a later phase than the row above, or start",
     ),
     "distance about a joint": (
         GAIT,

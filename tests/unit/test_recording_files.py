@@ -536,3 +536,32 @@ def test_a_table_is_frozen_and_compares(reference, tmp_path):
         reference.columns["time"].values[0] = 1.0
     with pytest.raises(TypeError, match="frozen"):
         reference.columns["force"] = reference.columns["position"]
+
+
+def strides(count, points=51):
+    """Strides of a phase from 0 to 100 %, both included, one below the other, each a little larger."""
+    phase = np.linspace(0.0, 1.0, points)
+    rows = [
+        [f"{100 * p:.1f}", f"{(1 + 0.01 * k) * np.sin(2 * np.pi * p):.9f}"]
+        for k in range(count)
+        for p in phase.tolist()
+    ]
+    return joined(",", "phase (%),angle (rad)", rows=rows)
+
+
+def test_strides_of_a_phase_follow_one_another(tmp_path):
+    path = saved(tmp_path, strides(4))
+    table = read_timed(path, cycle_time=1.2)
+    assert len(table) == 4 * 50 + 1
+    assert table.columns["time"].values == pytest.approx(np.arange(201) * 1.2 / 50, abs=1e-12)
+    assert table.remarks == ("phase times a cycle of 1.2 s, 4 strides",)
+    with pytest.raises(
+        InputError, match=r"line 53, column 'phase \(%\)': starts another stride; average the strides with"
+    ):
+        Recording.read(path, cycle_time=1.2)
+    mean = Recording.read(path, cycle_time=1.2, strides="average")
+    assert mean.period == pytest.approx(1.2, rel=1e-12)
+    assert np.max(mean.derivatives(np.linspace(0, 1.2, 500), 0)[0]) == pytest.approx(1.015, rel=2e-3)
+    slower = resampled(table, 25.0)
+    assert np.all((slower.columns["phase"].values >= 0.0) & (slower.columns["phase"].values <= 1.0))
+    assert np.count_nonzero(np.diff(slower.columns["phase"].values) < -0.5) == 4
