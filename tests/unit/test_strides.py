@@ -148,6 +148,21 @@ def test_a_study_averages_strides(tmp_path):
     assert found.to_dict()["single_strides"]["strides"] == found.strides.singles.size
 
 
+def test_strides_of_a_phase_alone_have_the_cycle_time(tmp_path):
+    """As data sets of gait store them: stride after stride from 0 to 99.3 %, without times; of different size."""
+    share = np.arange(150) / 150.0
+    sizes = np.array([0.9, 1.0, 1.1, 1.0])
+    rows = [f"{100 * p:.6f},{size * math.cos(2 * math.pi * p):.9f}" for size in sizes for p in share]
+    (tmp_path / "gait.csv").write_text("\n".join(["phase [%],knee angle [rad]", *rows]) + "\n", "utf-8")
+    motion = Recording.read(str(tmp_path / "gait.csv"), cycle_time=1.2, strides="average")
+    found = motion.averaged
+    assert found.method == "phase"
+    assert_allclose(found.times, 1.2, atol=1e-9)
+    assert len(found) == 3  # the last one does not reach 100 %
+    assert_allclose(found.mean["position"][::20], np.cos(2 * math.pi * found.share[::20]), atol=0.05)
+    assert motion.axis.rotary
+
+
 def averaged(**options):
     columns, _, edges = walk(**options)
     found = find_strides("walk", columns, heel_strikes=edges)

@@ -24,6 +24,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.files.table import RecordedTable
+from infinivar.motion.files.timing import unwrapped
 from infinivar.units import percent, plain
 
 POINTS = 201
@@ -252,9 +253,7 @@ def _by_heel_strikes(time: np.ndarray, strikes: np.ndarray) -> np.ndarray:
 
 def _by_phase(time: np.ndarray, phase: np.ndarray) -> np.ndarray:
     """Times at which a phase passes the end of a cycle, interpolated."""
-    drops = np.diff(phase) < -0.5
-    whole = phase + np.concatenate([[0.0], np.cumsum(drops)])
-    rising = np.maximum.accumulate(whole)
+    rising = np.maximum.accumulate(unwrapped(phase))
     turns = np.arange(math.ceil(rising[0] - 1e-9), math.floor(rising[-1] + 1e-9) + 1)
     keep = np.concatenate([[True], np.diff(rising) > 0.0])
     return np.interp(turns, rising[keep], time[keep])
