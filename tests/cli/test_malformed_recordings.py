@@ -136,6 +136,11 @@ FAULTS = {
         "",
         "line 1, column 'Fz (N)': is a force, but 'Angle (deg)' is about",
     ),
+    "preamble without headings": (
+        "Logger 7\nRate: 1 kHz\n" + CSV.partition("\n")[2],
+        "",
+        "line 2: must name columns of a motion",
+    ),
     # Times
     "time goes back": (
         at(8, "0.1,1.0,-4.0"),

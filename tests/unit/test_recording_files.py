@@ -14,11 +14,13 @@ from hypothesis import strategies as st
 import infinivar as iv
 from infinivar import DutyCycle, InputError, ParameterError, Recording, duty_cycle
 from infinivar.axis import LINEAR, ROTARY
+from infinivar.drivetrain.output import Output
 from infinivar.motion.files.headings import family_of, heading_of, spelt
 from infinivar.motion.files.reading import read_table
 from infinivar.motion.files.sheet import TextSheet
 from infinivar.motion.files.table import Column, RecordedTable
 from infinivar.motion.files.timing import read_timed, resampled, windowed
+from infinivar.parts.linkage import Linkage
 from infinivar.study.load import shipped_study
 
 ARM = 0.0625
@@ -54,6 +56,9 @@ WRITINGS = {
     "blanks with decimal commas": comma(joined(" ", "time_s pos_mm force_N")),
     "comment above": joined(",", "# logger 7", "", "# Time (s),Pos (mm),Fz (N)"),
     "comments": joined(",", "# logger 7", "Time (s),Pos (mm),Fz (N)", "// started", ""),
+    "preamble of a logger": joined(
+        ";", "Logger 7", "Date;2024-05-01", "Rate;1000", "", "Time;Pos;Fz", "s;mm;N", "", rows=DIGITS
+    ),
     "row of units": joined(",", "Time,Pos,Fz", "s,mm,N"),
     "row of units in brackets": joined(";", "Time;Pos;Fz", "[s];[mm];[N]"),
     "other columns": joined(
@@ -117,15 +122,34 @@ def test_what_was_understood_is_said(tmp_path):
 
 
 def test_energies_are_equal_too(tmp_path):
-    """Of the cycle on a drive, for the writings that have an own way through the reader."""
-    energies = [
-        duty_cycle(
-            drive(), DutyCycle(motion=Recording.read(saved(tmp_path, WRITINGS[name], file)), load_mass=0.8)
-        ).energy
-        for name, file in (("logger", "a.csv"), ("decimal commas", "b.csv"), ("OpenSim", "c.sto"))
+    """A shape, and its rows as CSV, with decimal commas, of OpenSim, and as angle and moment about a joint behind a lever.
+
+    Straight lines between rows a time h apart change a sinusoid by (w h)^2/8 at most, here 5e-6 of it, and the force, which is
+    linear in the acceleration, by as much; smoothing leaves a sinusoid below half of the cutoff.
+    """
+    shape = DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=1.0), force=-4.0, load_mass=0.8)
+    at = np.arange(1001) / 1000
+    metres = (0.02 * np.sin(2 * np.pi * at)).tolist()
+    along = [[f"{t:.3f}", repr(x), "-4.0"] for t, x in zip(at, metres, strict=True)]
+    about = [[f"{t:.3f}", repr(x / ARM), repr(-4.0 * ARM)] for t, x in zip(at, metres, strict=True)]
+    top = [line.replace("201", "1001").replace("position_mm", "position_m") for line in STO]
+    linear = [
+        joined(",", "Time (s),Pos (m),Fz (N)", rows=along),
+        comma(joined(";", "Time (s);Pos (m);Fz (N)", rows=along)),
+        joined("\t", *top, rows=along),
     ]
-    shape = duty_cycle(drive(), DutyCycle(motion=Recording.read(saved(tmp_path, CSV)), load_mass=0.8)).energy
-    assert energies == [shape] * 3
+    cobotic = drive()
+    wanted = duty_cycle(cobotic, shape).energy
+    found = [
+        duty_cycle(cobotic, DutyCycle(motion=Recording.read(saved(tmp_path, text)), load_mass=0.8)).energy
+        for text in linear
+    ]
+    assert found == [found[0]] * 3
+    assert found[0] == pytest.approx(wanted, rel=1e-4)
+    motion = Recording.read(saved(tmp_path, joined(",", "Time (s),Knee angle (rad),Knee moment (N-m)", rows=about)))
+    lever = dataclasses.replace(cobotic, output=Output(linkage=Linkage(arm=ARM)))
+    turned = duty_cycle(lever, DutyCycle(motion=motion, load_mass=0.8 * ARM**2)).energy
+    assert turned == pytest.approx(found[0], rel=1e-9)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -399,6 +423,35 @@ def test_the_quick_way_reads_what_the_careful_way_reads(tmp_path_factory, rows, 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(TextSheet, "_quickly", lambda *args: None)
         assert read() == usual
+
+
+JUNK = [*(bytes([one]) for one in b',;\t\n"%#[( -\0\xff\xc3'), b"nan", b"endheader", b"1e400", b""]
+
+
+@given(
+    st.sampled_from(sorted(WRITINGS)),
+    st.sampled_from([150, 400, 100_000]),
+    st.lists(st.tuples(st.integers(0, 120), st.integers(0, 6), st.sampled_from(JUNK)), max_size=3),
+    st.sampled_from(
+        [{}, {"cycle_time": 1.1}, {"columns": {"time": "Time (s)", "position": "Pos"}}, {"window": (0.1, 0.5)}]
+    ),
+)
+@settings(max_examples=200)
+def test_a_broken_file_is_read_or_refused(tmp_path_factory, name, length, edits, how):
+    """Never anything else, and the message is fit to print."""
+    content = WRITINGS[name]
+    content = (content if isinstance(content, bytes) else content.encode())[:length]
+    for place, removed, added in edits:
+        content = content[:place] + added + content[place + removed :]
+    path = saved(tmp_path_factory.mktemp("broken"), content)
+    said = ""
+    try:
+        table = read_timed(path, **how)
+        assert all(np.all(np.isfinite(column.values)) for column in table.columns.values())
+    except InputError as problem:
+        said = str(problem)
+    assert len(said) < 600
+    assert said.isprintable()
 
 
 def test_a_minute_at_a_thousand_hertz_is_read_in_a_moment(tmp_path):

@@ -107,7 +107,7 @@ def spelt(unit: str) -> tuple[str, bool]:
     return _PRODUCT.sub(r"\1 \2", _SPELT.get(unit.lower(), unit)), per_kg
 
 
-@functools.cache
+@functools.lru_cache(maxsize=4096)
 def family_of(name: str, unit: str | None) -> str | None:
     """Return the family of quantities that a name speaks of, if any."""
     words = {word.lower() for word in _WORDS.findall(name)}
