@@ -250,3 +250,18 @@ def test_what_repeats_does_not_apply_to_a_run():
         two_ways(DRIVES["cobotic"], duty)
     with pytest.raises(ParameterError, match="start_temperature does not apply to a cycle"):
         DutyCycle(motion=recording(1, closed=True), start_temperature=320.0)
+
+
+@pytest.mark.parametrize(("name", "usual", "largest"), [("parabola", 4.0, 6.0), ("ramp and 1 Hz", 16.0, 25.0)])
+def test_noise_counts_little_more_at_the_ends(name, usual, largest):
+    """20 um of noise at 200 Hz: the largest error of the acceleration anywhere, over its RMS away from the ends."""
+    chain = CLOSED_FORMS[name][1]
+    time, at = np.linspace(0.0, 6.0, 1201), np.linspace(0.0, 6.0, 2001)
+    inside = (at > 0.3) & (at < 5.7)
+    worst = []
+    for seed in range(12):
+        values = chain(time)[0] + 2e-5 * np.random.default_rng(seed).standard_normal(time.size)
+        off = np.abs(RunSeries.through(time, values, values, CUTOFF).derivatives(at, 2)[2] - chain(at)[2])
+        worst.append(np.max(off) / np.sqrt(np.mean(off[inside] ** 2)))
+    assert np.median(worst) < usual
+    assert max(worst) < largest
