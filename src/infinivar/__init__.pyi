@@ -1,4 +1,6 @@
 from . import bondgraph, contact, parts, power
+from ._core.array_namespace import array_namespace
+from ._core.fields import check_fields, component, quantities, quantity
 from ._core.result import Result
 from .analysis import design_trends
 from .analysis.compare import Comparison, DriveResult, DutyComparison, compare
@@ -47,8 +49,10 @@ from .parts.screw import Screw
 from .parts.stage import Shaft
 from .report.saving import save
 from .study.load import load_study
+from .study.provenance import Provenance
 from .study.requirement import Requirement
 from .study.rig import Rig
+from .study.save import save_study
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .transmission.geometry import ContactGeometry
@@ -95,6 +99,7 @@ __all__ = [
     "ParameterError",
     "PeriodicMotion",
     "Policy",
+    "Provenance",
     "Pulley",
     "Rack",
     "Reach",
@@ -129,9 +134,12 @@ __all__ = [
     "Walking",
     "Waypoints",
     "__version__",
+    "array_namespace",
     "bondgraph",
     "calibrate",
+    "check_fields",
     "compare",
+    "component",
     "contact",
     "contact_sheets",
     "design_trends",
@@ -144,9 +152,12 @@ __all__ = [
     "plant_graph",
     "policies",
     "power",
+    "quantities",
+    "quantity",
     "read_table",
     "reproduce",
     "save",
+    "save_study",
     "sensitivity",
     "shaking",
     "simulate",

@@ -14,7 +14,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.drive import Drive, operated
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import Limit, binding
 
@@ -73,7 +73,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
 
     Parameters
     ----------
-    drive : Drive         Any drive.
+    drive : Drive         Any object with the method `operate` of a `Drive`.
     speed : (n,) float    Speeds of the load; negative ones for the other quadrants. [m s^-1]
     force : (m,) float    Forces on the load. [N]
     progress              Called with the share done, 0 to 1.
@@ -86,6 +86,8 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     ------
     InputError
         If an axis is not a finite vector.
+    ParameterError
+        If the drive has no method `operate`, or it does not return a `DrivePoint`.
     AuditError
         If the power balance of a point does not close, or a power is nan although the wheel does not slip.
     """
@@ -145,7 +147,7 @@ def _evaluated(
     drive: Drive, speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
 ) -> tuple[dict[str, Any], float]:
     """Evaluate and audit one tile: its fields, losses included, and the largest residual."""
-    point = drive.operate(speed=speed[tile[0], None], force=force[None, tile[1]])
+    point = operated(drive, speed=speed[tile[0], None], force=force[None, tile[1]])
     residual = power.audit(point.power_in, point.power_out, point.losses, "steady map")
     limit, margin = binding(point.utilisation)
     if np.any(np.isnan(point.power_in) & (limit != Limit.SLIP)):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Result, result
-from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.drivetrain.drive import MovingDrive
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.recordings import Recording
 from infinivar.units import percent, plain
@@ -58,7 +58,7 @@ class StrideEnergies(Result):
         }
 
 
-def stride_energies(drive: AnyDrive, duty: DutyCycle) -> StrideEnergies | None:
+def stride_energies(drive: MovingDrive, duty: DutyCycle) -> StrideEnergies | None:
     """Energy of the mean cycle of a recording beside the energies of its single strides.
 
     The mean cycle lacks the differences between strides. A loss that grows with the square of a quantity, as copper loss with
