@@ -19,8 +19,8 @@ _BUCKETS = 700
 _MOST_LOOP = 4000
 _WIDTH = 10.6
 """Width of the figure. [inch]"""
-_DECADES = 10.0
-"""Decades of the spectrum shown below its peak."""
+_DECADES = 7.0
+"""Decades of the amplitude shown below its peak."""
 _BANDS_PER_DECADE = 60
 _MOST_STRIDES = 60
 """Strides drawn one by one."""
@@ -138,7 +138,7 @@ def draw_spectrum(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.yaxis.set_minor_locator(NullLocator())
     top = float(np.max(amplitude, initial=1e-300))
-    ax.set_ylim(max(float(np.min(amplitude, initial=top)), top * 10.0 ** (-0.5 * _DECADES)), 3.0 * top)
+    ax.set_ylim(max(float(np.min(amplitude, initial=top)), top * 10.0**-_DECADES), 3.0 * top)
     ax.set(xlabel="frequency [Hz]", ylabel=f"amplitude density [{numbers['spectrum_unit']}]")
     ax.legend(loc="best", fontsize=7)
 
