@@ -155,7 +155,16 @@ def amount(most):
 
 
 def some(part, **fixed):
-    return st.fixed_dictionaries({**quantities(part), **fixed}).map(lambda values: part(**values))
+    """A part of random values; only the required ones and those given here, if the others contradict one another."""
+
+    def built(values):
+        try:
+            return part(**values)
+        except iv.ParameterError:
+            required = {field.name for field in dataclasses.fields(part) if field.default is dataclasses.MISSING}
+            return part(**{name: value for name, value in values.items() if name in required or name in fixed})
+
+    return st.fixed_dictionaries({**quantities(part), **fixed}).map(built)
 
 
 names = st.text(st.characters(codec="utf-8", exclude_categories=("C", "Z")), min_size=1, max_size=20)

@@ -304,6 +304,7 @@ class Worm:
     name: str = "worm"
     ratio: float = 30.0
     inertia: float | None = None
+    stiffness: float | None = None
 
     def operate(self, *, output_torque, output_speed, motor_rated_torque):
         gear = iv.Gearhead(ratio=self.ratio, efficiency=0.5, loss_model="proportional", backdriving_efficiency=0.0)

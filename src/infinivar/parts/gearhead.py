@@ -84,7 +84,7 @@ class Gearhead:
         If a field is outside its range; the message names field, value and unit.
     """
 
-    USES: ClassVar[tuple[str, ...]] = ("name", "ratio", "inertia", "operate", "without_friction")
+    USES: ClassVar[tuple[str, ...]] = ("name", "ratio", "inertia", "stiffness", "operate", "without_friction")
     """What a drive uses of its gearhead: an object with these can take its place."""
 
     name: str = component("Name for reports", default="gearhead")

@@ -21,6 +21,7 @@ from infinivar.drivetrain.drive import (
     MovingDrive,
     MovingPoint,
     axis_fault,
+    check_drive,
     chosen,
     followed,
     operated,
@@ -324,6 +325,7 @@ def duty_cycle(
 
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
+    check_drive(drive, "drive", ("operate", "follow"))
     fault = axis_fault(drive, duty.axis, "the drive", "the motion") or smoothness_fault(
         drive, duty, "the drive", "motion"
     )
