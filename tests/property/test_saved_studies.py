@@ -270,6 +270,35 @@ def test_studies_built_in_python_survive(study):
     assert iv.Study.from_dict(tomllib.loads(study.to_toml()), name="random") == pathless
 
 
+def test_springs_and_linkages_survive():
+    tables = {
+        "requirement": {"force": "40 N", "speed": "1 m/s"},
+        "drives": {
+            "leg": {
+                "base": "faulring2006.motor1-gear1",
+                "output": {
+                    "parallel_spring": {
+                        "shape": "progressive",
+                        "deflections": {"value": [-5, 0, 10.5], "unit": "mm"},
+                        "forces": ["-10 N", "0 N", "0.05 kN"],
+                        "at": {"value": "drive", "kind": "stated", "where": "drawing 3"},
+                    },
+                    "series_spring": {"stiffness": "20 N/mm", "hysteresis": "1 N"},
+                },
+            }
+        },
+    }
+    study = iv.Study.from_dict(tables, name="leg")
+    output = study.drives["leg"].output
+    assert output.parallel_spring.deflections == (-0.005, 0.0, 0.0105)
+    again, _ = saved_and_loaded(replace(study, name="saved"))
+    assert again.drives == study.drives
+    assert again.provenance == study.provenance
+    bare = iv.Study(name="bare", requirement=study.requirement, drives=study.drives)
+    again, _ = saved_and_loaded(bare)
+    assert again == bare
+
+
 def fields_below(part, seen):
     """All fields of a class and its parts that a study file states."""
     if part not in seen:
@@ -363,6 +392,31 @@ def test_data_without_a_file_get_one(kind, tmp_path):
     ]
     with pytest.raises(iv.InputError, match=r"duty.walk.file: the data have no file; save_study writes them"):
         replace(study, scenarios={}).to_toml()
+
+
+def test_keys_on_how_to_read_a_file_survive(tmp_path):
+    rows = "\n".join(f"{t!r};{x!r};{20.0 * x!r}" for t, x in ROWS)
+    (tmp_path / "gait.csv").write_text(f"t (s);Knee (rad);M (N m)\n{rows}\n", "utf-8")
+    (tmp_path / "mine.toml").write_text(
+        '[requirement]\nforce = "5 N"\nspeed = "1 m/s"\n[drives.a]\nbase = "faulring2006.cobotic"\n'
+        '[duty.walk]\nshape = "file"\nfile = "gait.csv"\ncolumns = { time = "t", angle = "Knee", moment = "M" }\n'
+        'flip = ["moment"]\nwindow = ["0.1 s", "0.9 s"]\nclosed = false\n',
+        "utf-8",
+    )
+    study = iv.load_study(tmp_path / "mine.toml")
+    (tmp_path / "deep").mkdir()
+    path = study.save(tmp_path / "deep" / "again.toml")
+    table = tomllib.loads(path.read_text("utf-8"))["duty"]["walk"]
+    assert table["columns"] == {"time": "t", "angle": "Knee", "moment": "M"}
+    assert (table["flip"], table["window"], table["closed"]) == (["moment"], ["0.1 s", "0.9 s"], False)
+    again = iv.load_study(path)
+    assert again == study
+    (tmp_path / "gait.csv").unlink()
+    there = iv.load_study(again.save(tmp_path / "deep" / "third.toml"))
+    assert there == study
+    assert (
+        (tmp_path / "deep" / "third-duty-walk.csv").read_text("utf-8").startswith("time [s],angle [rad],moment [N m]\n")
+    )
 
 
 # Refusals
