@@ -22,6 +22,7 @@ NAMES = (
     "fastsim",
     "simulation",
     "dynamic",
+    "recording",
     "uncertainty",
 )
 

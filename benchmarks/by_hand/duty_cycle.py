@@ -9,6 +9,32 @@ import numpy as np
 
 def power_in(p: dict[str, Any], course: dict[str, np.ndarray]) -> np.ndarray:
     """Power from the supply at each instant [W], braking burnt, each motor's by itself."""
+    current, steered, phi1, _, _ = states(p, course)
+    return cylinder_power(p, current, p["resistance"]) + steering_power(p, steered, phi1, p["steering_resistance"])
+
+
+def cylinder_power(p: dict[str, Any], current: np.ndarray, resistance: Any) -> np.ndarray:
+    """Power from the supply of the cylinder motor. [W]"""
+    return np.maximum(current * voltage(p, current, resistance), 0)
+
+
+def voltage(p: dict[str, Any], current: np.ndarray, resistance: Any) -> np.ndarray:
+    """Voltage of the cylinder motor. [V]"""
+    return current * resistance + p["torque_constant"] * p["gear_ratio"] * p["cylinder_speed"]
+
+
+def steering_power(p: dict[str, Any], current: np.ndarray, rate: np.ndarray, resistance: Any) -> np.ndarray:
+    """Power from the supply of the steering motor. [W]"""
+    return np.maximum(current * steering_voltage(p, current, rate, resistance), 0)
+
+
+def steering_voltage(p: dict[str, Any], current: np.ndarray, rate: np.ndarray, resistance: Any) -> np.ndarray:
+    """Voltage of the steering motor. [V]"""
+    return current * resistance + p["steering_constant"] * p["steering_ratio"] * rate
+
+
+def states(p: dict[str, Any], course: dict[str, np.ndarray]) -> tuple[np.ndarray, ...]:
+    """Currents of cylinder and steering motor, steering rate, force over slip force, tangent of the steering angle."""
     speed, acceleration, jerk, snap = (course[name] for name in ("speed", "acceleration", "jerk", "snap"))
     slip_force = p["friction"] * p["preload"]
     rolling_force = (p["rolling_torque"] + p["bearing_torque"]) / p["wheel_radius"]
@@ -46,10 +72,8 @@ def power_in(p: dict[str, Any], course: dict[str, np.ndarray]) -> np.ndarray:
     torque = p["cylinder_radius"] * (slip_force * x * t / root + rolling_force / root)
     friction = (1 - p["gear_efficiency"]) * p["continuous_torque"]
     current = (torque / p["gear_ratio"] + friction) / p["torque_constant"] + p["no_load_current"]
-    voltage = current * p["resistance"] + p["torque_constant"] * p["gear_ratio"] * p["cylinder_speed"]
     way = np.sign(phi1)
     inertia = p["bell_inertia"] + p["steering_ratio"] ** 2 * p["steering_rotor"]
     steering = (p["steering_friction"] * way + inertia * phi2) / p["steering_ratio"]
     steered = steering / p["steering_constant"] + p["steering_no_load"] * way
-    across = steered * p["steering_resistance"] + p["steering_constant"] * p["steering_ratio"] * phi1
-    return np.maximum(current * voltage, 0) + np.maximum(steered * across, 0)
+    return current, steered, phi1, x, t
