@@ -14,6 +14,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
+from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import Limit, binding
@@ -37,7 +38,7 @@ class SteadyMap(Result):
 
     Attributes
     ----------
-    speed, force : (n,), (m,) float     Axes. [m s^-1], [N]
+    speed, force : (n,), (m,) float     Axes. [m s^-1], [N], or [rad s^-1], [N m] about a joint
     power_in, power_out : (n, m) float  Power from the supply and to the load; nan without steady motion. [W]
     losses : mapping of name to (n, m) float   [W]
     efficiency : (n, m) float           nan outside limits and where both sides feed the losses. [-]
@@ -45,6 +46,7 @@ class SteadyMap(Result):
     margin : (n, m) float               Allowance over demand of the tightest limit. [-]
     audit_residual : float              Largest relative residual of the power balance. [-]
     labels : Labels or None             Labels of labelled axes.
+    axis : Axis                         Whether the load moves along a line or about a joint.
     """
 
     speed: np.ndarray
@@ -57,14 +59,15 @@ class SteadyMap(Result):
     margin: np.ndarray
     audit_residual: float
     labels: Labels | None = None
+    axis: Axis = LINEAR
 
 
-def _axis(name: str, values: Any, unit: str) -> np.ndarray:
+def _axis(name: str, values: Any) -> np.ndarray:
     axis = np.array(real_array(name, values), ndmin=1)
     if axis.ndim != 1 or axis.size == 0:
         raise InputError(f"{name} must be one-dimensional and not empty, got shape {axis.shape}")
     if not np.isfinite(axis).all():
-        raise InputError(f"{name} must be finite {unit}, got {axis[~np.isfinite(axis)][0]}")
+        raise InputError(f"{name} must be finite, got {axis[~np.isfinite(axis)][0]}")
     return axis
 
 
@@ -90,7 +93,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
         If the power balance of a point does not close, or a power is nan although the wheel does not slip.
     """
     labels = _labels(speed, force)
-    speed, force = _axis("speed", speed, "m/s"), _axis("force", force, "N")
+    speed, force = _axis("speed", speed), _axis("force", force)
     shape = (speed.size, force.size)
     rows = max(1, _TILE // force.size)
     columns = min(force.size, _TILE)
@@ -121,7 +124,15 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     # One by one, so that a large map is never in memory twice.
     fields = {name: np.broadcast_to(frozen(room.pop(name)), shape) for name in list(room)}
     losses = {name.removeprefix(_LOSS): fields.pop(name) for name in list(fields) if name.startswith(_LOSS)}
-    return SteadyMap(speed=speed, force=force, losses=FrozenDict(losses), audit_residual=worst, labels=labels, **fields)
+    return SteadyMap(
+        speed=speed,
+        force=force,
+        losses=FrozenDict(losses),
+        audit_residual=worst,
+        labels=labels,
+        axis=getattr(drive, "axis", LINEAR),
+        **fields,
+    )
 
 
 def _labels(speed: Any, force: Any) -> Labels | None:

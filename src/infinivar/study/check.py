@@ -12,14 +12,14 @@ from infinivar.study.study import Study
 
 
 def check_duty(study: Study) -> None:
-    """Refuse a study whose drives cannot follow its duty cycles.
+    """Refuse a study whose drives cannot follow its duty cycles, or that requires a joint of drives along a line.
 
     Raises
     ------
     InputError
         One line for each drive that lacks a value, with the name of the value.
     """
-    _refuse(_duty_faults(study))
+    _refuse([*_axis_faults(study), *_duty_faults(study)])
 
 
 def check(study: Study) -> None:
@@ -30,13 +30,27 @@ def check(study: Study) -> None:
     InputError
         One line per fault.
     """
-    _refuse([*_duty_faults(study), *_scenario_faults(study)])
+    _refuse([*_axis_faults(study), *_duty_faults(study), *_scenario_faults(study)])
 
 
 def _refuse(faults: Iterator[str] | list[str]) -> None:
     lines = list(faults)
     if lines:
         raise InputError("\n".join(lines))
+
+
+def _axis_faults(study: Study) -> Iterator[str]:
+    if study.requirement is None:
+        return
+    for name, drive in study.drives.items():
+        turns = drive.axis.rotary
+        if turns and not study.requirement.axis.rotary:
+            yield f"drives.{name} moves a joint; requirement.force is along a line: write moment and angular_speed"
+        elif study.requirement.axis.rotary and not turns:
+            yield (
+                f"requirement.moment is about a joint; drives.{name} moves along a line: give it a linkage, "
+                f"[drives.{name}.output.linkage]"
+            )
 
 
 def _duty_faults(study: Study) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,13 @@ from infinivar._core import files
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest, printable
-from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.scenario import Scenario
 from infinivar.study.build import built
 from infinivar.study.extend import extended
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, quoted, short
-from infinivar.study.requirement import Requirement
+from infinivar.study.requirement import JOINT_ONLY, LINE_ONLY, JointRequirement, Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, keys
 from infinivar.study.shipped import parameter_set, study_file
@@ -94,7 +94,9 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     scenarios = loading.tasks("scenarios", Scenario, load_mass)
     duty = loading.tasks("duty", DutyCycle, load_mass)
     rig = loading.rig()
-    if loading.faults or requirement is None:
+    with loading.collecting():
+        _check_shares(duty)
+    if loading.faults:
         raise StudyError(*loading.faults)
     warnings = [
         *loading.remarks.warnings,
@@ -129,11 +131,20 @@ def _check_top(raw: Raw) -> None:
     for key in ("scenarios", "duty"):
         if not isinstance(raw.get(key, {}), dict):
             raise StudyError(f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]")
+    if not raw.get("requirement") and not raw.get("duty"):
+        raise StudyError("requirement is missing: write a table [requirement], or a motion in a table [duty.NAME]")
+    if not raw.get("drives"):
+        raise StudyError("drives is missing: write a table [drives.NAME]")
     for key, table in (("requirement", "requirement"), ("drives", "drives.NAME")):
-        if not raw.get(key):
-            raise StudyError(f"{key} is missing: write a table [{table}]")
-        if not isinstance(raw[key], dict):
+        if not isinstance(raw.get(key, {}), dict):
             raise StudyError(f"{key} = {quoted(raw[key])} must be a table [{table}]")
+
+
+def _check_shares(duty: Mapping[str, DutyCycle]) -> None:
+    try:
+        shares_of(duty)
+    except InputError as problem:
+        raise StudyError(str(problem)) from None
 
 
 def _check_text(raw: Raw, key: str, longest: int, *, lines: bool = False) -> None:
@@ -164,10 +175,21 @@ class _Loading:
             self.faults += found.lines
 
     def requirement(self) -> Requirement | None:
+        """Build the requirement, along a line or about a joint; None if the study states none."""
+        if "requirement" not in self.raw:
+            return None
         with self.collecting():
             tree = over_base(
                 annotated(self.raw["requirement"], "requirement", self.origin), "requirement", self.remarks
             )
+            line, joint = ([key for key in keys if key in tree] for keys in (LINE_ONLY, JOINT_ONLY))
+            if line and joint:
+                raise StudyError(
+                    f"requirement.{joint[0]} does not apply beside {line[0]}: write {', '.join(LINE_ONLY)} along a line, or "
+                    f"{', '.join(JOINT_ONLY)} about a joint"
+                )
+            if joint:
+                return built(JointRequirement, tree, "requirement", "requirement", self.rows).requirement
             return built(Requirement, tree, "requirement", "requirement", self.rows)
         return None
 

@@ -30,7 +30,7 @@ from infinivar.motion.scenario import Scenario
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
-from infinivar.study.requirement import Requirement
+from infinivar.study.requirement import JointRequirement, Requirement
 from infinivar.study.rig import Rig
 
 if TYPE_CHECKING:
@@ -314,7 +314,13 @@ def keys(part: type) -> list[str]:
     known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
     return [
         *known,
-        *(HEAD if part in DRIVES.values() else ["base"] if part in (Requirement, Scenario, DutyCycle) else []),
+        *(
+            HEAD
+            if part in DRIVES.values()
+            else ["base"]
+            if part in (Requirement, JointRequirement, Scenario, DutyCycle)
+            else []
+        ),
     ]
 
 
@@ -409,6 +415,8 @@ def json_schema() -> dict[str, Any]:
         },
         "additionalProperties": {"anyOf": [size, {"$ref": "#/$defs/Spreads"}]},
     }
+    # One table, along a line or about a joint; loading refuses a mixture.
+    definitions["Requirement"]["properties"] |= table(JointRequirement).model_json_schema()["properties"]
     base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
     part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
     definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
@@ -424,7 +432,11 @@ def json_schema() -> dict[str, Any]:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "infinivar study",
         "type": "object",
-        "anyOf": [{"required": ["requirement", "drives"]}, {"required": ["extends"]}],
+        "anyOf": [
+            {"required": ["requirement", "drives"]},
+            {"required": ["duty", "drives"]},
+            {"required": ["extends"]},
+        ],
         "additionalProperties": False,
         "properties": {
             "extends": {

@@ -1,4 +1,4 @@
-"""A study: the requirement, the drives to compare, and the provenance of each of their values."""
+"""A study: what is required, the drives to compare, and the provenance of each of their values."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from infinivar._core.result import Frozen, result
+from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest
-from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.scenario import Scenario
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
@@ -48,7 +49,7 @@ class Study(Frozen):
     ----------
     name : str            Stem of the file name, or a given name.
     title, description    Headline and explanation for reports.
-    requirement           Required region of force, speed and power.
+    requirement           Required region of force, speed and power; None if only motions are required.
     drives                Drive-trains by name, in the order of the file.
     titles                Titles of the drives in reports.
     scenarios             Runs to simulate, by name.
@@ -62,8 +63,8 @@ class Study(Frozen):
 
     name: str
     title: str
-    requirement: Requirement
     drives: Mapping[str, Drive]
+    requirement: Requirement | None = None
     description: str = ""
     titles: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario] = field(default_factory=dict)
@@ -80,6 +81,44 @@ class Study(Frozen):
         titles = _distinct({name: self.titles.get(name, name) for name in self.drives})
         object.__setattr__(self, "titles", titles)
         Frozen.__post_init__(self)
+        shares_of(self.duty)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share of the time spent in each duty cycle, adding up to 1; empty if the study states none. [-]"""
+        return shares_of(self.duty)
+
+    @property
+    def travel(self) -> float | None:
+        """Travel of the load from end to end, or the angle of the joint; None if not required. [m] or [rad]"""
+        return None if self.requirement is None else self.requirement.travel
+
+    @property
+    def load_mass(self) -> float | None:
+        """Mass of the load, or its moment of inertia, by the requirement; None if not stated. [kg] or [kg m^2]"""
+        return None if self.requirement is None else self.requirement.load_mass
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint: as required, else as the motions, else as the drives do."""
+        owners = [
+            *([] if self.requirement is None else [self.requirement]),
+            *(duty.motion for duty in self.duty.values()),
+        ]
+        return next((getattr(owner, "axis", LINEAR) for owner in [*owners, *self.drives.values()]), LINEAR)
+
+    def required(self, what: str) -> Requirement:
+        """Return the requirement.
+
+        Raises
+        ------
+        InputError
+            If the study has none; the message names `what` needs it.
+        """
+        if self.requirement is None:
+            keys = "moment and angular_speed" if self.axis.rotary else "force and speed"
+            raise InputError(f"{what}: the study has no requirement; add a table [requirement] with {keys}")
+        return self.requirement
 
     def with_drives(self, names: str | Iterable[str]) -> Study:
         """Return the study restricted to these drives, or to one, in the study's order.

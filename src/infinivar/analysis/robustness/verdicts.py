@@ -180,9 +180,9 @@ class Builds(Result):
     ----------
     spreads    Spreads of the fields that vary.
     values     (n, k) Values, one row per sample.
-    coverage   Share of the required region in which a sample is within every limit. [-]
-    margin     Tightest margin of a sample in the region. [-]
-    loss       Loss of a sample at the corner of maximum force; nan where the wheel slips. [W]
+    coverage   Share of the required region in which a sample is within every limit; empty without a requirement. [-]
+    margin     Tightest margin of a sample in the region; empty likewise. [-]
+    loss       Loss of a sample at the corner of maximum force; nan where the wheel slips; empty likewise. [W]
     map        Statistics of all samples.
     duty       Results by name of the duty cycle.
     """
@@ -202,12 +202,14 @@ class Builds(Result):
 
     @property
     def covering(self) -> float:
-        """Share of samples that cover the requirement. [-]"""
-        return float(np.mean(self.margin >= 1.0))
+        """Share of samples that cover the requirement; nan without one. [-]"""
+        return float(np.mean(self.margin >= 1.0)) if self.margin.size else float("nan")
 
     @property
     def verdict(self) -> str:
         """One clause for people."""
+        if not self.margin.size:
+            return f"{self.count} samples; no region is required"
         found = band(self.margin)
         spread = f"tightest margin {plain(found['low'], 3)} to {plain(found['high'], 3)} in 90 % of samples"
         return f"covers the requirement in {percent(self.covering, self.count)} of samples; {spread}"
@@ -254,7 +256,7 @@ def builds(
     drive: AnyDrive,
     name: str,
     uncertainty: Uncertainty,
-    requirement: Requirement,
+    requirement: Requirement | None,
     duty: Mapping[str, DutyCycle],
     axes: tuple[np.ndarray, np.ndarray],
     progress: Callable[[float], None] | None = None,
@@ -265,7 +267,7 @@ def builds(
     ----------
     drive, name       The drive and its name in the study.
     uncertainty       Contains spreads of that drive.
-    requirement       Sampled on 41 lines of constant force.
+    requirement       Sampled on 41 lines of constant force; None if none is stated.
     duty              Duty cycles by name.
     axes              Speeds and forces that span the map. [m/s], [N]
     progress          Called with the share done.
@@ -287,20 +289,22 @@ def builds(
     def told(stage: int) -> Callable[[float], None]:
         return lambda share: progress((stage + share) / stages) if progress is not None else None
 
-    speed, force = requirement.corners()["maximum force"]
-    covered = evaluated(
-        lambda d: np.stack(outcomes.region(d, requirement), axis=-1), drive, paths, at, told(0), width=2
-    )
+    covered, loss = np.empty((0, 2)), np.empty(0)
+    if requirement is not None:
+        region, (speed, force) = requirement, requirement.corners()["maximum force"]
+        covered = evaluated(lambda d: np.stack(outcomes.region(d, region), axis=-1), drive, paths, at, told(0), width=2)
+        loss = evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(1))
+    travel = None if requirement is None else requirement.travel
     return Builds(
         spreads=spreads,
         values=at,
         coverage=covered[:, 0],
         margin=covered[:, 1],
-        loss=evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(1)),
+        loss=loss,
         map=Mapper(drive, paths, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes))(at, told(2)),
         duty=FrozenDict(
             {
-                task: _worked(drive, paths, at, cycle, requirement.travel, told(3 + place))
+                task: _worked(drive, paths, at, cycle, travel, told(3 + place))
                 for place, (task, cycle) in enumerate(duty.items())
             }
         ),

@@ -31,7 +31,7 @@ _COBOTIC_VALUES = ("preload", "cylinder_radius", "link_drag")
 
 def _over_region(machine: Machine, drive: Drive, count: int = 41) -> tuple[DrivePoint, np.ndarray]:
     """Operating points of a drive over the required region, and the share of the area that each represents."""
-    speed, force, weight = machine.study.requirement.sample(count)
+    speed, force, weight = machine.requirement.sample(count)
     return drive.operate(speed=speed, force=force), weight
 
 
@@ -333,7 +333,7 @@ def b1(machine: Machine) -> Finding:
         words = f"{_coverage(machine, drive):.1%}, margin {margin[worst]:.2f} ({binding_at(point.utilisation, worst).words})"
         return Found(words, "100 %", yes(margin[worst] >= 1.0))
 
-    _, force, _ = machine.study.requirement.sample(41)
+    _, force, _ = machine.requirement.sample(41)
     point, _ = _over_region(machine, machine.drive)
     torque, voltage = (float(np.nanmax(point.utilisation[limit])) for limit in (Limit.THERMAL, Limit.VOLTAGE))
     slip = machine.element.slip_force
@@ -351,7 +351,7 @@ def b1(machine: Machine) -> Finding:
 
 def _peak(machine: Machine, drive: CoboticDrive) -> float:
     """Peak efficiency within limits, inside the required region and far beyond it."""
-    requirement = machine.study.requirement
+    requirement = machine.requirement
     reach = np.geomspace(1e-2, PEAK_REACH, 120)
     point = drive.operate(speed=(reach * requirement.speed)[:, None], force=(reach * requirement.force)[None, :])
     return float(np.nanmax(point.efficiency))
@@ -385,7 +385,7 @@ def b2(machine: Machine) -> Finding:
 
 def b3(machine: Machine) -> Finding:
     """Share of the required region in which the cobotic drive draws less power than the Motor 2 drive."""
-    speed, force, weight = machine.study.requirement.sample(121)
+    speed, force, weight = machine.requirement.sample(121)
     large = machine.conventional(_LARGE)
 
     def found(drive: CoboticDrive, rival: ConventionalDrive = large, least: float = 1.0) -> Found:
@@ -423,7 +423,7 @@ def b3(machine: Machine) -> Finding:
 
 def b4(machine: Machine) -> Finding:
     """Limits that bound the operating range of the cobotic drive."""
-    requirement = machine.study.requirement
+    requirement = machine.requirement
 
     def found(drive: CoboticDrive, farthest: float = PEAK_REACH) -> Found:
         reach = np.geomspace(1e-2, farthest, 150)

@@ -29,7 +29,7 @@ def data(machine: Machine) -> dict[str, Any]:
     results = [result for result in machine.comparison.results.values() if isinstance(result.drive, ConventionalDrive)]
     largest = max(results, key=lambda result: next(iter(result.drive.motors.values())).continuous_torque)
     return {
-        "largest": operating_map.data(largest.map, machine.comparison.study.requirement),
+        "largest": operating_map.data(largest.map, machine.requirement),
         "title": largest.title,
         "others": {result.title: result.map.margin for result in results if result is not largest},
     }
