@@ -5,9 +5,11 @@ from .analysis.compare import Comparison, DriveResult, DutyComparison, compare
 from .analysis.contact_sheet import ContactSheet, contact_sheets
 from .analysis.cycles.cylinder_policy import Policy, policies
 from .analysis.cycles.duty_cycle import DutyResult, Holding, duty_cycle, holding
+from .analysis.cycles.mixed_use import MixedUse
 from .analysis.cycles.performance import Definition
 from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
 from .analysis.cycles.tracking import TwoWays, two_ways
+from .analysis.least_loss import LeastLoss, least_loss
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
 from .analysis.simulate import Simulation, simulate
@@ -41,7 +43,7 @@ from .parts.screw import Screw
 from .parts.stage import Shaft
 from .report.saving import save
 from .study.load import load_study
-from .study.requirement import Requirement
+from .study.requirement import JointRequirement, Requirement
 from .study.rig import Rig
 from .study.spreads import Uncertainty
 from .study.study import Study
@@ -79,8 +81,11 @@ __all__ = [
     "Holding",
     "InfinivarError",
     "InputError",
+    "JointRequirement",
+    "LeastLoss",
     "Limit",
     "Material",
+    "MixedUse",
     "Motion",
     "Motor",
     "MovingPoint",
@@ -128,6 +133,7 @@ __all__ = [
     "duty_cycle",
     "dynamic_map",
     "holding",
+    "least_loss",
     "load_study",
     "parts",
     "plant_graph",

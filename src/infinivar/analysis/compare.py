@@ -18,6 +18,7 @@ from infinivar.analysis.least_loss import LeastLoss, least_loss
 from infinivar.analysis.plane import Plane, of_drives, place
 from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.axis import Axis
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive
@@ -139,6 +140,11 @@ class DutyComparison(Result):
     two_ways: Mapping[str, TwoWays | str]
 
     @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint."""
+        return self.duty.axis
+
+    @property
     def best(self) -> DutyResult | None:
         """The feasible drive with the lowest energy; None if no drive is feasible."""
         able = [result for result in self.results.values() if result.feasible]
@@ -152,13 +158,13 @@ class DutyComparison(Result):
             return f"{next(iter(self.results.values())).title} is infeasible"
         if best is None:
             return f"none of the {count} drives is feasible"
-        (limit, margin), energy = best.tightest, f"{plain(best.energy, 3)} J per cycle"
-        tight = f"tightest limit {words_of(limit)} (margin {margin:.2f})"
+        (limit, margin), energy = best.tightest, f"{plain(best.energy, 3)} J {self.duty.per}"
+        tight = f"tightest limit: {words_of(limit)} (margin {margin:.2f})"
         if count == 1:
-            return f"{best.title} is feasible, {energy}, {tight}"
+            return f"{best.title} is feasible with {energy}; {tight}"
         able = sum(result.feasible for result in self.results.values())
         shown = f"{able} of {count} drives {'is' if able == 1 else 'are'} feasible"
-        return f"{shown}; lowest energy: {best.title}, {energy}, {tight}"
+        return f"{shown}; lowest energy: {best.title} with {energy}; {tight}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
@@ -281,7 +287,7 @@ def verdicts(comparison: Comparison) -> Iterator[str]:
         yield f"{able} the requirement."
         return
     best = min(covering, key=lambda result: result.mean_loss)
-    lowest = f"lowest mean loss over the required region: {best.title}, {plain(best.mean_loss, 3)} W"
+    lowest = f"lowest mean loss over the required region: {best.title} with {plain(best.mean_loss, 3)} W"
     yield f"{able} the requirement; {lowest}."
 
 

@@ -16,11 +16,15 @@ from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError
 from infinivar.limits import Limit, binding
+from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import plain
 
-NONE = -1
-"""Index that stands for no drive."""
+NONE, EQUAL = -1, -2
+"""Indices that stand for no drive, and for two or more drives with the same loss."""
+
+_SAME = 1e-6
+"""Losses that differ by a smaller share count as the same. Drives that burn all the power of a load lose the same."""
 
 _MOST_INSTANTS = 500
 """Instants of a motion on the plane, at equal steps of time."""
@@ -33,8 +37,8 @@ class Crossing(Frozen):
     Attributes
     ----------
     speed, force : (k,) float   Of the load; the force includes the load's inertia. [m/s], [N], or [rad/s], [N m]
-    best : (k,) int             Index of the drive that loses least; -1 where no drive is feasible.
-    share                       Share of the time in which each drive loses least, by drive. [-]
+    best : (k,) int             Index of the drive that loses least; -1 where none is feasible, -2 where several lose the same.
+    share                       Share of the time in which each drive alone loses least, by drive. [-]
     """
 
     title: str
@@ -52,12 +56,12 @@ class LeastLoss(Result):
     ----------
     titles                    Titles of the drives by name; arrays count drives in this order, from 0.
     speed, force : (n,), (m,) float   Axes. [m/s], [N], or [rad/s], [N m] about a joint
-    best : (n, m) int         Drive with the least loss; -1 where no drive is feasible.
+    best : (n, m) int         Drive with the least loss; -1 where none is feasible, -2 where several lose the same.
     runner_up : (n, m) int    Drive with the second least loss; -1 where fewer than two drives are feasible.
     loss : (n, m) float       Loss of the best drive, from supply to load; nan where no drive is feasible. [W]
     saved : (n, m) float      Loss of the runner-up minus that of the best; nan where fewer than two drives are feasible. [W]
     limit : (n, m) int        Where no drive is feasible, the tightest limit of the drive that comes closest; else `Limit.OK`.
-    required : (n, m) bool    Whether a point is in the required region.
+    requirement               The study's requirement, if any.
     motions                   The study's duty cycles on the plane, by name.
     axis : Axis               Whether the load moves along a line or about a joint.
     """
@@ -70,29 +74,42 @@ class LeastLoss(Result):
     loss: np.ndarray
     saved: np.ndarray
     limit: np.ndarray
-    required: np.ndarray
     motions: Mapping[str, Crossing]
+    requirement: Requirement | None = None
     axis: Axis = LINEAR
 
     @property
+    def required(self) -> np.ndarray:
+        """Whether a point is in the required region, (n, m) bool; false everywhere without a requirement."""
+        if self.requirement is None:
+            return np.zeros(self.best.shape, dtype=bool)
+        return self.requirement.contains(self.speed[:, None], self.force[None, :])
+
+    @property
     def shares(self) -> dict[str, float]:
-        """Share of the required region, or without one of the grid, in which each drive loses least, by drive. [-]"""
-        return _shares(self.best[self.required] if self.required.any() else self.best, self.titles)
+        """Share of the required region, or without one of the grid, in which each drive alone loses least, by drive. [-]"""
+        return _shares(self._counted, self.titles)
+
+    @property
+    def _counted(self) -> np.ndarray:
+        """`best` in the required region, or without one on the grid."""
+        return self.best[self.required] if self.required.any() else self.best
 
     @property
     def verdict(self) -> str:
         """One sentence: where each drive loses least, by share."""
         clauses = []
         if self.required.any() or not self.motions:
-            where = "required region" if self.required.any() else "map"
-            clauses.append(_words(self.shares, self.titles, f"of the {where}"))
+            where = "by share of the required region" if self.required.any() else "by share of the map"
+            clauses.append(_words(self._counted, self.titles, where))
         clauses += [
-            _words(motion.share, self.titles, f"of the time in {motion.title}") for motion in self.motions.values()
+            _words(motion.best, self.titles, f"by share of the time in {motion.title}")
+            for motion in self.motions.values()
         ]
-        return f"least loss: {'; '.join(clauses)}"
+        return f"least loss {'; '.join(clauses)}"
 
     def to_dict(self) -> dict[str, Any]:
-        """Shares as plain numbers, for scripts; the maps are in `to_xarray` and the report's least_loss.nc."""
+        """Shares as plain numbers, for scripts; the maps are in `to_xarray` and the report's report-least-loss.nc."""
         known = np.isfinite(self.saved)
         return {
             "verdict": self.verdict,
@@ -137,9 +154,6 @@ def least_loss(
     )
     closest = np.argmax(np.stack([one.margin for one in found]), axis=0)
     limit = np.take_along_axis(np.stack([one.limit for one in found]), closest[None], axis=0)[0]
-    required = np.zeros(best.shape, dtype=bool)
-    if study.requirement is not None:
-        required |= study.requirement.contains(speed[:, None], force[None, :])
     return LeastLoss(
         titles=FrozenDict(study.titles),
         speed=speed,
@@ -149,7 +163,7 @@ def least_loss(
         loss=loss,
         saved=saved,
         limit=np.where(best == NONE, limit, int(Limit.OK)).astype(np.int8),
-        required=required,
+        requirement=study.requirement,
         motions=FrozenDict({task: _crossing(study, task) for task in study.duty}),
         axis=study.axis,
     )
@@ -164,7 +178,8 @@ def ranked(losses: np.ndarray, feasible: np.ndarray) -> tuple[np.ndarray, np.nda
 
     Returns
     -------
-    best, runner_up : (...) int   Indices; -1 where no drive is feasible, and where fewer than two are.
+    best, runner_up : (...) int   Indices; -1 where no drive is feasible, and where fewer than two are; `best` is -2 where it
+        loses the same as the runner-up.
     loss, saved : (...) float     Loss of the best, and how much less that is than the runner-up's; nan likewise. [W]
     """
     counted = np.where(feasible, losses, np.inf)
@@ -173,8 +188,9 @@ def ranked(losses: np.ndarray, feasible: np.ndarray) -> tuple[np.ndarray, np.nda
     count = feasible.sum(axis=0)
     first = np.where(count > 0, sizes[0], np.nan)
     second = np.where(count > 1, sizes[1], np.nan)
+    same = second - first <= _SAME * np.abs(first)
     return (
-        np.where(count > 0, order[0], NONE).astype(np.int8),
+        np.where(same, EQUAL, np.where(count > 0, order[0], NONE)).astype(np.int8),
         np.where(count > 1, order[1], NONE).astype(np.int8),
         first,
         second - first,
@@ -204,11 +220,9 @@ def _shares(best: np.ndarray, names: Mapping[str, str]) -> dict[str, float]:
     return {name: float(np.mean(best == place)) for place, name in enumerate(names)}
 
 
-def _words(shares: Mapping[str, float], titles: Mapping[str, str], of: str) -> str:
-    """Shares in words, the largest first; what is left over is where no drive is feasible."""
-    ordered = sorted(shares.items(), key=lambda one: -one[1])
-    shown = [f"{titles[name]} in {plain(100 * share, 2)} % {of}" for name, share in ordered if share >= 0.005]
-    rest = 1.0 - sum(shares.values())
-    return ", ".join(
-        [*shown, *([f"no drive in {plain(100 * rest, 2)} %" + ("" if shown else f" {of}")] if rest >= 0.005 else [])]
-    )
+def _words(best: np.ndarray, titles: Mapping[str, str], of: str) -> str:
+    """Shares in words, the largest first, then where several drives lose the same and where no drive is feasible."""
+    shares = sorted(_shares(best, titles).items(), key=lambda one: -one[1])
+    named = [(titles[name], share) for name, share in shares]
+    named += [("equal", float(np.mean(best == EQUAL))), ("no drive feasible", float(np.mean(best == NONE)))]
+    return f"{of}: {', '.join(f'{title} ({plain(100 * share, 2)} %)' for title, share in named if share >= 0.005)}"

@@ -11,6 +11,7 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_kind, check_real, quantity, tagged
+from infinivar.axis import LINEAR, Axis
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.course import Course
 from infinivar.motion.motion import PeriodicMotion
@@ -104,12 +105,17 @@ class DutyCycle(Task):
         return self.ambient if self.start_temperature is None else self.start_temperature
 
     @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint."""
+        return getattr(self.motion, "axis", LINEAR)
+
+    @property
     def reference_mass(self) -> tuple[float, str] | None:
         """Mass to which energies refer, and its name: the body's, else that of a load along a line; None without one. [kg]"""
         body = getattr(self.motion, "body_mass", None)
         if body is not None:
             return body, "body mass"
-        return None if not self.load_mass or self.motion.axis.rotary else (self.load_mass, "load mass")
+        return None if not self.load_mass or self.axis.rotary else (self.load_mass, "load mass")
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -24,8 +24,8 @@ from infinivar.parts.heat import Heat
 from infinivar.transmission.rates import Varying
 from infinivar.units import celsius, plain
 
-COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
-"""Columns common to all drives; `force_N` is the force of the drive on the load, including the load's inertia."""
+POWERS = ("power_to_load_W", "power_from_supply_W")
+"""Columns of powers, common to all drives."""
 
 _SAME = 1e-3
 """Relative difference below which energies count as equal in the verdict."""
@@ -248,12 +248,15 @@ class DutyResult(Result):
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
-        """Time histories under names that end in their unit: `COLUMNS` and the states of the drive."""
+        """Time histories under names that end in their unit: time, position, speed, force, `POWERS`, states of the drive.
+
+        The force is that of the drive on the load, including the load's inertia; about a joint it is a moment, "moment_Nm".
+        """
         course, point = self.instants.course, self.point
         shape = self.instants.time.shape
         force = course.driving_force(self.duty.moved_mass).value
         values = (self.instants.time, self.instants.position, course.speed, force, point.power_out, point.power_in)
-        found = dict(zip(COLUMNS, values, strict=True))
+        found = dict(zip(("time_s", *self.duty.axis.columns, *POWERS), values, strict=True))
         found |= {name: state for name, state in point.states.items() if name != "steering_tangent"}
         if "steering_tangent" in point.states:
             found["steering_angle_rad"] = np.arctan(point.states["steering_tangent"])
@@ -304,7 +307,7 @@ class DutyResult(Result):
             },
             "heat_lacks": {what: list(names) for what, names in self.lacking.items() if names},
             "holding": {
-                "force_N": self.holding.force,
+                self.duty.axis.columns[2]: self.holding.force,
                 "power_W": self.holding.power,
                 "power_without_friction_W": self.holding.without_help,
                 "limit": self.holding.limit.name,

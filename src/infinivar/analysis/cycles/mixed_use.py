@@ -59,10 +59,10 @@ class MixedUse(Result):
         if self.best is None:
             alone = next(iter(self.titles.values()))
             return f"{head}: {alone} is infeasible" if count == 1 else f"{head}: none of the {count} drives is feasible"
-        least = f"{self.titles[self.best]}, {plain(self.power[self.best], 3)} W on average"
+        least = f"{self.titles[self.best]} with {plain(self.power[self.best], 3)} W on average"
         if count == 1:
-            return f"{head}: feasible; {least}"
-        return f"{head}: {able} of {count} drives {'is' if able == 1 else 'are'} feasible; lowest mean power: {least}"
+            return f"{head}: {least}, feasible in every cycle"
+        return f"{head}: {able} of {count} drives {'is' if able == 1 else 'are'} feasible; lowest energy: {least}"
 
     def verdict_on(self, name: str) -> str:
         """One clause on a drive: feasibility, tightest limit over all cycles, mean power."""

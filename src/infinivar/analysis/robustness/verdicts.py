@@ -16,6 +16,7 @@ from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import designs, jax_with_float64
 from infinivar.analysis.robustness.sampling import draw, evaluated, in_pieces
+from infinivar.axis import LINEAR, Axis
 from infinivar.limits import Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.requirement import Requirement
@@ -37,7 +38,7 @@ class BuildsMap(Result):
 
     Attributes
     ----------
-    speed, force         Axes. [m/s], [N]
+    speed, force         Axes. [m/s], [N], or [rad/s], [N m] about a joint
     within               Share of samples within every limit. [-]
     limits               Share of samples in which each limit binds. [-]
     efficiency, spread   Mean and standard deviation of the efficiency of the samples within limits; nan without any. [-]
@@ -49,6 +50,7 @@ class BuildsMap(Result):
     limits: Mapping[Limit, np.ndarray]
     efficiency: np.ndarray
     spread: np.ndarray
+    axis: Axis = LINEAR
 
 
 class Mapper:
@@ -78,6 +80,7 @@ class Mapper:
     ) -> None:
         """Prepare the map without computing anything."""
         self.speed, self.force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
+        self._axis = getattr(drive, "axis", LINEAR)
         points = np.broadcast_arrays(self.speed[:, None], self.force[None, :])
         self._map = _mapped(drive, paths, *(axis.ravel() for axis in points))
         self._room, self._workers, self._padded = max(1, _POINTS // points[0].size), None, False
@@ -108,6 +111,7 @@ class Mapper:
             limits=FrozenDict({limit: share for limit, share in binding_share if limit != Limit.OK and share.any()}),
             efficiency=average,
             spread=np.sqrt(np.clip(variance, 0.0, None)),
+            axis=self._axis,
         )
 
     def _counted(self, at: np.ndarray) -> np.ndarray:

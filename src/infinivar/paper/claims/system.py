@@ -13,6 +13,7 @@ from infinivar.analysis.compare import PEAK_REACH, binding_at
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, DrivePoint
+from infinivar.drivetrain.drive import needed as stated
 from infinivar.limits import Limit
 from infinivar.paper.claims.bench import MOVES, Bench
 from infinivar.paper.claims.claim import Machine
@@ -179,9 +180,10 @@ def c3(machine: Machine) -> Finding:
         row("value", "ratio 3.8:1", found(_with_ratio(large, 3.8))),
         row("value", "ratio 4.2:1", found(_with_ratio(large, 4.2))),
     ]
+    tight = stated(result.tightest, "tightest")
     why = (
         "The paper prints neither ratio nor drag. They were chosen so that the drive covers the regime, with a margin of "
-        f"{result.tightest.value:.3f} ({result.tightest.limit.words}). It would do so with up to {most:.1f} N of drag at the "
+        f"{tight.value:.3f} ({tight.limit.words}). It would do so with up to {most:.1f} N of drag at the "
         f"load; {drag:.1f} N are assumed."
     )
     return settle(found(large), why, variants, [_drag_range(machine, None, most)], by_construction=True)
