@@ -13,7 +13,7 @@ from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.plane import of_study, path
 from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.axis import LINEAR, Axis
-from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.drive import Drive, DrivePoint
 from infinivar.errors import InputError
 from infinivar.limits import Limit, binding
 from infinivar.study.requirement import Requirement
@@ -134,7 +134,7 @@ def least_loss(
     Returns
     -------
     LeastLoss   Losses of steady operation, so without the energy that accelerates the drive's own inertias; limits are those of
-        continuous operation, which a motion may exceed for a moment.
+        continuous operation, which a motion may exceed for a moment. On the grid, springs and linkages are at position 0.
 
     Raises
     ------
@@ -207,13 +207,20 @@ def _map_of(drive: Drive, speed: np.ndarray, force: np.ndarray, known: SteadyMap
 def _crossing(study: Study, task: str) -> Crossing:
     """A duty cycle on the plane, with the drive that loses least at each instant in steady operation."""
     duty = study.duty[task]
-    speed, force = path(duty, _MOST_INSTANTS)
-    points = [drive.operate(speed=speed, force=force) for drive in study.drives.values()]
+    position, speed, force = path(duty, _MOST_INSTANTS)
+    points = [_operated(drive, position, speed, force) for drive in study.drives.values()]
     losses = [np.broadcast_to(point.power_in - point.power_out, speed.shape) for point in points]
     feasible = [np.broadcast_to(binding(point.utilisation)[0] == Limit.OK, speed.shape) for point in points]
     best = ranked(np.stack(losses), np.stack(feasible))[0]
     share = FrozenDict(_shares(best, study.titles))
     return Crossing(title=duty.title or task, speed=speed, force=force, best=best, share=share)
+
+
+def _operated(drive: Drive, position: np.ndarray, speed: np.ndarray, force: np.ndarray) -> DrivePoint:
+    """Operating points of a drive; the position of the load matters only with springs or a linkage."""
+    if getattr(getattr(drive, "output", None), "chain", ()):
+        return drive.operate(speed=speed, force=force, position=position)
+    return drive.operate(speed=speed, force=force)
 
 
 def _shares(best: np.ndarray, names: Mapping[str, str]) -> dict[str, float]:

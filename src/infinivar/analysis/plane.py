@@ -78,7 +78,7 @@ def of_motions(duty: Iterable[DutyCycle], drives: Iterable[Drive]) -> Plane:
     force, forces reach the largest that one of the drives can hold at creeping speed.
     """
     paths = [path(cycle) for cycle in duty]
-    speed, force = (np.concatenate([one[place] for one in paths]) for place in (0, 1))
+    speed, force = (np.concatenate([one[place] for one in paths]) for place in (1, 2))
     drives = list(drives)
     ends = (
         _ends(speed, lambda: _reach(drives, lambda drive, tried: drive.operate(speed=tried, force=0.0))),
@@ -87,11 +87,14 @@ def of_motions(duty: Iterable[DutyCycle], drives: Iterable[Drive]) -> Plane:
     return Plane(speed=ends[0][0], force=ends[1][0], low=(ends[0][1], ends[1][1]), high=(ends[0][2], ends[1][2]))
 
 
-def path(duty: DutyCycle, most: int | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Speed of the load and force on it, including its inertia, over one cycle at about `most` instants. [m/s], [N]"""
+def path(duty: DutyCycle, most: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position and speed of the load and force on it, including its inertia, over one cycle at about `most` instants.
+
+    In [m], [m/s], [N], or about a joint in [rad], [rad/s], [N m].
+    """
     instants = duty.instants()
     thin = slice(None, None, 1 if most is None else max(1, -(-len(instants.time) // most)))
-    values = instants.course.speed, instants.course.driving_force(duty.moved_mass).value
+    values = instants.position, instants.course.speed, instants.course.driving_force(duty.moved_mass).value
     return tuple(np.broadcast_to(value, instants.time.shape)[thin] for value in values)  # type: ignore[return-value]
 
 

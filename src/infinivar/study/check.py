@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
@@ -43,7 +44,7 @@ def _axis_faults(study: Study) -> Iterator[str]:
     if study.requirement is None:
         return
     for name, drive in study.drives.items():
-        turns = drive.axis.rotary
+        turns = getattr(drive, "axis", LINEAR).rotary
         if turns and not study.requirement.axis.rotary:
             yield f"drives.{name} moves a joint; requirement.force is along a line: write moment and angular_speed"
         elif study.requirement.axis.rotary and not turns:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from infinivar._core import files
+from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest, printable
@@ -90,9 +91,8 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
     loading = _Loading(raw, origin, path)
     requirement = loading.requirement()
     drives, titles = loading.drives()
-    load_mass = requirement.load_mass if requirement else None
-    scenarios = loading.tasks("scenarios", Scenario, load_mass)
-    duty = loading.tasks("duty", DutyCycle, load_mass)
+    scenarios = loading.tasks("scenarios", Scenario, requirement)
+    duty = loading.tasks("duty", DutyCycle, requirement)
     rig = loading.rig()
     with loading.collecting():
         _check_shares(duty)
@@ -207,13 +207,15 @@ class _Loading:
                 self.remarks.warnings.extend(f"{where}.transmission: {excess}" for excess in _overstress(drives[drive]))
         return drives, titles
 
-    def tasks(self, group: str, kind: type, load_mass: float | None) -> dict[str, Any]:
-        """Build the scenarios or duty cycles, by name; the load mass defaults to the requirement's."""
+    def tasks(self, group: str, kind: type, requirement: Requirement | None) -> dict[str, Any]:
+        """Build the scenarios or duty cycles, by name; the load mass defaults to the requirement's on the same axis."""
         made = {}
         for task, description in self.raw.get(group, {}).items():
             with self.collecting():
                 _check_name(group, task, self.raw[group])
-                made[task] = _task(description, group, kind, task, self.origin, self.path).loaded(load_mass)
+                built_task = _task(description, group, kind, task, self.origin, self.path)
+                same = requirement is not None and requirement.axis is getattr(built_task, "axis", LINEAR)
+                made[task] = built_task.loaded(requirement.load_mass) if same and requirement else built_task
         return made
 
     def rig(self) -> Rig:

@@ -216,7 +216,7 @@ class DutyResult(Result):
         if self.energy_per_metre is not None:
             found.append(f"{plain(self.energy_per_metre, 3)} J/m")
         peak = self.powers["power_from_supply_peak_W"]
-        return [*found, f"{plain(self.power_in, 3)} W on average, {plain(peak, 3)} W at peak"]
+        return [*found, f"{plain(peak, 3)} W at peak, {plain(self.power_in, 3)} W on average"]
 
     def _on_limits(self, hot: Mapping[str, Heat]) -> list[str]:
         """Name the exceeded limits and overheated windings, or the tightest limit if all are kept."""
