@@ -23,6 +23,7 @@ from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
 from .drivetrain.graphs.plants import plant_graph
+from .drivetrain.output import Output
 from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
@@ -38,8 +39,10 @@ from .parts.bearing import Bearing
 from .parts.belt import Belt, Rack
 from .parts.gearhead import Gearhead
 from .parts.linear import Guideway, Pulley
+from .parts.linkage import Linkage
 from .parts.motor import Motor
 from .parts.screw import Screw
+from .parts.spring import Spring, TorsionSpring
 from .parts.stage import Shaft
 from .report.saving import save
 from .study.load import load_study
@@ -84,12 +87,14 @@ __all__ = [
     "JointRequirement",
     "LeastLoss",
     "Limit",
+    "Linkage",
     "Material",
     "MixedUse",
     "Motion",
     "Motor",
     "MovingPoint",
     "OperatingPoint",
+    "Output",
     "ParameterError",
     "PeriodicMotion",
     "Policy",
@@ -112,11 +117,13 @@ __all__ = [
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",
+    "Spring",
     "SteadyMap",
     "SteeringPlant",
     "Step",
     "StepForce",
     "Study",
+    "TorsionSpring",
     "Trajectory",
     "Tremor",
     "TwoWays",

@@ -317,13 +317,34 @@ class TestAboutAJoint:
 
     def test_drives_and_requirement_have_one_axis(self):
         along = replace(joint(self.well), requirement=iv.Requirement(force=1.0, speed=1.0))
-        with pytest.raises(iv.InputError, match=r"drives.knee moves a joint; requirement.force is along a line"):
+        with pytest.raises(
+            iv.InputError, match="requirement.force is along a line; drives.knee moves a joint: write moment"
+        ):
             iv.compare(along)
         drive = replace(along.drives["knee"], output=Output())
         with pytest.raises(
             iv.InputError, match=r"requirement.moment is about a joint; drives.knee moves along a line: give"
         ):
             iv.compare(replace(joint(self.well), drives={"knee": drive}))
+
+    def test_a_motion_about_a_joint_leads(self):
+        motion = iv.Sinusoid(angle=0.5, frequency=0.5)
+        swing = iv.DutyCycle(title="swing", motion=motion, moment=-0.2, load_inertia=0.005)
+        given = joint(self.well)
+        inertia = replace(given.drives["knee"], output_inertia=2e-6)
+        study = iv.Study(
+            name="swing", title="Swing", drives={"a": given.drives["knee"], "b": inertia}, duty={"swing": swing}
+        )
+        assert study.axis is ROTARY
+        found = iv.compare(study, quick=True)
+        assert found.least_loss.axis is ROTARY
+        columns = found.duty["swing"].results["a"].columns
+        assert {"angle_rad", "speed_rad_s", "moment_Nm"} < columns.keys()
+        crossing = found.least_loss.motions["swing"]
+        assert np.abs(crossing.speed).max() == pytest.approx(0.5 * np.pi, rel=1e-4)
+        assert found.least_loss.plot().axes[0].get_xlabel() == "moment on the load [N m]"
+        page = found.duty["swing"].plot()
+        assert [ax.get_ylabel() for ax in page.axes][:2] == ["angular speed of\nload [rad/s]", "moment on\nload [N m]"]
 
     def test_a_drive_about_a_joint_has_a_map_with_its_axis(self):
         drive = replace(DRIVES["geared"], output=Output(linkage=Linkage(arm=0.05)))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import axis_fault, smoothness_fault
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.errors import InputError, ParameterError
 from infinivar.study.study import Study
@@ -41,17 +41,15 @@ def _refuse(faults: Iterator[str] | list[str]) -> None:
 
 
 def _axis_faults(study: Study) -> Iterator[str]:
-    if study.requirement is None:
+    required = study.requirement
+    if required is None:
         return
     for name, drive in study.drives.items():
-        turns = getattr(drive, "axis", LINEAR).rotary
-        if turns and not study.requirement.axis.rotary:
-            yield f"drives.{name} moves a joint; requirement.force is along a line: write moment and angular_speed"
-        elif study.requirement.axis.rotary and not turns:
-            yield (
-                f"requirement.moment is about a joint; drives.{name} moves along a line: give it a linkage, "
-                f"[drives.{name}.output.linkage]"
-            )
+        fault = axis_fault(drive, required.axis, f"drives.{name}", "requirement.moment")
+        if fault is not None and required.axis.rotary:
+            yield fault
+        elif fault is not None:
+            yield f"requirement.force is along a line; drives.{name} moves a joint: write moment and angular_speed"
 
 
 def _duty_faults(study: Study) -> Iterator[str]:
@@ -66,6 +64,14 @@ def _duty_faults(study: Study) -> Iterator[str]:
             drive.check_motion()
         except ParameterError as problem:
             yield f"drives.{name}: {problem}, for {tasks}"
+            continue
+        for task, cycle in study.duty.items():
+            where = f"duty.{task}", f"drives.{name}"
+            found = axis_fault(drive, cycle.axis, where[1], where[0]) or smoothness_fault(
+                drive, cycle, where[1], where[0]
+            )
+            if found is not None:
+                yield found
 
 
 def _scenario_faults(study: Study) -> Iterator[str]:
@@ -74,6 +80,10 @@ def _scenario_faults(study: Study) -> Iterator[str]:
         for name, drive in study.drives.items():
             if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
                 found[name] = f"a drive of type {type(drive).__name__} has no bond graph"
+                continue
+            fault = axis_fault(drive, scenario.axis, f"drives.{name}", f"scenarios.{task}")
+            if fault is not None:
+                found[name] = fault
                 continue
             try:
                 closed_loop(drive, scenario)

@@ -103,7 +103,7 @@ class Study(Frozen):
         """Whether the load moves along a line or about a joint: as required, else as the motions, else as the drives do."""
         owners = [
             *([] if self.requirement is None else [self.requirement]),
-            *(duty.motion for duty in self.duty.values()),
+            *self.duty.values(),
         ]
         return next((getattr(owner, "axis", LINEAR) for owner in [*owners, *self.drives.values()]), LINEAR)
 
