@@ -318,7 +318,7 @@ class TestAboutAJoint:
     def test_drives_and_requirement_have_one_axis(self):
         along = replace(joint(self.well), requirement=iv.Requirement(force=1.0, speed=1.0))
         with pytest.raises(
-            iv.InputError, match="requirement.force is along a line; drives.knee moves a joint: write moment"
+            iv.InputError, match=r"requirement\.force is along a line; drives\.knee moves a joint: write"
         ):
             iv.compare(along)
         drive = replace(along.drives["knee"], output=Output())
