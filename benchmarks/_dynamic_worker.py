@@ -31,7 +31,7 @@ def drives() -> tuple[CoboticDrive, ConventionalDrive]:
 def parameters() -> dict[str, Any]:
     """What the scripts compute with."""
     cobotic, conventional = drives()
-    requirement = shipped_study("faulring2006").requirement
+    requirement = shipped_study("faulring2006").required("the benchmark")
     steering = cobotic.steering
     assert steering is not None
     motor = conventional.motor

@@ -16,7 +16,8 @@ _ROUNDS = 50
 _SETTLED = 1e-12
 """Change of the state over a cycle, relative to the largest hysteresis force, at which it has settled."""
 
-_POLISH = 30
+_HALVINGS, _POLISH = 30, 60
+"""Steps of bisection, and most steps of Newton's method."""
 
 
 def along_positions(spring: Elastic, position: Array, closes: bool) -> Array:
@@ -134,5 +135,9 @@ def _deflected(spring: Elastic, force: np.ndarray, start: float, hysteresis: flo
     ends = spring.deflection(force - largest), spring.deflection(force - hysteresis)
     low, high = ends if sign > 0 else ends[::-1]
     low, high = (np.maximum(low, start), high) if sign > 0 else (low, np.minimum(high, start))
-    found = newton(np, step, bisect(np, excess, low, high, 30), _POLISH)
+    # The sum of a straight line and the exponential is concave along the way, so that Newton's method, started short of the
+    # solution, converges; other springs are first bisected.
+    straight = spring.shape == "linear"
+    near = (low if sign > 0 else high) if straight else bisect(np, excess, low, high, _HALVINGS)
+    found = newton(np, step, near, _POLISH)
     return np.maximum(found, start) if sign > 0 else np.minimum(found, start)
