@@ -3,12 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from designs import POINTS, amplifiers, gearheads, motors, output_stages, seeds
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_motion import ROUNDING, assert_balanced, courses, inertias, with_rotor
 
 import infinivar as iv
+from infinivar.bondgraph.audit import CLOSURE
+from infinivar.study.load import shipped_study
 
 
 @st.composite
@@ -77,3 +80,60 @@ def test_losses_vanish_without_friction(drive, seed):
     scale = np.abs(point.power_out) + np.abs(point.power_in)
     for name in ("gearhead", bare.stage.title, "guideway"):
         assert np.all(np.abs(point.losses[name]) <= ROUNDING * scale)
+
+
+@st.composite
+def moving_drives(draw):
+    """A drive that a simulation can move, with any stage, and a gearhead and belt that may give way."""
+    base = shipped_study("faulring2006").drives["motor2-gear4"]
+    stage = draw(output_stages())
+    if isinstance(stage, iv.Screw):  # one that does not jam
+        stage = replace(stage, lead=0.3 * stage.diameter, efficiency=None, friction_angle=None)
+        stage = replace(stage, backdriving_efficiency=None, friction_coefficient=draw(st.floats(0.0, 0.1)))
+    if isinstance(stage, iv.Belt) and draw(st.booleans()):
+        stage = replace(stage, specific_stiffness=draw(st.floats(2e4, 2e5)), span=0.3)
+    gear = replace(
+        base.gearhead, ratio=draw(st.floats(2, 20)), loss_model=draw(st.sampled_from(["coulomb", "proportional"]))
+    )
+    if draw(st.booleans()):
+        gear = replace(gear, stiffness=draw(st.floats(5, 200)), backlash=draw(st.sampled_from([None, 0.005, 0.02])))
+    guide = iv.Guideway() if stage.axis.rotary else iv.Guideway(friction=draw(st.floats(0, 5)))
+    return replace(base, pulley=None, gearhead=gear, guideway=guide, output_inertia=1e-5, **{stage.title: stage})
+
+
+@st.composite
+def runs(draw, rotary):
+    size = draw(st.floats(0.002, 0.02)) * draw(st.sampled_from([-1, 1])) * (20 if rotary else 1)
+    return iv.Scenario(
+        duration=0.15,
+        output_step=0.01,
+        load_mass=draw(st.floats(0.2, 2)) * (0.01 if rotary else 1),
+        motion=draw(st.sampled_from([iv.Sinusoid(distance=size, frequency=4.0), iv.Reach(distance=size, time=0.1)])),
+        force=iv.SinusoidalForce(
+            size=draw(st.floats(1, 30)) * (0.02 if rotary else 1), frequency=draw(st.floats(1, 20))
+        ),
+        electrical=draw(st.sampled_from(["current", "voltage"])),
+    )
+
+
+def check_energy(data):
+    drive = data.draw(moving_drives())
+    run = iv.simulate(drive, data.draw(runs(drive.axis.rotary))).trajectory
+    assert not run.outcome
+    assert run.closure < CLOSURE == 1e-6
+    moved = max(float(np.abs(energy).max()) for energy in [*run.supplied.values(), *run.lost.values()])
+    for energy in run.lost.values():
+        assert np.all(np.diff(energy) >= -1e-9 * moved)
+
+
+@given(st.data())
+@settings(max_examples=5)
+def test_energy_over_time_closes(data):
+    check_energy(data)
+
+
+@pytest.mark.slow
+@given(st.data())
+@settings(max_examples=60)
+def test_energy_of_more_drives_closes(data):
+    check_energy(data)
