@@ -215,6 +215,18 @@ def parse(text: object, si_unit: str, example: str | None = None) -> float:
     return value
 
 
+def measures(unit: str, si_unit: str) -> bool:
+    """Whether a unit measures the same quantity as an SI unit; common units are told apart without loading a library."""
+    source, target = _common(unit), _common(si_unit)
+    if source is not None and target is not None and source[1] != target[1]:
+        return False
+    try:
+        parse(f"1 {unit}", si_unit)
+    except InputError:
+        return False
+    return True
+
+
 def _split(text: object, si_unit: str, hint: str) -> tuple[float, str]:
     """Number and unit as written; no unit where there is a bare number."""
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):

@@ -220,23 +220,23 @@ def test_cutoff_takes_noise_away(tmp_path):
     [
         (
             wave(heading="time [s],position,force [N]"),
-            "line 1 must state the unit of position, such as 'position [mm]'",
+            "line 1, column 'position': must state its unit, such as 'position [mm]'",
         ),
-        (wave(heading="time,position [mm],force [N]"), "line 1 must state the unit of time, such as 'time [s]'"),
+        (wave(heading="time,position [mm],force [N]"), "line 1, column 'time': must state its unit, such as 'time [s]'"),
         (
             wave(heading="time [s],position [kg],force [N]"),
-            "line 1, column position: has the unit 'kg' where m is needed",
+            "line 1, column 'position [kg]': has the unit 'kg' where m is needed",
         ),
         (
             wave(heading="time [s],place [mm],force [N]"),
-            "line 1 must name the columns time and position, or time and speed",
+            "line 1: must name a column of position or speed, or of angle or angular speed; found 'time [s]' as time",
         ),
-        (wave().replace("0.005000000,", "nan,"), "line 3 must have a number as time, got 'nan'"),
+        (wave().replace("0.005000000,", "nan,"), "line 3, column 'time [s]': must be a finite number, got 'nan'"),
         (
             re.sub(r"(?m)^0\.020000000,[^,]*", "0.020000000,nan", wave()),
-            "line 6 must have a number as position, got 'nan'",
+            "line 6, column 'position [mm]': must be a finite number, got 'nan'",
         ),
-        (wave().replace("0.030000000,", "0.003000000,"), "line 8 must have a later time than the line before"),
+        (wave().replace("0.030000000,", "0.003000000,"), "line 8, column 'time [s]': must have a later time than the row above"),
         ("time [s],position [mm]\n0,0\n1,1\n2,0\n", "must have at least 8 rows of numbers, got 3"),
         (
             "time [s],position [m]\n" + "\n".join(f"{k},{0.1 * k}" for k in range(20)),

@@ -17,7 +17,7 @@ from infinivar._core.bounds import FINITE, Bound, NonZero, fits, within, words
 from infinivar.errors import ParameterError, nearest, require
 
 
-def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING) -> Any:
+def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
     """Dataclass field for a physical quantity in SI.
 
     Parameters
@@ -26,13 +26,24 @@ def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasse
     bound           Of `annotated_types`, such as ``Gt(0)``, or of `infinivar._core.bounds`.
     meaning : str   One-line description for schemas and reference pages.
     default         Default value; without one the field is required. None means "not given".
+    options         Of `dataclasses.field`.
     """
-    return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning})
+    return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning}, **options)
 
 
-def quantities(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING) -> Any:
+def quantities(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
     """Dataclass field for a row of values of one unit, stored as a tuple of floats; arguments as in `quantity`."""
-    return dataclasses.field(default=default, metadata={"row of": unit, "bound": bound, "meaning": meaning})
+    return dataclasses.field(default=default, metadata={"row of": unit, "bound": bound, "meaning": meaning}, **options)
+
+
+def named_texts(meaning: str, names: Sequence[str], *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
+    """Dataclass field for a table of texts, each under one of some names, stored as a frozen dictionary."""
+    return dataclasses.field(default=default, metadata={"meaning": meaning, "texts of": tuple(names)}, **options)
+
+
+def chosen_words(meaning: str, words: Sequence[str], *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
+    """Dataclass field for a row of words, each one of some words, stored as a tuple."""
+    return dataclasses.field(default=default, metadata={"meaning": meaning, "words of": tuple(words)}, **options)
 
 
 def given(value: Any, otherwise: Any) -> Any:
@@ -102,6 +113,10 @@ def _choices(part: type) -> Mapping[str, tuple[Any, ...]]:
     return found
 
 
+_CHECKED = {"unit", "row of", "texts of", "words of"}
+"""Metadata of the fields whose values `check_field` checks."""
+
+
 def check(instance: Any) -> None:
     """Validate every physical field and every choice of a dataclass instance; for use in `__post_init__`."""
     for name, options in _choices(type(instance)).items():
@@ -112,15 +127,57 @@ def check(instance: Any) -> None:
             words = ", ".join(str(option) for option in options if option is not None)
             raise ParameterError(f"{name} must be one of {words}, got {said!r}{hint}")
     for field in dataclasses.fields(instance):
-        if "unit" not in field.metadata and "row of" not in field.metadata:
+        if not _CHECKED & field.metadata.keys():
             continue
         value = getattr(instance, field.name)
         if value is None and field.default is None:
             continue
-        if "unit" in field.metadata:
-            check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
-        else:
-            object.__setattr__(instance, field.name, _row(field, value))
+        kept = check_field(field, value)
+        if kept is not value:
+            object.__setattr__(instance, field.name, kept)
+
+
+def check_field(field: dataclasses.Field, value: Any) -> Any:
+    """Return a value as its field stores it; raises ParameterError if it is not permitted."""
+    if "unit" in field.metadata:
+        check_value(field.name, value, field.metadata["unit"], field.metadata["bound"])
+    elif "row of" in field.metadata:
+        return _row(field, value)
+    elif "texts of" in field.metadata:
+        return _texts(field, value)
+    elif "words of" in field.metadata:
+        return _words(field, value)
+    return value
+
+
+def _texts(field: dataclasses.Field, value: Any) -> Mapping[str, str]:
+    """The texts of a table; raises ParameterError if one has an unknown name or is no text."""
+    from infinivar._core.frozen import FrozenDict
+
+    names = field.metadata["texts of"]
+    if not isinstance(value, Mapping) or not value:
+        raise ParameterError(f"{field.name} must be a table of texts by {', '.join(names)}, got {value!r}")
+    for name, text in value.items():
+        if name not in names:
+            raise ParameterError(
+                f"{field.name} has an unknown entry {name!r}{nearest(str(name), names)}; known entries: {', '.join(names)}"
+            )
+        require(isinstance(text, str) and bool(text.strip()), f"{field.name}.{name}", repr(text), "text")
+    return FrozenDict(value)
+
+
+def _words(field: dataclasses.Field, value: Any) -> tuple[str, ...]:
+    """The words of a row; raises ParameterError if one is unknown or stands there twice."""
+    words = field.metadata["words of"]
+    if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__iter__"):
+        raise ParameterError(f"{field.name} must be a row of words, got {value!r}")
+    row = tuple(value)
+    for place, word in enumerate(row):
+        if word not in words:
+            hint = nearest(word, words) if isinstance(word, str) else ""
+            raise ParameterError(f"{field.name} must hold words of {', '.join(words)}, got {word!r}{hint}")
+        require(word not in row[:place], field.name, f"{word!r} twice", "different words")
+    return row
 
 
 def _row(field: dataclasses.Field, value: Any) -> tuple[float, ...]:

@@ -371,6 +371,8 @@ def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result:
     """Simulate the cycle as well, or say why not."""
     from infinivar.analysis.cycles.tracking import LONGEST, two_ways
 
+    if not duty.closed:
+        return "a run is not simulated, as it starts in motion and without settled controllers"
     if duty.period > LONGEST:
         return (
             f"the cycle of {plain(duty.period, 3)} s is longer than {LONGEST:g} s, the longest that a report simulates"

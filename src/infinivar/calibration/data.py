@@ -12,7 +12,7 @@ import numpy as np
 
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
-from infinivar.motion.tables import read_columns
+from infinivar.motion.files.reading import read_named
 from infinivar.units import plain
 
 COLUMNS = {
@@ -99,7 +99,7 @@ class RigData(Frozen):
 
 
 def read(file: str | Path) -> RigData:
-    """Read runs from a CSV file.
+    """Read runs from a file of columns: CSV with commas or semicolons, or any other that recordings may have.
 
     Parameters
     ----------
@@ -114,9 +114,9 @@ def read(file: str | Path) -> RigData:
     InputError
         If the file cannot be read, a column or unit is missing or wrong, or a cell is not a number.
     """
-    columns, lines = read_columns(str(file), tuple(COLUMNS.items()), _REQUIRED, rising=None)
-    arrays: dict[str, Any] = {name: np.asarray(values, dtype=float) for name, values in columns.items()}
-    return RigData(**{"motor_voltage": None, **arrays}, lines=tuple(lines), name=str(file))
+    columns, lines = read_named(file, COLUMNS, _REQUIRED)
+    arrays: dict[str, Any] = dict(columns)
+    return RigData(**{"motor_voltage": None, **arrays}, lines=tuple(lines.tolist()), name=str(file))
 
 
 def check(data: RigData) -> None:

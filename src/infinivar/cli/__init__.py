@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from infinivar import __version__
-from infinivar.cli import files, rigs, runs, studies
+from infinivar.cli import files, motions, rigs, runs, studies
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -20,7 +20,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 for command in (
-    *(files.init, studies.check, studies.compare, studies.contact),
+    *(files.init, studies.check, studies.compare, studies.contact, motions.motion),
     *(runs.simulate, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
     *(files.reproduce, files.catalogue, files.schema),
 ):

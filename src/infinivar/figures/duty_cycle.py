@@ -34,8 +34,8 @@ def data(found: DutyComparison) -> dict[str, Any]:
     Returns
     -------
     dict
-        time [s]; panels: title of axis to curves by drive; heat: motor of a drive to (time [min], winding [°C],
-        permissible [°C]); losses: as `infinivar.figures.losses.data` gives, in J of a cycle.
+        closed: whether the cycle repeats; time [s]; panels: title of axis to curves by drive; heat: motor of a drive to
+        (time [min], winding [°C], permissible [°C]); losses: as `infinivar.figures.losses.data` gives, in J.
     """
     results = list(found.results.values())
     first = results[0].columns
@@ -54,12 +54,13 @@ def data(found: DutyComparison) -> dict[str, Any]:
         if hot is not None
     }
     return {
+        "closed": found.duty.closed,
         "time": first["time_s"][thin],
         "titles": [result.title for result in results],
         "panels": panels,
         "heat": heat,
         "losses": {
-            "title": "energy use per cycle",
+            "title": f"energy use {found.duty.per}",
             "unit": "J",
             "losses": {result.title: result.losses for result in results},
             "power_in": {result.title: result.energy for result in results},
@@ -105,9 +106,10 @@ def draw_heat(ax: Axes, numbers: Mapping[str, Any]) -> None:
             va="bottom",
             fontsize=7,
         )
-    ax.set_xlabel("time from a cold start [min]")
+    repeated = numbers["closed"]
+    ax.set_xlabel("time from a cold start [min]" if repeated else "time in the run [min]")
     ax.set_ylabel("winding temperature [°C]")
-    ax.set_title("winding temperature, cycle repeated")
+    ax.set_title("winding temperature, cycle repeated" if repeated else "winding temperature")
     ax.margins(x=0.02, y=0.12)  # a winding that runs away at once is beside the axis, not under it
     if limits:
         _literally(ax.legend(loc="upper left", bbox_to_anchor=(0.0, -0.11), fontsize=7))
@@ -150,8 +152,8 @@ def draw_all(found: DutyComparison) -> Figure:
         for ax, panel in zip(axes, panels, strict=True):
             draw(ax, numbers, panel)
             ax.tick_params(labelbottom=ax is axes[-1])
-        axes[-1].set_xlabel("time in the cycle [s]")
-        axes[0].set_title("one cycle")
+        axes[-1].set_xlabel("time in the cycle [s]" if numbers["closed"] else "time in the run [s]")
+        axes[0].set_title("one cycle" if numbers["closed"] else "the run")
         made.align_ylabels(axes)
         if numbers["heat"]:
             draw_heat(made.add_subplot(upper[1]), numbers)

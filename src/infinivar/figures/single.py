@@ -236,7 +236,7 @@ def duty_builds(found: DutyBuilds) -> Figure:
     """Distribution of the energy per cycle over the samples."""
     with style.styled():
         made, ax = style.figure(5.0, 3.0)
-        _histogram(ax, found.energy, "energy from the supply per cycle [J]")
+        _histogram(ax, found.energy, f"energy from the supply {found.per} [J]")
     return made
 
 

@@ -1,4 +1,4 @@
-"""Duty cycles: motions that a drive repeats."""
+"""Duty cycles: motions that a drive repeats, or follows once."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from annotated_types import Gt
 
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_kind, check_real, quantity, tagged
+from infinivar.errors import ParameterError
 from infinivar.motion.course import Course
 from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor, Walking
@@ -36,7 +37,7 @@ class Instants(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DutyCycle(Task):
-    """A periodic motion of the load, with the external force on it.
+    """A periodic motion of the load, or a run, with the external force on it.
 
     The constant `force` acts on the load, positive along the motion, in addition to the motion's own force: the torque of
     a joint, or a recorded force.
@@ -50,11 +51,19 @@ class DutyCycle(Task):
     motion: PeriodicMotion = tagged("Periodic motion of the load", CYCLES, flat=True)
     force: float | None = quantity("N", FINITE, "Constant external force on the load", default=None)
     ambient: float = quantity("K", Gt(0), "Ambient temperature of the motors", default=298.15)
+    start_temperature: float | None = quantity(
+        "K", Gt(0), "Temperature of the motors at the start of a run; defaults to ambient", default=None
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check_real(self)
         check_kind("motion", self.motion, CYCLES, "derivatives")
+        if self.closed and self.start_temperature is not None:
+            raise ParameterError(
+                "start_temperature does not apply to a cycle, which is repeated until temperatures are steady; remove it, "
+                "or set closed = false for a recording of a run"
+            )
 
     def loaded(self, mass: float | None) -> Self:
         """Return the cycle with this load mass, unless it has its own; walking torque already includes the leg. [kg]"""
@@ -62,8 +71,23 @@ class DutyCycle(Task):
 
     @property
     def period(self) -> float:
-        """Time of one cycle. [s]"""
+        """Time of one cycle, or of the run. [s]"""
         return self.motion.period
+
+    @property
+    def closed(self) -> bool:
+        """Whether the motion repeats; if not, it is a run."""
+        return self.motion.repeats
+
+    @property
+    def per(self) -> str:
+        """What energies refer to: "per cycle" or "over the run"."""
+        return "per cycle" if self.closed else "over the run"
+
+    @property
+    def start(self) -> float:
+        """Temperature of the motors at the start of a run. [K]"""
+        return self.ambient if self.start_temperature is None else self.start_temperature
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -72,7 +96,7 @@ class DutyCycle(Task):
 
     @property
     def resting(self) -> float:
-        """Time per cycle during which the load is at rest. [s]"""
+        """Time per cycle or run during which the load is at rest. [s]"""
         return float(np.mean(np.broadcast_to(self.instants().course.at_rest, self.samples()))) * self.period
 
     def samples(self, least: int = SAMPLES, per_wave: int = _PER_WAVE) -> int:

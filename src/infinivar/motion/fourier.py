@@ -11,6 +11,10 @@ _WAVES_AT_ONCE = 2**20
 """Harmonics times instants evaluated at once: 16 MB."""
 
 
+_MANY = 2**20
+"""Harmonics times instants above which equal steps are evaluated by fast convolution."""
+
+
 @dataclass(frozen=True, slots=True)
 class Series:
     """``sum over k of cosine[k] cos(2 pi k t/period) + sine[k] sin(2 pi k t/period)``, k from 0. Any unit, [s]."""
@@ -52,6 +56,10 @@ class Series:
             shifted = 0.5 * count * amplitudes * np.exp(1j * turns * first)
             shifted[0] *= 2.0
             return [np.fft.irfft(shifted * (1j * turns) ** order, count) for order in range(orders + 1)]
+        if count * len(turns) > _MANY and time.ndim == 1 and _equal(time):
+            step = (float(time[-1]) - first) / (count - 1)
+            begun = amplitudes * np.exp(1j * turns * first)
+            return [_on_grid(begun * (1j * turns) ** order, turns[1] * step, count) for order in range(orders + 1)]
         found = np.empty((orders + 1, count))
         at_once = max(1, _WAVES_AT_ONCE // len(turns))
         for begin in range(0, count, at_once):
@@ -72,3 +80,27 @@ class Series:
     def scaled(self, factor: float) -> Series:
         """Multiply the series by a factor."""
         return Series(self.period, factor * np.asarray(self.cosine), factor * np.asarray(self.sine))
+
+
+def _equal(time: np.ndarray) -> bool:
+    """Whether times have equal steps, to rounding."""
+    steps = np.diff(time)
+    return bool(np.ptp(steps) <= 1e-9 * abs(steps[0]))
+
+
+def _on_grid(amplitudes: np.ndarray, turn: float, count: int) -> np.ndarray:
+    """Real part of ``sum over k of amplitudes[k] exp(i turn k j)`` for j from 0 to count - 1.
+
+    With ``2 k j = k^2 + j^2 - (j - k)^2`` the sum is a convolution, evaluated by fast Fourier transforms.
+
+    Source: bluestein1970.
+    """
+    waves = len(amplitudes)
+    places = np.arange(max(count, waves), dtype=float)
+    chirp = np.exp(0.5j * turn * places**2)
+    size = 1 << (count + waves - 2).bit_length()
+    kernel = np.zeros(size, dtype=complex)
+    kernel[:count] = chirp[:count].conj()
+    kernel[size - waves + 1 :] = chirp[waves - 1 : 0 : -1].conj()
+    product = np.fft.ifft(np.fft.fft(amplitudes * chirp[:waves], size) * np.fft.fft(kernel))
+    return np.real(product[:count] * chirp[:count])

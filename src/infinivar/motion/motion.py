@@ -73,6 +73,11 @@ class PeriodicMotion(Whole, abc.ABC):
         return NOTHING.derivatives(time, orders)
 
     @property
+    def repeats(self) -> bool:
+        """Whether the motion repeats; if not, it is a run over `period`, which may end anywhere."""
+        return True
+
+    @property
     def fastest(self) -> float:
         """Highest frequency in the motion; 0 if it has none. [Hz]"""
         return 0.0

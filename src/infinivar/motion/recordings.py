@@ -1,42 +1,69 @@
-"""Motions and forces from CSV files: `read` loads the data once into the object, which no longer needs the file."""
+"""Motions and forces from recordings: `read` loads the data once into the object, which no longer needs the file."""
 
 from __future__ import annotations
 
 import bisect
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from annotated_types import Ge, Gt
 
 from infinivar._core.arrays import HoldsArrays, locked, real_array, shown
-from infinivar._core.fields import check_real, component, quantity
-from infinivar.errors import InputError, ParameterError
+from infinivar._core.bounds import FINITE
+from infinivar._core.fields import check_real, chosen_words, component, named_texts, quantities, quantity
+from infinivar.axis import LINEAR, ROTARY, Axis
+from infinivar.errors import InputError, ParameterError, printable
+from infinivar.motion.files.reading import headings_in
+from infinivar.motion.files.table import ROLES, SIGNED, RecordedTable
+from infinivar.motion.files.timing import read_timed
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
 from infinivar.motion.smoothing import Smoothed, smoothed
-from infinivar.motion.tables import read_columns
+from infinivar.motion.strides import Strides, strides_of
 
 CUTOFF = 10.0
 """Default cutoff of a recording. [Hz]"""
 
 _START = "Time in the run at which the file's time is 0"
+_FILE = "File of columns (CSV, text, OpenSim or Parquet) beside the study"
+_COLUMNS = "Heading of each column to read, by role; without it the headings decide"
+_FLIP = "Columns whose sign is reversed"
+_BODY_MASS = "Multiplies a force or a moment that the file states per kilogram"
+_CYCLE_TIME = "Time of one cycle, where the file has no times: only a phase, or equal steps from 0 to 100 %"
+_WINDOW = "Start and end of the part that is used, in the time of the file"
+
+
+def _how(meaning: Any) -> dict[str, Any]:
+    """Options of a field that says how a file was read: it does not matter to what was read."""
+    return {"meaning": meaning, "default": None, "compare": False, "repr": False}
+
+
+_RESOLUTION = (
+    "Resolution: the load counts as at rest while it stays within this distance to either side for one period of the cutoff; "
+    "defaults to an estimate from the recording's steps and noise"
+)
 _NOT_READ = Smoothed(NOTHING, np.zeros((0, 3)), np.zeros((0, 2)), 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Recording(HoldsArrays, PeriodicMotion):
-    """One cycle of a recorded motion, with the force on the load if recorded: made periodic and smoothed.
+    """A recorded motion, smoothed, with the force on the load if recorded: one cycle, made periodic, or a run.
 
-    Create it from a CSV file with `Recording.read`. Recordings of the same data are equal, regardless of their file names.
+    Create it from a file with `Recording.read`. Recordings of the same data are equal, regardless of their file names and of
+    how they were read.
 
     Attributes
     ----------
-    time : (n,) float              Increasing; the cycle runs from the first to the last. [s]
-    position, speed : (n,) float   Exactly one of the two. [m], [m s^-1]
-    force : (n,) float             External force on the load, positive along the motion; None if not recorded. [N]
+    time : (n,) float              Increasing; the cycle or run lasts from the first to the last. [s]
+    position, speed : (n,) float   Exactly one of the two. [m], [m s^-1]; about a joint [rad], [rad s^-1]
+    force : (n,) float             External force on the load, positive along the motion; None if not recorded. [N]; about a
+                                   joint the moment on the load, positive along the angle. [N m]
+    rotary : bool                  Whether the motion is about a joint.
     lines : (n,) int               Line of the file for each row, used in messages; defaults to counting from 1.
+    averaged : Strides             The strides of which the cycle is the mean; None if it is not an average.
 
     Raises
     ------
@@ -47,60 +74,129 @@ class Recording(HoldsArrays, PeriodicMotion):
     """
 
     shape: ClassVar[str] = "file"
-    file: str = component(
-        "CSV file with columns time, position or speed, and optionally force; units in the header", compare=False
+    file: str = component(_FILE, compare=False)
+    columns: Mapping[str, str] | None = named_texts(names=tuple(ROLES), **_how(_COLUMNS))
+    flip: tuple[str, ...] | None = chosen_words(words=SIGNED, **_how(_FLIP))
+    body_mass: float | None = quantity("kg", Gt(0), **_how(_BODY_MASS))
+    cycle_time: float | None = quantity("s", Gt(0), **_how(_CYCLE_TIME))
+    window: tuple[float, ...] | None = quantities("s", FINITE, **_how(_WINDOW))
+    sample_rate: float | None = quantity(
+        "Hz", Gt(0), **_how("Rate to which the recording is resampled; defaults to its own rows")
+    )
+    resampling: Literal["linear", "cubic", "mean"] = component(
+        "Method of resampling", default="linear", compare=False, repr=False
     )
     cutoff: float = quantity("Hz", Gt(0), "Cutoff frequency; smoothing removes everything above it", default=CUTOFF)
-    resolution: float | None = quantity(
-        "m",
+    resolution: float | None = quantity("m", Gt(0), _RESOLUTION, default=None)
+    angle_resolution: float | None = quantity("rad", Gt(0), "As resolution, about a joint", default=None, repr=False)
+    closed: bool = component(
+        "Whether the recording is one cycle that ends where it starts; if false, it is a run, with its energy and "
+        "temperatures from the start to the end",
+        default=True,
+    )
+    strides: Literal["one", "average"] = component(
+        "Whether the recording is one cycle, or several strides to average to one", default="one"
+    )
+    stride_time: float | None = quantity(
+        "s",
         Gt(0),
-        "Resolution: the load counts as at rest while it stays within this distance to either side for one period of the "
-        "cutoff; defaults to an estimate from the recording's steps and noise",
+        "Approximate time of a stride, where no column marks heel strikes or phase; defaults to the period of the motion",
         default=None,
     )
     time: np.ndarray = field(repr=False)
     position: np.ndarray | None = field(repr=False, default=None)
     speed: np.ndarray | None = field(repr=False, default=None)
     force: np.ndarray | None = field(repr=False, default=None)
+    rotary: bool = field(repr=False, default=False)
     lines: tuple[int, ...] = field(repr=False, compare=False, default=())
+    averaged: Strides | None = field(repr=False, compare=False, default=None)
     _period: float = field(init=False, repr=False, compare=False, default=0.0)
     _motion: Smoothed = field(init=False, repr=False, compare=False, default=_NOT_READ)
     _push: Smoothed | Series = field(init=False, repr=False, compare=False, default=NOTHING)
     _warnings: tuple[str, ...] = field(init=False, repr=False, compare=False, default=())
 
     @classmethod
-    def read(cls, file: str, *, cutoff: float = CUTOFF, resolution: float | None = None) -> Recording:
-        """Read a CSV file with the columns time, position or speed, and optionally force.
+    def read(
+        cls,
+        file: str,
+        *,
+        cutoff: float = CUTOFF,
+        resolution: float | None = None,
+        angle_resolution: float | None = None,
+        closed: bool = True,
+        strides: Literal["one", "average"] = "one",
+        stride_time: float | None = None,
+        **how: Any,
+    ) -> Recording:
+        """Read a file with the columns time, position (or speed) and optionally force, or those of a joint.
+
+        Parameters
+        ----------
+        file : str
+        cutoff, resolution, angle_resolution : float   As the fields.
+        closed, strides, stride_time                   As the fields. Strides are found by a column heel_strike or phase, or
+            by the period of the motion.
+        how                                            Keywords of `infinivar.motion.files.timing.read_timed`: columns, flip,
+            body_mass, cycle_time, window, sample_rate and resampling.
 
         Raises
         ------
         InputError
-            If the file is invalid; the message names the line.
+            If the file is invalid; the message names line and column.
         """
-        wanted = (("time", "s"), ("position", "m"), ("speed", "m/s"), ("force", "N"))
-        columns, lines = read_columns(file, wanted, ("time",))
-        if ("position" in columns) == ("speed" in columns):
-            raise InputError(
-                f"{file}: line 1 must name the columns time and position, or time and speed, but not position and speed"
-            )
-        return cls(
-            file=file,
+        table = read_timed(file, **how)
+        return cls.of(
+            table,
             cutoff=cutoff,
             resolution=resolution,
-            lines=tuple(lines),
-            **{name: np.array(values) for name, values in columns.items()},
+            angle_resolution=angle_resolution,
+            closed=closed,
+            strides=strides,
+            stride_time=stride_time,
+            **{**how, "file": file},
         )
+
+    @classmethod
+    def of(cls, table: RecordedTable, **fields: Any) -> Recording:
+        """Make a recording of a table with times; a speed beside a position is not used.
+
+        Raises
+        ------
+        InputError
+            If the table has neither position nor speed, or fewer than two strides to average.
+        """
+        values = table.values
+        if "position" in values:
+            values.pop("speed", None)
+        if "position" not in values and "speed" not in values:
+            raise InputError(
+                f"{table.file}: {table.top}: must name a column of position or speed, or of angle or angular speed; "
+                f"{headings_in(table)}"
+            )
+        data: dict[str, Any] = {name: values[name] for name in ("time", "position", "speed", "force") if name in values}
+        data["lines"] = tuple(table.lines.tolist())
+        if fields.get("strides") == "average":
+            found = strides_of(table, fields.get("stride_time"))
+            data = {name: values for name, values in found.mean_cycle.items() if name in data}
+            data["averaged"] = found
+        return cls(**{"file": table.file, **fields}, **data, rotary=table.axis.rotary)
 
     def __post_init__(self) -> None:
         """Validate, copy, lock and smooth the data."""
         check_real(self)
         if (self.position is None) == (self.speed is None):
             raise ParameterError("position or speed must be given, but not both")
+        _check_strides(self)
         columns = _columns_of(
             self, "time", *(name for name in ("position", "speed", "force") if getattr(self, name) is not None)
         )
         lines = self.lines or tuple(range(1, len(columns["time"]) + 1))
-        found = smoothed(self.file, columns, lines, self.cutoff, self.resolution)
+        if self.rotary and self.resolution is not None:
+            raise ParameterError("resolution is a distance, but the motion is about a joint: state angle_resolution")
+        if not self.rotary and self.angle_resolution is not None:
+            raise ParameterError("angle_resolution is an angle, but the motion is along a line: state resolution")
+        resolution = self.angle_resolution if self.rotary else self.resolution
+        found = smoothed(printable(self.file), columns, lines, self.cutoff, resolution, self.axis, closed=self.closed)
         made = {
             "_period": found.period,
             "_motion": found.motion,
@@ -111,9 +207,19 @@ class Recording(HoldsArrays, PeriodicMotion):
             object.__setattr__(self, name, value)
 
     @property
+    def axis(self) -> Axis:
+        """Whether the motion is along a line or about a joint."""
+        return ROTARY if self.rotary else LINEAR
+
+    @property
     def period(self) -> float:
-        """Time of one cycle. [s]"""
+        """Time of the cycle or run. [s]"""
         return self._period
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the motion repeats; if not, it is a run."""
+        return self.closed
 
     @property
     def fastest(self) -> float:
@@ -122,18 +228,34 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @property
     def resolved(self) -> float:
-        """Largest apparent displacement of a load at rest, to either side. [m]"""
+        """Largest apparent displacement of a load at rest, to either side. [m]; about a joint [rad]"""
         return self._motion.resolution
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of gaps, drift and possibly unrecognised rest."""
-        return self._warnings
+        """Warnings of gaps, drift, possibly unrecognised rest and unusual strides."""
+        unusual = {} if self.averaged is None else self.averaged.outliers
+        name = printable(self.file)
+        return (
+            *self._warnings,
+            *(
+                f"{name}: stride {number} is unusual: {reason}; it is averaged too"
+                for number, reason in unusual.items()
+            ),
+        )
 
     @property
     def smoothed(self) -> Smoothed:
         """The smoothed position, with its intervals of rest."""
         return self._motion
+
+    @property
+    def as_run(self) -> Recording | None:
+        """The run of all averaged strides; None if the cycle is not an average."""
+        if self.averaged is None:
+            return None
+        data: dict[str, Any] = {"position": None, "speed": None, "force": None, **self.averaged.record}
+        return dataclasses.replace(self, closed=False, strides="one", stride_time=None, lines=(), averaged=None, **data)
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
@@ -144,15 +266,24 @@ class Recording(HoldsArrays, PeriodicMotion):
         return self._push.derivatives(time, orders)
 
 
+def _check_strides(recording: Recording) -> None:
+    """Check that keys on strides agree with one another and with the data."""
+    if recording.strides == "one" and recording.stride_time is not None:
+        raise ParameterError("stride_time does not apply with strides = 'one'; remove it, or set strides = 'average'")
+    if recording.strides == "average" and not recording.closed:
+        raise ParameterError("closed must be true with strides = 'average', which gives one cycle; remove one of them")
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Waypoints(HoldsArrays):
     """A motion through given positions: a cubic spline that starts and ends at rest, constant before and after.
 
-    Create it from a CSV file with `Waypoints.read`.
+    Create it from a file with `Waypoints.read`.
 
     Attributes
     ----------
-    time, position : (n,) float   Times increase. [s], [m]
+    time, position : (n,) float   Times increase. [s], [m]; about a joint [rad]
+    rotary : bool                 Whether the motion is about a joint.
 
     Raises
     ------
@@ -161,24 +292,33 @@ class Waypoints(HoldsArrays):
     """
 
     shape: ClassVar[str] = "file"
-    file: str = component(
-        "CSV file with columns time and position; units in its header, defaulting to SI", compare=False
-    )
+    file: str = component(_FILE, compare=False)
+    columns: Mapping[str, str] | None = named_texts(names=tuple(ROLES), **_how(_COLUMNS))
+    flip: tuple[str, ...] | None = chosen_words(words=SIGNED, **_how(_FLIP))
+    cycle_time: float | None = quantity("s", Gt(0), **_how(_CYCLE_TIME))
+    window: tuple[float, ...] | None = quantities("s", FINITE, **_how(_WINDOW))
     start: float = quantity("s", Ge(0), _START, default=0.0)
     time: np.ndarray = field(repr=False)
     position: np.ndarray = field(repr=False)
+    rotary: bool = field(repr=False, default=False)
     _spline: _Spline = field(init=False, repr=False, compare=False)
 
     @classmethod
-    def read(cls, file: str, *, start: float = 0.0) -> Waypoints:
-        """Read a CSV file with the columns time and position; a heading without a unit means SI.
+    def read(cls, file: str, *, start: float = 0.0, **how: Any) -> Self:
+        """Read a file with the columns time and position, or angle; the bare headings ``time`` and ``position`` mean SI.
+
+        Parameters
+        ----------
+        file : str
+        start : float   As the field. [s]
+        how             Keywords of `infinivar.motion.files.timing.read_timed`.
 
         Raises
         ------
         InputError
-            If the file is invalid; the message names the line.
+            If the file is invalid; the message names line and column.
         """
-        return cls(file=file, start=start, **_read(file, "position", "m"))
+        return cls(start=start, **_read(file, "position", "m", "angle", how))
 
     def __post_init__(self) -> None:
         """Validate, copy and lock the data, and fit the spline."""
@@ -187,6 +327,11 @@ class Waypoints(HoldsArrays):
         spline = _Spline.through(columns["time"].tolist(), columns["position"].tolist())
         for name, value in {**columns, "_spline": spline}.items():
             object.__setattr__(self, name, value)
+
+    @property
+    def axis(self) -> Axis:
+        """Whether it is along a line or about a joint."""
+        return ROTARY if self.rotary else LINEAR
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -202,11 +347,12 @@ class Waypoints(HoldsArrays):
 class RecordedForce(HoldsArrays):
     """A force through given values: linear in between, constant before the first and after the last.
 
-    Create it from a CSV file with `RecordedForce.read`.
+    Create it from a file with `RecordedForce.read`.
 
     Attributes
     ----------
-    time, force : (n,) float   Times increase; force positive along the motion. [s], [N]
+    time, force : (n,) float   Times increase; force positive along the motion. [s], [N]; about a joint [N m]
+    rotary : bool              Whether it is a moment about a joint.
 
     Raises
     ------
@@ -215,22 +361,34 @@ class RecordedForce(HoldsArrays):
     """
 
     shape: ClassVar[str] = "file"
-    file: str = component("CSV file with columns time and force; units in its header, defaulting to SI", compare=False)
+    file: str = component(_FILE, compare=False)
+    columns: Mapping[str, str] | None = named_texts(names=tuple(ROLES), **_how(_COLUMNS))
+    flip: tuple[str, ...] | None = chosen_words(words=SIGNED, **_how(_FLIP))
+    body_mass: float | None = quantity("kg", Gt(0), **_how(_BODY_MASS))
+    cycle_time: float | None = quantity("s", Gt(0), **_how(_CYCLE_TIME))
+    window: tuple[float, ...] | None = quantities("s", FINITE, **_how(_WINDOW))
     start: float = quantity("s", Ge(0), _START, default=0.0)
     time: np.ndarray = field(repr=False)
     force: np.ndarray = field(repr=False)
+    rotary: bool = field(repr=False, default=False)
     _rows: tuple[list[float], list[float]] = field(init=False, repr=False, compare=False)
 
     @classmethod
-    def read(cls, file: str, *, start: float = 0.0) -> RecordedForce:
-        """Read a CSV file with the columns time and force; a heading without a unit means SI.
+    def read(cls, file: str, *, start: float = 0.0, **how: Any) -> Self:
+        """Read a file with the columns time and force, or moment; the bare headings ``time`` and ``force`` mean SI.
+
+        Parameters
+        ----------
+        file : str
+        start : float   As the field. [s]
+        how             Keywords of `infinivar.motion.files.timing.read_timed`.
 
         Raises
         ------
         InputError
-            If the file is invalid; the message names the line.
+            If the file is invalid; the message names line and column.
         """
-        return cls(file=file, start=start, **_read(file, "force", "N"))
+        return cls(start=start, **_read(file, "force", "N", "moment", how))
 
     def __post_init__(self) -> None:
         """Validate, copy and lock the data."""
@@ -239,6 +397,11 @@ class RecordedForce(HoldsArrays):
         rows = columns["time"].tolist(), columns["force"].tolist()
         for name, value in {**columns, "_rows": rows}.items():
             object.__setattr__(self, name, value)
+
+    @property
+    def axis(self) -> Axis:
+        """Whether it is along a line or about a joint."""
+        return ROTARY if self.rotary else LINEAR
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -258,10 +421,14 @@ class RecordedForce(HoldsArrays):
         return (forces[low + 1] - forces[low]) / width if 0.0 < share < 1.0 else 0.0
 
 
-def _read(file: str, wanted: str, unit: str) -> dict[str, np.ndarray]:
-    """Read times and values from a CSV file; a heading without a unit means SI."""
-    columns, _ = read_columns(file, (("time", "s"), (wanted, unit)), ("time", wanted), units_needed=False)
-    return {name: np.array(columns[name]) for name in ("time", wanted)}
+def _read(file: str, wanted: str, unit: str, rotary: str, how: Mapping[str, Any]) -> dict[str, Any]:
+    """Read times and values from a file, as fields; the bare names of the two columns mean SI."""
+    table = read_timed(file, usual={"time": "s", wanted: unit}, roles=("time", "phase", wanted, rotary), **how)
+    values = table.values
+    if wanted not in values:
+        raise InputError(f"{table.file}: {table.top}: must name a column of {wanted} or {rotary}; {headings_in(table)}")
+    found = {name: values[name] for name in ("time", wanted)}
+    return {**how, **found, "file": file, "rotary": table.axis.rotary}
 
 
 def _columns_of(instance: Any, *names: str) -> Mapping[str, np.ndarray]:

@@ -13,6 +13,7 @@ Source: maxon2020 (thermal resistances, time constants, coefficient of copper).
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any, NamedTuple
 
@@ -51,17 +52,19 @@ _HALVINGS = 40
 
 @result
 class Heat(Result):
-    """What a motor's temperatures come to when a cycle is repeated.
+    """What a motor's temperatures come to when a cycle is repeated, or over a run.
 
     Attributes
     ----------
-    winding, housing : float      Highest temperatures in the settled state; inf if the motor never settles. [K]
-    mean_winding : float          Mean winding temperature in the settled state. [K]
+    winding, housing : float      Highest temperatures in the settled state, inf if the motor never settles, or over the run. [K]
+    mean_winding : float          Mean winding temperature in the settled state or over the run. [K]
     permissible : float           Permissible winding temperature. [K]
-    time_to_limit : float         Time from a start at ambient until the winding exceeds it; inf if it never does. [s]
+    time_to_limit : float         Time from the start (a cycle starts at ambient) until the winding exceeds it; inf if it
+                                  never does. [s]
     ambient : float               Ambient temperature. [K]
     time, winding_history, housing_history : (n,) float   Temperatures at the ends of cycles after a cold start; if the
-                                  winding never settles, up to the limit. [s], [K]
+                                  winding never settles, up to the limit; for a run, through the run. [s], [K]
+    repeated : bool               Whether a cycle is repeated; if not, all values are of one run.
     """
 
     winding: float
@@ -73,6 +76,7 @@ class Heat(Result):
     time: np.ndarray
     winding_history: np.ndarray
     housing_history: np.ndarray
+    repeated: bool = True
 
     @property
     def within_limit(self) -> bool:
@@ -83,6 +87,11 @@ class Heat(Result):
     def verdict(self) -> str:
         """Verdict in one clause."""
         limit = celsius(self.permissible)
+        if not self.repeated:
+            reached = f"winding reaches {celsius(self.winding)} in the run"
+            if self.within_limit:
+                return f"{reached} (limit {limit})"
+            return f"{reached}; limit {limit} exceeded after {_duration(self.time_to_limit)}"
         if self.within_limit:
             return f"winding settles at {celsius(self.winding)} (limit {limit})"
         after = f"after {_duration(self.time_to_limit)}"
@@ -190,6 +199,60 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     )
 
 
+def heat_over_run(
+    motor: Motor,
+    current: Any,
+    friction_power: Any,
+    duration: float,
+    *,
+    ambient: float = REFERENCE,
+    start: float | None = None,
+) -> Heat:
+    """Temperatures of a motor through a run.
+
+    Parameters
+    ----------
+    motor : Motor                            With all of `NEEDED`.
+    current, friction_power : (n,) float     At the midpoints of equal steps of the run; one value if constant. [A], [W]
+    duration : float                         [s]
+    ambient : float                          Ambient temperature. [K]
+    start : float                            Temperature of winding and housing at the start; defaults to ambient. [K]
+
+    Returns
+    -------
+    Heat   With a start above the permissible temperature the limit is exceeded at once.
+
+    Raises
+    ------
+    ParameterError
+        If the motor lacks a value that the model requires.
+
+    Source: maxon2020; see the module.
+    """
+    lacking = missing(motor)
+    if lacking:
+        raise ParameterError(f"{lacking[0]} is missing: the thermal model needs it")
+    steps = _steps(motor, current, friction_power, duration, ambient)
+    limit = float(motor.max_winding_temperature or math.nan)
+    begin = ambient if start is None else start
+    state = np.array([begin, begin, 1.0])
+    along = _along(steps.maps, state)
+    beyond = bool(along[:, 0].max() > limit * (1.0 + _MARGIN))
+    weight = np.diff(steps.ends)
+    return Heat(
+        winding=float(along[:, 0].max()),
+        housing=float(along[:, 1].max()),
+        mean_winding=float(np.sum(0.5 * (along[1:, 0] + along[:-1, 0]) * weight) / np.sum(weight)),
+        permissible=limit,
+        time_to_limit=_crossing(steps, state, limit * (1.0 + _MARGIN))[0] if beyond else math.inf,
+        ambient=ambient,
+        time=steps.ends,
+        winding_history=along[:, 0],
+        housing_history=along[:, 1],
+        repeated=False,
+    )
+
+
 def settled(
     motor: Motor, current: Array, friction_power: Array, period: float, ambient: float = REFERENCE
 ) -> tuple[Array, Array]:
@@ -237,6 +300,57 @@ def settled(
     begin = gained[..., -1:] / -xp.expm1(-period / lag)
     highest = mean + xp.max(begin * xp.exp(-time / lag) + gained, axis=-1, keepdims=True)
     return xp.where(settles, highest, xp.inf), mean
+
+
+def through_run(
+    motor: Motor, current: Array, friction_power: Array, duration: float, *, ambient: float, start: float
+) -> tuple[Array, Array]:
+    """Highest and mean winding temperature of a motor over a run, by the trapezoidal rule.
+
+    Unlike `heat_over_run`, it accepts any array namespace and several runs at once.
+
+    Parameters
+    ----------
+    motor : Motor                              With all of `NEEDED`.
+    current, friction_power : (..., n) float   At the midpoints of equal steps of the run. [A], [W]
+    duration : float                           [s]
+    ambient, start : float                     Ambient temperature, and that of winding and housing at the start. [K]
+
+    Returns
+    -------
+    highest, mean : (..., 1) float   At the ends of at most 4000 steps; 50 per winding time constant in a short run. [K]
+
+    Source: maxon2020; see the module.
+    """
+    xp = namespace(motor, current, friction_power)
+    inner, outer = motor.winding_to_housing, motor.housing_to_ambient
+    assert inner is not None
+    assert outer is not None
+    assert motor.winding_time_constant is not None
+    assert motor.housing_time_constant is not None
+    square, friction = xp.broadcast_arrays(current * current, friction_power + 0.0 * current)
+    shortest = float(np.min(np.real(np.asarray(motor.winding_time_constant))))
+    wanted = math.ceil(_STEPS_PER_TIME_CONSTANT * duration / shortest)
+    edges = np.linspace(0, square.shape[-1], min(max(wanted, _LEAST_STEPS), _MOST_STEPS, square.shape[-1]) + 1)
+    winding = housing = start + 0.0 * xp.mean(square, axis=-1, keepdims=True)
+    highest, total = winding, 0.0 * winding
+    for first, last in itertools.pairwise(edges.astype(int).tolist()):
+        half = 0.5 * duration * (last - first) / square.shape[-1]
+        joule = motor.resistance * xp.mean(square[..., first:last], axis=-1, keepdims=True)
+        rubbed = xp.mean(friction[..., first:last], axis=-1, keepdims=True)
+        a, c = half * inner / motor.winding_time_constant, half * outer / motor.housing_time_constant
+        # Slopes: winding a (p T_w + T_h/inner + q), housing c (T_w/inner + s T_h + r), over half a step.
+        p, q = COPPER * joule - 1.0 / inner, joule * (1.0 - COPPER * REFERENCE)
+        s, r = -(1.0 / inner + 1.0 / outer), rubbed + ambient / outer
+        first_row = winding + a * (p * winding + housing / inner + 2.0 * q)
+        second_row = housing + c * (winding / inner + s * housing + 2.0 * r)
+        determinant = (1.0 - a * p) * (1.0 - c * s) - a * c / inner**2
+        before = winding
+        winding = ((1.0 - c * s) * first_row + a / inner * second_row) / determinant
+        housing = ((1.0 - a * p) * second_row + c / inner * first_row) / determinant
+        highest = xp.maximum(highest, winding)
+        total = total + half * (before + winding)
+    return highest, total / duration
 
 
 class _Steps(NamedTuple):
@@ -331,16 +445,22 @@ def _passes(steps: _Steps, cycle: np.ndarray | None, state: np.ndarray, limit: f
                 state, first = further, first + 2**power
         state, first = cycle @ state, first + 1
     begin = first * float(steps.ends[-1])
+    since, state = _crossing(steps, state, limit)
+    return begin + since, state
+
+
+def _crossing(steps: _Steps, state: np.ndarray, limit: float) -> tuple[float, np.ndarray]:
+    """Time in a cycle or run at which the winding exceeds the limit, which it must do, and the state at that time."""
     along = _along(steps.maps, state, limit)
     if len(along) == 1:
-        return begin, state
+        return 0.0, state
     place, state = len(along) - 2, along[-2]
     low, high = 0.0, float(steps.active[place])
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         beyond = (_over(steps.generators[place], middle) @ state)[0] > limit
         low, high = (low, middle) if beyond else (middle, high)
-    return begin + float(steps.ends[place]) + high, _over(steps.generators[place], high) @ state
+    return float(steps.ends[place]) + high, _over(steps.generators[place], high) @ state
 
 
 def _history(

@@ -14,6 +14,7 @@ from infinivar.analysis.cycles.cylinder_policy import Policy
 from infinivar.analysis.cycles.duty_cycle import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.analysis.design_trends import Trend
+from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
 from infinivar.analysis.simulate import Simulation
 from infinivar.analysis.steady_map import SteadyMap
@@ -206,8 +207,31 @@ def duty(found: DutyResult) -> Arrays:
     data: dict[str, Any] = {name: ("time", values, {"units": unit_of(name)}) for name, values in columns.items()}
     for name, (loss, attrs) in _losses(found.point.losses).items():
         data[name] = ("time", np.broadcast_to(loss, time.shape), attrs)
-    attrs = {"title": found.title, "verdict": found.verdict, "energy_per_cycle_J": found.energy}
+    attrs = {
+        "title": found.title,
+        "verdict": found.verdict,
+        "energy_per_cycle_J" if found.duty.closed else "energy_over_run_J": found.energy,
+    }
     return Arrays(data, {"time": ("time", time, {"units": "s"})}, attrs)
+
+
+def motion_summary(found: MotionSummary) -> Arrays:
+    """The smoothed motion over time."""
+    position, speed, force = found.axis.columns
+    acceleration = "acceleration_rad_s2" if found.axis.rotary else "acceleration_m_s2"
+    squared = "rad/s^2" if found.axis.rotary else "m/s^2"
+    data: dict[str, Any] = {
+        position: ("time", found.position, {"units": unit_of(position)}),
+        speed: ("time", found.speed, {"units": unit_of(speed)}),
+        acceleration: ("time", found.acceleration, {"units": squared}),
+    }
+    if found.force is not None:
+        data[force] = ("time", found.force, {"units": unit_of(force)})
+    if found.power is not None:
+        data["power_W"] = ("time", found.power, {"units": "W"})
+    return Arrays(
+        data, {"time": ("time", found.time, {"units": "s"})}, {"title": found.table.file, "verdict": found.verdict}
+    )
 
 
 def heat(found: Heat) -> Arrays:

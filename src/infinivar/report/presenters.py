@@ -31,6 +31,11 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
     "analysis.design_trends.Trend": {"plot": "figures.single:trend", "dataset": "report.datasets:trend"},
+    "analysis.motion_summary.MotionSummary": {
+        "plot": "figures.motion_summary:draw_all",
+        "save": "report.motion_summary:save",
+        "dataset": "report.datasets:motion_summary",
+    },
     "analysis.robustness.sensitivity.Sensitivity": {
         "plot": "figures.sensitivity:draw_all",
         "save": "report.sensitivity:save",

@@ -19,12 +19,12 @@ from annotated_types import Gt
 
 from infinivar import units
 from infinivar._core.bounds import Bound, fits, permitted, words
-from infinivar._core.fields import check_value, hints
+from infinivar._core.fields import check_field, check_value, hints
 from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.errors import InputError, ParameterError, nearest
+from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.bearing import Bearing
@@ -191,6 +191,61 @@ def _choice(options: tuple[Any, ...], values: Mapping[str, Any] | None = None) -
     return _leaf(read, {"enum": list(options)})
 
 
+def _flag() -> Key:
+    def read(raw: Any, unit: str | None) -> bool:
+        if unit is not None or not isinstance(raw, bool):
+            raise InputError("must be true or false")
+        return raw
+
+    return _leaf(read, {"type": "boolean"})
+
+
+def _checked(field: dataclasses.Field[Any], value: Any) -> Any:
+    """Check a value as the dataclass of its field does; the message does not repeat the name of the field."""
+    try:
+        return check_field(field, value)
+    except ParameterError as problem:
+        raise InputError(str(problem).removeprefix(field.name).lstrip()) from problem
+
+
+def _texts(field: dataclasses.Field[Any]) -> Key:
+    """Return the key of a table of texts, each under one of some names."""
+    names, one = field.metadata["texts of"], _text()
+    assert one.read is not None
+    read_one = one.read
+
+    def read(raw: Any) -> Entry:
+        if not isinstance(raw, dict) or "value" in raw:
+            raise ValueError(
+                f'must be a table of texts, such as {{ {names[0]} = "..." }}; known entries: {", ".join(names)}'
+            )
+        texts = {}
+        for name, entry in raw.items():
+            try:
+                texts[name] = read_one(entry).value
+            except ValueError as problem:
+                raise ValueError(f"entry {printable(name)} {problem}") from problem
+        try:
+            return Entry(_checked(field, texts), texts)
+        except InputError as problem:
+            raise ValueError(str(problem)) from problem
+
+    entries = dict.fromkeys(names, one.schema)
+    return Key(read, {"type": "object", "properties": entries, "additionalProperties": False, "minProperties": 1})
+
+
+def _words(field: dataclasses.Field[Any]) -> Key:
+    """Return the key of a row of words."""
+    words = field.metadata["words of"]
+
+    def read(raw: Any, unit: str | None) -> tuple[str, ...]:
+        if unit is not None or not isinstance(raw, list):
+            raise InputError(f"must be a list of words, such as [{words[0]!r}]")
+        return _checked(field, raw)
+
+    return _leaf(read, {"type": "array", "items": {"enum": list(words)}, "uniqueItems": True})
+
+
 def _text() -> Key:
     def read(raw: Any, unit: str | None) -> str:
         if unit is not None or not isinstance(raw, str) or not raw.strip():
@@ -208,11 +263,17 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
         return _quantity(field.metadata["unit"], field.metadata["bound"])
     if "row of" in field.metadata:
         return _row(field.metadata["row of"], field.metadata["bound"])
+    if "texts of" in field.metadata:
+        return _texts(field)
+    if "words of" in field.metadata:
+        return _words(field)
     part = part_of(hint)
     if part is not None:
         return Key(part=part)
     if typing.get_origin(hint) is Literal:
         return _choice(typing.get_args(hint))
+    if hint is bool:
+        return _flag()
     if field.name in CHOICES:
         return _choice(tuple(CHOICES[field.name]), CHOICES[field.name])
     return _text()

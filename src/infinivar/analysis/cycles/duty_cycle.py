@@ -1,4 +1,4 @@
-"""Duty cycles: energy, limits and heating of a drive in a periodic motion."""
+"""Duty cycles: energy, limits and heating of a drive in a periodic motion or a run."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.analysis.cycles.single_strides import StrideEnergies, stride_energies
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint, chosen
 from infinivar.limits import Demand, Limit, binding_demand, words_of
@@ -64,20 +65,21 @@ class WithoutHelp(NamedTuple):
     """Result of a duty cycle without friction that helps to hold the load at rest."""
 
     energy: float
-    """Energy from the supply per cycle. [J]"""
+    """Energy from the supply per cycle or over the run. [J]"""
     feasible: bool
     """Whether every limit is kept and no winding overheats."""
 
 
 @result
 class DutyResult(Result):
-    """Result of a drive in a duty cycle, settled and warm. At rest, friction carries as much of the load as it can.
+    """Result of a drive in a duty cycle, settled and warm, or over a run. At rest, friction carries what it can of the load.
 
     Attributes
     ----------
     drive, duty          Arguments of the call.
     instants             Sampling instants of the cycle.
-    point                Operating point at each instant, with windings at their settled mean temperature.
+    point                Operating point at each instant, with windings at their settled mean temperature, or at their
+                         temperature in the run.
     cold_power           Mean power from the supply with windings at 25 °C. [W]
     demands              Demand over allowance over the cycle, by limit and part. [-]
     heat                 Heating by motor ("motor", "steering motor"); None if the data sheet lacks a value.
@@ -85,6 +87,7 @@ class DutyResult(Result):
     closure              Relative residual of the cycle's energy balance. [-]
     holding              Standstill under the largest force of the cycle.
     without_help         Result without friction that helps to hold; None if the load never rests.
+    strides              Energies of the single strides that a recording averages; None for other motions.
     """
 
     name: str
@@ -100,6 +103,7 @@ class DutyResult(Result):
     closure: float
     holding: Holding
     without_help: WithoutHelp | None
+    strides: StrideEnergies | None = None
 
     @property
     def power_in(self) -> float:
@@ -108,7 +112,7 @@ class DutyResult(Result):
 
     @property
     def energy(self) -> float:
-        """Energy from the supply per cycle. [J]"""
+        """Energy from the supply per cycle, or over the run. [J]"""
         return self.power_in * self.duty.period
 
     @property
@@ -118,17 +122,17 @@ class DutyResult(Result):
 
     @property
     def delivered(self) -> float:
-        """Work of the drive on the load per cycle, while driving. [J]"""
+        """Work of the drive on the load per cycle or over the run, while driving. [J]"""
         return float(np.mean(np.clip(self.point.power_out, 0.0, None))) * self.duty.period
 
     @property
     def absorbed(self) -> float:
-        """Work of the load on the drive per cycle, while braking. [J]"""
+        """Work of the load on the drive per cycle or over the run, while braking. [J]"""
         return float(np.mean(np.clip(-np.asarray(self.point.power_out), 0.0, None))) * self.duty.period
 
     @property
     def losses(self) -> dict[str, float]:
-        """Losses per cycle by name. [J]"""
+        """Losses per cycle or over the run, by name. [J]"""
         return {name: float(np.mean(loss)) * self.duty.period for name, loss in self.point.losses.items()}
 
     @property
@@ -169,7 +173,7 @@ class DutyResult(Result):
             f"{what} winding at {celsius(min(found.mean_winding, found.permissible))}" for what, found in hot.items()
         ]
         at = f" with {' and '.join(held)}" if held else ""
-        clauses.append(f"{plain(self.energy, 3)} J per cycle, {plain(self.power_in, 3)} W on average{at}")
+        clauses.append(f"{plain(self.energy, 3)} J {self.duty.per}, {plain(self.power_in, 3)} W on average{at}")
         if self.feasible:
             clauses += [f"{what} {found.verdict}" for what, found in known.items()]
         return "; ".join([*clauses, *self._on_help()])
@@ -183,7 +187,8 @@ class DutyResult(Result):
             return [f"feasible; tightest limit: {words_of(key)} (margin {margin:.2f})"]
         overheating = [f"{what} {found.verdict}" for what, found in hot.items()]
         if not self.exceeded:
-            return [f"infeasible in continuous operation: {clause}" for clause in overheating[:1]] + overheating[1:]
+            infeasible = "infeasible in continuous operation" if self.duty.closed else "infeasible"
+            return [f"{infeasible}: {clause}" for clause in overheating[:1]] + overheating[1:]
         worst, *others = self.exceeded
         return [
             f"infeasible: {words_of(worst)}, {_times(self.demands[worst])} the allowance",
@@ -196,7 +201,7 @@ class DutyResult(Result):
         bare = self.without_help
         if bare is None or not abs(bare.energy - self.energy) > _SAME * abs(self.energy):
             return []
-        energy = f"{plain(bare.energy, 3)} J per cycle"
+        energy = f"{plain(bare.energy, 3)} J {self.duty.per}"
         if self.feasible and not bare.feasible:
             return [f"feasible only because friction helps to hold the load; without it {energy}"]
         return [f"without friction holding the load, {energy}"]
@@ -214,6 +219,17 @@ class DutyResult(Result):
             found["steering_angle_rad"] = np.arctan(point.states["steering_tangent"])
         return {name: np.broadcast_to(np.asarray(value, dtype=float), shape) for name, value in found.items()}
 
+    def _energies(self) -> dict[str, float]:
+        """Energies from the supply under names that end in their unit."""
+        cold = self.cold_power * self.duty.period
+        if not self.duty.closed:
+            return {"energy_over_run_J": self.energy, "mean_power_W": self.power_in, "energy_over_run_cold_J": cold}
+        return {
+            "energy_per_cycle_J": self.energy,
+            "energy_per_hour_Wh": self.watt_hours,
+            "energy_per_cycle_cold_J": cold,
+        }
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
         return {
@@ -221,11 +237,10 @@ class DutyResult(Result):
             "duty": self.duty.title,
             "verdict": self.verdict,
             "feasible": self.feasible,
+            "closed": self.duty.closed,
             "period_s": self.duty.period,
             "samples": len(self.instants.time),
-            "energy_per_cycle_J": self.energy,
-            "energy_per_hour_Wh": self.watt_hours,
-            "energy_per_cycle_cold_J": self.cold_power * self.duty.period,
+            **self._energies(),
             "without_friction_at_rest": None if self.without_help is None else self.without_help._asdict(),
             "work_on_load_J": self.delivered,
             "work_of_load_J": self.absorbed,
@@ -253,6 +268,7 @@ class DutyResult(Result):
                 "parked_W": self.holding.parked,
                 "run_up_J": self.holding.run_up,
             },
+            **({} if self.strides is None else {"single_strides": self.strides.to_dict()}),
             "closure": self.closure,
         }
 
@@ -271,7 +287,7 @@ def duty_cycle(
     samples: int | None = None,
     cylinder_speed: Varying | None = None,
 ) -> DutyResult:
-    """Evaluate a drive in a duty cycle by inverse dynamics, settled and warm.
+    """Evaluate a drive in a duty cycle by inverse dynamics: settled and warm, or over a run from the start temperature.
 
     Parameters
     ----------
@@ -284,7 +300,8 @@ def duty_cycle(
 
     Returns
     -------
-    DutyResult   An exceeded limit is a result, not an error. Where the wheel slips, powers, energies and heat are nan.
+    DutyResult   An exceeded limit is a result, not an error. Where the wheel slips, powers, energies and heat are nan. In
+        a run, the continuous torque of a motor does not count where its temperature is known.
 
     Raises
     ------
@@ -303,14 +320,14 @@ def duty_cycle(
         return driven.follow(course, load_mass=mass, **options)
 
     cold, point, found, lacking = _settled(drive, duty, instants, follow)
-    demands = _demands(point, instants, travel)
+    demands = _demands(point, instants, travel, duty, found)
     without_help = None
     rests = np.broadcast_to(course.at_rest, instants.time.shape)
     if rests.any():
         _, bare, hot, _ = _settled(
             drive, duty, instants, lambda driven: chosen(rests, follow(driven.unheld()), follow(driven))
         )
-        kept = all(demand <= 1.0 for demand in _demands(bare, instants, travel).values())
+        kept = all(demand <= 1.0 for demand in _demands(bare, instants, travel, duty, hot).values())
         without_help = WithoutHelp(float(np.mean(bare.power_in)) * duty.period, kept and _within_limits(hot))
     return DutyResult(
         name=name,
@@ -326,18 +343,25 @@ def duty_cycle(
         closure=performance.audit(point, duty.title or duty.motion.shape),
         holding=holding(drive, float(np.max(np.abs(course.driving_force(mass).value)))),
         without_help=without_help,
+        strides=stride_energies(drive, duty),
     )
 
 
 def _settled(
     drive: AnyDrive, duty: DutyCycle, instants: Instants, follow: Callable[[AnyDrive], MovingPoint]
 ) -> tuple[MovingPoint, MovingPoint, dict[str, Heat | None], dict[str, tuple[str, ...]]]:
-    """Evaluate the cycle with cold and with settled windings; also return heating and missing data by motor."""
+    """Evaluate the cycle with cold and with settled windings, or those of the run; also heating, and missing data by motor."""
     cold = follow(drive)
     lacking = {what: tuple(heat.missing(motor)) for what, motor in motors_of(drive).items()}
     found = {what: None if lacking[what] else _heat(drive, what, cold, duty) for what in lacking}
     # A motor whose winding overheats must be stopped: its winding counts as at the permissible temperature.
-    warm = {what: min(hot.mean_winding, hot.permissible) for what, hot in found.items() if hot is not None}
+    warm = {
+        what: np.minimum(np.interp(instants.time, hot.time, hot.winding_history), hot.permissible)
+        if not hot.repeated
+        else min(hot.mean_winding, hot.permissible)
+        for what, hot in found.items()
+        if hot is not None
+    }
     point = follow(warmed(drive, warm))
     shape = instants.time.shape
     point = replace(
@@ -346,8 +370,14 @@ def _settled(
     return cold, point, found, lacking
 
 
-def _demands(point: MovingPoint, instants: Instants, travel: float | None) -> dict[Demand, float]:
+def _demands(
+    point: MovingPoint, instants: Instants, travel: float | None, duty: DutyCycle, heats: Mapping[str, Heat | None]
+) -> dict[Demand, float]:
     found = {key: float(demand) for key, demand in performance.demands(point).items()}
+    if not duty.closed:
+        # Continuous torque stands for the temperature that it settles at, which a run need not reach.
+        known = {(Limit.THERMAL, what) for what, hot in heats.items() if hot is not None}
+        found = {key: demand for key, demand in found.items() if key not in known}
     if travel is not None:
         found[Limit.TRAVEL, "load"] = float(np.ptp(instants.position)) / travel
     return found
@@ -399,6 +429,11 @@ def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> He
     current, friction = heating(point, what)
     if np.any(np.isnan(current)):
         return None
+    if not duty.closed:
+        motor, friction = motors_of(drive)[what], np.asarray(friction)
+        return heat.heat_over_run(
+            motor, np.asarray(current), friction, duty.period, ambient=duty.ambient, start=duty.start
+        )
     return heat.heat(motors_of(drive)[what], np.asarray(current), friction, duty.period, duty.ambient)
 
 

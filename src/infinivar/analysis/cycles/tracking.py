@@ -13,6 +13,7 @@ from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.simulate import Simulation, simulate
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.errors import ParameterError
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.repeated import Repeated
 from infinivar.motion.scenario import Scenario
@@ -119,8 +120,10 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
     Raises
     ------
     ParameterError
-        If the drive lacks a value that simulation requires.
+        If the drive lacks a value that simulation requires, or the motion is a run.
     """
+    if not duty.closed:
+        raise ParameterError("duty must repeat to be simulated beside inverse dynamics; a run starts in motion")
     period, mass = duty.period, duty.moved_mass
     nodes = np.arange(_NODES) * (period / _NODES)
     position, course = duty.at(nodes)

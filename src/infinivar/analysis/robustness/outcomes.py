@@ -117,7 +117,7 @@ def _over_cycle(study: Study, kind: str, duty: str | None) -> Outcome:
     motion = study.duty[duty]
     outside = functools.partial(_beyond_in, duty=motion, travel=study.requirement.travel)
     if kind == "energy":
-        words, of = f"energy per cycle of {motion.title or duty}", functools.partial(energy, duty=motion)
+        words, of = f"energy {motion.per} of {motion.title or duty}", functools.partial(energy, duty=motion)
         return Outcome(name=kind, unit="J", words=words, better=-1, of=of, beyond=outside)
     words = f"highest winding temperature above ambient in {motion.title or duty}"
     of = functools.partial(temperature, duty=motion)
@@ -203,7 +203,7 @@ def _trapezoid(heights: np.ndarray) -> np.ndarray:
 
 
 def energy(drive: AnyDrive, duty: DutyCycle) -> Array:
-    """Energy from the supply per cycle, with windings at their settled mean temperature if data sheets allow it. [J]"""
+    """Energy from the supply per cycle or over the run, windings at their mean temperature if data sheets allow it. [J]"""
     point, _ = _settled(drive, duty)
     drawn = point.power_in + 0.0 * point.power_out
     return namespace(drawn).mean(drawn, axis=-1) * duty.period
@@ -232,6 +232,10 @@ def worked(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> np.ndarray
     point, windings = _settled(drive, duty)
     motors = motors_of(drive)
     found = {**performance.demands(point)}
+    if not duty.closed:
+        found = {
+            key: demand for key, demand in found.items() if key not in {(Limit.THERMAL, what) for what in windings}
+        }
     if travel is not None:
         found[Limit.TRAVEL, "load"] = np.asarray(np.ptp(duty.instants().position) / travel)
     drawn = np.mean(point.power_in + 0.0 * point.power_out, axis=-1) * duty.period
@@ -249,13 +253,17 @@ def _cold(drive: AnyDrive, duty: DutyCycle) -> Any:
 
 
 def _windings(drive: AnyDrive, duty: DutyCycle, point: Any) -> dict[str, tuple[Array, Array]]:
-    """Highest and mean settled winding temperature of each motor with thermal data. [K]"""
+    """Highest and mean winding temperature, settled or over the run, of each motor with thermal data. [K]"""
     found = {}
     for what, motor in motors_of(drive).items():
         if not heat.missing(motor):
             current, friction = heating(point, what)
             current = current + np.zeros(duty.instants().time.shape)
-            found[what] = heat.settled(motor, current, friction, duty.period, duty.ambient)
+            options: dict[str, float] = {"ambient": duty.ambient}
+            if duty.closed:
+                found[what] = heat.settled(motor, current, friction, duty.period, **options)
+            else:
+                found[what] = heat.through_run(motor, current, friction, duty.period, start=duty.start, **options)
     return found
 
 

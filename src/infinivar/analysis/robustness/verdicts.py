@@ -144,14 +144,16 @@ class DutyBuilds(Result):
 
     Attributes
     ----------
-    energy        Energy from the supply per cycle. [J]
-    temperature   Highest settled winding temperature; empty if no data sheet has thermal data. [K]
+    energy        Energy from the supply per cycle or over the run. [J]
+    temperature   Highest winding temperature, settled or in the run; empty if no data sheet has thermal data. [K]
     able          Whether the sample is within every limit and no winding overheats.
+    per           What the energy refers to: "per cycle" or "over the run".
     """
 
     energy: np.ndarray
     temperature: np.ndarray
     able: np.ndarray
+    per: str = "per cycle"
 
     @property
     def share(self) -> float:
@@ -165,7 +167,7 @@ class DutyBuilds(Result):
         taken = (
             ""
             if found["low"] is None
-            else f"; {plain(found['low'], 3)} to {plain(found['high'], 3)} J per cycle in 90 % of samples"
+            else f"; {plain(found['low'], 3)} to {plain(found['high'], 3)} J {self.per} in 90 % of samples"
         )
         return f"feasible in {percent(self.share, len(self.able))} of samples{taken}"
 
@@ -319,4 +321,5 @@ def _worked(
         energy=found[:, 0],
         temperature=found[:, 1] if heated else np.empty(0),
         able=found[:, 2] > 0.5,
+        per=duty.per,
     )

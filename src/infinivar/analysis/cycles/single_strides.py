@@ -1,0 +1,98 @@
+"""Energy of the strides that a recording averages: of their mean cycle, and of each stride as it was recorded."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.result import Result, result
+from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.recordings import Recording
+from infinivar.units import percent, plain
+
+
+@result
+class StrideEnergies(Result):
+    """Energy from the supply in the mean cycle and in single strides, windings at 25 °C.
+
+    Attributes
+    ----------
+    mean_cycle : float      Energy of the mean cycle. [J]
+    singles : (k,) float    Energy of each stride, as part of the run of all strides. [J]
+    """
+
+    mean_cycle: float
+    singles: np.ndarray
+
+    @property
+    def mean(self) -> float:
+        """Mean of the energies of single strides. [J]"""
+        return float(np.mean(self.singles))
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation of the energies of single strides. [J]"""
+        return float(np.std(self.singles, ddof=1)) if self.singles.size > 1 else 0.0
+
+    @property
+    def verdict(self) -> str:
+        """Both energies in one clause."""
+        off = self.mean / self.mean_cycle - 1.0 if self.mean_cycle else float("nan")
+        share = "" if np.isnan(off) else f" ({percent(off, 1, '+')})"
+        return (
+            f"{self.singles.size} single strides {plain(self.mean, 3)} J ± {plain(self.deviation, 2)} J on average, their mean "
+            f"cycle {plain(self.mean_cycle, 3)} J with cold windings{share}"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "strides": int(self.singles.size),
+            "mean_cycle_J": self.mean_cycle,
+            "mean_of_strides_J": self.mean,
+            "deviation_of_strides_J": self.deviation,
+            "strides_J": self.singles.tolist(),
+        }
+
+
+def stride_energies(drive: AnyDrive, duty: DutyCycle) -> StrideEnergies | None:
+    """Energy of the mean cycle of a recording beside the energies of its single strides.
+
+    The mean cycle lacks the differences between strides. A loss that grows with the square of a quantity, as copper loss with
+    that of the current, is lower in the mean cycle than in the strides on average, by the variance of that quantity. A power
+    proportional to the quantity, and all of the energy if the strides are equal, is the same in both.
+
+    Parameters
+    ----------
+    drive : CoboticDrive or ConventionalDrive
+    duty : DutyCycle
+
+    Returns
+    -------
+    StrideEnergies   None if the motion is not the average of strides.
+
+    Raises
+    ------
+    ParameterError
+        If the drive lacks a value that motion requires.
+    """
+    motion = duty.motion
+    run = motion.as_run if isinstance(motion, Recording) else None
+    if not isinstance(motion, Recording) or motion.averaged is None or run is None:
+        return None
+    instants = duty.instants()
+    cycle = drive.follow(instants.course, load_mass=duty.moved_mass)
+    whole = replace(duty, motion=run)
+    over = whole.instants()
+    drawn = np.broadcast_to(drive.follow(over.course, load_mass=whole.moved_mass).power_in, over.time.shape)
+    step = whole.period / over.time.size
+    spent = np.concatenate([[0.0], np.cumsum(drawn) * step])
+    edges = motion.averaged.edges - motion.averaged.edges[0]
+    passed = np.interp(edges, np.arange(over.time.size + 1) * step, spent)
+    return StrideEnergies(
+        mean_cycle=float(np.mean(np.broadcast_to(cycle.power_in, instants.time.shape))) * duty.period,
+        singles=np.diff(passed),
+    )

@@ -1,0 +1,404 @@
+"""What a recording holds, before any drive: columns, sampling, closure, cutoff, spectrum, power and strides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.result import Frozen, Result, result
+from infinivar.axis import Axis
+from infinivar.errors import InputError
+from infinivar.motion.files.table import RecordedTable
+from infinivar.motion.files.timing import read_timed
+from infinivar.motion.recordings import CUTOFF, Recording
+from infinivar.motion.smoothing import DRIFT, GAP
+from infinivar.motion.strides import Strides, strides_of
+from infinivar.units import plain
+
+_PASSED = 0.999
+"""Share of the speed's power that an advised cutoff passes unchanged."""
+_ABOVE_NOISE = 4.0
+"""Power of a frequency over the noise floor from which it counts as motion."""
+_BAND = 9
+"""Frequencies averaged in the spectrum."""
+_FIRST = 3
+"""First values shown of each column."""
+_SAMPLES = 4000
+"""Fewest instants at which the smoothed motion is evaluated."""
+_PER_WAVE = 40
+
+
+@result
+class Sampling(Frozen):
+    """Sampling of a recording.
+
+    Attributes
+    ----------
+    rows : int                  Number of rows.
+    duration : float            From the first row to the last. [s]
+    rate : float                Rows per second, from the median step. [Hz]
+    jitter : float              Standard deviation of the steps without gaps, over the median step. [-]
+    gaps : tuple                Start and length of each gap: a step more than 5 times the median. [s], [s]
+    """
+
+    rows: int
+    duration: float
+    rate: float
+    jitter: float
+    gaps: tuple[tuple[float, float], ...]
+
+    @classmethod
+    def of(cls, time: np.ndarray) -> Sampling:
+        """Sampling of given times, which increase. [s]"""
+        steps = np.diff(time)
+        median = float(np.median(steps))
+        wide = steps > GAP * median
+        return cls(
+            rows=len(time),
+            duration=float(time[-1] - time[0]),
+            rate=1.0 / median,
+            jitter=float(np.std(steps[~wide])) / median,
+            gaps=tuple((float(time[place]), float(steps[place])) for place in np.flatnonzero(wide)),
+        )
+
+
+@result
+class Spectrum(Frozen):
+    """Spectrum of a recorded position, or of the position that a recorded speed gives.
+
+    Attributes
+    ----------
+    frequency, power : (n,) float   Power spectral density without the straight line through the ends. [Hz], [m^2/Hz, rad^2/Hz]
+    floor : float                   Noise floor: median of the upper half of the frequencies. [m^2/Hz, rad^2/Hz]
+    above : float                   Share of the motion's power above the cutoff. [-]
+    above_speed : float             Share of the speed's power above the cutoff. [-]
+    passed : float                  Frequency below which 99.9 % of the speed's power above the noise floor lies. [Hz]
+    """
+
+    frequency: np.ndarray
+    power: np.ndarray
+    floor: float
+    above: float
+    above_speed: float
+    passed: float
+
+
+@result
+class MotionSummary(Result):
+    """What was understood of a recording, and what it demands of any drive.
+
+    Attributes
+    ----------
+    table           The recording as read: format, columns by role, remarks.
+    motion          The recording, smoothed: one cycle if it closes, else a run.
+    closed          Whether it ends where it starts, to 5 % of its range, and counts as one cycle.
+    drift           Position of the end relative to the start. [m, rad]
+    sampling        Rows, duration, rate, jitter and gaps.
+    cutoff_from     How the cutoff was chosen.
+    spectrum        Spectrum of the motion.
+    strides         Strides found; None if there are none.
+    no_strides      Why no strides were found; "" if there are some.
+    time, position, speed, acceleration : (n,) float   The smoothed motion. [s], [m, rad] ...
+    force : (n,) float   The smoothed force on the load; None if none is recorded. [N, N m]
+    load_mass       Mass of the load, for the force that a drive must apply. [kg, kg m^2]
+    """
+
+    table: RecordedTable
+    motion: Recording
+    closed: bool
+    drift: float
+    sampling: Sampling
+    cutoff_from: str
+    spectrum: Spectrum
+    strides: Strides | None
+    no_strides: str
+    time: np.ndarray
+    position: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+    force: np.ndarray | None
+    load_mass: float
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the motion is along a line or about a joint."""
+        return self.table.axis
+
+    @property
+    def driving_force(self) -> np.ndarray:
+        """Force of a drive on the load: inertia less the recorded force. [N, N m]"""
+        return self.load_mass * self.acceleration - (0.0 if self.force is None else self.force)
+
+    @property
+    def power(self) -> np.ndarray | None:
+        """Power of a drive to the load; None if neither a force nor a mass is known. [W]"""
+        return None if self.force is None and not self.load_mass else self.driving_force * self.speed
+
+    @property
+    def extremes(self) -> dict[str, tuple[float, float, float]]:
+        """Lowest, highest and RMS of position (about its mean), speed, acceleration and force, by field."""
+        found = {"position": self.position, "speed": self.speed, "acceleration": self.acceleration}
+        if self.force is not None:
+            found["force"] = self.force
+        return {
+            name: (
+                float(np.min(values)),
+                float(np.max(values)),
+                float(np.sqrt(np.mean((values - (np.mean(values) if name == "position" else 0.0)) ** 2))),
+            )
+            for name, values in found.items()
+        }
+
+    @property
+    def work(self) -> tuple[float, float]:
+        """Work of a drive on the load while driving, and of the load on a drive while braking; nan if unknown. [J]"""
+        power = self.power
+        if power is None:
+            return float("nan"), float("nan")
+        lasts = self.sampling.duration
+        return float(np.mean(np.clip(power, 0.0, None))) * lasts, float(np.mean(np.clip(-power, 0.0, None))) * lasts
+
+    @property
+    def resting(self) -> float:
+        """Share of the time at rest. [-]"""
+        return float(np.mean(self.speed == 0.0))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Gaps, drift and slow intervals."""
+        return self.motion.warnings
+
+    @property
+    def verdict(self) -> str:
+        """What the recording is, in one sentence."""
+        kind = "one cycle that closes" if self.closed else "a run that does not close"
+        names = ", ".join(role.replace("_", " ") for role in self.table.columns)
+        found = self.strides
+        strides = "" if found is None else f"; {len(found)} strides of {plain(found.period, 3)} s"
+        return f"{names} in {self.sampling.rows} rows, {plain(self.sampling.duration, 4)} s: {kind}{strides}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts; values are in SI."""
+        given, taken = self.work
+        power = self.power
+        sampling, spectrum = self.sampling, self.spectrum
+        return {
+            "file": self.table.file,
+            "format": self.table.format,
+            "verdict": self.verdict,
+            "about_a_joint": self.axis.rotary,
+            "columns": [
+                {
+                    "role": role,
+                    "heading": column.heading,
+                    "unit": column.unit,
+                    "first_values_SI": [float(value) for value in column.values[:_FIRST]],
+                }
+                for role, column in self.table.columns.items()
+            ],
+            "ignored": list(self.table.ignored),
+            "remarks": list(self.table.remarks),
+            "warnings": list(self.warnings),
+            "rows": sampling.rows,
+            "duration_s": sampling.duration,
+            "rate_Hz": sampling.rate,
+            "jitter": sampling.jitter,
+            "gaps_s": [list(gap) for gap in sampling.gaps],
+            "closed": self.closed,
+            "drift": self.drift,
+            "cutoff_Hz": self.motion.cutoff,
+            "cutoff_from": self.cutoff_from,
+            "power_above_cutoff": spectrum.above,
+            "speed_power_above_cutoff": spectrum.above_speed,
+            "motion_below_Hz": spectrum.passed,
+            "resting": self.resting,
+            **{name: {"lowest": low, "highest": high, "rms": rms} for name, (low, high, rms) in self.extremes.items()},
+            "load_mass": self.load_mass,
+            "power": None
+            if power is None
+            else {
+                "highest_W": float(np.max(power)),
+                "lowest_W": float(np.min(power)),
+                "mean_W": float(np.mean(power)),
+                "work_on_load_J": given,
+                "work_of_load_J": taken,
+            },
+            "strides": self.no_strides if self.strides is None else self.strides.to_dict(),
+        }
+
+
+def inspect_motion(
+    file: str | Path,
+    *,
+    columns: Mapping[str, str] | None = None,
+    flip: Sequence[str] = (),
+    cycle_time: float | None = None,
+    body_mass: float | None = None,
+    window: Sequence[float] | None = None,
+    sample_rate: float | None = None,
+    cutoff: float | None = None,
+    resolution: float | None = None,
+    stride_time: float | None = None,
+    load_mass: float = 0.0,
+    closed: bool | None = None,
+) -> MotionSummary:
+    """Read a recording and show what was understood of it.
+
+    Parameters
+    ----------
+    file : str or Path
+    columns : mapping       Heading of each column to read, by role; by default the headings of the file decide.
+    flip : sequence         Roles of columns whose sign is reversed.
+    cycle_time : float      Time of a cycle, for a file without times. [s]
+    body_mass : float       For forces or moments per kilogram. [kg]
+    window : (2,) float     Start and end in the time of the file; all of it by default. [s]
+    sample_rate : float     Rate to resample to, by linear interpolation; the file's own by default. [Hz]
+    cutoff : float          Frequency above which the motion is smoothed; 10 Hz by default, as in a study. [Hz]
+    resolution : float      Deviation within which the load counts as at rest; estimated by default. [m, rad]
+    stride_time : float     Approximate time of a stride; by default the period of the motion. [s]
+    load_mass : float       Mass or moment of inertia of the load; 0 by default. [kg, kg m^2]
+    closed : bool           Whether it is one cycle; by default, if it ends where it starts to 5 % of its range.
+
+    Returns
+    -------
+    MotionSummary
+
+    Raises
+    ------
+    InputError
+        If the file is invalid; the message names file, line and column.
+    ParameterError
+        If an argument is outside its range.
+    """
+    table = read_timed(
+        file,
+        columns=columns,
+        flip=flip,
+        body_mass=body_mass,
+        cycle_time=cycle_time,
+        window=window,
+        sample_rate=sample_rate,
+    )
+    return summary(
+        table,
+        cutoff=cutoff,
+        resolution=resolution,
+        stride_time=stride_time,
+        load_mass=load_mass,
+        closed=closed,
+    )
+
+
+def summary(
+    table: RecordedTable,
+    *,
+    cutoff: float | None = None,
+    resolution: float | None = None,
+    stride_time: float | None = None,
+    load_mass: float = 0.0,
+    closed: bool | None = None,
+) -> MotionSummary:
+    """Summarise a recording that is already read; arguments as of `inspect_motion`."""
+    values = table.values
+    if "position" not in values and "speed" not in values:
+        kind = table.axis
+        raise InputError(
+            f"{table.file}: must have a column of {kind.position} or {kind.speed}, found {', '.join(table.columns)}"
+        )
+    field = "position" if "position" in values else "speed"
+    time = values["time"]
+    drift, span = _drift(time, values[field], field)
+    closes = abs(drift) <= DRIFT * span if closed is None else closed
+    used = CUTOFF if cutoff is None else cutoff
+    within = {"angle_resolution" if table.axis.rotary else "resolution": resolution}
+    motion = Recording.of(table, cutoff=used, closed=closes, **within)
+    count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
+    at = (np.arange(count) + 0.5) * (motion.period / count)
+    position, speed, acceleration = motion.derivatives(at, 2)
+    strides, reason = _strides(table, stride_time)
+    return MotionSummary(
+        table=table,
+        motion=motion,
+        closed=closes,
+        drift=drift,
+        sampling=Sampling.of(time),
+        cutoff_from="default of recordings in a study" if cutoff is None else "as given",
+        spectrum=_spectrum(time, values[field], field, used),
+        strides=strides,
+        no_strides=reason,
+        time=at,
+        position=position,
+        speed=speed,
+        acceleration=acceleration,
+        force=motion.push(at, 0)[0] if "force" in values else None,
+        load_mass=load_mass,
+    )
+
+
+def _drift(time: np.ndarray, values: np.ndarray, field: str) -> tuple[float, float]:
+    """Position of the end relative to the start, and the range of the position."""
+    if field == "speed":
+        steps = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
+        values = np.concatenate([[0.0], np.cumsum(steps)])
+    return float(values[-1] - values[0]), float(np.ptp(values)) or 1.0
+
+
+def _strides(table: RecordedTable, stride_time: float | None) -> tuple[Strides | None, str]:
+    try:
+        found = strides_of(table, stride_time)
+    except InputError as problem:
+        return None, str(problem).removeprefix(f"{table.file}: ")
+    return found, ""
+
+
+def _spectrum(time: np.ndarray, values: np.ndarray, field: str, cutoff: float) -> Spectrum:
+    """Power spectral density of the position, from equal steps under a Hann window.
+
+    Source: welch1967, for one segment; means over neighbouring frequencies reduce its scatter.
+    """
+    count = len(time)
+    duration = float(time[-1] - time[0])
+    even = np.interp(time[0] + np.arange(count) * (duration / (count - 1)), time, values)
+    even = even - np.linspace(even[0], even[-1], count) if field == "position" else even - np.mean(even)
+    even = even - np.mean(even)
+    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
+    step = duration / (count - 1)
+    power = 2.0 * step / np.sum(window**2) * np.abs(np.fft.rfft(even * window)) ** 2
+    frequency = np.fft.rfftfreq(count, step)[1:]
+    turn = 2.0 * np.pi * frequency
+    power = power[1:] / turn**2 if field == "speed" else power[1:]
+    floor = float(np.median(power[len(power) // 2 :]))
+    over = frequency > cutoff
+    speed = power * turn**2
+    smooth = np.convolve(power, np.ones(_BAND) / _BAND, mode="same")
+    moving = np.where(smooth > _ABOVE_NOISE * floor, np.maximum(power - floor, 0.0) * turn**2, 0.0)
+    share = np.cumsum(moving) / (np.sum(moving) or 1.0)
+    return Spectrum(
+        frequency=frequency,
+        power=power,
+        floor=floor,
+        above=float(np.sum(power[over]) / (np.sum(power) or 1.0)),
+        above_speed=float(np.sum(speed[over]) / (np.sum(speed) or 1.0)),
+        passed=float(frequency[min(int(np.searchsorted(share, _PASSED)), len(frequency) - 1)]),
+    )
+
+
+def advice(found: MotionSummary) -> tuple[str, ...]:
+    """What to set in a study, as far as the recording decides it."""
+    said = []
+    spectrum, used = found.spectrum, found.motion.cutoff
+    if found.sampling.rate > 4.0 * spectrum.passed and not 2.0 * spectrum.passed <= used <= 8.0 * spectrum.passed:
+        said.append(
+            f"99.9 % of the speed's power above the noise lies below {plain(spectrum.passed, 2)} Hz; a cutoff passes what is "
+            f'below half of it unchanged: cutoff = "{plain(2.0 * spectrum.passed, 2)} Hz" suffices'
+        )
+    if found.strides is not None:
+        said.append('strides = "average" gives their mean cycle')
+    if not found.closed:
+        said.append("closed = false gives the energy over the run")
+    if found.power is None:
+        said.append("no force is recorded: set load_mass for the power")
+    return tuple(said)

@@ -1,0 +1,150 @@
+"""Commands that work on recordings of motions: motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from infinivar.cli.shared import print_json
+from infinivar.console import say
+from infinivar.errors import InputError, ParameterError, printable
+from infinivar.options import Json, Out, quantity
+
+if TYPE_CHECKING:
+    from infinivar.analysis.motion_summary import MotionSummary
+
+_COLUMNS = 'Headings of the columns by role, such as "time=t, angle=Knee angle [deg]"; by default, the headings decide.'
+
+
+def motion(
+    file: Annotated[Path, typer.Argument(help="Recording: CSV, OpenSim .sto or .mot, or Parquet.", show_default=False)],
+    columns: Annotated[str | None, typer.Option("--columns", help=_COLUMNS)] = None,
+    cycle_time: Annotated[
+        str | None, typer.Option("--cycle-time", help='Time of a cycle, for a file without times, such as "1.1 s".')
+    ] = None,
+    body_mass: Annotated[
+        str | None, typer.Option("--body-mass", help='Body mass, for moments per kilogram, such as "75 kg".')
+    ] = None,
+    window: Annotated[
+        str | None, typer.Option("--window", help='Start and end in the time of the file, such as "2 s, 12 s".')
+    ] = None,
+    cutoff: Annotated[
+        str | None, typer.Option("--cutoff", help='Cutoff of the smoothing, such as "8 Hz"; defaults to 10 Hz.')
+    ] = None,
+    stride_time: Annotated[
+        str | None, typer.Option("--stride-time", help='Approximate time of a stride, such as "1.1 s".')
+    ] = None,
+    load_mass: Annotated[
+        str | None,
+        typer.Option("--load-mass", help='Mass of the load, for the power, such as "0.8 kg" or "0.1 kg m^2".'),
+    ] = None,
+    out: Out = Path("out"),
+    as_json: Json = False,
+) -> None:
+    """Show what is understood of a recorded motion.
+
+    Columns, units, sampling, gaps, whether it closes, cutoff, spectrum, power and strides; write a page with plots.
+    """
+    from infinivar.analysis.motion_summary import inspect_motion
+    from infinivar.report.output import claimed
+    from infinivar.report.saving import save
+
+    with claimed(out):
+        try:
+            found = inspect_motion(
+                file,
+                columns=None if columns is None else _columns(columns),
+                cycle_time=quantity("--cycle-time", cycle_time, "s"),
+                body_mass=quantity("--body-mass", body_mass, "kg"),
+                window=None if window is None else _window(window),
+                cutoff=quantity("--cutoff", cutoff, "Hz"),
+                stride_time=quantity("--stride-time", stride_time, "s"),
+                load_mass=_load_mass(load_mass),
+            )
+        except ParameterError as problem:
+            raise InputError(f"{printable(file)}: {problem}") from problem
+        files = save(found, out)
+    if as_json:
+        print_json({**found.to_dict(), "files": [str(one) for one in files]})
+        return
+    for line in _lines(found):
+        say(line)
+    say(f"Report: {files[0]}")
+
+
+def _columns(text: str) -> dict[str, str]:
+    """Headings by role from "role=heading, role=heading"."""
+    found = {}
+    for part in text.split(","):
+        role, mark, heading = part.partition("=")
+        if not mark or not role.strip() or not heading.strip():
+            raise InputError(f'--columns {text!r} must be roles and headings, such as "time=t, angle=Knee angle [deg]"')
+        found[role.strip()] = heading.strip()
+    return found
+
+
+def _window(text: str) -> tuple[float, ...]:
+    parts = [quantity("--window", part.strip(), "s") for part in text.split(",")]
+    if len(parts) != 2:
+        raise InputError(f'--window {text!r} must be a start and an end, such as "2 s, 12 s"')
+    return tuple(part for part in parts if part is not None)
+
+
+def _load_mass(text: str | None) -> float:
+    """Mass or moment of inertia of the load; 0 if none is given. [kg, kg m^2]"""
+    if text is None:
+        return 0.0
+    try:
+        found = quantity("--load-mass", text, "kg")
+    except InputError:
+        found = quantity("--load-mass", text, "kg m^2")
+    return found or 0.0
+
+
+def _lines(found: MotionSummary) -> Iterator[str]:
+    """Yield the summary as lines of a compact table."""
+    import numpy as np
+
+    from infinivar.analysis.motion_summary import advice
+    from infinivar.report.motion_summary import rows
+    from infinivar.units import percent, plain
+
+    axis, sampling, spectrum = found.axis, found.sampling, found.spectrum
+    yield f"{printable(found.table.file)}: {found.verdict}"
+    yield f"  format       {found.table.format}"
+    for column in rows(found):
+        unit = f" in {column['unit']}" if column["unit"] else ""
+        yield f"  {column['role']:<12} {printable(column['heading'])!r}{unit}: {column['first']}"
+    if found.table.ignored:
+        yield f"  not used     {', '.join(map(printable, found.table.ignored))}"
+    for remark in found.table.remarks:
+        yield f"  remark       {remark}"
+    gaps = f"{len(sampling.gaps)} gaps" if sampling.gaps else "no gaps"
+    yield f"  sampling     {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
+    closes = "closes" if found.closed else "does not close"
+    yield f"  end          {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
+    yield (
+        f"  cutoff       {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {plain(100.0 * spectrum.above, 2)} % of the "
+        f"power of the {axis.position} above it"
+    )
+    units = {"position": axis.position_unit, "speed": axis.speed_unit, "force": axis.force_unit}
+    words = {"position": axis.position, "speed": axis.speed, "force": axis.force, "acceleration": "acceleration"}
+    for name, (low, high, rms) in found.extremes.items():
+        unit = units.get(name, f"{axis.speed_unit}^2")
+        yield f"  {words[name]:<13}{plain(low, 3)} to {plain(high, 3)} {unit}, RMS {plain(rms, 3)}"
+    power = found.power
+    if power is not None:
+        given, taken = found.work
+        yield (
+            f"  power        {plain(float(np.min(power)), 3)} to {plain(float(np.max(power)), 3)} W, mean "
+            f"{plain(float(np.mean(power)), 3)} W; {plain(given, 3)} J on the load, {plain(taken, 3)} J of the load"
+        )
+    yield f"  at rest      {percent(found.resting, 1)} of the time"
+    yield f"  strides      {found.strides.verdict if found.strides is not None else 'none: ' + found.no_strides}"
+    for warning in found.warnings:
+        yield f"  warning      {warning}"
+    for one in advice(found):
+        yield f"  for a study  {one}"

@@ -1,0 +1,229 @@
+"""Which column of a file is what: by the names and units of its headings, or as a study says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Container, Mapping, Sequence
+from typing import NamedTuple, NoReturn
+
+from infinivar import units
+from infinivar.errors import InputError, nearest, printable
+from infinivar.motion.files.headings import FAMILIES, Heading, bracketed, family_of, folded, spelt
+from infinivar.motion.files.sheet import Source, shown
+from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES
+
+_MOST_LISTED = 4
+_ALONG_A_LINE = tuple(ABOUT_A_JOINT.values())
+SCALED = ("force", "moment")
+"""Roles that may be stated per kilogram of body mass."""
+
+_EXAMPLES = {"time": "s", "phase": "%", "position": "mm", "speed": "mm/s", "force": "N"} | {
+    "angle": "deg",
+    "angular_speed": "deg/s",
+    "moment": "N m",
+}
+
+_INSTEAD = {"phase": "time", "speed": "position"}
+"""Families that are not needed where another is found, so that a fault in them does not matter."""
+
+_LOCOHUB = {"phase_ipsi": "%", "phase_contra": "%"}
+"""Headings of the LocoHub standard without a unit, and the unit that the standard gives them."""
+
+
+class Chosen(NamedTuple):
+    """A column to read: its place in the file, its unit as written and in SI, and whether it is per kilogram."""
+
+    place: int
+    unit: str
+    factor: float
+    per_kg: bool
+
+
+def spoken(role: str) -> str:
+    """Return a role in words."""
+    return role.replace("_", " ")
+
+
+def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str]) -> dict[str, Chosen]:
+    """Choose the columns that a study names, and no others.
+
+    Raises
+    ------
+    InputError
+        If a column is not in the file or there twice, or its unit is missing, unknown or of another quantity.
+    """
+    found: dict[str, Chosen] = {}
+    for role, entry in columns.items():
+        place, unit = _asked(source, entry)
+        twin = next((other for other, one in found.items() if one.place == place), None)
+        if twin is not None:
+            _refuse(source, [place], f"cannot be both {spoken(twin)} and {spoken(role)}; see columns in the study")
+        found[role] = _measured(source, role, place, unit, usual)
+    about, along = ([one for role, one in found.items() if role in kind] for kind in (ABOUT_A_JOINT, _ALONG_A_LINE))
+    if about and along:
+        _refuse(
+            source, [along[0].place, about[0].place], "are along a line and about a joint; name columns of one axis"
+        )
+    return found
+
+
+def _asked(source: Source, entry: str) -> tuple[int, str | None]:
+    """Return the place of the column that a study asks for, and the unit if the study states it."""
+    asked = bracketed(entry)
+    ways: tuple[tuple[list[int], str | None], ...] = (
+        ([place for place, one in enumerate(source.headings) if folded(one.text) == folded(entry)], None),
+        ([place for place, one in enumerate(source.headings) if folded(one.text) == folded(asked.name)], asked.unit),
+        ([place for place, one in enumerate(source.headings) if folded(one.name) == folded(asked.name)], asked.unit),
+    )
+    places, unit = next((way for way in ways if way[0]), ([], None))
+    if not places:
+        texts = [heading.text for heading in source.headings if heading.text]
+        raise InputError(
+            f"{source.file}: {source.top}: has no column {shown(entry)}{nearest(entry, texts)}; it has {_listed(texts)}"
+        )
+    if len(places) > 1:
+        _refuse(source, places[1:], f"stands there {len(places)} times, so that {shown(entry)} in columns is not clear")
+    own = source.headings[places[0]].unit
+    if (
+        unit is not None
+        and own is not None
+        and spelt(own) != spelt(unit)
+        and asked.name != source.headings[places[0]].text
+    ):
+        _refuse(source, places, f"states the unit {own!r}, but columns states {unit!r}; remove one of the two")
+    return places[0], unit
+
+
+def _measured(source: Source, role: str, place: int, unit: str | None, usual: Mapping[str, str]) -> Chosen:
+    """Return a column with the factor of its unit."""
+    heading = source.headings[place]
+    if role == "heel_strike":
+        return Chosen(place, "", 1.0, False)
+    stated = unit or heading.unit or source.usual_unit(role, heading)
+    written = stated or _LOCOHUB.get(heading.text) or usual.get(folded(heading.text))
+    if not written:
+        example = f"{heading.name} [{_EXAMPLES.get(role, ROLES.get(role))}]"
+        _refuse(
+            source, [place],
+            f'must state its unit, such as {shown(example)}, in the file or in the study: columns = {{ {role} = "..." }}',
+        )  # fmt: skip
+    base, per_kg = spelt(written)
+    if per_kg and role not in SCALED:
+        base, per_kg = written, False
+    try:
+        return Chosen(place, written, units.parse(f"1 {base}", ROLES[role]), per_kg)
+    except InputError as problem:
+        _refuse(source, [place], str(problem))
+
+
+def by_heading(source: Source, usual: Mapping[str, str], roles: Container[str]) -> dict[str, Chosen]:
+    """Choose the columns whose headings name a quantity of a motion, with a unit that fits.
+
+    Only columns of the given roles count. A heading that is just the name of a role comes before one that contains it. Where
+    position or speed name an axis, the force is the one of that axis.
+
+    Raises
+    ------
+    InputError
+        If several columns could be the same quantity, or the only one has no unit or a wrong one.
+    """
+    found: dict[str, Chosen] = {}
+    for family, of in FAMILIES.items():
+        if not any(role in roles for role in of):
+            continue
+        fitting, fault = _candidates(source, family, usual)
+        rotary = next(
+            (role in ABOUT_A_JOINT for role in ("angle", "angular_speed", "position", "speed") if role in found), None
+        )
+        if family in ("speed", "force") and rotary is not None:
+            fitting = _about(source, fitting, rotary, found)
+        if len(fitting) > 1:
+            _ask(source, family, fitting, found)
+        elif fitting:
+            role, chosen = fitting[0]
+            found[role] = chosen
+        elif fault is not None and _INSTEAD.get(family) not in {_family(role) for role in found}:
+            raise fault
+    return found
+
+
+def _family(role: str) -> str:
+    return next(family for family, roles in FAMILIES.items() if role in roles)
+
+
+def _candidates(
+    source: Source, family: str, usual: Mapping[str, str]
+) -> tuple[list[tuple[str, Chosen]], InputError | None]:
+    """Return the columns that could be of a family, with their roles; and what is wrong with one that nearly is."""
+    exact: list[tuple[str, Chosen]] = []
+    loose: list[tuple[str, Chosen]] = []
+    faults: list[InputError] = []
+    for place, heading in enumerate(source.headings):
+        if family_of(heading.name, heading.unit) != family:
+            continue
+        named = folded(heading.name).replace(" ", "_") in ROLES
+        role = _role(source, family, heading)
+        try:
+            (exact if named else loose).append((role, _measured(source, role, place, None, usual)))
+        except InputError as problem:
+            # A name of one word says what the column is; "moment cell supply (V)" may be anything.
+            if heading.unit is None or len(heading.name.split()) == 1:
+                faults.append(problem)
+    return exact or loose, next(iter(faults), None)
+
+
+def _role(source: Source, family: str, heading: Heading) -> str:
+    """Return the role of a column among those of its family: the one whose quantity its unit measures, else the first."""
+    roles = FAMILIES[family]
+    written = heading.unit or next(filter(None, (source.usual_unit(role, heading) for role in roles)), None)
+    if written is None or len(roles) == 1:
+        return roles[0]
+    return next((role for role in roles if units.measures(spelt(written)[0], ROLES[role])), roles[0])
+
+
+def _about(
+    source: Source, fitting: list[tuple[str, Chosen]], rotary: bool, found: Mapping[str, Chosen]
+) -> list[tuple[str, Chosen]]:
+    """Keep the columns of an axis; refuse a force where the motion is about a joint, and a moment where it is not."""
+    kept = [one for one in fitting if (one[0] in ABOUT_A_JOINT) == rotary]
+    if fitting and not kept and fitting[0][0] in SCALED:
+        role, chosen = fitting[0]
+        motion = next(one for other, one in found.items() if other not in ("time", "phase"))
+        kind = "about a joint" if rotary else "along a line"
+        suggestion = _suggested(source, {**found})
+        _refuse(
+            source, [chosen.place],
+            f"is a {role}, but {shown(source.headings[motion.place].text)} is {kind}; to read the motion alone, write in the "
+            f"study: {suggestion}",
+        )  # fmt: skip
+    return kept
+
+
+def _ask(source: Source, family: str, fitting: list[tuple[str, Chosen]], found: Mapping[str, Chosen]) -> NoReturn:
+    """Raise InputError about columns of which a study must choose one."""
+    role, first = fitting[0]
+    roles = " or the ".join(dict.fromkeys(spoken(one) for one, _ in fitting))
+    suggestion = _suggested(source, {**found, role: first})
+    _refuse(
+        source, [chosen.place for _, chosen in fitting],
+        f"could each be the {roles}; choose in the study with one line for all columns, such as {suggestion}",
+    )  # fmt: skip
+
+
+def _suggested(source: Source, found: Mapping[str, Chosen]) -> str:
+    """Return the line of a study that names these columns."""
+    entries = [
+        f"{role} = {json.dumps(source.headings[one.place].text, ensure_ascii=False)}" for role, one in found.items()
+    ]
+    return f"columns = {{ {printable(', '.join(entries))} }}"
+
+
+def _listed(texts: Sequence[str]) -> str:
+    said = ", ".join(map(shown, texts[:_MOST_LISTED]))
+    more = len(texts) - _MOST_LISTED
+    return f"{said} and {more} more" if more > 0 else said
+
+
+def _refuse(source: Source, places: Sequence[int], said: str) -> NoReturn:
+    texts = [source.headings[place].text or str(place + 1) for place in places]
+    raise InputError(f"{source.file}: {source.top}, column{'' if len(texts) == 1 else 's'} {_listed(texts)}: {said}")

@@ -1,0 +1,117 @@
+"""Headings of columns: name, unit, and the quantity that the name speaks of."""
+
+from __future__ import annotations
+
+import functools
+import re
+from typing import NamedTuple
+
+_BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*", re.DOTALL)
+_WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+_PER_KG = re.compile(r"\s*(?:/\s*kg|[ *·⋅.]kg\^?-1|[ *·⋅.]kg⁻¹)")
+_PRODUCT = re.compile(r"(?<![A-Za-z])([munkM]?N)[-_.*·⋅ ]?([mc]?m)(?![A-Za-z])")
+
+_SUFFIXES = {
+    **{unit: unit for unit in ("m", "cm", "mm", "um", "s", "ms", "us", "min", "rad", "mrad", "deg", "rev", "rpm")},
+    **{unit: unit for unit in ("N", "mN", "kN", "Nm", "mNm", "kNm", "Nmm", "N_m", "mN_m", "kN_m", "N_mm")},
+    **{f"{unit}_s": f"{unit}/s" for unit in ("m", "cm", "mm", "rad", "mrad", "deg", "rev")},
+    **{f"{unit}_kg": f"{unit}/kg" for unit in ("N", "Nm", "N_m")},
+    **dict.fromkeys(("pct", "percent"), "%"),
+}
+"""Units behind an underscore at the end of a heading."""
+
+_SPELT = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("deg.", "degree", "degrees", "°"), "deg"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("deg/sec", "degrees/s", "degrees/sec", "°/s"), "deg/s"),
+    **dict.fromkeys(("rad/sec", "radians/s"), "rad/s"),
+    **dict.fromkeys(("m/sec",), "m/s"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("pct", "percent"), "%"),
+    "-": "1",
+}
+"""Units as they are spelt in files, where that is not how studies spell them."""
+
+FAMILIES: dict[str, tuple[str, ...]] = {
+    "time": ("time",),
+    "phase": ("phase",),
+    "position": ("position", "angle"),
+    "speed": ("speed", "angular_speed"),
+    "force": ("force", "moment"),
+    "heel_strike": ("heel_strike",),
+}
+"""Families of quantities that names speak of, with the roles that the unit chooses from."""
+
+_NAMED = {
+    "time": {"time", "t", "timestamp"},
+    "speed": {"speed", "velocity", "vel"},
+    "force": {"force", "f", "fx", "fy", "fz", "moment", "torque"},
+    "position": {"position", "pos", "displacement", "disp", "stroke", "travel", "angle", "theta", "rotation"},
+}
+"""Words of each family; the first family with a word in the heading counts, as in "angle velocity"."""
+
+_OF_A_CYCLE = {"phase", "gait", "stride", "cycle"}
+_NOT_THE_MOTION = {
+    "acceleration", "acc", "power", "work", "energy", "jerk", "error", "setpoint", "target", "reference", "desired",
+    "command", "cmd", "std", "sd", "deviation", "arm",
+}  # fmt: skip
+"""Words of headings that are not the recorded motion itself; such a column is read only if a study names it."""
+
+
+class Heading(NamedTuple):
+    """Heading of a column as written, its name without the unit, and the unit as written; None without one."""
+
+    text: str
+    name: str
+    unit: str | None
+
+
+def bracketed(text: str) -> Heading:
+    """Take a heading apart whose unit, if any, stands in brackets."""
+    text = text.strip()
+    found = _BRACKETS.fullmatch(text)
+    return Heading(text, found[1].strip(), found[2].strip()) if found else Heading(text, text, None)
+
+
+def heading_of(text: str) -> Heading:
+    """Take a heading apart: ``Pos (mm)``, ``pos [mm]``, ``pos_mm``, ``% gait cycle``."""
+    found = bracketed(text)
+    if found.unit is not None:
+        return found
+    text = found.text
+    if text.startswith("%") or text.endswith("%"):
+        return Heading(text, text.strip("% "), "%")
+    parts = text.split("_")
+    for count in (3, 2, 1):
+        unit = _SUFFIXES.get("_".join(parts[-count:]))
+        if unit is not None and len(parts) > count:
+            return Heading(text, "_".join(parts[:-count]), unit)
+    return Heading(text, text, None)
+
+
+def spelt(unit: str) -> tuple[str, bool]:
+    """Return a unit as studies spell it, and whether it is per kilogram of body mass: "Nm/kg" is "N m" per kilogram."""
+    base = _PER_KG.sub("", unit)
+    per_kg, unit = base != unit, base.strip()
+    return _PRODUCT.sub(r"\1 \2", _SPELT.get(unit.lower(), unit)), per_kg
+
+
+@functools.cache
+def family_of(name: str, unit: str | None) -> str | None:
+    """Return the family of quantities that a name speaks of, if any."""
+    words = {word.lower() for word in _WORDS.findall(name)}
+    if {"heel", "strike"} <= words or "heelstrike" in words:
+        return "heel_strike"
+    if words & _NOT_THE_MOTION:
+        return None
+    if "phase" in words or (words & _OF_A_CYCLE and unit is not None and spelt(unit)[0] == "%"):
+        return "phase"
+    return next((family for family, named in _NAMED.items() if words & named), None)
+
+
+def folded(text: str) -> str:
+    """Return a heading without differences of case and blanks, for comparison."""
+    return " ".join(text.casefold().split())

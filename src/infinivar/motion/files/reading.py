@@ -1,0 +1,228 @@
+"""Read a file of columns, whatever its format, into one table in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from infinivar import units
+from infinivar._core import files
+from infinivar.errors import InputError, ParameterError, nearest, printable
+from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, spoken
+from infinivar.motion.files.delimited import delimited
+from infinivar.motion.files.headings import folded
+from infinivar.motion.files.opensim import looks_like_opensim, opensim
+from infinivar.motion.files.parquet import MAGIC, ParquetSheet
+from infinivar.motion.files.sheet import Source, fault, shown
+from infinivar.motion.files.table import ROLES, SIGNED, Column, RecordedTable
+from infinivar.motion.files.text import text_of
+
+_MOST_BYTES = 200_000_000
+_LARGEST = 1e20
+"""Magnitudes above this are mistakes, and their products would overflow."""
+
+
+def read_table(
+    file: str | Path,
+    *,
+    columns: Mapping[str, str] | None = None,
+    flip: Sequence[str] = (),
+    body_mass: float | None = None,
+    usual: Mapping[str, str] | None = None,
+    roles: Container[str] = ROLES,
+) -> RecordedTable:
+    """Read a recording as it comes.
+
+    Text files with commas, semicolons, tabs or blanks between columns, decimal points or commas, UTF-8, UTF-16 or Latin-1;
+    storage and motion files of OpenSim; Parquet files where pyarrow is installed. Headings such as ``Pos (mm)``,
+    ``pos [mm]``, ``pos_mm`` and ``Ankle torque (N-m)`` are understood. A unit is never guessed.
+
+    Parameters
+    ----------
+    file : str or Path
+    columns : mapping     Heading of each column to read, by role: ``{"time": "t [ms]", "angle": "Knee angle"}``. The unit may
+                          stand in brackets here where the file does not state it. By default the headings of the file decide.
+    flip : sequence       Roles of columns whose sign is reversed, as laboratories differ in the direction called positive.
+    body_mass : float     Multiplies forces and moments that the file states per kilogram; None if there are none. [kg]
+    usual : mapping       Units of headings that are just the name of a role, by role, where a file may omit them.
+    roles : container     Roles to look for where the headings decide.
+
+    Returns
+    -------
+    RecordedTable   Times increase from row to row; a phase is within 0 and 1.
+
+    Raises
+    ------
+    InputError
+        If the file is invalid; the message names file, line and column, and what would be right.
+    """
+    _check_roles("columns", columns or {}, tuple(ROLES))
+    _check_roles("flip", flip, SIGNED)
+    source = opened(file)
+    chosen = by_map(source, columns, usual or {}) if columns is not None else by_heading(source, usual or {}, roles)
+    if not chosen:
+        raise InputError(
+            f"{source.file}: {source.top}: must name columns of a motion, such as 'time [s]' and 'position [mm]', got "
+            f"{headings_of(source)}; if the columns have other names, state them in the study: columns = {{ time = ... }}"
+        )
+    _check_body_mass(source, chosen, body_mass)
+    unknown = next((role for role in flip if role not in chosen), None)
+    if unknown is not None:
+        raise InputError(
+            f"{source.file}: {source.top}: has no column of {spoken(unknown)} to flip; found {', '.join(map(spoken, chosen))}"
+        )
+    raw, lines, said = source.numbers([one.place for one in chosen.values()])
+    made = {}
+    for place, (role, one) in enumerate(chosen.items()):
+        factor = one.factor * (body_mass if one.per_kg and body_mass is not None else 1.0)
+        values = raw[:, place] * (-factor if role in flip else factor)
+        _check_values(source, role, one, values, lines)
+        made[role] = Column(role=role, heading=source.headings[one.place].text, unit=one.unit, values=values)
+    used = {one.place for one in chosen.values()}
+    return RecordedTable(
+        file=source.file,
+        format=said,
+        columns=made,
+        ignored=tuple(one.text for place, one in enumerate(source.headings) if place not in used),
+        lines=lines,
+        place=source.place,
+        top=source.top,
+        remarks=(
+            *(f"sign of the {spoken(role)} reversed" for role in flip),
+            *(
+                f"{spoken(role)} per kilogram times {units.show(body_mass or 0.0, 'kg')}"
+                for role, one in chosen.items()
+                if one.per_kg
+            ),
+        ),
+    )
+
+
+def opened(file: str | Path) -> Source:
+    """Open a file of columns in the format that its content reveals.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read or is in no known format.
+    """
+    path = Path(file)
+    content = files.read(path, _MOST_BYTES)
+    name = printable(path)
+    if content.startswith(MAGIC):
+        return ParquetSheet(name, content)
+    text = text_of(name, content)
+    if path.suffix.lower() in (".sto", ".mot") or looks_like_opensim(text.lines):
+        return opensim(name, text)
+    return delimited(name, text)
+
+
+def read_named(
+    file: str | Path, wanted: Mapping[str, str], required: Sequence[str]
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Read columns by their exact names, each with its unit in the heading; other columns are ignored.
+
+    Parameters
+    ----------
+    file : str or Path
+    wanted : mapping      SI unit of each column to read, by its name.
+    required : sequence   Names of columns that the file must have.
+
+    Returns
+    -------
+    columns : dict           Values in SI, by name.
+    lines : (n,) int array   Line of the file for each row.
+
+    Raises
+    ------
+    InputError
+        If the file is invalid; the message names file, line and column.
+    """
+    source = opened(file)
+    found: dict[str, tuple[int, float]] = {}
+    for place, heading in enumerate(source.headings):
+        name = folded(heading.name)
+        if name not in wanted:
+            continue
+        where = f"{source.file}: {source.top}, column {shown(heading.text)}"
+        if name in found:
+            raise InputError(f"{where}: stands there twice")
+        if heading.unit is None:
+            example = f"{name} [{units.EXAMPLES[wanted[name]].split(' ', 1)[1]}]"
+            raise InputError(f"{where}: must state its unit, such as {example!r}")
+        try:
+            found[name] = place, units.parse(f"1 {heading.unit}", wanted[name])
+        except InputError as problem:
+            raise InputError(f"{where}: {problem}") from problem
+    missing = [name for name in required if name not in found]
+    if missing:
+        plural = "" if len(required) == 1 else "s"
+        raise InputError(
+            f"{source.file}: {source.top}: must name the column{plural} {' and '.join(required)}; missing: "
+            f"{' and '.join(missing)} (found {headings_of(source)})"
+        )
+    raw, lines, _ = source.numbers([place for place, _ in found.values()])
+    return {name: raw[:, one] * factor for one, (name, (_, factor)) in enumerate(found.items())}, lines
+
+
+def headings_in(table: RecordedTable) -> str:
+    """Return what was found in a file and what was not used, for a message about a missing column."""
+    found = ", ".join(f"{shown(column.heading)} as {spoken(role)}" for role, column in table.columns.items())
+    other = f"; other headings: {_listed(table.ignored)}" if table.ignored else ""
+    return f"found {found}{other}"
+
+
+def headings_of(source: Source, most: int = 6) -> str:
+    """Return the headings of a file for a message."""
+    return _listed([heading.text for heading in source.headings], most)
+
+
+def _listed(texts: Sequence[str], most: int = 6) -> str:
+    return ", ".join(map(shown, texts[:most])) + (f" and {len(texts) - most} more" if len(texts) > most else "")
+
+
+def _check_roles(key: str, roles: Sequence[str] | Mapping[str, str], known: Sequence[str]) -> None:
+    for role in roles:
+        if role not in known:
+            raise ParameterError(
+                f"{key} has an unknown column {role!r}{nearest(str(role), known)}; known: {', '.join(known)}"
+            )
+
+
+def _check_body_mass(source: Source, chosen: Mapping[str, Chosen], body_mass: float | None) -> None:
+    """Check that there is a body mass if and only if a column is per kilogram."""
+    scaled = [one for one in chosen.values() if one.per_kg]
+    if scaled and body_mass is None:
+        column = shown(source.headings[scaled[0].place].text)
+        raise InputError(
+            f"{source.file}: {source.top}, column {column}: is per kilogram of body mass; state it in the study, such as "
+            'body_mass = "75 kg"'
+        )
+    if body_mass is not None and not scaled:
+        forces = [shown(source.headings[one.place].text) for role, one in chosen.items() if role in SCALED]
+        said = f", column {forces[0]}: is not per kilogram" if forces else ": has no column per kilogram"
+        raise InputError(f"{source.file}: {source.top}{said}; body_mass does not apply, remove it from the study")
+
+
+def _check_values(source: Source, role: str, one: Chosen, values: np.ndarray, lines: np.ndarray) -> None:
+    """Refuse values that are no motion: too large, times that do not increase, a phase beyond the cycle."""
+    wrong = np.flatnonzero(~(np.abs(values) <= _LARGEST))
+    if wrong.size:
+        row = int(wrong[0])
+        fault(source, int(lines[row]), one.place, f"must be within {_LARGEST:g} in SI units, got {values[row]:g}")
+    if role == "time":
+        wrong = np.flatnonzero(~(np.diff(values) > 0.0))
+        if wrong.size:
+            row = int(wrong[0])
+            got = f"{units.plain(values[row + 1])} s after {units.plain(values[row])} s"
+            fault(source, int(lines[row + 1]), one.place, f"must have a later time than the row above, got {got}")
+    if role == "phase":
+        wrong = np.flatnonzero((values < 0.0) | (values > 1.0 + 1e-9))
+        if wrong.size:
+            row = int(wrong[0])
+            fault(
+                source, int(lines[row]), one.place,
+                f"must be within 0 and 100 % of the cycle, got {units.plain(100.0 * values[row])} %",
+            )  # fmt: skip

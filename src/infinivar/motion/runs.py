@@ -1,0 +1,119 @@
+r"""Smoothing of a recorded run that does not close.
+
+A filter that assumes periodicity would smear the end of a run into its start. The run is therefore continued beyond both ends,
+until the continuation no longer affects the run, and only then made periodic:
+
+1. Beyond an end at which the quantity is ``x_0`` and its second derivative ``a``, it continues as the odd reflection about the
+   parabola: ``x(-t) = 2 (x_0 + a t^2/2) - x(t)``. Value and slope continue by the reflection, the second derivative by the
+   parabola, whose values follow from a least-squares fit over the first wave. The continuation lasts three waves.
+2. The straight line through the ends of the continued run is subtracted, which leaves zero at both ends, and the rest is
+   reflected to an odd periodic function: a sine series with the low-pass filter of `infinivar.motion.fourier`.
+
+Derivatives of any order follow from the series and the line.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from infinivar.motion.fourier import Series
+
+_LEAD = 3.0
+"""Length of the continuation beyond each end, in waves (periods of the cutoff)."""
+
+_FIT = 1.0
+"""Length of the fit at each end, in waves."""
+
+_CURVED = 3.0
+"""A fit has a fourth-order term only if it exceeds this multiple of its standard error."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunSeries:
+    """A smoothed quantity over a run: a polynomial in time plus a sine series that starts `lead` before the run.
+
+    Attributes
+    ----------
+    period : float        Twice the duration of the run: rest is located in the run and its mirror image. [s]
+    lead : float          Time by which the series starts before the run. [s]
+    series : Series       Sine series.
+    polynomial : tuple    Coefficients in ascending order of the time in the run.
+    """
+
+    period: float
+    lead: float
+    series: Series
+    polynomial: tuple[float, ...]
+
+    @classmethod
+    def through(cls, time: np.ndarray, values: np.ndarray, even: np.ndarray, cutoff: float) -> RunSeries:
+        """Fit a run and remove frequencies above a cutoff.
+
+        Parameters
+        ----------
+        time, values : (n,) float   Recorded rows; time from 0. [s], any unit
+        even : (m + 1,) float       The values at equal steps from the start to the end.
+        cutoff : float              [Hz]
+        """
+        duration = float(time[-1])
+        step = duration / (len(even) - 1)
+        count = min(math.ceil(_LEAD / (cutoff * step)), len(even) - 1)
+        ahead = np.arange(1, count + 1) * step
+        before = 2.0 * _even_part(time, values, 1.0 / cutoff, ahead) - even[1 : count + 1]
+        after = 2.0 * _even_part(duration - time[::-1], values[::-1], 1.0 / cutoff, ahead) - even[-2 : -count - 2 : -1]
+        whole = np.concatenate([before[::-1], even, after])
+        rise = (whole[-1] - whole[0]) / (len(whole) - 1)
+        rest = whole - (whole[0] + rise * np.arange(len(whole)))
+        odd = np.concatenate([rest[:-1], -rest[:0:-1]])
+        lead, slope = count * step, rise / step
+        series = Series.through(len(odd) * step, odd, cutoff)
+        return cls(2.0 * duration, lead, series, (float(whole[0] + slope * lead), float(slope)))
+
+    def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
+        """Return the quantity and its time derivatives up to an order, at times in the run [s]."""
+        time = np.asarray(time, dtype=float)
+        found = self.series.derivatives(time + self.lead, orders)
+        return [
+            part + polynomial.polyval(time, polynomial.polyder(self.polynomial, order))
+            for order, part in enumerate(found)
+        ]
+
+    def integral(self) -> RunSeries:
+        """Integrate the quantity over time, starting at 0."""
+        series = self.series.integral()
+        offset = float(series.derivatives(np.array([self.lead]), 0)[0][0])
+        _, *rising = polynomial.polyint(self.polynomial)
+        return RunSeries(self.period, self.lead, series, (-offset, *map(float, rising)))
+
+
+def odd_reflected(values: np.ndarray) -> np.ndarray:
+    """Continue a run at both ends by its odd reflections: three runs in a row."""
+    return np.concatenate([2.0 * values[0] - values[::-1], values, 2.0 * values[-1] - values[::-1]])
+
+
+def mirrored(values: np.ndarray) -> np.ndarray:
+    """Append the mirror image of a run, so that it becomes periodic over twice its duration."""
+    return np.concatenate([values, values[-2:0:-1]])
+
+
+def _even_part(time: np.ndarray, values: np.ndarray, wave: float, ahead: np.ndarray) -> np.ndarray:
+    """Value and curvature of a quantity at time 0, as a parabola at times `ahead`. [s]
+
+    They are fitted by a polynomial of third order over the first wave, or of fourth order where the data show the fourth.
+    """
+    count = max(int(np.searchsorted(time, _FIT * wave, side="right")), min(len(time), 6))
+    share, fitted = time[:count] / wave, values[:count]
+    order = 3
+    if count > 6:
+        design = polynomial.polyvander(share, 4)
+        best, *_ = np.linalg.lstsq(design, fitted, rcond=None)
+        spread = float(np.sum((fitted - design @ best) ** 2)) / (count - 5)
+        error = math.sqrt(spread * np.linalg.inv(design.T @ design)[4, 4])
+        order = 4 if abs(best[4]) > _CURVED * error else 3
+    best = polynomial.polyfit(share, fitted, order)
+    return best[0] + best[2] * (ahead / wave) ** 2

@@ -1,0 +1,88 @@
+"""The page on a recording, with its figure and numbers as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from infinivar.analysis.motion_summary import MotionSummary, advice
+from infinivar.figures import motion_summary as figure
+from infinivar.figures import style
+from infinivar.motion.files.table import ROLES
+from infinivar.report.output import all_or_nothing
+from infinivar.report.page import render, to_json, write_csv
+from infinivar.units import plain
+
+_FIRST = 3
+"""First values shown of each column."""
+
+
+def save(found: MotionSummary, directory: Path) -> list[Path]:
+    """Write the page, the figure, the numbers, and the mean cycle if there are strides; `motion.html` comes first."""
+    with all_or_nothing(directory, "motion") as scratch:
+        figures = style.write(figure.draw_all(found), scratch / "motion-figure", ("svg",))
+        (scratch / "motion.html").write_text(html(found, style.inline_svg(figures)), "utf-8")
+        (scratch / "motion.json").write_text(to_json(found.to_dict()), "utf-8")
+        cycle = _mean_cycle(found)
+        if cycle:
+            write_csv(cycle, scratch / "mean-cycle.csv")
+    names = ["motion.html", "motion.json", *(["mean-cycle.csv"] if cycle else []), *(file.name for file in figures)]
+    return [directory / name for name in names]
+
+
+def html(found: MotionSummary, image: str) -> str:
+    """The page as one self-contained file."""
+    return render(
+        "motion.html",
+        found=found,
+        image=image,
+        columns=rows(found),
+        advice=advice(found),
+        axis=found.axis,
+        name=Path(found.table.file).name,
+        extremes=_extremes(found),
+        power=None
+        if found.power is None
+        else (float(np.min(found.power)), float(np.mean(found.power)), float(np.max(found.power))),
+    )
+
+
+def rows(found: MotionSummary) -> list[dict[str, Any]]:
+    """What each column was understood as, with its first values in the unit of the file."""
+    listed = []
+    for role, column in found.table.columns.items():
+        first = ", ".join(plain(float(value), 4) for value in column.values[:_FIRST])
+        first += f", ... {ROLES[role]}" if ROLES[role] not in ("", "1") else ", ..."
+        listed.append({"role": role.replace("_", " "), "heading": column.heading, "unit": column.unit, "first": first})
+    return listed
+
+
+def _extremes(found: MotionSummary) -> list[tuple[str, str, float, float, float]]:
+    """Name, unit, lowest, highest and RMS of each smoothed quantity."""
+    axis = found.axis
+    words = {
+        "position": (axis.position, axis.position_unit),
+        "speed": (axis.speed, axis.speed_unit),
+        "acceleration": ("angular acceleration" if axis.rotary else "acceleration", f"{axis.speed_unit}²"),
+        "force": (f"{axis.force} on the load", axis.force_unit),
+    }
+    return [(*words[name], *values) for name, values in found.extremes.items()]
+
+
+def _mean_cycle(found: MotionSummary) -> dict[str, np.ndarray]:
+    """The mean of the strides as columns that a study can read."""
+    if found.strides is None:
+        return {}
+    axis = found.axis
+    units = {
+        "time": ("time", "s"),
+        "position": (axis.position, axis.position_unit),
+        "speed": (axis.speed, axis.speed_unit),
+        "force": (axis.force, axis.force_unit),
+    }
+    cycle, spread = found.strides.mean_cycle, found.strides.spread
+    made = {f"{word} [{unit}]": cycle[name] for name, (word, unit) in units.items() if name in cycle}
+    made |= {f"deviation of {units[name][0]} [{units[name][1]}]": values for name, values in spread.items()}
+    return made
