@@ -222,7 +222,10 @@ def test_cutoff_takes_noise_away(tmp_path):
             wave(heading="time [s],position,force [N]"),
             "line 1, column 'position': must state its unit, such as 'position [mm]'",
         ),
-        (wave(heading="time,position [mm],force [N]"), "line 1, column 'time': must state its unit, such as 'time [s]'"),
+        (
+            wave(heading="time,position [mm],force [N]"),
+            "line 1, column 'time': must state its unit, such as 'time [s]'",
+        ),
         (
             wave(heading="time [s],position [kg],force [N]"),
             "line 1, column 'position [kg]': has the unit 'kg' where m is needed",
@@ -236,7 +239,10 @@ def test_cutoff_takes_noise_away(tmp_path):
             re.sub(r"(?m)^0\.020000000,[^,]*", "0.020000000,nan", wave()),
             "line 6, column 'position [mm]': must be a finite number, got 'nan'",
         ),
-        (wave().replace("0.030000000,", "0.003000000,"), "line 8, column 'time [s]': must have a later time than the row above"),
+        (
+            wave().replace("0.030000000,", "0.003000000,"),
+            "line 8, column 'time [s]': must have a later time than the row above",
+        ),
         ("time [s],position [mm]\n0,0\n1,1\n2,0\n", "must have at least 8 rows of numbers, got 3"),
         (
             "time [s],position [m]\n" + "\n".join(f"{k},{0.1 * k}" for k in range(20)),

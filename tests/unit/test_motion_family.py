@@ -219,7 +219,7 @@ def test_other_data_are_another_study(tmp_path):
         ),
         (
             "[duty.d]\nshape = 'sinusoid'\ndistanse = '1 mm'",
-            ["duty.d.distance is missing", "duty.d.distanse", "(did you mean 'distance'?)"],
+            ["duty.d.frequency is missing", "duty.d.distanse", "(did you mean 'distance'?)"],
         ),
         (
             "[scenarios.s]\nduration = '-1 s'\nmotion = { shape = 'reach', distanse = '1 mm' }",
@@ -238,7 +238,7 @@ def test_other_data_are_another_study(tmp_path):
         ),
         (
             "[scenarios.s]\nduration = '1 s'\nforce = {}",
-            ["scenarios.s.force.size is missing: shape = 'constant' needs it"],
+            ["scenarios.s.force.size is missing: give size, or moment about a joint"],
         ),
     ],
 )

@@ -46,8 +46,8 @@ def test_a_motion_does_not_follow_the_callers_array():
 @pytest.mark.parametrize(
     ("make", "field"),
     [
-        (lambda x: iv.Cruise(speed=x), "speed"),
-        (lambda x: iv.ConstantForce(size=x), "size"),
+        (lambda x: iv.Cruise(speed=0.1, start=x), "start"),
+        (lambda x: iv.SinusoidalForce(size=1.0, frequency=x), "frequency"),
         (lambda x: iv.DutyCycle(**CYCLE, ambient=x), "ambient"),
         (lambda x: iv.Scenario(duration=x), "duration"),
         (lambda x: iv.Waypoints(file="way", time=[0.0, 1.0], position=[0.0, 1.0], start=x), "start"),
@@ -65,6 +65,25 @@ def test_a_field_of_a_motion_takes_one_real_number(make, field, wrong):
         (lambda: iv.DutyCycle(**CYCLE, force=[1, 2]), "force must be a real number, got [1, 2]"),
         (lambda: iv.DutyCycle(**CYCLE, force=math.inf), "force must be finite N, got inf"),
         (lambda: iv.Cruise(speed=math.nan), "speed must be finite and not 0 m/s, got nan"),
+        (lambda: iv.Cruise(speed=[1.0]), "speed must be a real number, got [1.0]"),
+        (lambda: iv.Cruise(), "speed is missing: give speed, or angular_speed about a joint"),
+        (
+            lambda: iv.Reach(distance=0.1, angle=0.1, time=1.0),
+            "distance and angle exclude each other: distance is along a line, angle about a joint",
+        ),
+        (lambda: iv.ConstantForce(), "size is missing: give size, or moment about a joint"),
+        (
+            lambda: iv.DutyCycle(motion=iv.Sinusoid(angle=0.1, frequency=1.0), force=1.0),
+            "force is along a line, but the motion is about a joint; write moment",
+        ),
+        (
+            lambda: iv.DutyCycle(motion=iv.Hold(time=1.0), force=1.0, load_inertia=0.1),
+            "force is along a line, but load_inertia is about a joint; write moment",
+        ),
+        (
+            lambda: iv.Scenario(duration=1.0, motion=iv.Reach(angle=0.1, time=0.5), load_mass=1.0),
+            "load_mass is along a line, but the motion is about a joint; write load_inertia",
+        ),
         (lambda: iv.Cruise(speed=0.0), "speed must be != 0 m/s, got 0.0"),
         (lambda: iv.Cruise(speed=math.inf), "speed must be finite and not 0 m/s, got inf"),
         (lambda: waypoints([0.0]), "time must be at least two numbers in a row, got [0.0]"),

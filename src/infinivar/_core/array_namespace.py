@@ -77,8 +77,9 @@ def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
     try:
         xp.broadcast_shapes(*(value.shape for value in values))
     except ValueError:
-        shapes = " and ".join(str(value.shape) for value in values)
-        raise ParameterError(f"{' and '.join(named)} must broadcast to one shape, got shapes {shapes}") from None
+        arrays = {name: value.shape for name, value in zip(named, values, strict=True) if value.ndim}
+        shapes = " and ".join(map(str, arrays.values()))
+        raise ParameterError(f"{' and '.join(arrays)} must broadcast to one shape, got shapes {shapes}") from None
     return values
 
 

@@ -253,6 +253,15 @@ def check_choice(
             raise ParameterError(f"{name} does not apply with {choice} = {said!r}; remove it")
 
 
+def check_one_of(instance: Any, line: str, joint: str) -> None:
+    """Raise ParameterError unless exactly one of two fields is given: one along a line, or one about a joint."""
+    given = [name for name in (line, joint) if getattr(instance, name) is not None]
+    if not given:
+        raise ParameterError(f"{line} is missing: give {line}, or {joint} about a joint")
+    if len(given) == 2:
+        raise ParameterError(f"{line} and {joint} exclude each other: {line} is along a line, {joint} about a joint")
+
+
 def quantities_of(instance: Any, prefix: str = "") -> dict[str, dataclasses.Field]:
     """Physical fields with a value, of a dataclass and its parts, by dotted path in order of definition."""
     found: dict[str, dataclasses.Field] = {}

@@ -14,6 +14,7 @@ from infinivar.axis import Axis
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.power import PowerPoint
@@ -118,6 +119,30 @@ class Drive(Protocol):
     def check_motion(self) -> None:
         """Raise ParameterError if a value that `follow` requires is missing; the message names it."""
         ...
+
+
+def axis_fault(drive: Drive, axis: Axis, name: str, task: str) -> str | None:
+    """Say what does not fit if a drive's load moves along a line and a task is about a joint, or the reverse; else None."""
+    if drive.axis is axis:
+        return None
+    if axis.rotary:
+        return f"{task} is about a joint; {name} moves along a line: give it a linkage, [{name}.output.linkage]"
+    return f"{task} is along a line; {name} moves a joint: state the motion by angles and moments"
+
+
+def smoothness_fault(drive: Drive, task: DutyCycle, name: str, where: str) -> str | None:
+    """Say what does not fit if a motion would make a drive's speed jump behind its series spring; else None."""
+    output = getattr(drive, "output", None)
+    if output is None or not output.has_series_spring or not task.moved_mass or task.motion.continuous >= _JERK:
+        return None
+    return (
+        f"{where}: the jerk of this motion jumps, and with it the speed of {name} behind its series spring, by way of the "
+        "load's inertia; set profile = 'smooth'"
+    )
+
+
+_JERK = 3
+"""Order of the derivative of the load's position that sets the drive's speed behind a series spring."""
 
 
 class MotorSide(NamedTuple):

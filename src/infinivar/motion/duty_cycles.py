@@ -9,7 +9,8 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.bounds import FINITE
-from infinivar._core.fields import check_kind, check_real, quantity, tagged
+from infinivar._core.fields import check_kind, check_real, given, quantity, tagged
+from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.errors import ParameterError
 from infinivar.motion.course import Course
 from infinivar.motion.motion import PeriodicMotion
@@ -39,8 +40,8 @@ class Instants(NamedTuple):
 class DutyCycle(Task):
     """A periodic motion of the load, or a run, with the external force on it.
 
-    The constant `force` acts on the load, positive along the motion, in addition to the motion's own force: the torque of
-    a joint, or a recorded force.
+    The constant `force`, or `moment` about a joint, acts on the load, positive along the motion, in addition to the motion's own
+    force: the torque of a joint, or a recorded force.
 
     Raises
     ------
@@ -50,6 +51,7 @@ class DutyCycle(Task):
 
     motion: PeriodicMotion = tagged("Periodic motion of the load", CYCLES, flat=True)
     force: float | None = quantity("N", FINITE, "Constant external force on the load", default=None)
+    moment: float | None = quantity("N m", FINITE, "Constant external moment on the load of a joint", default=None)
     ambient: float = quantity("K", Gt(0), "Ambient temperature of the motors", default=298.15)
     start_temperature: float | None = quantity(
         "K", Gt(0), "Temperature of the motors at the start of a run; defaults to ambient", default=None
@@ -59,6 +61,7 @@ class DutyCycle(Task):
         """Validate the fields."""
         check_real(self)
         check_kind("motion", self.motion, CYCLES, "derivatives")
+        _ = self.axis  # refuses a mixture
         if self.closed and self.start_temperature is not None:
             raise ParameterError(
                 "start_temperature does not apply to a cycle, which is repeated until temperatures are steady; remove it, "
@@ -68,6 +71,19 @@ class DutyCycle(Task):
     def loaded(self, mass: float | None) -> Self:
         """Return the cycle with this load mass, unless it has its own; walking torque already includes the leg. [kg]"""
         return self if isinstance(self.motion, Walking) else super(DutyCycle, self).loaded(mass)
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint; a hold is about a joint if its moment or inertia is given."""
+        pushes = [
+            (name, axis) for name, axis in (("force", LINEAR), ("moment", ROTARY)) if getattr(self, name) is not None
+        ]
+        return self._common_axis(None if isinstance(self.motion, Hold) else self.motion.axis, *pushes)
+
+    @property
+    def push(self) -> float:
+        """Constant external force on the load, or moment about its joint; 0 if none is set. [N], [N m]"""
+        return given(self.force, given(self.moment, 0.0))
 
     @property
     def period(self) -> float:
@@ -114,12 +130,13 @@ class DutyCycle(Task):
         return position, Course(
             **dict(zip(("fifth", "sixth"), higher, strict=False)),
             **dict(zip(("force_third", "force_fourth"), higher_forces, strict=False)),
+            closes=self.closed,
             position=position,
             speed=speed,
             acceleration=acceleration,
             jerk=jerk,
             snap=snap,
-            force=force + (self.force or 0.0),
+            force=force + self.push,
             force_rate=rate,
             force_curvature=curvature,
         )

@@ -1,4 +1,4 @@
-"""External forces on the load, given by formulas."""
+"""External forces on the load, or moments about its joint, given by formulas."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from annotated_types import Ge, Gt
 
 from infinivar._core.arrays import Whole
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check_real, quantity
+from infinivar._core.fields import quantity
+from infinivar.motion.motion import AlongOrAbout
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ConstantForce(Whole):
+class ConstantForce(AlongOrAbout, Whole):
     """Constant force.
 
     Raises
@@ -25,11 +26,13 @@ class ConstantForce(Whole):
     """
 
     shape: ClassVar[str] = "constant"
-    size: float = quantity("N", NonZero(), "Force, positive along the motion")
+    either: ClassVar[tuple[str, str]] = ("size", "moment")
+    size: float | None = quantity("N", NonZero(), "Force, positive along the motion", default=None)
+    moment: float | None = quantity("N m", NonZero(), "Moment about a joint, positive along the motion", default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -38,7 +41,7 @@ class ConstantForce(Whole):
 
     def value(self, time: float) -> float:
         """Force at a time. [N]"""
-        return self.size
+        return self.magnitude
 
     def rate(self, time: float) -> float:
         """Slope of the force over time. [N s^-1]"""
@@ -46,7 +49,7 @@ class ConstantForce(Whole):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StepForce(Whole):
+class StepForce(AlongOrAbout, Whole):
     """Zero force, then a constant force from `start`.
 
     Raises
@@ -56,12 +59,16 @@ class StepForce(Whole):
     """
 
     shape: ClassVar[str] = "step"
-    size: float = quantity("N", NonZero(), "Force after the step, positive along the motion")
+    either: ClassVar[tuple[str, str]] = ("size", "moment")
+    size: float | None = quantity("N", NonZero(), "Force after the step, positive along the motion", default=None)
+    moment: float | None = quantity(
+        "N m", NonZero(), "Moment about a joint after the step, positive along the motion", default=None
+    )
     start: float = quantity("s", Ge(0), "Time of the step", default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -70,7 +77,7 @@ class StepForce(Whole):
 
     def value(self, time: float) -> float:
         """Force at a time. [N]"""
-        return self.size if time - self.start >= 0.0 else 0.0
+        return self.magnitude if time - self.start >= 0.0 else 0.0
 
     def rate(self, time: float) -> float:
         """Slope of the force over time. [N s^-1]"""
@@ -78,7 +85,7 @@ class StepForce(Whole):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SinusoidalForce(Whole):
+class SinusoidalForce(AlongOrAbout, Whole):
     """Sinusoidal force ``size sin(2 pi frequency (t - start))``, also before `start`.
 
     Raises
@@ -88,13 +95,15 @@ class SinusoidalForce(Whole):
     """
 
     shape: ClassVar[str] = "sinusoid"
-    size: float = quantity("N", NonZero(), "Amplitude")
+    either: ClassVar[tuple[str, str]] = ("size", "moment")
+    size: float | None = quantity("N", NonZero(), "Amplitude", default=None)
+    moment: float | None = quantity("N m", NonZero(), "Amplitude of a moment about a joint", default=None)
     frequency: float = quantity("Hz", Gt(0), "Frequency")
     start: float = quantity("s", Ge(0), "Time of phase zero", default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -103,9 +112,9 @@ class SinusoidalForce(Whole):
 
     def value(self, time: float) -> float:
         """Force at a time. [N]"""
-        return self.size * math.sin(2.0 * math.pi * self.frequency * (time - self.start))
+        return self.magnitude * math.sin(2.0 * math.pi * self.frequency * (time - self.start))
 
     def rate(self, time: float) -> float:
         """Slope of the force over time. [N s^-1]"""
         turn = 2.0 * math.pi * self.frequency
-        return self.size * turn * math.cos(turn * (time - self.start))
+        return self.magnitude * turn * math.cos(turn * (time - self.start))

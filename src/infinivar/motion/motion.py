@@ -16,7 +16,8 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from infinivar._core.arrays import Whole
-from infinivar.axis import LINEAR, Axis
+from infinivar._core.fields import check_one_of, check_real
+from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.motion.fourier import Series
 
 NOTHING = Series(1.0, np.zeros(1), np.zeros(1))
@@ -45,6 +46,31 @@ class Motion(Protocol):
     def at(self, time: float) -> MotionState:
         """Position [m], speed [m s^-1] and acceleration [m s^-2] at a time [s]."""
         ...
+
+
+class AlongOrAbout:
+    """Base of motions and forces given by one of two fields: a value along a line, or one about a joint."""
+
+    __slots__ = ()
+
+    either: ClassVar[tuple[str, str]] = ("distance", "angle")
+    """Names of both fields, of which exactly one is given."""
+
+    def _validate(self) -> None:
+        """Validate the fields."""
+        check_real(self)
+        check_one_of(self, *self.either)
+
+    @property
+    def magnitude(self) -> float:
+        """The value along the line [m, m s^-1, N], or about the joint [rad, rad s^-1, N m]."""
+        line, joint = (getattr(self, name) for name in self.either)
+        return joint if line is None else line
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the value is along a line or about a joint."""
+        return ROTARY if getattr(self, self.either[0]) is None else LINEAR
 
 
 class PeriodicMotion(Whole, abc.ABC):
@@ -81,6 +107,11 @@ class PeriodicMotion(Whole, abc.ABC):
     def fastest(self) -> float:
         """Highest frequency in the motion; 0 if it has none. [Hz]"""
         return 0.0
+
+    @property
+    def continuous(self) -> int:
+        """Highest time derivative of the position that has no jumps, at most 6."""
+        return 6
 
     @property
     def resolved(self) -> float:

@@ -16,11 +16,19 @@ from annotated_types import Ge, Gt, Interval
 from infinivar._core.arrays import Whole
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check_real, component, quantity
+from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.errors import require
 from infinivar.motion.fourier import Series
-from infinivar.motion.motion import NOTHING, MotionState, PeriodicMotion
+from infinivar.motion.motion import NOTHING, AlongOrAbout, MotionState, PeriodicMotion
 
 _START = "Start of the motion"
+
+Profile = Literal["minimum-jerk", "smooth"]
+
+_PROFILE = "minimum-jerk (the jerk jumps at both ends), or smooth (the first four derivatives vanish there)"
+
+_SMOOTH = np.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
+"""Polynomial from 0 at 0 to 1 at 1, with four derivatives zero at both ends."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,8 +48,8 @@ class Rest(Whole):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cruise(Whole):
-    """Stay at 0, then move at constant `speed` from `start`.
+class Cruise(AlongOrAbout, Whole):
+    """Stay at 0, then move at constant `speed`, or `angular_speed`, from `start`.
 
     Raises
     ------
@@ -50,12 +58,14 @@ class Cruise(Whole):
     """
 
     shape: ClassVar[str] = "cruise"
-    speed: float = quantity("m/s", NonZero(), "Speed of the cruise")
+    either: ClassVar[tuple[str, str]] = ("speed", "angular_speed")
+    speed: float | None = quantity("m/s", NonZero(), "Speed of the cruise", default=None)
+    angular_speed: float | None = quantity("rad/s", NonZero(), "Speed of the cruise about a joint", default=None)
     start: float = quantity("s", Ge(0), _START, default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -65,12 +75,12 @@ class Cruise(Whole):
     def at(self, time: float) -> MotionState:
         """Position [m], speed [m s^-1] and acceleration [m s^-2] at a time [s]."""
         since = time - self.start
-        return MotionState(0.0, 0.0, 0.0) if since < 0.0 else MotionState(self.speed * since, self.speed, 0.0)
+        return MotionState(0.0, 0.0, 0.0) if since < 0.0 else MotionState(self.magnitude * since, self.magnitude, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step(Whole):
-    """Stay at 0, then jump to `distance` at `start`, to show the controllers' step response.
+class Step(AlongOrAbout, Whole):
+    """Stay at 0, then jump to `distance`, or `angle`, at `start`, to show the controllers' step response.
 
     Raises
     ------
@@ -79,12 +89,13 @@ class Step(Whole):
     """
 
     shape: ClassVar[str] = "step"
-    distance: float = quantity("m", NonZero(), "Length of the step")
+    distance: float | None = quantity("m", NonZero(), "Length of the step", default=None)
+    angle: float | None = quantity("rad", NonZero(), "Length of the step, about a joint", default=None)
     start: float = quantity("s", Ge(0), _START, default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -93,12 +104,12 @@ class Step(Whole):
 
     def at(self, time: float) -> MotionState:
         """Position [m], speed [m s^-1] and acceleration [m s^-2] at a time [s]."""
-        return MotionState(0.0 if time - self.start < 0.0 else self.distance, 0.0, 0.0)
+        return MotionState(0.0 if time - self.start < 0.0 else self.magnitude, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reach(Whole):
-    """Stay at 0, make a minimum-jerk move of `distance` in `time` from `start`, then stay there.
+class Reach(AlongOrAbout, Whole):
+    """Stay at 0, make a move of `distance`, or `angle`, in `time` from `start`, then stay there.
 
     Raises
     ------
@@ -107,13 +118,15 @@ class Reach(Whole):
     """
 
     shape: ClassVar[str] = "reach"
-    distance: float = quantity("m", NonZero(), "Length of the reach")
+    distance: float | None = quantity("m", NonZero(), "Length of the reach", default=None)
+    angle: float | None = quantity("rad", NonZero(), "Length of the reach, about a joint", default=None)
     time: float = quantity("s", Gt(0), "Time of the reach")
+    profile: Profile = component(_PROFILE, default="minimum-jerk")
     start: float = quantity("s", Ge(0), _START, default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def breaks(self) -> Sequence[float]:
@@ -125,7 +138,7 @@ class Reach(Whole):
         since = time - self.start
         if since < 0.0:
             return MotionState(0.0, 0.0, 0.0)
-        return MotionState(*least_jerk(self.distance, self.time, min(since, self.time))[:3])
+        return MotionState(*reach(self.profile, self.magnitude, self.time, min(since, self.time), 2))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,8 +169,8 @@ class Hold(PeriodicMotion):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Sinusoid(PeriodicMotion):
-    """Sinusoidal motion ``distance sin(2 pi frequency (t - start))``, also before `start`.
+class Sinusoid(AlongOrAbout, PeriodicMotion):
+    """Sinusoidal motion ``distance sin(2 pi frequency (t - start))``, or of an `angle`, also before `start`.
 
     Raises
     ------
@@ -166,13 +179,14 @@ class Sinusoid(PeriodicMotion):
     """
 
     shape: ClassVar[str] = "sinusoid"
-    distance: float = quantity("m", NonZero(), "Amplitude")
+    distance: float | None = quantity("m", NonZero(), "Amplitude", default=None)
+    angle: float | None = quantity("rad", NonZero(), "Amplitude, about a joint", default=None)
     frequency: float = quantity("Hz", Gt(0), "Frequency")
     start: float = quantity("s", Ge(0), "Time of phase zero", default=0.0)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def period(self) -> float:
@@ -187,20 +201,20 @@ class Sinusoid(PeriodicMotion):
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         phase = 2.0 * math.pi * self.frequency * self.start
-        cosine = 0.0 - self.distance * math.sin(phase)
-        series = Series(self.period, np.array([0.0, cosine]), np.array([0.0, self.distance * math.cos(phase)]))
+        cosine = 0.0 - self.magnitude * math.sin(phase)
+        series = Series(self.period, np.array([0.0, cosine]), np.array([0.0, self.magnitude * math.cos(phase)]))
         return series.derivatives(time, orders)
 
     def at(self, time: float) -> MotionState:
         """Position [m], speed [m s^-1] and acceleration [m s^-2] at a time [s]."""
-        since, size, turn = time - self.start, self.distance, 2.0 * math.pi * self.frequency
+        since, size, turn = time - self.start, self.magnitude, 2.0 * math.pi * self.frequency
         sine, cosine = math.sin(turn * since), math.cos(turn * since)
         return MotionState(size * sine, size * turn * cosine, -size * turn * turn * sine)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reaches(PeriodicMotion):
-    """Make a minimum-jerk move of `distance` in `time`, pause, move back, pause.
+class Reaches(AlongOrAbout, PeriodicMotion):
+    """Make a move of `distance`, or `angle`, in `time`, pause, move back, pause.
 
     Raises
     ------
@@ -209,13 +223,15 @@ class Reaches(PeriodicMotion):
     """
 
     shape: ClassVar[str] = "reaches"
-    distance: float = quantity("m", NonZero(), "Length of a reach")
+    distance: float | None = quantity("m", NonZero(), "Length of a reach", default=None)
+    angle: float | None = quantity("rad", NonZero(), "Length of a reach, about a joint", default=None)
     time: float = quantity("s", Gt(0), "Time of one reach")
     pause: float = quantity("s", Ge(0), "Pause after each reach", default=0.0)
+    profile: Profile = component(_PROFILE, default="minimum-jerk")
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
 
     @property
     def period(self) -> float:
@@ -227,6 +243,11 @@ class Reaches(PeriodicMotion):
         """Highest frequency in the motion. [Hz]"""
         return 1.0 / self.time
 
+    @property
+    def continuous(self) -> int:
+        """Highest time derivative of the position that has no jumps."""
+        return 2 if self.profile == "minimum-jerk" else 4
+
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         time = np.asarray(time, dtype=float)
@@ -234,15 +255,15 @@ class Reaches(PeriodicMotion):
         back = time >= half
         since = np.where(back, time - half, time)
         moving = since < self.time
-        along = least_jerk(self.distance, self.time, np.where(moving, since, self.time))
+        along = reach(self.profile, self.magnitude, self.time, np.where(moving, since, self.time), orders)
         sign = np.where(back, -1.0, 1.0)
-        position = np.where(back, self.distance, 0.0) + sign * along[0]
-        return [position, *(np.where(moving, sign * part, 0.0) for part in along[1 : orders + 1])]
+        position = np.where(back, self.magnitude, 0.0) + sign * along[0]
+        return [position, *(np.where(moving, sign * part, 0.0) for part in along[1:])]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Tremor(PeriodicMotion):
-    """Hand tremor: sinusoids of equal amplitude in a frequency band, with an RMS displacement of `distance`.
+class Tremor(AlongOrAbout, PeriodicMotion):
+    """Hand tremor: sinusoids of equal amplitude in a frequency band, with an RMS displacement of `distance`, or `angle`.
 
     Raises
     ------
@@ -251,13 +272,14 @@ class Tremor(PeriodicMotion):
     """
 
     shape: ClassVar[str] = "tremor"
-    distance: float = quantity("m", Gt(0), "RMS displacement")
+    distance: float | None = quantity("m", Gt(0), "RMS displacement", default=None)
+    angle: float | None = quantity("rad", Gt(0), "RMS displacement, about a joint", default=None)
     low_frequency: float = quantity("Hz", Gt(0), "Lower end of the band")
     high_frequency: float = quantity("Hz", Gt(0), "Upper end of the band")
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
+        self._validate()
         high = f"< high_frequency = {self.high_frequency:g}"
         require(self.low_frequency < self.high_frequency, "low_frequency", self.low_frequency, high, "Hz")
 
@@ -288,7 +310,7 @@ class Tremor(PeriodicMotion):
         order = np.arange(count)
         # These phases give a low crest factor. Source: schroeder1970, for a flat spectrum.
         phase = -np.pi * order * (order - 1) / count
-        size = self.distance * math.sqrt(2.0 / count)
+        size = self.magnitude * math.sqrt(2.0 / count)
         cosine, sine = np.zeros(last + 1), np.zeros(last + 1)
         cosine[first:], sine[first:] = size * np.cos(phase), -size * np.sin(phase)
         return Series(self.period, cosine, sine).derivatives(time, orders)
@@ -296,7 +318,10 @@ class Tremor(PeriodicMotion):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Walking(PeriodicMotion):
-    """A leg joint in level walking, coupled to the drive by a `lever_arm`, with the joint torque as the motion's force.
+    """A leg joint in level walking, with the joint torque as the motion's force.
+
+    With a `lever_arm` the motion and its force are those of a drive along a line, coupled to the joint by a lever; else they are
+    the angle and the moment of the joint.
 
     Source: grimmer2014 (means over walkers, as Fourier series).
 
@@ -310,7 +335,12 @@ class Walking(PeriodicMotion):
     joint: Literal["ankle", "knee", "hip"] = component("Joint: ankle, knee or hip")
     body_mass: float = quantity("kg", Gt(0), "Body mass of the person")
     stride_time: float = quantity("s", Gt(0), "Time of one stride (two steps); it does not change the joint angles")
-    lever_arm: float = quantity("m", Gt(0), "Lever arm of the drive about the joint")
+    lever_arm: float | None = quantity(
+        "m",
+        Gt(0),
+        "Lever arm of the drive about the joint; without it the motion is about the joint",
+        default=None,
+    )
     share: float = quantity("1", Interval(gt=0, le=1), "Share of the joint torque that the drive supplies", default=1.0)
 
     def __post_init__(self) -> None:
@@ -327,6 +357,16 @@ class Walking(PeriodicMotion):
         """Highest frequency in the motion. [Hz]"""
         return (len(_strides()[self.joint]["speed"]["cosine"]) - 1) / self.stride_time
 
+    @property
+    def axis(self) -> Axis:
+        """Whether the motion is along a line or about the joint."""
+        return ROTARY if self.lever_arm is None else LINEAR
+
+    @property
+    def _arm(self) -> float:
+        """Lever arm [m], or 1 rad per rad about the joint."""
+        return 1.0 if self.lever_arm is None else self.lever_arm
+
     def _series(self, name: str) -> Series:
         table = _strides()[self.joint][name]
         return Series(self.stride_time, np.array(table["cosine"]), np.array(table["sine"]))
@@ -335,17 +375,38 @@ class Walking(PeriodicMotion):
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
         # A quicker stride turns the joint through the same angles.
         quicker = _strides()["stride_time"] / self.stride_time
-        return self._series("speed").scaled(self.lever_arm * quicker).integral().derivatives(time, orders)
+        return self._series("speed").scaled(self._arm * quicker).integral().derivatives(time, orders)
 
     def push(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return the joint's force on the load [N] and its derivatives up to an order."""
-        factor = -self.body_mass * self.share / self.lever_arm
+        factor = -self.body_mass * self.share / self._arm
         return self._series("torque").scaled(factor).derivatives(time, orders)
 
 
 @functools.cache
 def _strides() -> dict[str, Any]:
     return tomllib.loads((resources.files("infinivar.motion") / "data" / "walking.toml").read_text("utf-8"))
+
+
+def reach(profile: Profile, distance: float, duration: float, since: Any, orders: int) -> list[Any]:
+    """Position of a reach and its time derivatives up to an order, at most the sixth.
+
+    Parameters
+    ----------
+    profile                      See `least_jerk`; "smooth" is the polynomial of least order whose first four derivatives
+        vanish at both ends.
+    distance, duration, since    As for `least_jerk`.
+
+    Returns
+    -------
+    list of (...,) float   [m] to [m s^-6]
+
+    Source: flash1985, Eq 2, or ten boundary conditions.
+    """
+    if profile == "minimum-jerk":
+        return [*least_jerk(distance, duration, since), 720.0 * distance / duration**5, 0.0][: orders + 1]
+    share = since / duration
+    return [distance / duration**order * _SMOOTH.deriv(order)(share) for order in range(orders + 1)]
 
 
 def least_jerk(distance: float, duration: float, since: Any) -> tuple[Any, Any, Any, Any, Any]:

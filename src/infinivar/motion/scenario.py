@@ -9,6 +9,7 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check_choice, check_kind, check_real, component, quantity, tagged
+from infinivar.axis import LINEAR, Axis
 from infinivar.errors import ParameterError
 from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
 from infinivar.motion.motion import Force, Motion
@@ -71,6 +72,7 @@ class Scenario(Task):
         check_kind("motion", self.path, MOTIONS, "at")
         if self.force is not None:
             check_kind("force", self.force, FORCES, "value")
+        _ = self.axis  # refuses a mixture
         if self.output_step is not None and self.duration / self.output_step > _MOST_RESULTS:
             least = self.duration / _MOST_RESULTS
             raise ParameterError(
@@ -92,6 +94,13 @@ class Scenario(Task):
             raise ParameterError(
                 f"motion does not apply with steering = {self.steering!r}; remove it or set link = 'imposed'"
             )
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint."""
+        motion = None if isinstance(self.path, Rest) else getattr(self.path, "axis", LINEAR)
+        forces = [] if self.force is None else [("force", getattr(self.force, "axis", LINEAR))]
+        return self._common_axis(motion, *forces)
 
     @property
     def path(self) -> Motion:

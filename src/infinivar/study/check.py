@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import axis_fault, smoothness_fault
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.errors import InputError, ParameterError
 from infinivar.study.study import Study
@@ -51,6 +52,14 @@ def _duty_faults(study: Study) -> Iterator[str]:
             drive.check_motion()
         except ParameterError as problem:
             yield f"drives.{name}: {problem}, for {tasks}"
+            continue
+        for task, cycle in study.duty.items():
+            where = f"duty.{task}", f"drives.{name}"
+            found = axis_fault(drive, cycle.axis, where[1], where[0]) or smoothness_fault(
+                drive, cycle, where[1], where[0]
+            )
+            if found is not None:
+                yield found
 
 
 def _scenario_faults(study: Study) -> Iterator[str]:
@@ -59,6 +68,10 @@ def _scenario_faults(study: Study) -> Iterator[str]:
         for name, drive in study.drives.items():
             if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
                 found[name] = f"a drive of type {type(drive).__name__} has no bond graph"
+                continue
+            fault = axis_fault(drive, scenario.axis, f"drives.{name}", f"scenarios.{task}")
+            if fault is not None:
+                found[name] = fault
                 continue
             try:
                 closed_loop(drive, scenario)

@@ -16,7 +16,8 @@ from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.cycles.single_strides import StrideEnergies, stride_energies
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.drive import MovingPoint, chosen
+from infinivar.drivetrain.drive import MovingPoint, axis_fault, chosen, smoothness_fault
+from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit, binding_demand, words_of
 from infinivar.motion.duty_cycles import DutyCycle, Instants
 from infinivar.parts import heat
@@ -306,12 +307,18 @@ def duty_cycle(
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion requires.
+        If the drive lacks a value that motion requires, or its load moves along a line and the motion is about a joint or
+        the reverse, or if the drive's speed would jump behind a series spring.
     AuditError
         If the energy balance of the cycle does not close.
 
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
+    fault = axis_fault(drive, duty.axis, "the drive", "the motion") or smoothness_fault(
+        drive, duty, "the drive", "motion"
+    )
+    if fault is not None:
+        raise ParameterError(fault)
     instants = duty.instants(samples, drive.orders)
     course, mass = instants.course, duty.moved_mass
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
@@ -341,7 +348,7 @@ def duty_cycle(
         heat=FrozenDict(found),
         lacking=FrozenDict(lacking),
         closure=performance.audit(point, duty.title or duty.motion.shape),
-        holding=holding(drive, float(np.max(np.abs(course.driving_force(mass).value)))),
+        holding=_largest_hold(drive, instants, mass),
         without_help=without_help,
         strides=stride_energies(drive, duty),
     )
@@ -387,13 +394,25 @@ def _within_limits(heats: Mapping[str, Heat | None]) -> bool:
     return all(found is None or found.within_limit for found in heats.values())
 
 
-def holding(drive: AnyDrive, force: float) -> Holding:
+def _largest_hold(drive: AnyDrive, instants: Instants, mass: float) -> Holding:
+    """Standstill under the largest force of a cycle; with springs or a linkage, at that force's instant and sign."""
+    force = np.asarray(instants.course.driving_force(mass).value)
+    if not drive.output.chain:
+        return holding(drive, float(np.max(np.abs(force))))
+    place = int(np.argmax(np.abs(force)))
+    spread = np.broadcast_to(force, instants.time.shape)
+    return holding(drive, float(spread[place]), position=float(instants.position[place]))
+
+
+def holding(drive: AnyDrive, force: float, *, position: float = 0.0) -> Holding:
     """Power of a drive that holds a force at standstill, with and without the help of friction.
+
+    The position of the load matters for springs and linkages.
 
     With the cylinder stopped, the locked wheel holds any force below slip without power; the amplifiers draw standby power
     only.
     """
-    point, bare = (held.operate(speed=0.0, force=force) for held in (drive, drive.unheld()))
+    point, bare = (held.operate(speed=0.0, force=force, position=position) for held in (drive, drive.unheld()))
     parked = run_up = None
     if isinstance(drive, CoboticDrive):
         parked = drive.amplifier.standby_power

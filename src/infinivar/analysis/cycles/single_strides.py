@@ -83,10 +83,10 @@ def stride_energies(drive: AnyDrive, duty: DutyCycle) -> StrideEnergies | None:
     run = motion.as_run if isinstance(motion, Recording) else None
     if not isinstance(motion, Recording) or motion.averaged is None or run is None:
         return None
-    instants = duty.instants()
+    instants = duty.instants(orders=drive.orders)
     cycle = drive.follow(instants.course, load_mass=duty.moved_mass)
     whole = replace(duty, motion=run)
-    over = whole.instants()
+    over = whole.instants(orders=drive.orders)
     drawn = np.broadcast_to(drive.follow(over.course, load_mass=whole.moved_mass).power_in, over.time.shape)
     step = whole.period / over.time.size
     spent = np.concatenate([[0.0], np.cumsum(drawn) * step])
