@@ -111,15 +111,17 @@ def moving_drive(random):
 
 def run_of(random, rotary):
     size = random.uniform(0.002, 0.02) * random.choice([-1, 1]) * (20 if rotary else 1)
-    motions = [iv.Sinusoid(distance=size, frequency=4.0), iv.Reach(distance=size, time=0.1)]
-    pull = random.uniform(1, 30) * (0.02 if rotary else 1)
+    pull, frequency = random.uniform(1, 30) * (0.02 if rotary else 1), random.uniform(1, 20)
+    mass = random.uniform(0.2, 2) * (0.01 if rotary else 1)
+    way = {"angle" if rotary else "distance": size}
+    motions = [iv.Sinusoid(frequency=4.0, **way), iv.Reach(time=0.1, **way)]
     return iv.Scenario(
         duration=0.15,
         output_step=0.01,
-        load_mass=random.uniform(0.2, 2) * (0.01 if rotary else 1),
         motion=motions[random.integers(2)],
-        force=iv.SinusoidalForce(size=pull, frequency=random.uniform(1, 20)),
+        force=iv.SinusoidalForce(frequency=frequency, **{"moment" if rotary else "size": pull}),
         electrical=["current", "voltage"][random.integers(2)],
+        **{"load_inertia" if rotary else "load_mass": mass},
     )
 
 

@@ -207,9 +207,9 @@ def test_limits_of_a_screw_over_time():
 def test_a_geared_shaft_turns_a_joint_over_time():
     machine = drive(shaft=iv.Shaft(friction_torque=0.05))
     machine = replace(machine, guideway=iv.Guideway())
-    run = iv.simulate(machine, Scenario(duration=0.6, motion=Reach(distance=0.5, time=0.4), load_mass=0.02))
+    run = iv.simulate(machine, Scenario(duration=0.6, motion=Reach(angle=0.5, time=0.4), load_inertia=0.02))
     assert run.trajectory.closure < 1e-6
-    assert run.columns["position_m"][-1] == pytest.approx(0.5, abs=1e-3)
+    assert run.trajectory.signals["l"][-1] == pytest.approx(0.5, abs=1e-3)
 
 
 @pytest.mark.parametrize(
