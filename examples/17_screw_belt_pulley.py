@@ -46,7 +46,8 @@ def drive(stage):
 
 
 # %%
-# Up and down by 0.3 m four times a minute with 12 kg, and a rest at both ends: energy per cycle, and the current that holds the load.
+# Up and down by 0.3 m four times a minute with 12 kg, and a rest at both ends: energy per cycle, and the current that holds
+# the load.
 
 lift = iv.Reaches(distance=0.3, time=2.5, pause=5.0)
 duty = iv.DutyCycle(motion=lift, force=-12.0 * 9.81, load_mass=12.0)

@@ -89,7 +89,7 @@ def _jointly(graph: str, laws: Sequence[LawValue]) -> list[LawValue]:
     diagonal = [sympy.Dummy() for _ in range(size)]
     coupling = sympy.Matrix(size, size, lambda *_: sympy.Dummy())
     arguments = list((sympy.eye(size) - coupling * sympy.diag(*diagonal)).LUsolve(sympy.Matrix(rests)))
-    known = dict(zip(coupling, itertools.chain(*gains), strict=True))
+    known = dict(zip(coupling.flat(), itertools.chain(*gains), strict=True))
     cases: list[list[tuple]] = [[] for _ in laws]
     for sides in itertools.product((0, 1), repeat=size):
         chosen = [pair[side] for pair, side in zip(slopes, sides, strict=True)]
