@@ -10,6 +10,8 @@ import infinivar as iv
 from infinivar import ConstantForce, Limit, Reach, Rest, Scenario, Sinusoid
 from infinivar.drivetrain.graphs import compliances
 from infinivar.drivetrain.graphs.closed_loop import _passed
+from infinivar.drivetrain.output import Output
+from infinivar.parts.linkage import Linkage
 
 MOTOR = iv.Motor(
     voltage=48.0,
@@ -227,3 +229,18 @@ def test_missing_inertias_are_named(machine, words):
 def test_backlash_needs_a_stiffness():
     with pytest.raises(iv.ParameterError, match="stiffness is missing: backlash needs it"):
         replace(GEAR, backlash=0.01)
+
+
+def test_a_geared_shaft_moves_a_joint_by_a_four_bar():
+    """Inverse dynamics and simulation of the same swing within 2 %; both audits close."""
+    linkage = Linkage(shape="four-bar", base=0.2, arm=0.06, crank=0.05, coupler=0.2, offset=1.5)
+    gear = replace(GEAR, loss_model="coulomb", backdriving_efficiency=None)
+    machine = replace(drive(gear, shaft=iv.Shaft(friction_torque=0.02)), guideway=iv.Guideway())
+    machine = replace(machine, output=Output(linkage=linkage))
+    ways = iv.two_ways(machine, iv.DutyCycle(motion=Sinusoid(angle=0.3, frequency=1.0), moment=-2.0, load_inertia=0.03))
+    assert ways.followed == pytest.approx(ways.prescribed, rel=0.02)
+    assert ways.simulation.trajectory.closure < 1e-6
+    with pytest.raises(iv.ParameterError, match="needs a drive that moves along a line; use four-bar"):
+        replace(machine, output=Output(linkage=Linkage(shape="lever", arm=0.1)))
+    with pytest.raises(iv.ParameterError, match="needs a drive that moves about a shaft"):
+        replace(drive(belt=BELT), output=Output(linkage=linkage))
