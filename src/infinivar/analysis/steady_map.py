@@ -15,7 +15,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.drive import Drive, DrivePoint
+from infinivar.drivetrain.drive import Drive, operated
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import Limit, binding
 
@@ -81,7 +81,7 @@ def steady_map(
 
     Parameters
     ----------
-    drive : Drive         Any drive.
+    drive : Drive         Any object with the method `operate` of a `Drive`.
     speed : (n,) float    Speeds of the load; negative ones for the other quadrants. [m s^-1]
     force : (m,) float    Forces on the load. [N]
     position : float      Position of the load, which matters for drives with springs or a linkage. [m]
@@ -95,6 +95,8 @@ def steady_map(
     ------
     InputError
         If an axis is not a finite vector.
+    ParameterError
+        If the drive has no method `operate`, or it does not return a `DrivePoint`.
     AuditError
         If the power balance of a point does not close, or a power is nan although the wheel does not slip.
     """
@@ -110,7 +112,7 @@ def steady_map(
     ]
     # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
     # Threads then write to disjoint parts.
-    operate = functools.partial(drive.operate, position=position) if position else drive.operate
+    operate = functools.partial(operated, drive, position=position)
     first = _evaluated(operate, speed, force, tiles[0])
     tile_shape = first[0]["power_out"].shape
     room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}
@@ -152,7 +154,7 @@ def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np
 
 
 def _evaluated(
-    operate: Callable[..., DrivePoint], speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
+    operate: Callable[..., Any], speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
 ) -> tuple[dict[str, Any], float]:
     """Evaluate and audit one tile: its fields, losses included, and the largest residual."""
     point = operate(speed=speed[tile[0], None], force=force[None, tile[1]])
