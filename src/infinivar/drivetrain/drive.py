@@ -11,6 +11,7 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given, missing_members
 from infinivar._core.labels import Labels
 from infinivar._core.result import Result, result
+from infinivar.axis import Axis
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course

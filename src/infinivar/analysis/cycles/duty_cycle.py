@@ -412,7 +412,8 @@ def _unheld(drive: Any) -> Any:
 def _largest_hold(drive: Drive, instants: Instants, mass: float) -> Holding:
     """Standstill under the largest force of a cycle; with springs or a linkage, at that force's instant and sign."""
     force = np.asarray(instants.course.driving_force(mass).value)
-    if not (hasattr(drive, "output") and drive.output.chain):
+    output = getattr(drive, "output", None)
+    if output is None or not output.chain:
         return holding(drive, float(np.max(np.abs(force))))
     place = int(np.argmax(np.abs(force)))
     spread = np.broadcast_to(force, instants.time.shape)
