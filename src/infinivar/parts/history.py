@@ -20,7 +20,7 @@ _ROUNDS = 50
 _SETTLED = 1e-12
 """Change of the state over a cycle, relative to the largest hysteresis force, at which it has settled."""
 
-_HALVINGS, _POLISH = 30, 60
+_HALVINGS, _POLISH = 8, 60
 """Steps of bisection, and most steps of Newton's method."""
 
 
