@@ -1,4 +1,6 @@
 from . import bondgraph, contact, parts, power
+from ._core.array_namespace import array_namespace
+from ._core.fields import check_fields, component, quantities, quantity
 from ._core.result import Result
 from .analysis import design_trends
 from .analysis.compare import Comparison, DriveResult, DutyComparison, compare
@@ -21,28 +23,36 @@ from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
 from .drivetrain.graphs.plants import plant_graph
+from .drivetrain.output import Output
 from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
 from .motion.duty_cycles import DutyCycle
+from .motion.files.reading import read_table
+from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
-from .motion.recordings import RecordedForce, Recording, Waypoints
+from .motion.recordings import Recording
 from .motion.scenario import Scenario
+from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
 from .parts.belt import Belt, Rack
 from .parts.gearhead import Gearhead
 from .parts.linear import Guideway, Pulley
+from .parts.linkage import Linkage
 from .parts.motor import Motor
 from .parts.screw import Screw
+from .parts.spring import Spring, TorsionSpring
 from .parts.stage import Shaft
 from .report.saving import save
 from .study.load import load_study
+from .study.provenance import Provenance
 from .study.requirement import Requirement
 from .study.rig import Rig
+from .study.save import save_study
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .transmission.geometry import ContactGeometry
@@ -80,19 +90,23 @@ __all__ = [
     "InfinivarError",
     "InputError",
     "Limit",
+    "Linkage",
     "Material",
     "Motion",
     "Motor",
     "MovingPoint",
     "OperatingPoint",
+    "Output",
     "ParameterError",
     "PeriodicMotion",
     "Policy",
+    "Provenance",
     "Pulley",
     "Rack",
     "Reach",
     "Reaches",
     "RecordedForce",
+    "RecordedTable",
     "Recording",
     "Reproduction",
     "Requirement",
@@ -107,11 +121,13 @@ __all__ = [
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",
+    "Spring",
     "SteadyMap",
     "SteeringPlant",
     "Step",
     "StepForce",
     "Study",
+    "TorsionSpring",
     "Trajectory",
     "Tremor",
     "TwoWays",
@@ -119,9 +135,12 @@ __all__ = [
     "Walking",
     "Waypoints",
     "__version__",
+    "array_namespace",
     "bondgraph",
     "calibrate",
+    "check_fields",
     "compare",
+    "component",
     "contact",
     "contact_sheets",
     "design_trends",
@@ -133,8 +152,12 @@ __all__ = [
     "plant_graph",
     "policies",
     "power",
+    "quantities",
+    "quantity",
+    "read_table",
     "reproduce",
     "save",
+    "save_study",
     "sensitivity",
     "shaking",
     "simulate",

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from enum import IntEnum, unique
+from typing import Any
 
+from infinivar._core import plugins
 from infinivar._core.array_namespace import Array, namespace
+from infinivar.errors import ParameterError, require
 
 
 @unique
@@ -60,6 +63,46 @@ class Limit(IntEnum):
         """Name in a designer's terms."""
         return _WORDS[self]
 
+    @classmethod
+    def own(cls, name: str, code: int, words: str) -> Limit:
+        """Return a limit of another package, which maps, files and reports then know like those of the program.
+
+        Parameters
+        ----------
+        name : str    In capitals, such as "TENDON": its name in files.
+        code : int    100 to 127, unique among the packages that you use: maps store it.
+        words : str   Name in a designer's terms, such as "tendon strength".
+
+        Returns
+        -------
+        Limit   The same for the same arguments.
+
+        Raises
+        ------
+        ParameterError
+            If an argument is out of range, or another limit has the name or the code.
+        """
+        return _own(name, code, words)
+
+    @classmethod
+    def every(cls) -> tuple[Limit, ...]:
+        """All limits, those of other packages last."""
+        return (*cls, *_OWN.values())
+
+    @classmethod
+    def _missing_(cls, value: object) -> Limit:
+        """A limit of another package, by its code; packages may register it as an entry point."""
+        if isinstance(value, int) and value not in _OWN:
+            for name in plugins.names("infinivar.limits"):
+                plugins.load("infinivar.limits", name, _not_a_limit)
+        if value in _OWN:
+            return _OWN[value]  # type: ignore[index]
+        raise ValueError(f"{value!r} is not the code of a limit; {_HOW}")
+
+    def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
+        """Pickle a limit of another package with all that registers it anew."""
+        return (_own, (self.name, self.value, self.words)) if self.value in _OWN else (Limit, (self.value,))
+
 
 _WORDS = {
     Limit.OK: "within limits",
@@ -84,6 +127,40 @@ _WORDS = {
     Limit.BUCKLING: "buckling",
     Limit.LIFE: "rated life",
 }
+
+
+_OWN: dict[int, Limit] = {}
+"""Limits of other packages, by code."""
+
+_CODES = range(100, 128)
+"""Codes of limits of other packages; maps store codes in one byte."""
+
+_HOW = "a limit of another package is registered by Limit.own before it is used"
+
+
+def _own(name: str, code: int, words: str) -> Limit:
+    """Register a limit; see `Limit.own`."""
+    usable = isinstance(name, str) and name.isidentifier() and name.isascii() and name.isupper()
+    require(usable, "name", repr(name), "in capitals, such as 'TENDON'")
+    require(isinstance(words, str) and bool(words.strip()), "words", repr(words), "text that is not empty")
+    known = isinstance(code, int) and not isinstance(code, bool) and code in _CODES
+    require(known, "code", repr(code), f"from {_CODES[0]} to {_CODES[-1]}")
+    for other in Limit.every():
+        if other.value == code or other.name == name:
+            if (other.value, other.name, other.words) == (code, name, words):
+                return other
+            raise ParameterError(
+                f"the limit {name} with code {code} and words {words!r} clashes with {other.name} with code {other.value} and "
+                f"words {other.words!r}"
+            )
+    made = int.__new__(Limit, code)
+    made._name_, made._value_ = name, code
+    _OWN[code], _WORDS[made] = made, words
+    return made
+
+
+def _not_a_limit(loaded: Any) -> str | None:
+    return None if isinstance(loaded, Limit) and loaded.value in _OWN else "a limit made by Limit.own"
 
 
 Demand = tuple[Limit, str]

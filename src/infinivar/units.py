@@ -56,6 +56,33 @@ EXAMPLES = {
 }
 """A valid example for every unit of the study file."""
 
+_USUAL = {
+    "N": ("kN", "mN"),
+    "m": ("mm", "um"),
+    "m/s": ("mm/s",),
+    "kg": ("g",),
+    "W": ("mW", "kW"),
+    "rad": ("deg", "mrad"),
+    "rad/s": ("rpm", "deg/s"),
+    "N m": ("mN m",),
+    "N m/A": ("mN m/A",),
+    "A": ("mA",),
+    "ohm": ("mohm",),
+    "H": ("mH", "uH"),
+    "kg m^2": ("g cm^2", "g m^2"),
+    "N/m": ("N/mm", "kN/m"),
+    "N m s": ("mN m s",),
+    "K": ("degC",),
+    "s": ("ms", "us"),
+    "Hz": ("kHz", "mHz"),
+    "Pa": ("GPa", "MPa"),
+    "m^2/s": ("mm^2/s",),
+}
+"""Units in which a quantity is usually written, besides its SI unit."""
+
+_SHORT = 6
+"""Characters up to which a number in SI needs no other unit."""
+
 
 # Powers of m, kg, s, A and K.
 _NEWTON, _JOULE, _WATT = (1, 1, -2, 0, 0), (2, 1, -2, 0, 0), (2, 1, -3, 0, 0)
@@ -314,3 +341,31 @@ def show_in(value: float, si_unit: str, unit: str, digits: int = 4) -> str:
 def celsius(temperature: float) -> str:
     """Format a temperature given in kelvin: "92 °C"."""
     return f"{temperature - ZERO_CELSIUS:.0f} °C" if math.isfinite(temperature) else "infinite"
+
+
+def exact(value: float, si_unit: str) -> str:
+    """Write a number so that `parse` gives back the same float: "26.3 mN m", "8040 rpm", "0.02 kg m^2".
+
+    Of the usual units, the one with the shortest number is used; SI if none is shorter.
+    """
+    plain_number = repr(float(value)).removesuffix(".0")
+    if si_unit == "1":
+        return plain_number
+    shortest = plain_number, si_unit
+    if len(plain_number) > _SHORT:
+        for unit in _USUAL.get(si_unit, ()):
+            found = _number_in(value, si_unit, unit)
+            if found is not None and len(found) < len(shortest[0]):
+                shortest = found, unit
+    return " ".join(shortest)
+
+
+def _number_in(value: float, si_unit: str, unit: str) -> str | None:
+    """Shortest number that gives the value in another unit; None if that takes as many digits as a float has."""
+    scale, offset = _factor(unit, si_unit)
+    there = (value - offset) / scale
+    for digits in range(1, 13):
+        number = float(f"{there:.{digits}g}")
+        if number * scale + offset == value:
+            return repr(number).removesuffix(".0")
+    return None

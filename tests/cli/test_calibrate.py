@@ -130,9 +130,15 @@ def heading(name, text):
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (heading("link_travel", "link_travel [kg]"), "line 1, column link_travel: has the unit 'kg' where m is needed"),
-        (heading("link_travel", "link_travel"), "line 1 must state the unit of link_travel"),
-        (heading("preload", "load [N]"), "line 1 must name the columns"),
+        (
+            heading("link_travel", "link_travel [kg]"),
+            "line 1, column 'link_travel [kg]': has the unit 'kg' where m is needed",
+        ),
+        (
+            heading("link_travel", "link_travel"),
+            "line 1, column 'link_travel': must state its unit, such as 'link_travel [mm]'",
+        ),
+        (heading("preload", "load [N]"), "line 1: must name the columns"),
         (heading("link_travel", "link_travel [mm]"), "is it in metres?"),
         (scaled("link_travel", 1e3), "is it in millimetres?"),
         (heading("steering_angle", "steering_angle [deg]"), "was an angle in radians labelled as degrees?"),
@@ -143,7 +149,7 @@ def heading(name, text):
         (swap("mass", "preload"), "are mass and preload swapped?"),
         (swap("motor_current", "motor_voltage"), "motor_current is 20.8"),
         (scaled("motor_current", 1e3), "above the motor's stall current"),
-        (set_to("mass", "nan", [6]), "line 6 must have a number as mass, got 'nan'"),
+        (set_to("mass", "nan", [6]), "line 6, column 'mass [kg]': must be a finite number, got 'nan'"),
         (set_to("duration", "0", [6]), "line 6: duration must be > 0 s"),
         (set_to("mass", "-1", [6]), "line 6: mass must be >= 0"),
         (set_to("steering_angle", "2", [6]), "line 6: steering_angle must be within -90 and 90 deg"),
@@ -151,8 +157,8 @@ def heading(name, text):
         (scaled("duration", 1e3), "check the units of both headings"),
         (scaled("motor_current", 1.2, slice(4, None, 2)), "too many for outliers"),
         (scaled("motor_current", -1.0, slice(4, None)), "the link receives work but the cylinder supplies none"),
-        (lambda rows: rows.__delitem__(slice(1, None)), "at least two lines of numbers"),
-        (lambda rows: rows.__setitem__(slice(None), [[";".join(row)] for row in rows]), "line 1 has semicolons"),
+        (lambda rows: rows.__delitem__(slice(1, None)), "at least two rows of numbers"),
+        (lambda rows: rows.__setitem__(0, [";".join(rows[0])]), "line 1 has 8 headings, this line 1 cell"),
     ],
 )
 def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):

@@ -143,10 +143,13 @@ def test_gaps_are_reported_by_line(infinivar, write, tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (wave("time [s],position"), "line 1 must state the unit of position, such as 'position [mm]'"),
-        (wave().replace("0.0300,", "0.0030,"), "line 8 must have a later time than the line before"),
-        (wave().replace("0.0300,", "0.0300,nan,"), "line 8 must have a number as position, got 'nan'"),
-        ("", "line 1 must name the column time"),
+        (wave("time [s],position"), "line 1, column 'position': must state its unit, such as 'position [mm]'"),
+        (wave().replace("0.0300,", "0.0030,"), "line 8, column 'time [s]': must have a later time than the row above"),
+        (
+            wave().replace("0.0300,", "0.0300,nan,"),
+            "line 8, column 3: has no heading: line 1 has 2 headings, this line 3 cells",
+        ),
+        ("", "line 1: must name the columns, but the file is empty"),
         (None, "no such file"),
     ],
 )

@@ -13,7 +13,7 @@ import pytest
 from folders import results
 from infinivar._core import files
 from infinivar.errors import InputError
-from infinivar.motion import tables
+from infinivar.motion.files import reading
 from infinivar.report.output import all_or_nothing, claimed
 from infinivar.study import load
 
@@ -58,7 +58,7 @@ def test_a_device_is_not_read(infinivar, write):
 
 def test_large_files_are_refused_before_reading(infinivar, write, tmp_path):
     """Sparse files: to read them would take their size in memory."""
-    for name, most in (("motion.csv", tables._MOST_BYTES), ("huge.toml", load._MOST_BYTES)):
+    for name, most in (("motion.csv", reading._MOST_BYTES), ("huge.toml", load._MOST_BYTES)):
         with (tmp_path / name).open("wb") as file:
             file.truncate(most + 1)
     write(study(rest=RECORDED.format(file="motion.csv")))
@@ -85,7 +85,7 @@ def test_a_file_that_is_no_recording_is_not_echoed(infinivar, write, tmp_path):
     (tmp_path / "secret.csv").write_text("root:x:0:0:hunter2\nmore,of,it\n", "utf-8")
     write(study(rest=RECORDED.format(file="secret.csv")))
     outcome = infinivar("check", "study.toml")
-    assert refused(outcome, "line 1 must name the column time; missing: time (found none in 1 column)")
+    assert refused(outcome, "line 1: must name columns of a motion, such as 'time [s]' and 'position [mm]'")
     assert "hunter2" not in outcome.err
     (tmp_path / "secret.csv").write_text(f"time [s],position [m]\n{'0123456789' * 50},1\n", "utf-8")
     assert len(infinivar("check", "study.toml").err) < 200

@@ -138,15 +138,15 @@ def test_mistakes_in_a_scenario(infinivar, write, tmp_path, table, said):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "line 1 must name the columns time and position"),
+        ("", "line 1: must name the columns, but the file is empty"),
         (
-            "time,place\n0,1\n",
-            "line 1 must name the columns time and position; missing: position (found time in 2 columns)",
+            "time,place\n0,1\n1,2\n",
+            "line 1: must name a column of position or angle; found 'time' as time; other headings: 'place'",
         ),
-        ("time,position\n0,0\n", "must have at least two lines of numbers"),
-        ("time,position\n0,0\n0.1,x\n", "line 3 must have a number as position, got 'x'"),
-        ("time,position\n0,0\n0.1,nan\n", "line 3 must have a number as position, got 'nan'"),
-        ("time,position\n0,0\n0.1,1\n0.1,2\n", "line 4 must have a later time"),
+        ("time,position\n0,0\n", "line 1, column 'time': must have at least two rows of numbers below, got 1"),
+        ("time,position\n0,0\n0.1,x\n", "line 3, column 'position': must be a finite number, got 'x'"),
+        ("time,position\n0,0\n0.1,nan\n", "line 3, column 'position': must be a finite number, got 'nan'"),
+        ("time,position\n0,0\n0.1,1\n0.1,2\n", "line 4, column 'time': must have a later time"),
     ],
 )
 def test_mistakes_in_a_csv_file(infinivar, write, tmp_path, text, said):

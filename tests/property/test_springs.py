@@ -251,7 +251,9 @@ def test_power_balance_of_maps_at_a_position(drive, output, seed):
 
 SMOOTH = {
     "series": Output(series_spring=SPRINGS["progressive"]),
-    "both": Output(series_spring=SPRINGS["linear"], parallel_spring=SPRINGS["one-sided, preloaded"]),
+    "both": Output(
+        series_spring=SPRINGS["linear"], parallel_spring=replace(SPRINGS["one-sided, preloaded"], contact_width=4e-3)
+    ),
     "joint": Output(
         linkage=LINKAGES["crank"],
         parallel_spring=Spring(stiffness=300.0, rest=0.3),

@@ -19,7 +19,7 @@ from infinivar.analysis.design_trends import Duty, sweep
 from infinivar.analysis.robustness.derivatives import jax_with_float64
 from infinivar.calibration import virtual_rig
 from infinivar.motion.course import Course
-from infinivar.motion.recordings import Waypoints
+from infinivar.motion.waypoints import Waypoints
 from infinivar.study.load import shipped_study
 
 SPEED, FORCE = np.linspace(0.05, 0.5, 5), np.linspace(5.0, 60.0, 4)

@@ -53,6 +53,10 @@ def namespace(*arguments: Array) -> Any:
     return found
 
 
+array_namespace = namespace
+"""The public name of `namespace`, for formulas of other packages."""
+
+
 def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
     """Each value as a float64 array of `xp`; accepts integers and lists."""
     return tuple(xp.asarray(value, dtype=xp.float64) for value in values)

@@ -117,6 +117,44 @@ _CHECKED = {"unit", "row of", "texts of", "words of"}
 """Metadata of the fields whose values `check_field` checks."""
 
 
+@functools.cache
+def _parts(part: type) -> Mapping[str, tuple[tuple[type, ...], bool]]:
+    """Fields of a part that hold parts: the classes they may have, and whether they may be None."""
+    found: dict[str, tuple[tuple[type, ...], bool]] = {}
+    for field in dataclasses.fields(part):
+        if not field.init or "meaning" not in field.metadata:
+            continue
+        hint = hints(part)[field.name]
+        options = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
+        kinds = tuple(one for one in options if _has_meaning(one))
+        if kinds and len(kinds) + (_NONE in options) == len(options):
+            found[field.name] = kinds, _NONE in options
+    return found
+
+
+_NONE = type(None)
+
+
+def _has_meaning(kind: Any) -> bool:
+    """Whether it is a class of parts: a dataclass with fields made here."""
+    return dataclasses.is_dataclass(kind) and any("meaning" in field.metadata for field in dataclasses.fields(kind))
+
+
+def _check_part(name: str, value: Any, kinds: tuple[type, ...]) -> None:
+    """Raise ParameterError unless a value has what its owner uses of a part; the message names what is missing."""
+    words = " or ".join(kind.__name__ for kind in kinds)
+    uses = next((kind.USES for kind in kinds if hasattr(kind, "USES")), ())  # type: ignore[attr-defined]
+    missing = missing_members(value, uses)
+    if not uses or isinstance(value, type) or len(missing) == len(uses):
+        from infinivar._core.arrays import shown
+
+        raise ParameterError(f"{name} must be a {words}, got {shown(value)}")
+    if missing:
+        raise ParameterError(
+            f"{name} must be a {words} or have {', '.join(uses)}, but a {type(value).__name__} has no {missing[0]}"
+        )
+
+
 def check(instance: Any) -> None:
     """Validate every physical field and every choice of a dataclass instance; for use in `__post_init__`."""
     for name, options in _choices(type(instance)).items():
@@ -126,6 +164,10 @@ def check(instance: Any) -> None:
             hint = nearest(said, named) if isinstance(said, str) else ""
             words = ", ".join(str(option) for option in options if option is not None)
             raise ParameterError(f"{name} must be one of {words}, got {said!r}{hint}")
+    for name, (kinds, optional) in _parts(type(instance)).items():
+        value = getattr(instance, name)
+        if not isinstance(value, kinds) and not (optional and value is None):
+            _check_part(name, value, kinds)
     for field in dataclasses.fields(instance):
         if not _CHECKED & field.metadata.keys():
             continue
@@ -180,6 +222,10 @@ def _words(field: dataclasses.Field, value: Any) -> tuple[str, ...]:
     return row
 
 
+check_fields = check
+"""The public name of `check`, for parts, drives and motions of other packages."""
+
+
 def _row(field: dataclasses.Field, value: Any) -> tuple[float, ...]:
     """The values of a row as floats; raises ParameterError if one is outside its range."""
     if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__len__"):
@@ -228,6 +274,13 @@ def check_kind(field: str, value: Any, kinds: Mapping[str, type], method: str) -
     names = ", ".join(kind.__name__ for kind in kinds.values())
     usable = callable(getattr(value, method, None)) and not isinstance(value, type)
     require(usable, field, repr(value), f"one of {names}")
+
+
+def missing_members(thing: Any, needs: Sequence[str]) -> list[str]:
+    """The names that a class or an instance lacks; fields of a dataclass count although its class may not have them."""
+    kind = thing if isinstance(thing, type) else type(thing)
+    fields = {field.name for field in dataclasses.fields(kind)} if dataclasses.is_dataclass(kind) else set()
+    return [name for name in needs if name not in fields and not hasattr(thing, name)]
 
 
 def check_choice(

@@ -17,11 +17,11 @@ from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.drive import Drive, MovingDrive, operated
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.study.check import check_duty
+from infinivar.study.check import check_duty, check_spreads
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import plain
@@ -212,8 +212,8 @@ class Comparison(Result):
 def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **options: Any) -> DriveResult:
     """Evaluate one drive on a requirement; `options` are passed to `steady_map`."""
     speed, force, weight = requirement.sample()
-    point = drive.operate(speed=speed, force=force)
-    limit, margin = binding(point.utilisation)
+    point = operated(drive, speed=speed, force=force)
+    limit, margin = (np.broadcast_to(part, speed.shape) for part in binding(point.utilisation))
     within = limit == Limit.OK
     residuals = [power.audit(point.power_in, point.power_out, point.losses, name)]
     efficiency = power.efficiency_within(limit, point.power_in, point.power_out)
@@ -258,6 +258,8 @@ def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
     demands = {
         limit: float(np.ravel(demand)[index if np.size(demand) > 1 else 0]) for limit, demand in utilisation.items()
     }
+    if not demands:
+        return Limit.OK
     if demands.get(Limit.SLIP, 0.0) > 1.0:
         return Limit.SLIP
     return max(demands, key=lambda limit: -1.0 if np.isnan(demands[limit]) else demands[limit])
@@ -265,7 +267,7 @@ def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
 
 def corner(drive: Drive, speed: float, force: float) -> Corner:
     """Evaluate one operating point as plain numbers."""
-    point = drive.operate(speed=speed, force=force)
+    point = operated(drive, speed=speed, force=force)
     limit, margin = binding(point.utilisation)
     return Corner(
         speed=speed,
@@ -300,6 +302,7 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
         If a power balance does not close.
     """
     check_duty(study)
+    check_spreads(study)
     results: dict[str, DriveResult] = {}
     uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not quick]
     count = len(study.drives) * (1 + len(study.duty)) + len(uncertain)
@@ -357,7 +360,7 @@ def work_through(
     ways: dict[str, TwoWays | str] = {}
     for index, (name, drive) in enumerate(study.drives.items()):
         progress(f"{study.titles[name]}: {duty.title}", index)
-        assert isinstance(drive, (CoboticDrive, ConventionalDrive))  # `check_duty` refuses other types
+        assert isinstance(drive, MovingDrive)  # `check_duty` refuses others
         results[name] = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
         if isinstance(drive, CoboticDrive) and not quick:
             found_policies[name] = policies(drive, duty)
@@ -367,10 +370,12 @@ def work_through(
     )
 
 
-def _both_ways(drive: CoboticDrive | ConventionalDrive, duty: DutyCycle, result: DutyResult) -> TwoWays | str:
+def _both_ways(drive: Any, duty: DutyCycle, result: DutyResult) -> TwoWays | str:
     """Simulate the cycle as well, or say why not."""
     from infinivar.analysis.cycles.tracking import LONGEST, two_ways
 
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+        return f"a {type(drive).__name__} has no bond graph to simulate"
     if not duty.closed:
         return "a run is not simulated, as it starts in motion and without settled controllers"
     if duty.period > LONGEST:

@@ -13,7 +13,8 @@ from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
-from infinivar.study.study import Provenance, Study
+from infinivar.study.provenance import Provenance
+from infinivar.study.study import Study
 from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.units import plain

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -14,7 +15,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.drive import Drive, operated
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import Limit, binding
 
@@ -68,14 +69,22 @@ def _axis(name: str, values: Any, unit: str) -> np.ndarray:
     return axis
 
 
-def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[float], None] | None = None) -> SteadyMap:
+def steady_map(
+    drive: Drive,
+    speed: Any,
+    force: Any,
+    *,
+    position: float = 0.0,
+    progress: Callable[[float], None] | None = None,
+) -> SteadyMap:
     """Evaluate a drive on a grid and audit every point.
 
     Parameters
     ----------
-    drive : Drive         Any drive.
+    drive : Drive         Any object with the method `operate` of a `Drive`.
     speed : (n,) float    Speeds of the load; negative ones for the other quadrants. [m s^-1]
     force : (m,) float    Forces on the load. [N]
+    position : float      Position of the load, which matters for drives with springs or a linkage. [m]
     progress              Called with the share done, 0 to 1.
 
     Returns
@@ -86,6 +95,8 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     ------
     InputError
         If an axis is not a finite vector.
+    ParameterError
+        If the drive has no method `operate`, or it does not return a `DrivePoint`.
     AuditError
         If the power balance of a point does not close, or a power is nan although the wheel does not slip.
     """
@@ -101,12 +112,13 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     ]
     # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
     # Threads then write to disjoint parts.
-    first = _evaluated(drive, speed, force, tiles[0])
+    operate = functools.partial(operated, drive, position=position)
+    first = _evaluated(operate, speed, force, tiles[0])
     tile_shape = first[0]["power_out"].shape
     room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}
 
     def compute(tile: tuple[slice, slice]) -> float:
-        values, residual = first if tile is tiles[0] else _evaluated(drive, speed, force, tile)
+        values, residual = first if tile is tiles[0] else _evaluated(operate, speed, force, tile)
         for name, value in values.items():
             store = room[name]
             store[tuple(part if size > 1 else np.s_[:] for part, size in zip(tile, store.shape, strict=True))] = value
@@ -142,10 +154,10 @@ def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np
 
 
 def _evaluated(
-    drive: Drive, speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
+    operate: Callable[..., Any], speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
 ) -> tuple[dict[str, Any], float]:
     """Evaluate and audit one tile: its fields, losses included, and the largest residual."""
-    point = drive.operate(speed=speed[tile[0], None], force=force[None, tile[1]])
+    point = operate(speed=speed[tile[0], None], force=force[None, tile[1]])
     residual = power.audit(point.power_in, point.power_out, point.losses, "steady map")
     limit, margin = binding(point.utilisation)
     if np.any(np.isnan(point.power_in) & (limit != Limit.SLIP)):

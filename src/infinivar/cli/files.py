@@ -61,9 +61,9 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def _schema() -> str:
-    from infinivar.study.schema import json_schema
+    from infinivar.study.extended_schema import extended_schema
 
-    return json.dumps(json_schema(), indent=2) + "\n"
+    return json.dumps(extended_schema(), indent=2) + "\n"
 
 
 def schema() -> None:

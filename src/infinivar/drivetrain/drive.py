@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
-from typing import NamedTuple, Protocol, TypeVar, runtime_checkable
+from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 
 from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.fields import given
+from infinivar._core.fields import given, missing_members
 from infinivar._core.labels import Labels
 from infinivar._core.result import Result, result
 from infinivar.axis import Axis
-from infinivar.errors import ParameterError
+from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
-from infinivar.power import PowerPoint
+from infinivar.power import AUDIT_TOLERANCE, PowerPoint
 
 
 @result
@@ -79,51 +80,129 @@ def chosen(where: Array, one: MovingPoint, other: MovingPoint) -> MovingPoint:
     )
 
 
+DRIVE_NEEDS = ("operate",)
+"""What every drive has."""
+
+
 @runtime_checkable
 class Drive(Protocol):
-    """A drive-train that moves a load along a line, or about a joint."""
+    """A drive-train that moves a load along a line, or about a joint.
 
-    @property
-    def motors(self) -> Mapping[str, Motor]:
-        """Motors by role."""
-        ...
+    Any object with this method is a drive for steady maps and comparisons. What else a drive may have:
 
-    @property
-    def gearhead(self) -> Gearhead:
-        """Gearhead of the motor that moves the load."""
-        ...
+    - ``follow(course, *, load_mass)`` -> `MovingPoint`, for duty cycles: see `MovingDrive`;
+    - ``check_motion()`` raises ParameterError if a value that `follow` requires is missing;
+    - ``unheld()`` returns the drive without friction that helps to hold a load at rest;
+    - ``motors``, a mapping of motors by role, and ``warmed(temperatures)``, the drive with windings at temperatures [K] by
+      role, for the heat of motors; `follow` then has the states and losses named in `infinivar.analysis.cycles.duty_cycle`;
+    - ``axis``, `LINEAR` by default;
+    - ``orders``, the highest time derivative of the load's position that `follow` needs, 4 to 6, by default 4;
+    - `operate` may have the argument ``position`` of the load, for springs and linkages.
+    """
 
-    @property
-    def axis(self) -> Axis:
-        """Whether the drive moves a load along a line or about a joint."""
-        ...
-
-    @property
-    def orders(self) -> int:
-        """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
-        ...
-
-    def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
+    def operate(self, *, speed: Array, force: Array) -> DrivePoint:
         """Steady operating point at a load speed [m s^-1] and force on the load [N], in all four quadrants.
-
-        The position of the load [m] matters for drives with springs or a linkage.
 
         Must be thread-safe: maps are computed on several threads.
         """
         ...
 
+
+@runtime_checkable
+class MovingDrive(Drive, Protocol):
+    """A drive whose duty cycles can be computed."""
+
     def follow(self, course: Course, *, load_mass: Array = 0.0) -> MovingPoint:
         """Operating points along a course with a load [kg], by inverse dynamics."""
         ...
 
-    def check_motion(self) -> None:
-        """Raise ParameterError if a value that `follow` requires is missing; the message names it."""
-        ...
+
+def check_drive(drive: Any, where: str, needs: Sequence[str] = DRIVE_NEEDS) -> None:
+    """Raise ParameterError unless an object has the methods of a drive; the message names the missing one."""
+    missing = missing_members(drive, needs)
+    if missing or isinstance(drive, type):
+        what = f"the class {drive.__name__}" if isinstance(drive, type) else f"a {type(drive).__name__}"
+        lacking = f", which has no method {missing[0]}" if missing else ", not an instance of it"
+        raise ParameterError(f"{where} must be a drive, got {what}{lacking}")
+
+
+def orders_of(drive: Any) -> int:
+    """Highest time derivative of the load's position that a drive needs to follow it; 4 if it does not say."""
+    return getattr(drive, "orders", 4)
+
+
+def operated(drive: Any, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
+    """Steady operating point of any drive; what a drive of another package returns is checked first.
+
+    The position of the load is passed on if it is not exactly the number 0.
+
+    Raises
+    ------
+    ParameterError
+        If the drive has no method `operate`, or it returns something else than a `DrivePoint`.
+    AuditError
+        If the power to the load is not force times speed.
+    """
+    check_drive(drive, "drive")
+    placed_at = {} if isinstance(position, (int, float)) and position == 0 else {"position": position}
+    point = drive.operate(speed=speed, force=force, **placed_at)
+    if is_own(drive):
+        _check_point(drive, point, DrivePoint, "operate")
+        _check_delivery(point.power_out, speed * force, f"{type(drive).__name__}.operate")
+    return point
+
+
+def followed(drive: Any, course: Course, *, load_mass: Array = 0.0, **options: Any) -> MovingPoint:
+    """Operating points of any drive along a course; checked as in `operated`."""
+    check_drive(drive, "drive", ("operate", "follow"))
+    point = drive.follow(course, load_mass=load_mass, **options)
+    if is_own(drive):
+        _check_point(drive, point, MovingPoint, "follow")
+        delivered = course.driving_force(load_mass).value * course.speed
+        _check_delivery(point.power_out, delivered, f"{type(drive).__name__}.follow")
+    return point
+
+
+def is_own(thing: Any) -> bool:
+    """Whether a drive or part is of another package than this program."""
+    return type(thing).__module__.partition(".")[0] != __name__.partition(".")[0]
+
+
+def check_graph(drive: Any, prefix: str = "") -> None:
+    """Raise ParameterError if a drive or a part is of another package: the equations of a simulation lack its law."""
+    if is_own(drive):
+        raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
+    for one in dataclasses.fields(drive):
+        part = getattr(drive, one.name)
+        if "meaning" not in one.metadata or isinstance(part, (float, int, str, tuple)) or part is None:
+            continue
+        if is_own(part) and type(part).__module__ != "numpy":
+            raise ParameterError(
+                f"{prefix}{one.name} is of type {type(part).__name__}, whose law is in no bond graph, as simulation needs; "
+                "steady maps and duty cycles work without"
+            )
+        if dataclasses.is_dataclass(part):
+            check_graph(part, f"{prefix}{one.name}.")
+
+
+def _check_point(drive: Any, point: Any, kind: type, method: str) -> None:
+    if not isinstance(point, kind):
+        raise ParameterError(
+            f"{type(drive).__name__}.{method} must return a {kind.__name__}, got a {type(point).__name__}"
+        )
+
+
+def _check_delivery(power_out: Array, wanted: Array, where: str) -> None:
+    import numpy as np
+
+    off = np.abs(np.asarray(power_out) - wanted)
+    if np.any(off > AUDIT_TOLERANCE * np.max(np.abs(wanted), initial=0.0)):
+        raise AuditError(f"{where}: power_out differs from force times speed by up to {np.nanmax(off):.3g} W")
 
 
 def axis_fault(drive: Drive, axis: Axis, name: str, task: str) -> str | None:
     """Say what does not fit if a drive's load moves along a line and a task is about a joint, or the reverse; else None."""
-    if drive.axis is axis:
+    if getattr(drive, "axis", axis) is axis:
         return None
     if axis.rotary:
         return f"{task} is about a joint; {name} moves along a line: give it a linkage, [{name}.output.linkage]"
@@ -218,6 +297,11 @@ def needed(value: T | None, field: str) -> T:
 def with_rated_gear(drive: T) -> T:
     """The drive with an explicit rated torque of its gear; by default that is the motor's continuous torque."""
     gearhead, motor = getattr(drive, "gearhead", None), getattr(drive, "motor", None)
-    if gearhead is None or motor is None or gearhead.loss_model != "coulomb" or gearhead.rated_torque is not None:
+    if (
+        not isinstance(gearhead, Gearhead)
+        or motor is None
+        or gearhead.loss_model != "coulomb"
+        or gearhead.rated_torque is not None
+    ):
         return drive
     return replace(drive, gearhead=replace(gearhead, rated_torque=motor.continuous_torque))  # type: ignore[type-var]

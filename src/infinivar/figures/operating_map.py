@@ -176,6 +176,7 @@ def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarr
     for code in np.unique(limit):
         if code == Limit.OK:
             continue
+        exceeded = Limit(int(code))
         # Distance to the edge of the region in units of the text's size; a frame keeps the text off the axes.
         cell = tuple(1.0 / (size * count) for size, count in zip(_TEXT_HALF_SIZE, limit.shape, strict=True))
         depth: Any = distance_transform_edt(np.pad(limit == code, 1), sampling=cell)
@@ -186,7 +187,7 @@ def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarr
         ax.text(
             force[column],
             speed[row],
-            _WORDS[Limit(int(code))],
+            _WORDS.get(exceeded, "beyond\n" + exceeded.words.replace(" ", "\n")),
             ha="center",
             va="center",
             fontsize=7.5,

@@ -14,8 +14,8 @@ from infinivar.errors import ParameterError
 from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
 from infinivar.motion.motion import Force, Motion
 from infinivar.motion.motions import Cruise, Reach, Rest, Sinusoid, Step
-from infinivar.motion.recordings import RecordedForce, Waypoints
 from infinivar.motion.task import Task
+from infinivar.motion.waypoints import RecordedForce, Waypoints
 
 MOTIONS: dict[str, type] = {kind.shape: kind for kind in (Rest, Cruise, Sinusoid, Step, Reach, Waypoints)}
 FORCES: dict[str, type] = {kind.shape: kind for kind in (ConstantForce, SinusoidalForce, StepForce, RecordedForce)}

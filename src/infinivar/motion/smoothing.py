@@ -164,7 +164,7 @@ def smoothed(
     """
     time = columns["time"] - columns["time"][0]
     if len(time) < _LEAST_ROWS:
-        raise InputError(f"{file}: must have at least {_LEAST_ROWS} rows of numbers, got {len(time)}")
+        raise InputError(f"{file}: line {lines[-1]}: must have at least {_LEAST_ROWS} rows of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
     if cutoff * period < 1.0:
         raise ParameterError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 from annotated_types import Gt, Interval
 
@@ -83,6 +83,9 @@ class Gearhead:
     ParameterError
         If a field is outside its range; the message names field, value and unit.
     """
+
+    USES: ClassVar[tuple[str, ...]] = ("name", "ratio", "inertia", "operate", "without_friction")
+    """What a drive uses of its gearhead: an object with these can take its place."""
 
     name: str = component("Name for reports", default="gearhead")
     ratio: float = quantity("1", Gt(0), "Reduction ratio, motor speed over output speed")

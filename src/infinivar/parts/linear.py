@@ -48,6 +48,9 @@ class Guideway:
         If a field is outside its range; the message names field, value and unit.
     """
 
+    USES: ClassVar[tuple[str, ...]] = ("friction_force", "operate")
+    """What a drive uses of its guideway: an object with these can take its place."""
+
     friction: float = quantity("N", Ge(0), "Friction force independent of preload", default=0.0)
     coefficient: float = quantity("1", Ge(0), "Friction coefficient c_l, force over preload", default=0.0)
 

@@ -16,7 +16,7 @@ from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report import numbers
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
-from infinivar.study.study import DEFAULT, Provenance
+from infinivar.study.provenance import DEFAULT, Provenance
 
 
 def save(comparison: Comparison, directory: Path) -> list[Path]:

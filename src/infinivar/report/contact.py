@@ -11,7 +11,7 @@ from infinivar import units
 from infinivar.analysis.contact_sheet import ContactSheet, Line
 from infinivar.figures import contact_design, design_trends, style
 from infinivar.report.output import all_or_nothing
-from infinivar.study.study import DEFAULT, Provenance
+from infinivar.study.provenance import DEFAULT, Provenance
 
 WIDTH = 118
 

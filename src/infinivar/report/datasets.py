@@ -62,8 +62,8 @@ def unit_of(name: str) -> str:
 def _codes() -> dict[str, Any]:
     """CF attributes that explain the integer codes of limits."""
     return {
-        "flag_values": np.array([limit.value for limit in Limit], dtype=np.int8),
-        "flag_meanings": " ".join(limit.name for limit in Limit),
+        "flag_values": np.array([limit.value for limit in Limit.every()], dtype=np.int8),
+        "flag_meanings": " ".join(limit.name for limit in Limit.every()),
     }
 
 

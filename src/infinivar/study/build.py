@@ -7,11 +7,12 @@ from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Any
 
 from infinivar._core.fields import hints
-from infinivar.contact.creep import CreepLaw
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.parts.motor import Motor
-from infinivar.study.layers import Raw, over_parts
+from infinivar.study import extensions
+from infinivar.study.layers import Raw, over_parts, variant
 from infinivar.study.messages import StudyError, quoted
+from infinivar.study.provenance import DEFAULT, Provenance, recorded
 from infinivar.study.schema import (
     CATALOGUES,
     ORIGIN,
@@ -22,11 +23,11 @@ from infinivar.study.schema import (
     in_kinds,
     keys,
     kind_keys,
+    kinds_for,
     part_of,
     shape_key,
     table_keys,
 )
-from infinivar.study.study import DEFAULT, Provenance
 
 
 def built_part(part: type, key: str) -> Any:
@@ -51,10 +52,13 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) 
     for field in in_kinds(part):
         try:
             if field.metadata["flat"]:
-                known = kind_keys(field)
-                made[field.name] = _kind(field, {key: tree.pop(key) for key in known if key in tree}, path)
+                kinds = _kinds(field, tree, path)
+                table = {key: tree.pop(key) for key in kind_keys(kinds) if key in tree}
+                made[field.name] = _kind(kinds, table, path)
             elif field.name in tree:
-                made[field.name] = _kind(field, tree.pop(field.name), f"{path}.{field.name}")
+                table = tree.pop(field.name)
+                here = f"{path}.{field.name}"
+                made[field.name] = _kind(_kinds(field, table, here), table, here)
         except StudyError as found:
             faults += found.lines
     checked = _read(part, tree, path, faults)
@@ -63,7 +67,16 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) 
     return _instance(part, checked, path, owner, "", rows, made)
 
 
-def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
+def _kinds(field: dataclasses.Field, tree: Any, path: str) -> Mapping[str, type]:
+    """Kinds of a field, with that of an installed package if its table asks for it."""
+    word = tree.get(SHAPE) if isinstance(tree, dict) else None
+    try:
+        return kinds_for(field, word.get("value") if isinstance(word, dict) else word)
+    except InputError as problem:
+        raise StudyError(f"{path}.{SHAPE}: {problem}") from None
+
+
+def _kind(kinds: Mapping[str, type], tree: Any, path: str) -> Any:
     """Build the value of a field that comes in kinds; `shape` selects the kind, and thus the other keys allowed.
 
     Raises
@@ -71,7 +84,7 @@ def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
     StudyError
         If a value is wrong, a required key is missing, or a key does not apply to the kind.
     """
-    kinds, faults = field.metadata["kinds"], []
+    faults: list[str] = []
     if not isinstance(tree, dict) or "value" in tree:
         written = tree["value"] if isinstance(tree, dict) else tree
         raise StudyError(f"{path} = {quoted(written)} must be a table [{path}]")
@@ -79,12 +92,12 @@ def _kind(field: dataclasses.Field, tree: Any, path: str) -> Any:
     if faults:
         raise StudyError(*faults)
     usual = next(iter(kinds))
-    if SHAPE not in tree and any(name in kind_keys(field) and name not in table_keys(kinds[usual]) for name in tree):
+    if SHAPE not in tree and any(name in kind_keys(kinds) and name not in table_keys(kinds[usual]) for name in tree):
         raise StudyError(f"{path}.{SHAPE} is missing: must be {' or '.join(kinds)}")
     shape = asked[SHAPE].value if asked else usual
     own = table_keys(kinds[shape])
     given = _values(own, tree, path, faults)
-    _refuse_unknown(tree, kind_keys(field), [*kind_keys(field), *ORIGIN], path, faults)
+    _refuse_unknown(tree, kind_keys(kinds), [*kind_keys(kinds), *ORIGIN], path, faults)
     faults = faults or [*_misfits(tree, own, shape, path)]
     if faults:
         raise StudyError(*faults)
@@ -125,8 +138,12 @@ def _refuse_unknown(tree: Raw, known: Container[str], words: list[str], path: st
 
 def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]:
     """Read a table: one entry per key, nested for the tables of parts; append one line per fault to `faults`."""
+    entries: dict[str, Any] = {}
+    if extensions.VARIANT in tree:
+        part = entries[extensions.VARIANT] = variant(part, tree, path)
+        tree = {name: value for name, value in tree.items() if name != extensions.VARIANT}
     known = table_keys(part)
-    entries: dict[str, Any] = dict(_values(known, tree, path, faults))
+    entries |= _values(known, tree, path, faults)
     for name, key in known.items():
         here = f"{path}.{name}"
         if name not in tree:
@@ -185,7 +202,8 @@ def _instance(
             values[field.name] = given.value
             rows.append(_row(owner, here, given, unit))
         elif inner is not None and given is not None:
-            values[field.name] = _instance(inner, given, f"{path}.{field.name}", owner, f"{here}.", rows)
+            chosen = given.get(extensions.VARIANT, inner)
+            values[field.name] = _instance(chosen, given, f"{path}.{field.name}", owner, f"{here}.", rows)
         elif inner is not None and field.default_factory is not dataclasses.MISSING:
             values[field.name] = _instance(inner, {}, f"{path}.{field.name}", owner, f"{here}.", rows)
         elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
@@ -193,7 +211,7 @@ def _instance(
             rows.append(_row(owner, here, default, unit))
     instance = _constructed(part, values, path)
     scale = checked.get("scale")
-    if part is Motor and scale is not None:
+    if issubclass(part, Motor) and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))
         instance = instance.scaled(scale.value)
     return instance
@@ -204,7 +222,7 @@ def _row(owner: str, field: str, entry: Entry, unit: str) -> Provenance:
         owner=owner,
         field=field,
         written=str(entry.written),
-        value=entry.value.name if isinstance(entry.value, CreepLaw) else entry.value,
+        value=recorded(entry.value),
         unit=unit,
         kind=entry.kind or "assumed",
         where=entry.where or "",

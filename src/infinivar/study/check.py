@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import axis_fault, smoothness_fault
+from infinivar.drivetrain.drive import axis_fault, check_drive, smoothness_fault
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.errors import InputError, ParameterError
 from infinivar.study.study import Study
@@ -23,6 +23,17 @@ def check_duty(study: Study) -> None:
     _refuse(_duty_faults(study))
 
 
+def check_spreads(study: Study) -> None:
+    """Refuse spreads of a drive of another package, of which no builds can be sampled.
+
+    Raises
+    ------
+    InputError
+        One line for each such drive.
+    """
+    _refuse(_spread_faults(study))
+
+
 def check(study: Study) -> None:
     """Refuse a study whose drives cannot follow its duty cycles, or with scenarios that none of its drives can run.
 
@@ -31,7 +42,7 @@ def check(study: Study) -> None:
     InputError
         One line per fault.
     """
-    _refuse([*_duty_faults(study), *_scenario_faults(study)])
+    _refuse([*_duty_faults(study), *_scenario_faults(study), *_spread_faults(study)])
 
 
 def _refuse(faults: Iterator[str] | list[str]) -> None:
@@ -45,11 +56,13 @@ def _duty_faults(study: Study) -> Iterator[str]:
         return
     tasks = ", ".join(f"duty.{task}" for task in study.duty)
     for name, drive in study.drives.items():
-        if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-            yield f"drives.{name}: a drive of type {type(drive).__name__} cannot follow {tasks}"
+        try:
+            check_drive(drive, f"drives.{name}", ("operate", "follow"))
+        except ParameterError as problem:
+            yield f"{problem}, for {tasks}"
             continue
         try:
-            drive.check_motion()
+            getattr(drive, "check_motion", lambda: None)()
         except ParameterError as problem:
             yield f"drives.{name}: {problem}, for {tasks}"
             continue
@@ -60,6 +73,13 @@ def _duty_faults(study: Study) -> Iterator[str]:
             )
             if found is not None:
                 yield found
+
+
+def _spread_faults(study: Study) -> Iterator[str]:
+    for name, spreads in study.uncertainty.spreads.items():
+        drive = study.drives.get(name)
+        if spreads and not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+            yield f"uncertainty.{name}: builds of a drive of type {type(drive).__name__} cannot be sampled"
 
 
 def _scenario_faults(study: Study) -> Iterator[str]:

@@ -41,6 +41,7 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
         raise StudyError(f"extends = {quoted(name)}: file {below} not found")
     under = _with_paths(extended(read(below), below, read, depth + 1), below)
     over = {key: value for key, value in raw.items() if key != "extends"}
+    under.pop("name", None)
     return {**under, **over, **_merged_tables(under, over, below.name, path.name)}
 
 

@@ -10,6 +10,7 @@ from infinivar._core.fields import hints
 from infinivar.drivetrain.conventional import STAGES
 from infinivar.errors import InputError, nearest
 from infinivar.parts import catalogue
+from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, part_of
 from infinivar.study.shipped import parameter_set
@@ -74,7 +75,6 @@ class Remarks:
 
     reconstruction: dict[str, str] = field(default_factory=dict)
     """Statement of each parameter set used on what it reconstructs."""
-    warnings: list[str] = field(default_factory=list)
 
 
 def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
@@ -125,16 +125,26 @@ def contact_over(under: Raw, over: Any) -> Raw:
     return {key: value for key, value in under.items() if key not in dropped}
 
 
+def variant(part: type, tree: Any, path: str) -> type:
+    """The part that a table asks for; see `extensions.variant_of`."""
+    try:
+        return extensions.variant_of(part, tree, path)
+    except InputError as problem:
+        raise StudyError(str(problem)) from None
+
+
 def over_parts(part: type, tree: Raw, path: str) -> Raw:
     """Replace every `part` key of a table by the values of that catalogue entry."""
     result = dict(tree)
     name = result.pop("part", None)
+    stock = next((one for one in part.__mro__ if one in CATALOGUES), part)
+    part = variant(part, tree, path)
     if name is not None:
-        if part not in CATALOGUES:
+        if stock not in CATALOGUES:
             known = ", ".join(CATALOGUES.values())
             raise StudyError(f"{path}.part = {quoted(name)} must be removed: the catalogue has {known} only")
         try:
-            entry = catalogue.entry(CATALOGUES[part], name)
+            entry = catalogue.entry(CATALOGUES[stock], name)
         except InputError as problem:
             raise StudyError(f"{path}.part = {problem}") from None
         result = merged(annotated(entry, path, "catalogue", directives=_INSIDE), result)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import contextlib
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from infinivar._core import files
-from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest, printable
 from infinivar.motion.duty_cycles import DutyCycle
@@ -20,15 +19,17 @@ from infinivar.study.build import built
 from infinivar.study.extend import extended
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, quoted, short
+from infinivar.study.provenance import Provenance
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
-from infinivar.study.schema import DRIVES, keys
+from infinivar.study.schema import DRIVES, drive_type, keys
 from infinivar.study.shipped import parameter_set, study_file
-from infinivar.study.spreads import uncertainty_from
-from infinivar.study.study import Provenance, Study
+from infinivar.study.spreads import Uncertainty, uncertainty_from
+from infinivar.study.study import Study
 
 _TOP = (
     "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "rig", "uncertainty", "correlations",
+    "reconstruction", "name",
 )  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
@@ -60,15 +61,68 @@ def load_study(path: str | Path) -> Study:
         would be right.
     """
     path = study_file(Path(path))
-    raw = _read(path)
+    with _reporting(printable(path)):
+        raw = extended(_read(path), path, _read)
+        return study_from(raw, name=_name_in(raw, path.stem), origin=path.name, path=path)
+
+
+def study_from_dict(tables: Mapping[str, Any], *, name: str, folder: str | Path | None = None) -> Study:
+    """Build a study from nested tables; see `Study.from_dict`."""
+    if not isinstance(name, str) or not name.strip() or len(name) > LONGEST_TITLE or not name.isprintable():
+        raise InputError(f"name must be text of 1 to {LONGEST_TITLE} characters, got {quoted(name)}")
+    if not isinstance(tables, Mapping):
+        raise InputError(f"{name}: must be tables by name, got {quoted(tables)}")
+    place = Path() if folder is None else Path(folder)
+    with _reporting(printable(name)):
+        raw = extended(plain_table(tables, ""), place / name, _read)
+        return study_from({key: raw[key] for key in raw if key != "name"}, name=name, origin=name, folder=place)
+
+
+@contextlib.contextmanager
+def _reporting(source: str) -> Iterator[None]:
+    """Report faults in a study as one error, each line with the source: a file, or a name."""
     try:
-        return study_from(extended(raw, path, _read), name=path.stem, origin=path.name, path=path)
+        yield
     except RecursionError as problem:
-        raise InputError(f"{printable(path)}: is nested too deeply") from problem
+        raise InputError(f"{source}: is nested too deeply") from problem
     except StudyError as problems:
-        lines = [f"{printable(path)}: {line}" for line in problems.lines[:_MOST]]
+        lines = [f"{source}: {line}" for line in problems.lines[:_MOST]]
         more = len(problems.lines) - len(lines)
         raise InputError("\n".join([*lines, f"... and {more} more faults"] if more else lines)) from None
+
+
+def _name_in(raw: Raw, otherwise: str) -> str:
+    """The name that a study states; by default that of its file."""
+    _check_text(raw, "name", LONGEST_TITLE)
+    return raw.get("name") or otherwise
+
+
+def plain_table(table: Mapping[Any, Any], path: str) -> Raw:
+    """A copy of a table with values of TOML only: text, numbers, lists and tables.
+
+    Raises
+    ------
+    StudyError
+        If it holds anything else.
+    """
+    for key in table:
+        if not isinstance(key, str):
+            raise StudyError(f"{path or 'the study'} has the key {quoted(key)}, which must be text")
+    return {key: _plain(value, f"{path}.{key}" if path else key) for key, value in table.items()}
+
+
+def _plain(value: Any, path: str) -> Any:
+    if isinstance(value, Mapping):
+        return plain_table(value, path)
+    if isinstance(value, list | tuple):
+        return [_plain(one, path) for one in value]
+    if isinstance(value, Path):
+        return str(value)
+    if type(value).__module__ == "numpy" and hasattr(value, "tolist"):
+        return _plain(value.tolist(), path)
+    if not isinstance(value, str | int | float):
+        raise StudyError(f"{path} = {quoted(value)} must be text, a number, a list or a table")
+    return value
 
 
 def _read(path: Path) -> Raw:
@@ -84,22 +138,27 @@ def _read(path: Path) -> Raw:
         raise InputError(f"{printable(path)}: is nested too deeply") from problem
 
 
-def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) -> Study:
-    """Build a study from the nested tables of its file; `origin` is the source of values that state none."""
-    _check_top(raw)
-    loading = _Loading(raw, origin, path)
+def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, folder: Path | None = None) -> Study:
+    """Build a study from the nested tables of its file.
+
+    Parameters
+    ----------
+    raw : dict      Tables, those of extended files included.
+    name : str      Name of the study.
+    origin : str    Source of values that state none.
+    path : Path     The file, if there is one.
+    folder : Path   Folder of the files that the tables name; defaults to that of the file.
+    """
+    loading = _Loading({}, origin, path.parent if folder is None and path is not None else folder)
+    loading.raw = loading.sections(raw)
     requirement = loading.requirement()
     drives, titles = loading.drives()
-    load_mass = requirement.load_mass if requirement else None
-    scenarios = loading.tasks("scenarios", Scenario, load_mass)
-    duty = loading.tasks("duty", DutyCycle, load_mass)
+    scenarios = loading.tasks("scenarios", Scenario)
+    duty = loading.tasks("duty", DutyCycle)
     rig = loading.rig()
+    uncertainty = loading.uncertainty(drives)
     if loading.faults or requirement is None:
         raise StudyError(*loading.faults)
-    warnings = [
-        *loading.remarks.warnings,
-        *(f"duty.{task}: {warning}" for task in duty for warning in duty[task].warnings),
-    ]
     return Study(
         name=name,
         title=raw.get("title", name),
@@ -110,30 +169,36 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None) ->
         scenarios=scenarios,
         duty=duty,
         rig=rig,
-        # Spreads refer to values of the drives, so they are read only if the drives are valid.
-        uncertainty=uncertainty_from(raw.get("uncertainty", {}), raw.get("correlations", []), drives, origin),
+        uncertainty=uncertainty,
         provenance=tuple(loading.rows),
-        reconstruction=tuple(loading.remarks.reconstruction.values()),
-        warnings=tuple(warnings),
+        reconstruction=tuple(dict.fromkeys([*loading.remarks.reconstruction.values(), *raw.get("reconstruction", [])])),
         path=path,
     )
 
 
-def _check_top(raw: Raw) -> None:
-    """Check the top-level keys, texts and tables of a study; raise the first fault."""
+def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
+    """Yield each invalid top-level key of a study, and what is wrong with it."""
     for key in raw:
         if key not in _TOP:
-            raise StudyError(f"{printable(key)} is not a known key{nearest(key, _TOP)}; known keys: {', '.join(_TOP)}")
-    _check_text(raw, "title", LONGEST_TITLE)
-    _check_text(raw, "description", _LONGEST_DESCRIPTION, lines=True)
+            yield key, f"{printable(key)} is not a known key{nearest(key, _TOP)}; known keys: {', '.join(_TOP)}"
+    for key, longest, lines in (("title", LONGEST_TITLE, False), ("description", _LONGEST_DESCRIPTION, True)):
+        try:
+            _check_text(raw, key, longest, lines=lines)
+        except StudyError as found:
+            yield key, found.lines[0]
     for key in ("scenarios", "duty"):
         if not isinstance(raw.get(key, {}), dict):
-            raise StudyError(f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]")
+            yield key, f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]"
+    statements = raw.get("reconstruction", [])
+    if not isinstance(statements, list) or not all(isinstance(text, str) and text.strip() for text in statements):
+        yield "reconstruction", f"reconstruction = {quoted(statements)} must be a list of texts"
+    silent = any(key not in _TOP for key in raw)  # a misspelt key may be what is missing
     for key, table in (("requirement", "requirement"), ("drives", "drives.NAME")):
-        if not raw.get(key):
-            raise StudyError(f"{key} is missing: write a table [{table}]")
-        if not isinstance(raw[key], dict):
-            raise StudyError(f"{key} = {quoted(raw[key])} must be a table [{table}]")
+        if key in raw and raw[key] != {} and not isinstance(raw[key], dict):
+            yield key, f"{key} = {quoted(raw[key])} must be a table [{table}]"
+        elif not raw.get(key) and not silent:
+            silent = True
+            yield key, f"{key} is missing: write a table [{table}]"
 
 
 def _check_text(raw: Raw, key: str, longest: int, *, lines: bool = False) -> None:
@@ -150,7 +215,7 @@ class _Loading:
 
     raw: Raw
     origin: str
-    path: Path | None
+    folder: Path | None
     faults: list[str] = field(default_factory=list)
     rows: list[Provenance] = field(default_factory=list)
     remarks: Remarks = field(default_factory=Remarks)
@@ -163,7 +228,16 @@ class _Loading:
         except StudyError as found:
             self.faults += found.lines
 
+    def sections(self, raw: Raw) -> Raw:
+        """The sections that can be read; what is wrong with the others is a fault."""
+        found = list(_faults_at_top(raw))
+        self.faults += [fault for _, fault in found]
+        wrong = {key for key, _ in found}
+        return {key: value for key, value in raw.items() if key not in wrong}
+
     def requirement(self) -> Requirement | None:
+        if "requirement" not in self.raw:
+            return None
         with self.collecting():
             tree = over_base(
                 annotated(self.raw["requirement"], "requirement", self.origin), "requirement", self.remarks
@@ -174,24 +248,23 @@ class _Loading:
     def drives(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Build the drives and their titles, by name."""
         drives, titles = {}, {}
-        for drive, description in self.raw["drives"].items():
+        for drive, description in self.raw.get("drives", {}).items():
             where = f"drives.{drive}"
             with self.collecting():
                 _check_name("drives", drive, self.raw["drives"])
                 tree = over_base(annotated(_table(description, where), where, self.origin), where, self.remarks)
                 kind = _type_of(tree, where)
                 titles[drive] = tree.pop("title", drive)
-                drives[drive] = built(DRIVES[kind], tree, where, drive, self.rows)
-                self.remarks.warnings.extend(f"{where}.transmission: {excess}" for excess in _overstress(drives[drive]))
+                drives[drive] = built(kind, tree, where, drive, self.rows)
         return drives, titles
 
-    def tasks(self, group: str, kind: type, load_mass: float | None) -> dict[str, Any]:
-        """Build the scenarios or duty cycles, by name; the load mass defaults to the requirement's."""
+    def tasks(self, group: str, kind: type) -> dict[str, Any]:
+        """Build the scenarios or duty cycles, by name."""
         made = {}
         for task, description in self.raw.get(group, {}).items():
             with self.collecting():
                 _check_name(group, task, self.raw[group])
-                made[task] = _task(description, group, kind, task, self.origin, self.path).loaded(load_mass)
+                made[task] = _task(description, group, kind, task, self.origin, self.folder)
         return made
 
     def rig(self) -> Rig:
@@ -202,6 +275,17 @@ class _Loading:
                 )
         return Rig()
 
+    def uncertainty(self, drives: Mapping[str, Drive]) -> Uncertainty:
+        """Read the spreads; they refer to values of the drives, so those of invalid drives are not checked."""
+        with self.collecting():
+            asked = self.raw.get("drives", {})
+            raw = self.raw.get("uncertainty", {})
+            if isinstance(raw, dict):
+                raw = {key: table for key, table in raw.items() if key in drives or (drives and key not in asked)}
+            invalid = len(drives) < len(asked) or not asked
+            return uncertainty_from(raw, [] if invalid else self.raw.get("correlations", []), drives, self.origin)
+        return Uncertainty()
+
 
 def _table(value: object, where: str) -> Raw:
     if not isinstance(value, dict):
@@ -209,25 +293,17 @@ def _table(value: object, where: str) -> Raw:
     return value
 
 
-def _overstress(drive: Drive) -> Iterator[str]:
-    """Yield a phrase for each stress limit that the wheel's preload exceeds."""
-    if isinstance(drive, CoboticDrive):
-        for limit, demand in drive.transmission.utilisation.items():
-            if demand > 1.0:
-                yield f"{limit.words} exceeded, {demand:.2f} times the limit; run infinivar contact for details"
-
-
 def _task(
-    description: object, group: str, kind: type, name: str, origin: str, path: Path | None
+    description: object, group: str, kind: type, name: str, origin: str, folder: Path | None
 ) -> Scenario | DutyCycle:
-    """Build a scenario or duty cycle from its table; file paths are relative to the study."""
+    """Build a scenario or duty cycle from its table; file paths are relative to the folder."""
     where = f"{group}.{name}"
     # Tasks are requests, not facts with a source, so their provenance is not recorded.
     tree = over_base(annotated(_table(description, where), where, origin), where, Remarks())
     for table in (tree, tree.get("motion", {}), tree.get("force", {})):
         file = table.get("file")
-        if path is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
-            file["value"] = str(path.parent / file["value"])
+        if folder is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
+            file["value"] = str(folder / file["value"])
     return built(kind, {"title": name, **tree}, where, name, [])
 
 
@@ -242,11 +318,15 @@ def _check_name(group: str, drive: str, others: Iterable[str]) -> None:
         )
 
 
-def _type_of(tree: Raw, where: str) -> str:
+def _type_of(tree: Raw, where: str) -> type:
     """Pop the type from a drive's table; if it is missing, report misspelt keys first."""
     kind = tree.pop("type", None)
-    if kind in DRIVES:
-        return kind
+    try:
+        found = drive_type(kind)
+    except InputError as problem:
+        raise StudyError(f"{where}.type: {problem}") from None
+    if found is not None:
+        return found
     if kind is not None:
         raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(DRIVES)}{nearest(kind, DRIVES)}")
     known = dict.fromkeys(key for part in DRIVES.values() for key in keys(part))

@@ -11,7 +11,7 @@ import dataclasses
 import functools
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -30,6 +30,7 @@ from infinivar.motion.scenario import Scenario
 from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.study import extensions
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 
@@ -90,7 +91,7 @@ class Key:
 def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
     """Parse a bare value or a table with value, unit, kind and where; `read` converts the raw value."""
     if not isinstance(raw, dict):
-        return Entry(_read(read, raw, None), raw)
+        return Entry(_read(read, raw, None), _written(raw, None))
     if "value" not in raw:
         raise ValueError("must be a value, or a table with value, unit, kind and where")
     for key in raw:
@@ -101,8 +102,16 @@ def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
         raise ValueError(f"must have one of {', '.join(KINDS)} as kind, got {kind!r}")
     if where is not None and not isinstance(where, str):
         raise ValueError(f"must have text as where, naming the source, got {where!r}")
-    written = raw["value"] if unit is None else f"{raw['value']} {unit}"
-    return Entry(_read(read, raw["value"], unit), written, kind, where)
+    return Entry(_read(read, raw["value"], unit), _written(raw["value"], unit), kind, where)
+
+
+def _written(raw: Any, unit: str | None) -> Any:
+    """A value as written, with its unit; a row as one text."""
+    if isinstance(raw, list):
+        return ", ".join(str(_written(one, unit)) for one in raw)
+    if isinstance(raw, dict) and "value" in raw:
+        return _written(raw["value"], raw.get("unit", unit))
+    return raw if unit is None else f"{raw} {unit}"
 
 
 def _read(read: Callable[[Any, str | None], Any], raw: Any, unit: str | None) -> Any:
@@ -131,7 +140,7 @@ def _leaf(read: Callable[[Any, str | None], Any], schema: dict[str, Any]) -> Key
 @functools.cache
 def example(unit: str, bound: Bound) -> str:
     """Return a valid example value of a field."""
-    usual = units.EXAMPLES[unit]
+    usual = units.EXAMPLES.get(unit, f"1 {unit}")
     if fits(bound, units.parse(usual, unit)):
         return usual
     return units.show(0.1 * permitted(bound, 1.0)[1], unit)
@@ -179,10 +188,21 @@ def _row(unit: str, bound: Bound) -> Key:
     return _leaf(read, {"type": "array", "items": {"type": ["string", "number"]}, "minItems": 1})
 
 
-def _choice(options: tuple[Any, ...], values: Mapping[str, Any] | None = None) -> Key:
-    """Return the key of a choice between words; `values` maps the words to what they stand for, if given."""
+def _choice(
+    options: tuple[Any, ...],
+    values: Mapping[str, Any] | None = None,
+    more: Callable[[str, Collection[str]], Any] | None = None,
+) -> Key:
+    """Return the key of a choice between words.
+
+    `values` maps the words to what they stand for, if given; `more` finds what installed packages add to them.
+    """
 
     def read(raw: Any, unit: str | None) -> Any:
+        if more is not None and unit is None and isinstance(raw, str) and raw not in options:
+            own = more(raw, options)
+            if own is not None:
+                return own
         if unit is not None or raw not in options or isinstance(raw, bool):
             hint = nearest(raw, [word for word in options if isinstance(word, str)]) if isinstance(raw, str) else ""
             raise InputError(f"must be one of {', '.join(map(str, options))}{hint}")
@@ -275,7 +295,7 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     if hint is bool:
         return _flag()
     if field.name in CHOICES:
-        return _choice(tuple(CHOICES[field.name]), CHOICES[field.name])
+        return _choice(tuple(CHOICES[field.name]), CHOICES[field.name], extensions.creep_law)
     return _text()
 
 
@@ -296,10 +316,38 @@ def in_kinds(part: type) -> list[dataclasses.Field[Any]]:
     return [field for field in dataclasses.fields(part) if "kinds" in field.metadata]
 
 
-def kind_keys(field: dataclasses.Field[Any]) -> list[str]:
-    """Return `shape` and every key of a field's kinds."""
-    kinds = field.metadata["kinds"].values()
-    return [SHAPE, *dict.fromkeys(key for kind in kinds for key in table_keys(kind))]
+def kind_keys(kinds: Mapping[str, type]) -> list[str]:
+    """Return `shape` and every key of some kinds of a value."""
+    return [SHAPE, *dict.fromkeys(key for kind in kinds.values() for key in table_keys(kind))]
+
+
+def kinds_for(field: dataclasses.Field[Any], word: Any) -> Mapping[str, type]:
+    """Return the kinds of a field by shape, with that of an installed package if `word` asks for it.
+
+    Raises
+    ------
+    InputError
+        If the package's kind cannot be used.
+    """
+    known = field.metadata["kinds"]
+    if not isinstance(word, str) or word in known:
+        return known
+    own = extensions.kind(field.name, word, known)
+    if own is not None and not extensions.usable(field, own):
+        raise InputError(f"{word!r} is a {own.__name__}, which does not repeat: it has no period, derivatives or push")
+    return known if own is None else {**known, word: own}
+
+
+def drive_type(word: Any) -> type | None:
+    """Return the type of drive for a word; None if there is none."""
+    if not isinstance(word, str) or word in DRIVES:
+        return DRIVES.get(word)
+    return extensions.drive_type(word, DRIVES)
+
+
+def drive_types() -> dict[str, type]:
+    """Return all types of drives by word, those of installed packages included."""
+    return extensions.drive_types(DRIVES)
 
 
 @functools.cache
@@ -310,12 +358,15 @@ def shape_key(words: tuple[str, ...]) -> Key:
 
 def keys(part: type) -> list[str]:
     """Return every key that the table of a part may have."""
-    kinds = [key for field in in_kinds(part) for key in (kind_keys(field) if field.metadata["flat"] else [field.name])]
-    known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
-    return [
-        *known,
-        *(HEAD if part in DRIVES.values() else ["base"] if part in (Requirement, Scenario, DutyCycle) else []),
+    kinds = [
+        key
+        for field in in_kinds(part)
+        for key in (kind_keys(field.metadata["kinds"]) if field.metadata["flat"] else [field.name])
     ]
+    known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
+    if part in DRIVES.values():
+        return [*known, *HEAD]
+    return [*known, "base"] if part in (Requirement, Scenario, DutyCycle) else known
 
 
 @functools.cache
@@ -326,7 +377,7 @@ def table_keys(part: type) -> dict[str, Key]:
         required = one.default is dataclasses.MISSING and one.default_factory is dataclasses.MISSING
         key = _key(hints(part)[one.name], one)
         found[one.name] = replace(key, required=required, meaning=one.metadata.get("meaning", ""))
-    if part is Motor:
+    if issubclass(part, Motor):
         meaning = (
             "Number of identical motors on one shaft (may be fractional); scales torque, currents, inertia and mass"
         )
@@ -351,9 +402,8 @@ def table(part: type) -> type[pydantic.BaseModel]:
     return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)
 
 
-def _kinds_schema(field: dataclasses.Field[Any]) -> dict[str, Any]:
-    """Return the JSON Schemas of every key of a field's kinds, including `shape`."""
-    kinds = field.metadata["kinds"]
+def kinds_schema(kinds: Mapping[str, type]) -> dict[str, Any]:
+    """Return the JSON Schemas of every key of the kinds of a field, including `shape`."""
     shape = shape_key(tuple(kinds))
     properties: dict[str, Any] = {SHAPE: {**(shape.schema or {}), "description": shape.meaning}}
     for word, kind in kinds.items():
@@ -379,7 +429,7 @@ def json_schema() -> dict[str, Any]:
         definitions[part.__name__] = schema
         for field in in_kinds(part):
             if field.metadata["flat"]:
-                schema["properties"].update(_kinds_schema(field))
+                schema["properties"].update(kinds_schema(field.metadata["kinds"]))
                 continue
             name = field.name.capitalize()
             schema["properties"][field.name] = {"$ref": f"#/$defs/{name}"}
@@ -387,7 +437,7 @@ def json_schema() -> dict[str, Any]:
                 "type": "object",
                 "title": name,
                 "description": field.metadata["meaning"],
-                "properties": _kinds_schema(field),
+                "properties": kinds_schema(field.metadata["kinds"]),
                 "additionalProperties": False,
             }
     origin = {
@@ -432,6 +482,12 @@ def json_schema() -> dict[str, Any]:
                 "description": "Study file to start from; values in this file override it",
             },
             "title": {"type": "string", "description": "Headline of the report"},
+            "name": {"type": "string", "description": "Name of the study; defaults to that of the file"},
+            "reconstruction": {
+                "type": "array",
+                "items": {"type": "string"},
+                "description": "What is reconstructed, for reports",
+            },
             "description": {"type": "string", "description": "What is compared and why"},
             "requirement": {"$ref": "#/$defs/Requirement"},
             "drives": {

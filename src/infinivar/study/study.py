@@ -2,47 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from infinivar._core.result import Frozen, result
-from infinivar.drivetrain.drive import Drive
-from infinivar.errors import InputError, nearest
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import Drive, check_drive
+from infinivar.errors import InputError, nearest, require
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
+from infinivar.study.provenance import Provenance, completed
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.spreads import Uncertainty
 
-DEFAULT = "program default"
-"""Source of values that the study does not state."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Provenance:
-    """Provenance of one value."""
-
-    owner: str
-    """Drive that the value belongs to, or "requirement"."""
-    field: str
-    """Path of the field in the owner's table, such as "transmission.preload"."""
-    written: str
-    """The value as written in the file."""
-    value: Any
-    """The value in SI, or the word chosen."""
-    unit: str
-    """SI unit; "1" for pure numbers, "" for words."""
-    kind: str
-    """stated, catalogue, derived, fitted or assumed."""
-    where: str
-    """Place in the source, catalogue key or file."""
-
 
 @result
 class Study(Frozen):
-    """Contents of a study file, ready to compute with.
+    """Contents of a study file, ready to compute with; built in Python, it holds the same.
 
     Attributes
     ----------
@@ -55,13 +34,13 @@ class Study(Frozen):
     duty                  Duty cycles (repeated motions), by name.
     rig                   Test rig for a transmission.
     uncertainty           Spreads of the drives' values.
-    provenance            One record per value.
+    provenance            One record per value; records that are missing or no longer true are made anew.
     reconstruction        Statements of the parameter sets used on what they reconstruct; may be empty.
-    warnings              Valid input that looks like an oversight.
+    path                  The study's file; no part of its value.
     """
 
     name: str
-    title: str
+    title: str = ""
     requirement: Requirement
     drives: Mapping[str, Drive]
     description: str = ""
@@ -72,14 +51,105 @@ class Study(Frozen):
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     provenance: tuple[Provenance, ...] = ()
     reconstruction: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    path: Path | None = None
+    path: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        """Freeze; the title of a drive defaults to its name."""
-        titles = _distinct({name: self.titles.get(name, name) for name in self.drives})
-        object.__setattr__(self, "titles", titles)
+        """Freeze, and complete what is left out: titles, masses of loads, provenance."""
+        self._check()
+        load_mass = self.requirement.load_mass if self.requirement else None
+        made = {
+            "title": self.title or self.name,
+            "titles": _distinct({name: self.titles.get(name, name) for name in self.drives}),
+            "scenarios": _named(self.scenarios, load_mass),
+            "duty": _named(self.duty, load_mass),
+            "provenance": completed(self._owners(), self.provenance),
+        }
+        for name, value in made.items():
+            object.__setattr__(self, name, value)
         Frozen.__post_init__(self)
+
+    def _check(self) -> None:
+        """Refuse values of wrong types; the message names the first."""
+        require(
+            isinstance(self.name, str) and bool(self.name.strip()), "name", repr(self.name), "text that is not empty"
+        )
+        for name, drive in self.drives.items():
+            check_drive(drive, f"drives.{name}")
+        kinds = {"scenarios": Scenario, "duty": DutyCycle}
+        tasks = {
+            f"{group}.{name}": (task, kind)
+            for group, kind in kinds.items()
+            for name, task in getattr(self, group).items()
+        }
+        values = {
+            "rig": (self.rig, Rig),
+            **({"requirement": (self.requirement, Requirement)} if self.requirement else {}),
+        }
+        for where, (value, kind) in {**tasks, **values}.items():
+            require(isinstance(value, kind), where, repr(value), f"a {kind.__name__}")
+
+    def _owners(self) -> dict[str, Any]:
+        """What has values with a provenance, by name; the usual rig only if its values are recorded already."""
+        rig = self.rig != Rig() or any(row.owner == "rig" for row in self.provenance)
+        required = {"requirement": self.requirement} if self.requirement else {}
+        return {**required, **self.drives, **({"rig": self.rig} if rig else {})}
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Valid input that looks like an oversight."""
+        return (
+            *(
+                f"drives.{name}.transmission: {excess}"
+                for name, drive in self.drives.items()
+                for excess in _overstress(drive)
+            ),
+            *(f"duty.{task}: {warning}" for task, cycle in self.duty.items() for warning in cycle.warnings),
+        )
+
+    @classmethod
+    def from_dict(cls, tables: Mapping[str, Any], *, name: str, folder: str | Path | None = None) -> Study:
+        """Build a study from the tables of a study file, as `tomllib` reads them.
+
+        Parameters
+        ----------
+        tables : mapping   Nested dictionaries with the keys of a study file; they are not changed.
+        name : str         Name of the study, which messages and provenance use like the name of a file.
+        folder : path      Folder of the files that the tables name; defaults to the working directory.
+
+        Returns
+        -------
+        Study
+
+        Raises
+        ------
+        InputError
+            If the tables are invalid; the message has one line per fault, as for a file.
+        """
+        from infinivar.study.load import study_from_dict
+
+        return study_from_dict(tables, name=name, folder=folder)
+
+    def to_toml(self, folder: str | Path | None = None) -> str:
+        """Return the text of a study file that loads to this study.
+
+        Parameters
+        ----------
+        folder : path   Folder to which paths of recordings are relative; absolute paths by default.
+
+        Raises
+        ------
+        InputError
+            If a value cannot be stated in a file; the message names it.
+        """
+        from infinivar.study.save import to_toml
+
+        return to_toml(self, folder)
+
+    def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the study to a file; as `infinivar.save_study`."""
+        from infinivar.study.save import save_study
+
+        return save_study(self, path, overwrite=overwrite)
 
     def with_drives(self, names: str | Iterable[str]) -> Study:
         """Return the study restricted to these drives, or to one, in the study's order.
@@ -114,5 +184,23 @@ class Study(Frozen):
 
 def _distinct(titles: dict[str, str]) -> dict[str, str]:
     """Append the drive's name to titles that several drives share, as drives of the same base do."""
-    every = list(titles.values())
-    return {name: title if every.count(title) == 1 else f"{title} ({name})" for name, title in titles.items()}
+    while len({*titles.values()}) < len(titles):
+        every = list(titles.values())
+        titles = {name: title if every.count(title) == 1 else f"{title} ({name})" for name, title in titles.items()}
+    return titles
+
+
+T = TypeVar("T", DutyCycle, Scenario)
+
+
+def _named(tasks: Mapping[str, T], load_mass: float | None) -> dict[str, T]:
+    """The tasks, each with a title, its name by default, and the mass of its load, by default the requirement's."""
+    return {name: (task if task.title else replace(task, title=name)).loaded(load_mass) for name, task in tasks.items()}
+
+
+def _overstress(drive: Drive) -> Iterator[str]:
+    """Yield a phrase for each stress limit that the wheel's preload exceeds."""
+    if isinstance(drive, CoboticDrive):
+        for limit, demand in drive.transmission.utilisation.items():
+            if demand > 1.0:
+                yield f"{limit.words} exceeded, {demand:.2f} times the limit; run infinivar contact for details"

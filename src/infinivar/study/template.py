@@ -79,7 +79,7 @@ title = "Reaching 100 mm in half a second"
 duration = "1 s"
 
 [scenarios.reach.motion]
-shape = "reach"                # or hold, cruise, sinusoid, step, file (a CSV file with time and position)
+shape = "reach"                # or hold, cruise, sinusoid, step, file (a recording)
 distance = "100 mm"
 time = "0.5 s"
 start = "0.1 s"
@@ -87,7 +87,7 @@ start = "0.1 s"
 # A repeated motion: compare reports energy, limits and heat per cycle. Remove it if you do not need it.
 [duty.reaches]
 title = "Reach 100 mm and back, once a second"
-shape = "reaches"              # or hold, sinusoid, tremor, walking, file (a CSV file with units in its header)
+shape = "reaches"              # or hold, sinusoid, tremor, walking, file (a recording)
 distance = "100 mm"
 time = "0.4 s"
 pause = "0.1 s"

@@ -13,10 +13,20 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles import performance
-from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.cycles.single_strides import StrideEnergies, stride_energies
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.drive import MovingPoint, axis_fault, chosen, smoothness_fault
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import (
+    Drive,
+    MovingDrive,
+    MovingPoint,
+    axis_fault,
+    chosen,
+    followed,
+    operated,
+    orders_of,
+    smoothness_fault,
+)
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit, binding_demand, words_of
 from infinivar.motion.duty_cycles import DutyCycle, Instants
@@ -93,7 +103,7 @@ class DutyResult(Result):
 
     name: str
     title: str
-    drive: AnyDrive
+    drive: MovingDrive
     duty: DutyCycle
     instants: Instants
     point: MovingPoint
@@ -279,7 +289,7 @@ def _times(demand: float) -> str:
 
 
 def duty_cycle(
-    drive: AnyDrive,
+    drive: MovingDrive,
     duty: DutyCycle,
     *,
     name: str = "",
@@ -292,7 +302,7 @@ def duty_cycle(
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires.
+    drive : MovingDrive   Any drive with the method `follow`; it must have the inertias that motion requires.
     duty : DutyCycle
     name, title : str         Names for reports.
     travel : float            End-to-end travel of the load; unlimited by default. [m]
@@ -319,20 +329,20 @@ def duty_cycle(
     )
     if fault is not None:
         raise ParameterError(fault)
-    instants = duty.instants(samples, drive.orders)
+    instants = duty.instants(samples, orders_of(drive))
     course, mass = instants.course, duty.moved_mass
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
 
-    def follow(driven: AnyDrive) -> MovingPoint:
-        return driven.follow(course, load_mass=mass, **options)
+    def follow(driven: MovingDrive) -> MovingPoint:
+        return followed(driven, course, load_mass=mass, **options)
 
     cold, point, found, lacking = _settled(drive, duty, instants, follow)
     demands = _demands(point, instants, travel, duty, found)
     without_help = None
     rests = np.broadcast_to(course.at_rest, instants.time.shape)
-    if rests.any():
+    if rests.any() and hasattr(drive, "unheld"):
         _, bare, hot, _ = _settled(
-            drive, duty, instants, lambda driven: chosen(rests, follow(driven.unheld()), follow(driven))
+            drive, duty, instants, lambda driven: chosen(rests, follow(_unheld(driven)), follow(driven))
         )
         kept = all(demand <= 1.0 for demand in _demands(bare, instants, travel, duty, hot).values())
         without_help = WithoutHelp(float(np.mean(bare.power_in)) * duty.period, kept and _within_limits(hot))
@@ -355,7 +365,7 @@ def duty_cycle(
 
 
 def _settled(
-    drive: AnyDrive, duty: DutyCycle, instants: Instants, follow: Callable[[AnyDrive], MovingPoint]
+    drive: MovingDrive, duty: DutyCycle, instants: Instants, follow: Callable[[Any], MovingPoint]
 ) -> tuple[MovingPoint, MovingPoint, dict[str, Heat | None], dict[str, tuple[str, ...]]]:
     """Evaluate the cycle with cold and with settled windings, or those of the run; also heating, and missing data by motor."""
     cold = follow(drive)
@@ -394,17 +404,23 @@ def _within_limits(heats: Mapping[str, Heat | None]) -> bool:
     return all(found is None or found.within_limit for found in heats.values())
 
 
-def _largest_hold(drive: AnyDrive, instants: Instants, mass: float) -> Holding:
+def _unheld(drive: Any) -> Any:
+    """The drive without friction that helps to hold a load; itself if it does not say what that is."""
+    return drive.unheld() if hasattr(drive, "unheld") else drive
+
+
+def _largest_hold(drive: Drive, instants: Instants, mass: float) -> Holding:
     """Standstill under the largest force of a cycle; with springs or a linkage, at that force's instant and sign."""
     force = np.asarray(instants.course.driving_force(mass).value)
-    if not drive.output.chain:
+    output = getattr(drive, "output", None)
+    if output is None or not output.chain:
         return holding(drive, float(np.max(np.abs(force))))
     place = int(np.argmax(np.abs(force)))
     spread = np.broadcast_to(force, instants.time.shape)
     return holding(drive, float(spread[place]), position=float(instants.position[place]))
 
 
-def holding(drive: AnyDrive, force: float, *, position: float = 0.0) -> Holding:
+def holding(drive: Drive, force: float, *, position: float = 0.0) -> Holding:
     """Power of a drive that holds a force at standstill, with and without the help of friction.
 
     The position of the load matters for springs and linkages.
@@ -412,7 +428,7 @@ def holding(drive: AnyDrive, force: float, *, position: float = 0.0) -> Holding:
     With the cylinder stopped, the locked wheel holds any force below slip without power; the amplifiers draw standby power
     only.
     """
-    point, bare = (held.operate(speed=0.0, force=force, position=position) for held in (drive, drive.unheld()))
+    point, bare = (operated(held, speed=0.0, force=force, position=position) for held in (drive, _unheld(drive)))
     parked = run_up = None
     if isinstance(drive, CoboticDrive):
         parked = drive.amplifier.standby_power
@@ -428,8 +444,10 @@ def holding(drive: AnyDrive, force: float, *, position: float = 0.0) -> Holding:
     )
 
 
-def motors_of(drive: AnyDrive) -> dict[str, Any]:
-    """Motors by their name in demands."""
+def motors_of(drive: Any) -> dict[str, Any]:
+    """Motors by their name in demands; none of a drive of another package that cannot be warmed."""
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)) and not hasattr(drive, "warmed"):
+        return {}
     return {
         "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
     }
@@ -444,7 +462,7 @@ def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:
     return point.states[f"{tag}current_A"], housing
 
 
-def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:
+def _heat(drive: Any, what: str, point: MovingPoint, duty: DutyCycle) -> Heat | None:
     current, friction = heating(point, what)
     if np.any(np.isnan(current)):
         return None
@@ -456,8 +474,10 @@ def _heat(drive: AnyDrive, what: str, point: MovingPoint, duty: DutyCycle) -> He
     return heat.heat(motors_of(drive)[what], np.asarray(current), friction, duty.period, duty.ambient)
 
 
-def warmed(drive: AnyDrive, temperatures: Mapping[str, Array]) -> AnyDrive:
+def warmed(drive: Any, temperatures: Mapping[str, Array]) -> Any:
     """The drive with its windings at given temperatures."""
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+        return drive.warmed(temperatures) if temperatures else drive
     if "motor" in temperatures:
         drive = replace(drive, motor=heat.warm(drive.motor, temperatures["motor"]))
     if "steering motor" in temperatures and isinstance(drive, CoboticDrive) and drive.steering is not None:

@@ -13,7 +13,7 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import MovingPoint
-from infinivar.errors import AuditError
+from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier, Regeneration
@@ -106,6 +106,10 @@ def follow(
     period: Any = None,
 ) -> MovingPoint:
     """Operating points of a course, with negative power treated as defined; a flywheel requires the period. [s]"""
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+        raise ParameterError(
+            f"a drive of type {type(drive).__name__} has no amplifier that a definition of performance could replace"
+        )
     drive = replace(drive, amplifier=definition.amplifier(drive.amplifier))
     if not isinstance(drive, CoboticDrive):
         return drive.follow(course, load_mass=load_mass)

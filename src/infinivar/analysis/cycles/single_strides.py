@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Result, result
-from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.drivetrain.drive import MovingDrive, orders_of
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.recordings import Recording
 from infinivar.units import percent, plain
@@ -58,7 +58,7 @@ class StrideEnergies(Result):
         }
 
 
-def stride_energies(drive: AnyDrive, duty: DutyCycle) -> StrideEnergies | None:
+def stride_energies(drive: MovingDrive, duty: DutyCycle) -> StrideEnergies | None:
     """Energy of the mean cycle of a recording beside the energies of its single strides.
 
     The mean cycle lacks the differences between strides. A loss that grows with the square of a quantity, as copper loss with
@@ -83,10 +83,10 @@ def stride_energies(drive: AnyDrive, duty: DutyCycle) -> StrideEnergies | None:
     run = motion.as_run if isinstance(motion, Recording) else None
     if not isinstance(motion, Recording) or motion.averaged is None or run is None:
         return None
-    instants = duty.instants(orders=drive.orders)
+    instants = duty.instants(orders=orders_of(drive))
     cycle = drive.follow(instants.course, load_mass=duty.moved_mass)
     whole = replace(duty, motion=run)
-    over = whole.instants(orders=drive.orders)
+    over = whole.instants(orders=orders_of(drive))
     drawn = np.broadcast_to(drive.follow(over.course, load_mass=whole.moved_mass).power_in, over.time.shape)
     step = whole.period / over.time.size
     spent = np.concatenate([[0.0], np.cumsum(drawn) * step])

@@ -100,7 +100,7 @@ class Mapper:
         some = known > 0
         average = np.where(some, mean / np.where(some, known, 1.0), np.nan)
         variance = np.where(some, square / np.where(some, known, 1.0), np.nan) - average**2
-        binding_share = zip(Limit, counts[: len(Limit)] / len(at), strict=True)
+        binding_share = zip(Limit.every(), counts[: len(Limit.every())] / len(at), strict=True)
         return BuildsMap(
             speed=self.speed,
             force=self.force,
@@ -118,7 +118,7 @@ class Mapper:
         limit, found = (np.asarray(part)[:count] for part in self._map(at))
         known = (limit == Limit.OK) & np.isfinite(found)
         value = np.where(known, found, 0.0)
-        rows = [np.sum(limit == code, axis=0, dtype=np.int32) for code in Limit]
+        rows = [np.sum(limit == code, axis=0, dtype=np.int32) for code in Limit.every()]
         return np.stack([*rows, np.sum(known, axis=0), np.sum(value, axis=0), np.sum(value * value, axis=0)])
 
 

@@ -14,6 +14,7 @@ from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import check_graph
 from infinivar.drivetrain.graphs import compliances, controllers, output_start, planned, plants, stages
 from infinivar.drivetrain.graphs.planned import Planned
 from infinivar.drivetrain.output import Output
@@ -80,6 +81,7 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
     ParameterError
         If a value that motion requires is missing, or the scenario requires a part that the drive lacks (a steered wheel).
     """
+    check_graph(drive)
     if scenario.duration * drive.control.sample_rate > _MOST_SAMPLES:
         longest = _MOST_SAMPLES / drive.control.sample_rate
         raise ParameterError(

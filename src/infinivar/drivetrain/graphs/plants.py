@@ -16,7 +16,7 @@ from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive, needed
+from infinivar.drivetrain.drive import Drive, check_graph, needed
 from infinivar.drivetrain.graphs import compliances, output_pieces, pieces, stages
 from infinivar.drivetrain.graphs.pieces import Electrical
 from infinivar.errors import ParameterError, require
@@ -396,6 +396,9 @@ def plant_graph(
     """
     require(electrical in ("current", "voltage"), "electrical", repr(electrical), "current or voltage")
     side = cast(Electrical, electrical)
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
+        raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
+    check_graph(drive)
     makers: dict[str, Callable[[], BondGraph]] = {}
     if isinstance(drive, ConventionalDrive):
         makers["system"] = lambda: conventional_graph(drive, load_mass=load_mass, electrical=side)

@@ -8,11 +8,11 @@ from typing import NamedTuple, NoReturn
 
 from infinivar import units
 from infinivar.errors import InputError, nearest, printable
-from infinivar.motion.files.headings import FAMILIES, Heading, bracketed, family_of, folded, spelt
+from infinivar.motion.files.headings import FAMILIES, Heading, bracketed, family_of, folded, role_by_name, spelt
 from infinivar.motion.files.sheet import Source, shown
 from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES
 
-_MOST_LISTED = 4
+_MOST_LISTED = 6
 _ALONG_A_LINE = tuple(ABOUT_A_JOINT.values())
 SCALED = ("force", "moment")
 """Roles that may be stated per kilogram of body mass."""
@@ -78,9 +78,8 @@ def _asked(source: Source, entry: str) -> tuple[int, str | None]:
     places, unit = next((way for way in ways if way[0]), ([], None))
     if not places:
         texts = [heading.text for heading in source.headings if heading.text]
-        raise InputError(
-            f"{source.file}: {source.top}: has no column {shown(entry)}{nearest(entry, texts)}; it has {_listed(texts)}"
-        )
+        others = f"{nearest(entry, texts)}; it has {listed(texts)}" if source.tabular else ""
+        raise InputError(f"{source.file}: {source.top}: has no column {shown(entry)}{others}")
     if len(places) > 1:
         _refuse(source, places[1:], f"stands there {len(places)} times, so that {shown(entry)} in columns is not clear")
     own = source.headings[places[0]].unit
@@ -105,7 +104,7 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
         example = f"{heading.name} [{_EXAMPLES.get(role, ROLES.get(role))}]"
         _refuse(
             source, [place],
-            f'must state its unit, such as {shown(example)}, in the file or in the study: columns = {{ {role} = "..." }}',
+            f"must state its unit, such as {shown(example)}, in the file or under columns in the study",
         )  # fmt: skip
     base, per_kg = spelt(written)
     if per_kg and role not in SCALED:
@@ -174,7 +173,9 @@ def _candidates(
 
 def _role(source: Source, family: str, heading: Heading) -> str:
     """Return the role of a column among those of its family: the one whose quantity its unit measures, else the first."""
-    roles = FAMILIES[family]
+    roles, named = FAMILIES[family], role_by_name(heading.name, family)
+    if named is not None:
+        return named
     written = heading.unit or next(filter(None, (source.usual_unit(role, heading) for role in roles)), None)
     if written is None or len(roles) == 1:
         return roles[0]
@@ -218,7 +219,8 @@ def _suggested(source: Source, found: Mapping[str, Chosen]) -> str:
     return f"columns = {{ {printable(', '.join(entries))} }}"
 
 
-def _listed(texts: Sequence[str]) -> str:
+def listed(texts: Sequence[str]) -> str:
+    """Return a few headings for a message."""
     said = ", ".join(map(shown, texts[:_MOST_LISTED]))
     more = len(texts) - _MOST_LISTED
     return f"{said} and {more} more" if more > 0 else said
@@ -226,4 +228,4 @@ def _listed(texts: Sequence[str]) -> str:
 
 def _refuse(source: Source, places: Sequence[int], said: str) -> NoReturn:
     texts = [source.headings[place].text or str(place + 1) for place in places]
-    raise InputError(f"{source.file}: {source.top}, column{'' if len(texts) == 1 else 's'} {_listed(texts)}: {said}")
+    raise InputError(f"{source.file}: {source.top}, column{'' if len(texts) == 1 else 's'} {listed(texts)}: {said}")

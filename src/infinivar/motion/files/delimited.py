@@ -4,27 +4,35 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Sequence
 
 from infinivar.errors import InputError
-from infinivar.motion.files.headings import Heading, heading_of, spelt
+from infinivar.motion.files.headings import Heading, family_of, heading_of, spelt
 from infinivar.motion.files.sheet import TextSheet, cells_of, fault, is_comment, is_number, shown
 from infinivar.motion.files.text import Text
 
 _HEADED = re.compile(r"[^\s\[(]\S*?(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?(?=\s|$)")
 """A heading in a line of headings between blanks: a word, with its unit in brackets if it has one."""
 
-_COMMENT = re.compile(r"\s*(?:#|//)\s*|\s*%\s*(?!\s*(?:gait|stride|cycle|of)\b)", re.IGNORECASE)
+_COMMENT = re.compile(r"^\s*(?:#|//)\s*|^\s*%\s*(?!\s*(?:gait|stride|cycle|of)\b)", re.IGNORECASE)
 """Sign of a comment at the start of a line; "% gait cycle" is a heading."""
 
 _MOST_COLUMNS = 10_000
+_LONGEST_PREAMBLE = 200
+"""Lines above the first row of numbers."""
+
+_USUAL_UNITS = {
+    "s", "ms", "us", "min", "m", "mm", "cm", "um", "rad", "deg", "mrad", "rev", "rpm", "N", "kN", "mN", "m/s",
+    "mm/s", "rad/s", "deg/s", "m/s^2", "V", "mV", "A", "mA", "W", "K", "degC", "°C", "Hz", "g", "kg", "Pa",
+    "kPa", "bar", "%", "1", "N m", "mN m", "kN m",
+}  # fmt: skip
+"""Units by which a row of units is told from a row of headings."""
 
 
 def delimited(file: str, text: Text) -> TextSheet:
     """Find the headings of a text file, what stands between its columns, and their units.
 
-    Headings are the first line that is neither empty nor a comment, or the comment above the first numbers. A row of units
-    may follow.
+    Headings stand above the first row of numbers, possibly in a comment; what a logger writes above them is skipped. A row of
+    units may follow.
 
     Raises
     ------
@@ -32,14 +40,13 @@ def delimited(file: str, text: Text) -> TextSheet:
         If there are no headings; the message names file and line.
     """
     lines = text.lines
-    filled = [place for place, line in enumerate(lines) if line.strip()]
-    bare = next((place for place in filled if not is_comment(lines[place]) or _is_percent(lines[place])), None)
+    bare = next((place for place, line in enumerate(lines) if not is_comment(line) or _is_percent(line)), None)
     if bare is None:
-        raise InputError(f"{file}: line {filled[0] + 1}: must name the columns; the file has comments only")
-    header = _header_above(lines, filled, bare)
+        first = next(place for place, line in enumerate(lines) if line.strip())
+        raise InputError(f"{file}: line {first + 1}: must name the columns; the file has comments only")
+    header = _header(lines, bare)
     top = _COMMENT.sub("", lines[header], count=1)
-    below = [place for place in filled if place > header and not is_comment(lines[place])]
-    first = lines[below[0]] if below else ""
+    first = next((lines[place] for place in range(header + 1, len(lines)) if not is_comment(lines[place])), "")
     mark = _mark(top, first)
     written = _headings(file, header, top, first, mark)
     sheet = TextSheet(
@@ -53,7 +60,7 @@ def delimited(file: str, text: Text) -> TextSheet:
         start=header + 1,
         units={},
     )
-    after = next((place for place in filled if place > header), None)
+    after = next((place for place in range(header + 1, len(lines)) if lines[place].strip()), None)
     return sheet if after is None else with_units_row(sheet, after)
 
 
@@ -62,14 +69,47 @@ def _is_percent(line: str) -> bool:
     return line.lstrip().startswith("%") and _COMMENT.match(line) is None
 
 
-def _header_above(lines: list[str], filled: Sequence[int], bare: int) -> int:
-    """Return the line of the headings: the first that is no comment, or the comment above it if it holds numbers."""
-    first = lines[bare]
-    numeric = _is_numeric(first)
-    if not numeric:
+def _header(lines: list[str], bare: int) -> int:
+    """Return the line of the headings, given the first line that is no comment.
+
+    If that line holds numbers, the headings are the comment above. Otherwise they are the line above the first row of numbers
+    with most headings that name a quantity; of several such lines the one that is no row of units, and the last.
+    """
+    if _is_row(lines[bare]):
+        return next((place for place in range(bare - 1, -1, -1) if lines[place].strip()), bare)
+    above = []
+    for place in range(bare, min(bare + _LONGEST_PREAMBLE, len(lines))):
+        line = lines[place]
+        if not is_comment(line) or place == bare:
+            if _is_row(line):
+                break
+            above.append(place)
+    else:
         return bare
-    above = [place for place in filled if place < bare]
-    return above[-1] if above else bare
+    count = len(_parts(line, _mark(line, line)))
+    fitting = [place for place in above if len(_parts(lines[place], _mark(lines[place], line))) == count]
+    return max(fitting or above, key=lambda place: (*_merits(lines[place], line), place))
+
+
+def _merits(line: str, row: str) -> tuple[int, bool]:
+    """Return how many cells of a line name a quantity, and whether it is no row of units."""
+    cells = [heading_of(cell) for cell in _parts(line, _mark(line, row)) if cell.strip()]
+    units = sum(spelt(cell.text.strip("[]()"))[0] in _USUAL_UNITS for cell in cells)
+    return sum(family_of(cell.name, cell.unit) is not None for cell in cells), 2 * units < len(cells)
+
+
+def _parts(line: str, mark: str | None) -> list[str]:
+    """Split a line into cells, whether or not its quotes are closed."""
+    try:
+        return cells_of(line, mark)
+    except ValueError:
+        return line.split(mark)
+
+
+def _is_row(line: str) -> bool:
+    """Whether most cells of a line are numbers."""
+    cells = _parts(line, _mark(line, line))
+    return 2 * sum(map(is_number, cells)) > len(cells)
 
 
 def _is_numeric(line: str) -> bool:

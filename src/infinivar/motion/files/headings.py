@@ -40,7 +40,7 @@ FAMILIES: dict[str, tuple[str, ...]] = {
     "phase": ("phase",),
     "position": ("position", "angle"),
     "speed": ("speed", "angular_speed"),
-    "force": ("force", "moment"),
+    "force": ("moment", "force"),
     "heel_strike": ("heel_strike",),
 }
 """Families of quantities that names speak of, with the roles that the unit chooses from."""
@@ -52,6 +52,14 @@ _NAMED = {
     "position": {"position", "pos", "displacement", "disp", "stroke", "travel", "angle", "theta", "rotation"},
 }
 """Words of each family; the first family with a word in the heading counts, as in "angle velocity"."""
+
+_OF_A_ROLE = {
+    "angle": {"angle", "theta", "rotation"},
+    "angular_speed": {"angular", "angle", "theta", "rotation"},
+    "moment": {"moment", "torque"},
+    "force": {"force", "f", "fx", "fy", "fz"},
+}
+"""Words that leave no choice between the roles of a family."""
 
 _OF_A_CYCLE = {"phase", "gait", "stride", "cycle"}
 _NOT_THE_MOTION = {
@@ -99,7 +107,7 @@ def spelt(unit: str) -> tuple[str, bool]:
     return _PRODUCT.sub(r"\1 \2", _SPELT.get(unit.lower(), unit)), per_kg
 
 
-@functools.cache
+@functools.lru_cache(maxsize=4096)
 def family_of(name: str, unit: str | None) -> str | None:
     """Return the family of quantities that a name speaks of, if any."""
     words = {word.lower() for word in _WORDS.findall(name)}
@@ -110,6 +118,12 @@ def family_of(name: str, unit: str | None) -> str | None:
     if "phase" in words or (words & _OF_A_CYCLE and unit is not None and spelt(unit)[0] == "%"):
         return "phase"
     return next((family for family, named in _NAMED.items() if words & named), None)
+
+
+def role_by_name(name: str, family: str) -> str | None:
+    """Return the role among those of a family that a name leaves no choice of; None if the unit decides."""
+    words = {word.lower() for word in _WORDS.findall(name)}
+    return next((role for role in FAMILIES[family] if words & _OF_A_ROLE.get(role, set())), None)
 
 
 def folded(text: str) -> str:

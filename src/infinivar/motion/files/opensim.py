@@ -6,7 +6,7 @@ Lengths, forces and moments of OpenSim are in SI; ``inDegrees`` states the unit 
 from __future__ import annotations
 
 import re
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 from infinivar.errors import InputError
 from infinivar.motion.files.headings import Heading, bracketed, heading_of
@@ -15,10 +15,18 @@ from infinivar.motion.files.text import Text
 
 _END = "endheader"
 _LONGEST_HEADER = 200
-_ENTRY = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:=|\s)\s*(.*?)\s*")
+_LINE = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:=|\s)\s*(.*?)\s*")
 _COUNTS = {"nrows": "rows", "datarows": "rows", "ncolumns": "columns", "datacolumns": "columns"}
 _GENERALIZED = {"_moment": "N m", "_force": "N"}
 """Units of generalized forces by the end of their headings, as inverse dynamics writes them."""
+
+
+class _Entry(NamedTuple):
+    """An entry of the header: line, key and text."""
+
+    line: int
+    key: str
+    text: str
 
 
 def looks_like_opensim(lines: list[str]) -> bool:
@@ -61,10 +69,11 @@ def opensim(file: str, text: Text) -> OpenSimSheet:
     header = below[0]
     mark = "\t" if "\t" in lines[header] else None
     written = [cell.strip() for cell in lines[header].strip().split(mark)]
-    degrees = stated.get("indegrees", (0, ""))[1].lower()
+    said = stated.get("indegrees", _Entry(0, "", ""))
+    degrees = said.text.lower()
     angle = {"yes": "deg", "true": "deg", "1": "deg", "no": "rad", "false": "rad", "0": "rad"}.get(degrees)
     if degrees and angle is None:
-        _refuse(file, stated["indegrees"][0], "inDegrees", f"must be yes or no, got {shown(degrees)}")
+        _refuse(file, said.line, said.key, f"must be yes or no, got {shown(degrees)}")
     sheet = OpenSimSheet(
         file=file,
         kind=f"OpenSim storage{f' with angles in {angle}' if angle else ''}",
@@ -77,21 +86,21 @@ def opensim(file: str, text: Text) -> OpenSimSheet:
         units={"time": "s", **({"angle": angle, "angular_speed": f"{angle}/s"} if angle else {})},
     )
     counts = {"rows": len(below) - 1, "columns": len(written)}
-    for key, (line, said) in stated.items():
-        what = _COUNTS.get(key)
-        if what is not None and said != str(counts[what]):
-            _refuse(file, line, key, f"states {shown(said)} {what}, but the file has {counts[what]}")
+    for name, entry in stated.items():
+        what = _COUNTS.get(name)
+        if what is not None and entry.text != str(counts[what]):
+            _refuse(file, entry.line, entry.key, f"states {shown(entry.text)} {what}, but the file has {counts[what]}")
     return sheet
 
 
-def _stated(file: str, lines: list[str]) -> dict[str, tuple[int, str]]:
-    """Return what the header states: line and text by key in lower case."""
-    found: dict[str, tuple[int, str]] = {}
+def _stated(file: str, lines: list[str]) -> dict[str, _Entry]:
+    """Return what the header states, by key in lower case."""
+    found: dict[str, _Entry] = {}
     for number, line in enumerate(lines, 1):
-        entry = _ENTRY.fullmatch(line)
+        entry = _LINE.fullmatch(line)
         if entry:
-            found[entry[1].lower()] = number, entry[2]
-    line, kind = found.get("datatype", (0, "double"))
+            found[entry[1].lower()] = _Entry(number, entry[1], entry[2])
+    line, _, kind = found.get("datatype", _Entry(0, "", "double"))
     if kind.lower() not in ("double", "float"):
         _refuse(file, line, "DataType", f"must be double, one number per column, got {shown(kind)}")
     return found

@@ -21,6 +21,7 @@ class ParquetSheet:
     """Columns of a Parquet file, read when chosen."""
 
     place = "row"
+    tabular = True
     top = "schema"
 
     def __init__(self, file: str, content: bytes) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from infinivar import units
 from infinivar._core import files
 from infinivar.errors import InputError, ParameterError, nearest, printable
-from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, spoken
+from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, spoken
 from infinivar.motion.files.delimited import delimited
 from infinivar.motion.files.headings import folded
 from infinivar.motion.files.opensim import looks_like_opensim, opensim
@@ -65,7 +65,7 @@ def read_table(
     if not chosen:
         raise InputError(
             f"{source.file}: {source.top}: must name columns of a motion, such as 'time [s]' and 'position [mm]', got "
-            f"{headings_of(source)}; if the columns have other names, state them in the study: columns = {{ time = ... }}"
+            f"{_headings(source)}; if the columns have other names, state them in the study: columns = {{ time = ... }}"
         )
     _check_body_mass(source, chosen, body_mass)
     unknown = next((role for role in flip if role not in chosen), None)
@@ -161,7 +161,7 @@ def read_named(
         plural = "" if len(required) == 1 else "s"
         raise InputError(
             f"{source.file}: {source.top}: must name the column{plural} {' and '.join(required)}; missing: "
-            f"{' and '.join(missing)} (found {headings_of(source)})"
+            f"{' and '.join(missing)} (found {_headings(source)})"
         )
     raw, lines, _ = source.numbers([place for place, _ in found.values()])
     return {name: raw[:, one] * factor for one, (name, (_, factor)) in enumerate(found.items())}, lines
@@ -170,17 +170,15 @@ def read_named(
 def headings_in(table: RecordedTable) -> str:
     """Return what was found in a file and what was not used, for a message about a missing column."""
     found = ", ".join(f"{shown(column.heading)} as {spoken(role)}" for role, column in table.columns.items())
-    other = f"; other headings: {_listed(table.ignored)}" if table.ignored else ""
+    other = f"; other headings: {listed(table.ignored)}" if table.ignored else ""
     return f"found {found}{other}"
 
 
-def headings_of(source: Source, most: int = 6) -> str:
+def _headings(source: Source) -> str:
     """Return the headings of a file for a message."""
-    return _listed([heading.text for heading in source.headings], most)
-
-
-def _listed(texts: Sequence[str], most: int = 6) -> str:
-    return ", ".join(map(shown, texts[:most])) + (f" and {len(texts) - most} more" if len(texts) > most else "")
+    if not source.tabular:
+        return "no row of numbers below"
+    return listed([heading.text for heading in source.headings])
 
 
 def _check_roles(key: str, roles: Sequence[str] | Mapping[str, str], known: Sequence[str]) -> None:

@@ -48,6 +48,11 @@ class Source(Protocol):
         """What rows are counted in: "line" or "row"."""
         ...
 
+    @property
+    def tabular(self) -> bool:
+        """Whether numbers stand below the headings; if not, the file was named by mistake, and is not quoted."""
+        ...
+
     def usual_unit(self, role: str, heading: Heading) -> str | None:
         """Unit of a heading that states none, where the format itself does; None where it does not."""
         ...
@@ -136,6 +141,16 @@ class TextSheet:
         """What rows are counted in."""
         return "line"
 
+    @property
+    def tabular(self) -> bool:
+        """Whether at least half of the cells in the first row are numbers."""
+        first = next((line for line in self.lines[self.start :] if not is_comment(line)), "")
+        try:
+            cells = cells_of(first, self.mark)
+        except ValueError:
+            return False
+        return 2 * sum(map(is_number, cells)) >= max(len(cells), 1)
+
     def usual_unit(self, role: str, heading: Heading) -> str | None:
         """Unit that the format states for a role."""
         del heading
@@ -143,7 +158,11 @@ class TextSheet:
 
     def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
         """Return the columns at some places, the line of each row, and the format in words."""
-        kept = [place for place in range(self.start, len(self.lines)) if not is_comment(self.lines[place])]
+        kept = [
+            place
+            for place, line in enumerate(self.lines[self.start :], self.start)
+            if line[:1].isdigit() or not is_comment(line)
+        ]
         if len(kept) > MOST_ROWS:
             raise InputError(
                 f"{self.file}: line {kept[MOST_ROWS] + 1}: is beyond the {MOST_ROWS} rows allowed; "

@@ -47,7 +47,7 @@ def text_of(file: str, content: bytes) -> Text:
         If the file is empty, no text, or in an encoding that it does not reveal; the message names the line.
     """
     if not content.strip():
-        raise InputError(f"{file}: line 1 is empty: must name the columns; the file has no data")
+        raise InputError(f"{file}: line 1: must name the columns, but the file is empty")
     for first, what in _BINARY.items():
         if content.startswith(first):
             raise InputError(f"{file}: line 1, character 1: is not text; the file seems to be {what}")

@@ -20,6 +20,9 @@ RESAMPLING = ("linear", "cubic", "mean")
 each new step, which keeps out what the new rate cannot resolve."""
 
 _MOST_ROWS = 2_000_000
+_DROP = 0.5
+"""A phase that drops by more than this share of a cycle starts the next stride."""
+
 _WHOLE = 1e-6
 """A phase that covers the cycle to this share covers all of it."""
 
@@ -36,7 +39,7 @@ def read_timed(
     resampling: str = "linear",
     **options: Any,
 ) -> RecordedTable:
-    """Read a recording with its times: `read_table`, then `timed`, `windowed` and `resampled`, which say what each key means."""
+    """Read a recording with its times: `read_table`, then `timed`, `windowed` and `resampled`."""
     table = read_table(file, columns=columns, flip=flip or (), body_mass=body_mass, **options)
     return resampled(windowed(timed(table, cycle_time=cycle_time), window), sample_rate, resampling)
 
@@ -44,8 +47,9 @@ def read_timed(
 def timed(table: RecordedTable, *, cycle_time: float | None = None) -> RecordedTable:
     """Return the table with a column of time.
 
-    A phase is multiplied by the cycle time. If it ends before 100 % of the cycle, a last row repeats the first one, a whole
-    cycle later. A table with neither time nor phase holds equal steps from 0 to 100 % of the cycle, both included.
+    A phase is multiplied by the cycle time, and each stride follows the one before. If a single one ends before 100 % of the
+    cycle, a last row repeats the first one, a whole cycle later. A table with neither time nor phase holds equal steps from 0
+    to 100 % of the cycle, both included.
 
     Parameters
     ----------
@@ -77,20 +81,43 @@ def timed(table: RecordedTable, *, cycle_time: float | None = None) -> RecordedT
         time = np.linspace(0.0, cycle_time, len(table))
         remark = f"equal steps from 0 to 100 % of a cycle of {plain(cycle_time)} s"
         return _with_time(table, time, "equal steps", remark)
+    return _by_phase(table, cycle_time)
+
+
+def _by_phase(table: RecordedTable, cycle_time: float) -> RecordedTable:
+    """Return a table with the times of its phase, one stride after the other."""
     phase = table.columns["phase"]
-    wrong = np.flatnonzero(~(np.diff(phase.values) > 0.0))
+    steps = np.diff(phase.values)
+    wrong = np.flatnonzero((steps <= 0.0) & (steps >= -_DROP))
     if wrong.size:
         row = int(wrong[0])
         raise InputError(
             f"{table.file}: {table.place} {table.lines[row + 1]}, column {shown(phase.heading)}: must have a later phase than "
-            f"the row above, got {percent(phase.values[row + 1], 1)} after {percent(phase.values[row], 1)}; one cycle is needed"
+            f"the row above, or start the next stride, got {percent(phase.values[row + 1], 1)} after "
+            f"{percent(phase.values[row], 1)}"
         )
+    whole = unwrapped(phase.values)
     remark = f"phase times a cycle of {plain(cycle_time)} s"
-    missing = 1.0 - float(phase.values[-1] - phase.values[0])
+    if np.any(steps < 0.0):
+        # A stride that ends at 100 % and the next one, which starts at 0 %, state the same instant.
+        table = _rows(table, np.append(np.diff(whole) > 0.0, True))
+        remark += f", {1 + np.count_nonzero(steps < 0.0)} strides"
+    missing = 1.0 - float(whole[-1] - whole[0])
     if missing > _WHOLE:
         table = _closed(table)
         remark += f"; closed with the first row over the last {percent(missing, 1)}"
-    return _with_time(table, table.columns["phase"].values * cycle_time, phase.heading, remark)
+    return _with_time(table, unwrapped(table.columns["phase"].values) * cycle_time, phase.heading, remark)
+
+
+def unwrapped(phase: np.ndarray) -> np.ndarray:
+    """Return a phase that goes on rising where it drops to start the next stride. [cycles]"""
+    return phase + np.concatenate([[0.0], np.cumsum(np.diff(phase) < -_DROP)])
+
+
+def _rows(table: RecordedTable, kept: Any) -> RecordedTable:
+    """Return some rows of a table."""
+    columns = {role: dataclasses.replace(one, values=one.values[kept]) for role, one in table.columns.items()}
+    return dataclasses.replace(table, columns=columns, lines=table.lines[kept])
 
 
 def _with_time(table: RecordedTable, time: np.ndarray, heading: str, remark: str) -> RecordedTable:
@@ -149,10 +176,9 @@ def windowed(table: RecordedTable, window: Sequence[float] | None) -> RecordedTa
             f"{plain(window[0])} s to {plain(window[1])} s holds {inside.size} row{'' if inside.size == 1 else 's'}, must be at "
             "least two"
         )
-    kept = slice(int(inside[0]), int(inside[-1]) + 1)
-    columns = {role: dataclasses.replace(one, values=one.values[kept]) for role, one in table.columns.items()}
     remark = f"window from {plain(window[0])} s to {plain(window[1])} s: {inside.size} of {len(table)} rows"
-    return dataclasses.replace(table, columns=columns, lines=table.lines[kept], remarks=(*table.remarks, remark))
+    table = _rows(table, slice(int(inside[0]), int(inside[-1]) + 1))
+    return dataclasses.replace(table, remarks=(*table.remarks, remark))
 
 
 def resampled(table: RecordedTable, rate: float | None, method: str = "linear") -> RecordedTable:
@@ -204,6 +230,9 @@ def _values_at(even: np.ndarray, time: np.ndarray, role: str, values: np.ndarray
         step = (even[-1] - even[0]) / max(even.size - 1, 1)
         marks[np.rint((time[values != 0.0] - even[0]) / step).astype(int)] = 1.0
         return marks
+    if role == "phase":
+        whole = np.interp(even, time, unwrapped(values))
+        return whole % 1.0 if np.any(np.diff(values) < 0.0) else whole
     if method == "cubic":
         from scipy.interpolate import CubicSpline
 

@@ -27,7 +27,12 @@ CAPTION = (
 def data(machine: Machine) -> dict[str, Any]:
     """Map of the drive with the largest motor, and the margins of the others on the same axes."""
     results = [result for result in machine.comparison.results.values() if isinstance(result.drive, ConventionalDrive)]
-    largest = max(results, key=lambda result: next(iter(result.drive.motors.values())).continuous_torque)
+    torque = {
+        result.name: result.drive.motor.continuous_torque
+        for result in results
+        if isinstance(result.drive, ConventionalDrive)
+    }
+    largest = max(results, key=lambda result: torque[result.name])
     return {
         "largest": operating_map.data(largest.map, machine.comparison.study.requirement),
         "title": largest.title,

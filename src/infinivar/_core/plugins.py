@@ -1,0 +1,100 @@
+"""Extensions that installed packages register as entry points; looked up only where a word is not known otherwise."""
+
+from __future__ import annotations
+
+import functools
+import sys
+from collections.abc import Callable, Collection
+from importlib import metadata
+from typing import Any
+
+from infinivar.errors import InputError
+
+GROUPS = {
+    "infinivar.creep_laws": "creep law",
+    "infinivar.drives": "drive",
+    "infinivar.forces": "force",
+    "infinivar.limits": "limit",
+    "infinivar.motions": "motion",
+    "infinivar.parts": "part",
+}
+"""Groups of entry points, and what each of them registers."""
+
+Check = Callable[[Any], str | None]
+"""Returns what an extension must be if it is something else, such as "a CreepLaw"."""
+
+
+def names(group: str, known: Collection[str] = ()) -> tuple[str, ...]:
+    """Words that installed packages add to a group.
+
+    Parameters
+    ----------
+    group : str           One of `GROUPS`.
+    known : collection    Words of the program itself.
+
+    Raises
+    ------
+    InputError
+        If a word is one of the program's own, or two packages register the same.
+    """
+    found = _found(group, tuple(sys.path))
+    for name, points in found.items():
+        if name in known:
+            raise InputError(
+                f"{_described(group, points[0])} has the name of a built-in one; it must have another name"
+            )
+        if len({point.value for point in points}) > 1:
+            packages = " and ".join(_package(point) for point in points)
+            raise InputError(f"the {GROUPS[group]} {name!r} is registered by {packages}; remove one of them")
+    return tuple(found)
+
+
+def load(group: str, name: str, check: Check, known: Collection[str] = ()) -> Any:
+    """Load an extension, or return None if no installed package registers the word.
+
+    Parameters
+    ----------
+    group : str           One of `GROUPS`.
+    name : str            The word.
+    check : callable      Judges what is loaded.
+    known : collection    Words of the program itself.
+
+    Raises
+    ------
+    InputError
+        If the extension cannot be imported or is not what the group asks for, or for the reasons of `names`.
+    """
+    if name not in names(group, known):
+        return None
+    point = _found(group, tuple(sys.path))[name][0]
+    try:
+        loaded = point.load()
+    except Exception as problem:  # the code of others may fail in any way
+        raise InputError(
+            f"{_described(group, point)} cannot be loaded: {type(problem).__name__}: {problem}"
+        ) from problem
+    wanted = check(loaded)
+    if wanted is not None:
+        raise InputError(f"{_described(group, point)} must be {wanted}, got {_shown(loaded)}")
+    return loaded
+
+
+@functools.lru_cache(maxsize=32)
+def _found(group: str, path: tuple[str, ...]) -> dict[str, list[metadata.EntryPoint]]:
+    """Entry points of a group by name, for the current search path of modules."""
+    found: dict[str, list[metadata.EntryPoint]] = {}
+    for point in metadata.entry_points(group=group):
+        found.setdefault(point.name, []).append(point)
+    return found
+
+
+def _package(point: metadata.EntryPoint) -> str:
+    return f"{point.dist.name} {point.dist.version}" if point.dist is not None else "an unknown package"
+
+
+def _described(group: str, point: metadata.EntryPoint) -> str:
+    return f"the {GROUPS[group]} {point.name!r} ({point.value} of {_package(point)})"
+
+
+def _shown(value: Any) -> str:
+    return f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"

@@ -1,0 +1,118 @@
+"""Words of a study file that installed packages add: creep laws, drives, parts, motions and forces."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from infinivar._core import plugins
+from infinivar._core.fields import missing_members
+from infinivar.contact.creep import CreepLaw
+from infinivar.drivetrain.drive import DRIVE_NEEDS
+from infinivar.errors import InputError, nearest
+
+VARIANT = "variant"
+"""Key of a part's table that asks for a part of another package."""
+
+_MOTION, _FORCE = ("at", "breaks"), ("value", "rate", "breaks")
+
+
+def creep_law(word: str, known: Collection[str]) -> CreepLaw | None:
+    """The creep law that a package registers under a word; None if there is none."""
+    return plugins.load("infinivar.creep_laws", word, _not_a_law, known)
+
+
+def drive_type(word: str, known: Collection[str]) -> type | None:
+    """The type of drive that a package registers under a word; None if there is none."""
+    return plugins.load("infinivar.drives", word, functools.partial(_not_a_class, DRIVE_NEEDS), known)
+
+
+def kind(field: str, word: str, known: Collection[str]) -> type | None:
+    """The motion or force that a package registers under a shape; None if there is none."""
+    needs = _MOTION if field == "motion" else _FORCE
+    return plugins.load(f"infinivar.{field}s", word, functools.partial(_not_a_class, needs), known)
+
+
+def part(word: str) -> type | None:
+    """The part that a package registers under a word; None if there is none."""
+    return plugins.load("infinivar.parts", word, functools.partial(_not_a_class, ()))
+
+
+def variant_of(base: type, table: Any, path: str) -> type:
+    """The part that a table asks for: of another package if it has a variant, else `base`.
+
+    Raises
+    ------
+    InputError
+        If the variant is unknown or stands for another part; the message names the key.
+    """
+    asked = table.get(VARIANT) if isinstance(table, dict) else None
+    if asked is None:
+        return base
+    word = asked.get("value") if isinstance(asked, dict) else asked
+    found = part(word) if isinstance(word, str) else None
+    if found is None:
+        known = plugins.names("infinivar.parts")
+        words = (
+            f"one of {', '.join(known)}{nearest(str(word), known)}" if known else "removed: no package registers parts"
+        )
+        raise InputError(f"{path}.{VARIANT} = {word!r} must be {words}")
+    if not issubclass(found, base):
+        raise InputError(f"{path}.{VARIANT} = {word!r} is a {found.__name__}, which is no {base.__name__}")
+    return found
+
+
+def parts_of(base: type) -> dict[str, type]:
+    """The registered parts that can stand for a part of the program, by word."""
+    found = {word: part(word) for word in plugins.names("infinivar.parts")}
+    return {word: one for word, one in found.items() if one is not None and issubclass(one, base)}
+
+
+def drive_types(known: Mapping[str, type]) -> dict[str, type]:
+    """Every type of drive, by word."""
+    return _with_own(known, plugins.names("infinivar.drives", known), lambda word: drive_type(word, known))
+
+
+def kinds(field: dataclasses.Field[Any]) -> dict[str, type]:
+    """Every kind of a motion or force, by shape."""
+    known = field.metadata["kinds"]
+    own = plugins.names(f"infinivar.{field.name}s", known)
+    found = _with_own(known, own, lambda word: kind(field.name, word, known))
+    return {word: one for word, one in found.items() if word in known or usable(field, one)}
+
+
+def usable(field: dataclasses.Field[Any], own: type) -> bool:
+    """Whether a registered motion serves for a field: a duty cycle needs one that repeats."""
+    return not field.metadata["flat"] or not missing_members(own, ("period", "derivatives", "push"))
+
+
+def creep_laws(known: Mapping[str, CreepLaw]) -> dict[str, CreepLaw]:
+    """Every creep law, by word."""
+    return _with_own(known, plugins.names("infinivar.creep_laws", known), lambda word: creep_law(word, known))
+
+
+def _with_own(known: Mapping[str, Any], own: Collection[str], find: Any) -> dict[str, Any]:
+    return {**known, **{word: find(word) for word in own}}
+
+
+def _not_a_law(loaded: Any) -> str | None:
+    return None if isinstance(loaded, CreepLaw) else "a CreepLaw"
+
+
+def _not_a_class(needs: tuple[str, ...], loaded: Any) -> str | None:
+    """What a class of an own drive, motion or part must be; None if it is that."""
+    if not isinstance(loaded, type) or not dataclasses.is_dataclass(loaded):
+        return "a class that is a dataclass"
+    missing = missing_members(loaded, needs)
+    if missing:
+        return f"a dataclass with {', '.join(needs)} (it has no {missing[0]})"
+    unknown = [
+        field.name
+        for field in dataclasses.fields(loaded)
+        if field.init and "meaning" not in field.metadata and field.default is field.default_factory
+    ]
+    if unknown:
+        return f"a dataclass whose fields are made with infinivar.quantity or infinivar.component (not {unknown[0]})"
+    return None
