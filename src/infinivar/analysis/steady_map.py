@@ -16,7 +16,7 @@ from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
 from infinivar.axis import LINEAR, Axis
-from infinivar.drivetrain.drive import Drive, DrivePoint, operated
+from infinivar.drivetrain.drive import Drive, operated
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import Limit, binding
 
@@ -115,7 +115,7 @@ def steady_map(
     ]
     # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
     # Threads then write to disjoint parts.
-    operate = functools.partial(operated, drive, **({"position": position} if position else {}))
+    operate = functools.partial(operated, drive, position=position)
     first = _evaluated(operate, speed, force, tiles[0])
     tile_shape = first[0]["power_out"].shape
     room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}
@@ -165,7 +165,7 @@ def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np
 
 
 def _evaluated(
-    operate: Callable[..., DrivePoint], speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
+    operate: Callable[..., Any], speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
 ) -> tuple[dict[str, Any], float]:
     """Evaluate and audit one tile: its fields, losses included, and the largest residual."""
     point = operate(speed=speed[tile[0], None], force=force[None, tile[1]])
