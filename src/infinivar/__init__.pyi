@@ -9,7 +9,9 @@ from .analysis.cycles.cylinder_policy import Policy, policies
 from .analysis.cycles.duty_cycle import DutyResult, Holding, duty_cycle, holding
 from .analysis.cycles.performance import Definition
 from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
+from .analysis.cycles.single_strides import StrideEnergies, stride_energies
 from .analysis.cycles.tracking import TwoWays, two_ways
+from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
 from .analysis.simulate import Simulation, simulate
@@ -35,6 +37,7 @@ from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
 from .motion.recordings import Recording
 from .motion.scenario import Scenario
+from .motion.strides import Strides
 from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
@@ -93,6 +96,7 @@ __all__ = [
     "Linkage",
     "Material",
     "Motion",
+    "MotionSummary",
     "Motor",
     "MovingPoint",
     "OperatingPoint",
@@ -126,6 +130,8 @@ __all__ = [
     "SteeringPlant",
     "Step",
     "StepForce",
+    "StrideEnergies",
+    "Strides",
     "Study",
     "TorsionSpring",
     "Trajectory",
@@ -147,6 +153,7 @@ __all__ = [
     "duty_cycle",
     "dynamic_map",
     "holding",
+    "inspect_motion",
     "load_study",
     "parts",
     "plant_graph",
@@ -162,6 +169,7 @@ __all__ = [
     "shaking",
     "simulate",
     "steady_map",
+    "stride_energies",
     "two_ways",
 ]
 

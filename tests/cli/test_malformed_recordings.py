@@ -235,6 +235,30 @@ FAULTS = {
         'columns = "Pos"',
         'duty.recorded.columns = "Pos" must be a table of texts, such as { time = "..." }',
     ),
+    "column as a table": (
+        CSV,
+        'columns = { time = { heading = "t" } }',
+        "duty.recorded.columns entry time must be text",
+    ),
+    "column as a number": (CSV, "columns = { time = 1 }", "duty.recorded.columns entry time must be text"),
+    "no columns": (CSV, "columns = {}", "duty.recorded.columns must be a table of texts by time, phase, "),
+    "flip of times": (
+        CSV,
+        'flip = ["time"]',
+        "duty.recorded.flip = ['time'] must hold words of position, speed, force",
+    ),
+    "flip as text": (
+        CSV,
+        'flip = "force"',
+        "duty.recorded.flip = \"force\" must be a list of words, such as ['position']",
+    ),
+    "flip twice": (CSV, 'flip = ["force", "force"]', "must be different words, got 'force' twice"),
+    "one end of a window": (CSV, 'window = ["1 s"]', "duty.recorded.window must be a start and a later end, got 1 s"),
+    "unknown method": (
+        CSV,
+        'resampling = "spline"',
+        'duty.recorded.resampling = "spline" must be one of linear, cubic, mean',
+    ),
     "nothing to flip": (
         at(1, "time [s],Pos (mm),x"),
         'flip = ["force"]',

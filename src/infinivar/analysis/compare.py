@@ -377,7 +377,7 @@ def _both_ways(drive: Any, duty: DutyCycle, result: DutyResult) -> TwoWays | str
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         return f"a {type(drive).__name__} has no bond graph to simulate"
     if not duty.closed:
-        return "a run is not simulated, as it starts in motion and without settled controllers"
+        return "a run is not simulated, as it may start in motion"
     if duty.period > LONGEST:
         return (
             f"the cycle of {plain(duty.period, 3)} s is longer than {LONGEST:g} s, the longest that a report simulates"

@@ -174,11 +174,13 @@ class MotionSummary(Result):
     @property
     def verdict(self) -> str:
         """What the recording is, in one sentence."""
-        kind = "one cycle that closes" if self.closed else "a run that does not close"
         names = ", ".join(role.replace("_", " ") for role in self.table.columns)
-        found = self.strides
-        strides = "" if found is None else f"; {len(found)} strides of {plain(found.period, 3)} s"
-        return f"{names} in {self.sampling.rows} rows, {plain(self.sampling.duration, 4)} s: {kind}{strides}"
+        if self.strides is not None:
+            kind = f"{len(self.strides)} strides of {plain(self.strides.period, 3)} s"
+            kind += ", closes" if self.closed else ", does not close"
+        else:
+            kind = "one cycle that closes" if self.closed else "a run that does not close"
+        return f"{names} in {self.sampling.rows} rows, {plain(self.sampling.duration, 4)} s: {kind}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts; values are in SI."""
@@ -312,7 +314,10 @@ def summary(
     time = values["time"]
     drift, span = _drift(time, values[field], field)
     closes = abs(drift) <= DRIFT * span if closed is None else closed
-    used = CUTOFF if cutoff is None else cutoff
+    lowest = 1.0 / float(time[-1] - time[0])
+    used, chosen = (CUTOFF, "default of recordings in a study") if cutoff is None else (cutoff, "as given")
+    if cutoff is None and lowest > CUTOFF:
+        used, chosen = lowest * (1.0 + 1e-9), "the lowest that so short a recording allows"
     within = {"angle_resolution" if table.axis.rotary else "resolution": resolution}
     motion = Recording.of(table, cutoff=used, closed=closes, **within)
     count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
@@ -325,7 +330,7 @@ def summary(
         closed=closes,
         drift=drift,
         sampling=Sampling.of(time),
-        cutoff_from="default of recordings in a study" if cutoff is None else "as given",
+        cutoff_from=chosen,
         spectrum=_spectrum(time, values[field], field, used),
         strides=strides,
         no_strides=reason,
@@ -373,7 +378,8 @@ def _spectrum(time: np.ndarray, values: np.ndarray, field: str, cutoff: float) -
     floor = float(np.median(power[len(power) // 2 :]))
     over = frequency > cutoff
     speed = power * turn**2
-    smooth = np.convolve(power, np.ones(_BAND) / _BAND, mode="same")
+    band = min(_BAND, len(power))
+    smooth = np.convolve(power, np.ones(band) / band, mode="same")
     moving = np.where(smooth > _ABOVE_NOISE * floor, np.maximum(power - floor, 0.0) * turn**2, 0.0)
     share = np.cumsum(moving) / (np.sum(moving) or 1.0)
     return Spectrum(

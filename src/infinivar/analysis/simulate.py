@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Frozen, Result, result
+from infinivar.analysis import output_histories
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive
+from infinivar.drivetrain.drive import Drive, axis_fault
 from infinivar.drivetrain.graphs.closed_loop import Machine, closed_loop
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
@@ -56,7 +57,9 @@ class Simulation(Result):
     trajectory        States, signals, efforts, flows and energies over time, with the audit.
     columns           Main time histories, under names that end in their unit: time_s, position_m, speed_m_s,
         wanted_position_m, force_N (external force on the load), motor_current_A, motor_voltage_V, supply_power_W; with a
-        wheel also steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V.
+        wheel also steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V. About a
+        joint, the first are angle_rad, speed_rad_s, wanted_angle_rad and moment_Nm. With springs or a linkage between drive
+        and load also drive_position_m, drive_speed_m_s and deflections of series springs (see `output_histories`).
     events            Exceeded limits, by start time.
     heating           Root mean square of each motor's current over its continuous current. [-]
     """
@@ -86,9 +89,9 @@ class Simulation(Result):
 
     @property
     def position_error(self) -> Any:
-        """Position error of the link over time. [m]"""
-        wanted = self.columns.get("wanted_position_m", self.columns["position_m"])
-        return np.abs(self.columns["position_m"] - wanted)
+        """Position error of the load over time. [m], [rad]"""
+        position = self.drive.axis.columns[0]
+        return np.abs(self.columns[position] - self.columns.get(f"wanted_{position}", self.columns[position]))
 
     @property
     def feasible(self) -> bool:
@@ -104,9 +107,10 @@ class Simulation(Result):
         if self.exceeded:
             limits = f"limit{'s' if len(self.exceeded) > 1 else ''} exceeded: {', '.join(self.exceeded)}"
         if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
-            error = self.position_error
-            most, last = (plain(1e3 * float(part), 2) for part in (np.max(error), error[-1]))
-            limits += f"; position error {most} mm at most, {last} mm at the end"
+            axis, error = self.drive.axis, self.position_error
+            scale, unit = (1.0, "rad") if axis.rotary else (1e3, "mm")
+            most, last = (plain(scale * float(part), 2) for part in (np.max(error), error[-1]))
+            limits += f"; {axis.position} error {most} {unit} at most, {last} {unit} at the end"
         spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
         return f"{limits}; {plain(spent)} J from the supply; energy balance closed to {plain(CLOSURE, 1)}"
 
@@ -125,7 +129,7 @@ class Simulation(Result):
             "verdict": self.verdict,
             "complete": self.complete,
             "feasible": self.feasible,
-            "largest_position_error_m": float(np.max(self.position_error)),
+            f"largest_position_error_{self.drive.axis.position_unit}": float(np.max(self.position_error)),
             "rms_current_over_continuous": dict(self.heating),
             "duration_s": float(run.time[-1]),
             "supplied_J": last(run.supplied),
@@ -173,7 +177,8 @@ def simulate(
     ------
     ParameterError
         If the drive lacks a value that motion requires, the scenario requires a part that the drive lacks (a steered
-        wheel), or the tolerance is too large for the energy balance to close.
+        wheel), the load of one moves along a line and that of the other about a joint, or the tolerance is too large for the
+        energy balance to close.
     AuditError
         If the energy balance does not close at the default tolerance: an error in the program.
 
@@ -181,6 +186,8 @@ def simulate(
     """
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
+    if scenario.states_axis and (fault := axis_fault(drive, scenario.axis, "the drive", "the scenario")):
+        raise ParameterError(fault)
     machine = closed_loop(drive, scenario)
     try:
         run = _run(machine, scenario, progress)
@@ -227,14 +234,15 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
     prefix = "cylinder." if cobotic else ""
     voltage, current = run.at(f"{prefix}source")
     wanted = np.array([scenario.path.at(time).position for time in run.time])
+    position, _, force = drive.axis.columns
     columns = {
         "time_s": run.time,
-        "position_m": run.signals["l"],
-        "speed_m_s": run.signals["ldot"],
-        **({"wanted_position_m": wanted} if scenario.link != "free" else {}),
-        "force_N": run.at("motion" if scenario.link == "imposed" else "force")[0],
+        **output_histories.load_columns(run, drive.output, drive.axis),
+        **({f"wanted_{position}": wanted} if scenario.link != "free" else {}),
+        force: run.at("motion" if scenario.link == "imposed" else "force")[0],
         "motor_current_A": current,
         "motor_voltage_V": voltage,
+        **output_histories.columns(run, drive.output, drive.axis),
     }
     supplied = [np.asarray(run.power(f"{prefix}source"))]
     if cobotic:
@@ -288,7 +296,7 @@ def _utilisation(
     (out,) = (bond for bond in run.graph.bonds_of(f"{prefix}gear") if bond.tail == f"{prefix}gear")
     for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head]).items():
         found[limit, "gearhead"] = demand
-    return found
+    return {**found, **output_histories.demands(run, drive.output)}
 
 
 def _events(time: Any, utilisation: Mapping[tuple[Limit, str], Any]) -> tuple[Event, ...]:

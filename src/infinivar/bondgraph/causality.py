@@ -85,7 +85,8 @@ class _Procedure:
     def settle_storages(self) -> tuple[list[str], list[str]]:
         """Storages that keep integral causality, and those that what is settled already deprives of it."""
         independent, dependent = [], []
-        for element in self.graph.elements:
+        # Those with a law first: they have no other causality.
+        for element in sorted(self.graph.elements, key=lambda element: element.law is None):
             if element.kind in STORAGES:
                 (bond,) = self.at[element.name]
                 wanted = self.integral(element, bond)

@@ -130,6 +130,7 @@ class _Derivation:
         self.cuts: dict[sympy.Symbol, Expression] = {}
         self.outputs: dict[str, tuple[sympy.Symbol, ...]] = {}
         self.rates: dict[str, sympy.Symbol] = {}
+        self.tables: dict[sympy.Symbol, Expression] = {}
         self.inputs = {
             **{e.name: _symbol(e.symbol) for e in graph.elements if e.kind in SOURCES and e.law is None},
             **{signal.name: _symbol(signal.symbol) for signal in graph.signals if not signal.of},
@@ -179,7 +180,7 @@ class _Derivation:
         solved = self._solve(derivatives)
 
         def plain(expression: Expression) -> Expression:
-            return expression.xreplace(solved)
+            return expression.xreplace(solved).xreplace(self.tables)
 
         laws = ordered(self.graph.name, self._law_values(plain))
         efforts = {bond: plain(self.effort(bond)) for bond in self.graph.bonds}
@@ -189,7 +190,7 @@ class _Derivation:
             graph=self.graph,
             causality=self.causality,
             states=self.states,
-            derivatives=tuple(solved[self.rate_of[state.symbol]] for state in self.states),
+            derivatives=tuple(plain(self.rate_of[state.symbol]) for state in self.states),
             inputs=self.inputs,
             rates=self.rates,
             laws=laws,
@@ -288,7 +289,17 @@ class _Derivation:
     def _modulus(self, element: Element) -> Expression:
         if element.parameter is not None:
             return _symbol(element.parameter.symbol)
-        return self._traced(element)
+        return self._short(self._traced(element))
+
+    def _short(self, expression: Expression) -> Expression:
+        """A symbol for an expression with roots, or cases such as a table's: the linear solution need not expand it."""
+        if not expression.has(sympy.Piecewise) and all(power.exp.is_integer for power in expression.atoms(sympy.Pow)):
+            return expression
+        known = next((symbol for symbol, value in self.tables.items() if value == expression), None)
+        if known is None:
+            known = sympy.Dummy(f"y_{{{len(self.tables) + 1}}}", real=True)
+            self.tables[known] = expression
+        return known
 
     def _traced(self, element: Element) -> Expression:
         """Value of a law of signals."""
@@ -338,10 +349,12 @@ class _Derivation:
                 f"{self.graph.name}: the dependent storage {element!r} depends on a quantity that a resistance determines; "
                 f"add a storage for that quantity"
             )
-        total = sum((expression.diff(state) * rate for state, rate in self.rate_of.items()), sympy.Integer(0))
-        for effort, name in springs.items():  # the law of a compliance depends on its state only
-            state = self.state_of[name]
-            total += expression.diff(effort) * self._of_state(name, "law").diff(state) * self.rate_of[state]
+        inner = {effort: self._of_state(name, "law") for effort, name in springs.items()} | self.tables
+        total = sympy.Integer(0)
+        for state, rate in self.rate_of.items():
+            total += expression.diff(state) * rate
+            for symbol in expression.free_symbols & set(inner):
+                total += expression.diff(symbol) * self._short(inner[symbol].diff(state)) * rate
         for name, symbol in self.inputs.items():
             slope = expression.diff(symbol)
             if slope != 0:

@@ -82,7 +82,8 @@ def _jointly(graph: str, laws: Sequence[LawValue]) -> list[LawValue]:
     coupling = sympy.Matrix(size, size, lambda *_: sympy.Dummy())
     diagonal = [sympy.Dummy() for _ in range(size)]
     arguments = list((sympy.eye(size) - coupling * sympy.diag(*diagonal)).LUsolve(constant))
-    known = dict(zip(constant, rests, strict=True)) | dict(zip(coupling, itertools.chain(*gains), strict=True))
+    known = dict(zip(list(constant), rests, strict=True))  # type: ignore[call-overload]
+    known |= dict(zip(list(coupling), itertools.chain(*gains), strict=True))  # type: ignore[call-overload]
     pieces: list[list[tuple]] = [[] for _ in laws]
     for signs in itertools.product((1, -1), repeat=size):
         sided = [slope[sign] for slope, sign in zip(slopes, signs, strict=True)]

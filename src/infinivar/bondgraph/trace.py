@@ -41,6 +41,10 @@ class Traced:
         """+x."""
         return self
 
+    def __abs__(self) -> Traced:
+        """|x|."""
+        return Traced(sympy.Abs(self.expression))
+
     def __invert__(self) -> Traced:
         """Logical not."""
         return Traced(sympy.Not(self.expression))
@@ -157,7 +161,9 @@ class TracingNamespace:
     cos = _function(sympy.cos)
     tan = _function(sympy.tan)
     asin = _function(sympy.asin)
+    acos = _function(sympy.acos)
     atan = _function(sympy.atan)
+    atan2 = _function(sympy.atan2)
     tanh = _function(sympy.tanh)
     minimum = _function(lambda a, b: _where(a < b, a, b))
     maximum = _function(lambda a, b: _where(a > b, a, b))

@@ -22,6 +22,9 @@ _COLUMNS = 'Headings of the columns by role, such as "time=t, angle=Knee angle [
 def motion(
     file: Annotated[Path, typer.Argument(help="Recording: CSV, OpenSim .sto or .mot, or Parquet.", show_default=False)],
     columns: Annotated[str | None, typer.Option("--columns", help=_COLUMNS)] = None,
+    flip: Annotated[
+        str | None, typer.Option("--flip", help='Columns whose sign is reversed, such as "moment".')
+    ] = None,
     cycle_time: Annotated[
         str | None, typer.Option("--cycle-time", help='Time of a cycle, for a file without times, such as "1.1 s".')
     ] = None,
@@ -57,6 +60,7 @@ def motion(
             found = inspect_motion(
                 file,
                 columns=None if columns is None else _columns(columns),
+                flip=[role.strip() for role in (flip or "").split(",") if role.strip()],
                 cycle_time=quantity("--cycle-time", cycle_time, "s"),
                 body_mass=quantity("--body-mass", body_mass, "kg"),
                 window=None if window is None else _window(window),

@@ -11,7 +11,7 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given, missing_members
 from infinivar._core.labels import Labels
 from infinivar._core.result import Result, result
-from infinivar.axis import Axis
+from infinivar.axis import LINEAR, Axis
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
@@ -96,8 +96,9 @@ class Drive(Protocol):
     - ``motors``, a mapping of motors by role, and ``warmed(temperatures)``, the drive with windings at temperatures [K] by
       role, for the heat of motors; `follow` then has the states and losses named in `infinivar.analysis.cycles.duty_cycle`;
     - ``axis``, `LINEAR` by default;
-    - ``orders``, the highest time derivative of the load's position that `follow` needs, 4 to 6, by default 4;
-    - `operate` may have the argument ``position`` of the load, for springs and linkages.
+    - ``operate(..., position=)``, if springs or a linkage make the position of the load matter;
+    - ``orders``, the highest time derivative of the load's position that `follow` needs (that of the force is two less); 4 by
+      default.
     """
 
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
@@ -126,15 +127,20 @@ def check_drive(drive: Any, where: str, needs: Sequence[str] = DRIVE_NEEDS) -> N
         raise ParameterError(f"{where} must be a drive, got {what}{lacking}")
 
 
+def axis_of(drive: Any) -> Axis:
+    """Whether a drive moves a load along a line or about a joint."""
+    return getattr(drive, "axis", LINEAR)
+
+
 def orders_of(drive: Any) -> int:
-    """Highest time derivative of the load's position that a drive needs to follow it; 4 if it does not say."""
+    """Highest time derivative of the load's position that a drive's `follow` needs."""
     return getattr(drive, "orders", 4)
 
 
-def operated(drive: Any, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
+def operated(drive: Drive, *, speed: Array, force: Array, **options: Array) -> DrivePoint:
     """Steady operating point of any drive; what a drive of another package returns is checked first.
 
-    The position of the load is passed on if it is not exactly the number 0.
+    Options, such as the position of the load, are passed on.
 
     Raises
     ------
@@ -144,8 +150,7 @@ def operated(drive: Any, *, speed: Array, force: Array, position: Array = 0.0) -
         If the power to the load is not force times speed.
     """
     check_drive(drive, "drive")
-    placed_at = {} if isinstance(position, (int, float)) and position == 0 else {"position": position}
-    point = drive.operate(speed=speed, force=force, **placed_at)
+    point = drive.operate(speed=speed, force=force, **options)
     if is_own(drive):
         _check_point(drive, point, DrivePoint, "operate")
         _check_delivery(point.power_out, speed * force, f"{type(drive).__name__}.operate")
@@ -202,7 +207,7 @@ def _check_delivery(power_out: Array, wanted: Array, where: str) -> None:
 
 def axis_fault(drive: Drive, axis: Axis, name: str, task: str) -> str | None:
     """Say what does not fit if a drive's load moves along a line and a task is about a joint, or the reverse; else None."""
-    if getattr(drive, "axis", axis) is axis:
+    if axis_of(drive) is axis:
         return None
     if axis.rotary:
         return f"{task} is about a joint; {name} moves along a line: give it a linkage, [{name}.output.linkage]"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 _BARB, _STROKE, _SIZE = 0.12, 0.16, 10.0
 _SIGNAL = "#0072B2"
 _FRAME = "#8a8a8a"
+
+_FEW = 2
+"""Most elements that one signal reaches by arrows of their own; more fan out from one point."""
 
 
 def data(graph: BondGraph) -> dict[str, Any]:
@@ -95,6 +99,8 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     for tail, head, stroke in numbers["bonds"]:
         _bond(ax, elements, tail, head, stroke)
     _signals(ax, numbers)
+    spread = Counter((symbol, source) for symbol, source, _ in numbers["signals"])
+    from_above = {to for symbol, source, to in numbers["signals"] if source and spread[symbol, source] <= _FEW}
     for name, element in elements.items():
         x, y = element["at"]
         ax.text(x, y, element["text"], fontsize=_SIZE, ha="center", va="center_baseline")
@@ -105,7 +111,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
             at = x + 0.19 * across, y + 0.2 * math.sin(angle)
             ax.text(*at, element["symbol"], fontsize=7.5, color="#444444", ha=side, va="center")
         elif element["symbol"]:
-            side = -1 if y < 0 else 1  # outwards, off the signals between two rows
+            side = -1 if y < 0 or name in from_above else 1  # outwards, off the signals between two rows
             ax.text(x, y + side * 0.21, element["symbol"], fontsize=8, ha="center", va="center")
 
 
@@ -165,7 +171,7 @@ def _signals(ax: Axes, numbers: Mapping[str, Any]) -> None:
         targets.setdefault((symbol, source), []).append(target)
     taken = dict.fromkeys(elements, 0)
     for (symbol, source), names in targets.items():
-        if len(names) > 2:
+        if len(names) > _FEW:
             _spread(ax, elements, symbol, source, names)
             continue
         for name in names:

@@ -24,6 +24,8 @@ _DRIVES = {
     "steering\ncurrent [A]": ("steering_current_A", 1.0),
 }
 _MOST_POINTS = 1000
+_BRIEF = 300.0
+"""Runs shorter than this have seconds on the axis of temperatures, all others minutes. [s]"""
 _HOTTEST = 1.3
 """Temperatures are drawn up to this factor times the highest permissible one."""
 
@@ -35,7 +37,7 @@ def data(found: DutyComparison) -> dict[str, Any]:
     -------
     dict
         closed: whether the cycle repeats; time [s]; panels: title of axis to curves by drive; heat: motor of a drive to
-        (time [min], winding [°C], permissible [°C]); losses: as `infinivar.figures.losses.data` gives, in J.
+        (time in heat_unit, winding [°C], permissible [°C]); losses: as `infinivar.figures.losses.data` gives, in J.
     """
     results = list(found.results.values())
     first = results[0].columns
@@ -47,14 +49,20 @@ def data(found: DutyComparison) -> dict[str, Any]:
         curves = {result.title: factor * result.columns[name][thin] for result in results if name in result.columns}
         if curves:
             panels[title] = curves
+    brief = not found.duty.closed and found.duty.period < _BRIEF
     heat = {
-        f"{result.title}, {what}": (hot.time / 60.0, hot.winding_history - 273.15, hot.permissible - 273.15)
+        f"{result.title}, {what}": (
+            hot.time / (1.0 if brief else 60.0),
+            hot.winding_history - 273.15,
+            hot.permissible - 273.15,
+        )
         for result in results
         for what, hot in result.heat.items()
         if hot is not None
     }
     return {
         "closed": found.duty.closed,
+        "heat_unit": "s" if brief else "min",
         "time": first["time_s"][thin],
         "titles": [result.title for result in results],
         "panels": panels,
@@ -107,7 +115,7 @@ def draw_heat(ax: Axes, numbers: Mapping[str, Any]) -> None:
             fontsize=7,
         )
     repeated = numbers["closed"]
-    ax.set_xlabel("time from a cold start [min]" if repeated else "time in the run [min]")
+    ax.set_xlabel(f"time {'from a cold start' if repeated else 'in the run'} [{numbers['heat_unit']}]")
     ax.set_ylabel("winding temperature [°C]")
     ax.set_title("winding temperature, cycle repeated" if repeated else "winding temperature")
     ax.margins(x=0.02, y=0.12)  # a winding that runs away at once is beside the axis, not under it

@@ -19,8 +19,8 @@ _BUCKETS = 700
 _MOST_LOOP = 4000
 _WIDTH = 10.6
 """Width of the figure. [inch]"""
-_DECADES = 10.0
-"""Decades of the spectrum shown below its peak."""
+_DECADES = 7.0
+"""Decades of the amplitude shown below its peak."""
 _BANDS_PER_DECADE = 60
 _MOST_STRIDES = 60
 """Strides drawn one by one."""
@@ -125,16 +125,21 @@ def draw_spectrum(ax: Axes, numbers: Mapping[str, Any]) -> None:
     from matplotlib.ticker import NullLocator
 
     frequency, amplitude = numbers["spectrum"]
+    ax.set_title("spectrum as recorded")
+    if not np.any(amplitude > 0.0):
+        ax.text(0.5, 0.5, "no motion", transform=ax.transAxes, ha="center", va="center")
+        ax.set(xticks=(), yticks=())
+        return
     ax.loglog(frequency, amplitude, color=_SMOOTH, lw=1.0)
-    ax.axhline(numbers["floor"], color="#777777", lw=0.8, ls="dotted", label="noise floor")
+    if numbers["floor"] > 0.0:
+        ax.axhline(numbers["floor"], color="#777777", lw=0.8, ls="dotted", label="noise floor")
     ax.axvline(numbers["cutoff"], color=style.COLOURS[1], lw=1.2, label=f"cutoff {numbers['cutoff']:g} Hz")
     ax.axvspan(0.5 * numbers["cutoff"], numbers["cutoff"], color=style.COLOURS[1], alpha=0.12, lw=0)
     ax.xaxis.set_minor_locator(NullLocator())
     ax.yaxis.set_minor_locator(NullLocator())
     top = float(np.max(amplitude, initial=1e-300))
-    ax.set_ylim(max(float(np.min(amplitude, initial=top)), top * 10.0 ** (-0.5 * _DECADES)), 3.0 * top)
+    ax.set_ylim(max(float(np.min(amplitude, initial=top)), top * 10.0**-_DECADES), 3.0 * top)
     ax.set(xlabel="frequency [Hz]", ylabel=f"amplitude density [{numbers['spectrum_unit']}]")
-    ax.set_title("spectrum as recorded")
     ax.legend(loc="best", fontsize=7)
 
 

@@ -18,8 +18,15 @@ if TYPE_CHECKING:
 # Panels: axis title, factor, and columns with their labels.
 _PANELS: tuple[tuple[str, float, dict[str, str]], ...] = (
     ("position\n[mm]", 1e3, {"position_m": "link", "wanted_position_m": "wanted"}),
+    ("angle\n[deg]", 180.0 / np.pi, {"angle_rad": "joint", "wanted_angle_rad": "wanted"}),
     ("speed\n[m/s]", 1.0, {"speed_m_s": "link"}),
+    ("speed\n[rad/s]", 1.0, {"speed_rad_s": "joint"}),
     ("force on\nload [N]", 1.0, {"force_N": "external"}),
+    ("moment on\nload [N m]", 1.0, {"moment_Nm": "external"}),
+    ("drive\n[mm]", 1e3, {"drive_position_m": "drive"}),
+    ("drive\n[deg]", 180.0 / np.pi, {"drive_position_rad": "drive"}),
+    ("deflection\n[mm]", 1e3, {"series_spring_deflection_m": "series spring"}),
+    ("deflection\n[deg]", 180.0 / np.pi, {"series_torsion_spring_deflection_rad": "series spring"}),
     ("steering\nangle [deg]", 180.0 / np.pi, {"steering_angle_rad": "wheel"}),
     ("cylinder\n[rad/s]", 1.0, {"cylinder_speed_rad_s": "cylinder"}),
     ("lateral over\nslip force [-]", 1.0, {"slip_ratio": "wheel"}),
@@ -36,6 +43,8 @@ _WHERE = {
     Limit.GEAR: "motor_current_A",
     Limit.STEERING: "steering_angle_rad",
     Limit.REGENERATION: "supply_power_W",
+    Limit.LINKAGE: "angle_rad",
+    Limit.SPRING: "series_spring_deflection_m",
 }
 
 _LEAST = 0.005
@@ -57,7 +66,7 @@ def data(simulation: Simulation) -> dict[str, Any]:
     panels, limits = {}, {}
     for title, factor, wanted in _PANELS:
         curves = {words: factor * np.asarray(columns[name]) for name, words in wanted.items() if name in columns}
-        if not curves or (title.startswith("force") and not np.any(columns["force_N"])):
+        if not curves or ("external" in curves and not np.any(curves["external"])):
             continue
         panels[title] = curves
         limits[title] = [

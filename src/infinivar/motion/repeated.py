@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from infinivar.axis import LINEAR, Axis
 from infinivar.motion.motion import MotionState
 
 
@@ -16,10 +17,11 @@ class Repeated:
     shape: ClassVar[str] = "duty cycle"
     breaks: Sequence[float] = ()
 
-    def __init__(self, period: float, values: np.ndarray, begin: float) -> None:
+    def __init__(self, period: float, values: np.ndarray, begin: float, axis: Axis = LINEAR) -> None:
         """From a time `begin` [s] of the cycle on."""
         from scipy.interpolate import CubicSpline
 
+        self.axis: Axis = axis
         self.period: float = period
         self.step: float = period / len(values)
         self.begin: float = begin

@@ -5,7 +5,8 @@ until the continuation no longer affects the run, and only then made periodic:
 
 1. Beyond an end at which the quantity is ``x_0`` and its second derivative ``a``, it continues as the odd reflection about the
    parabola: ``x(-t) = 2 (x_0 + a t^2/2) - x(t)``. Value and slope continue by the reflection, the second derivative by the
-   parabola, whose values follow from a least-squares fit over the first wave. The continuation lasts three waves.
+   parabola, which a least-squares fit gives: over the first wave, or up to three where noise dominates. The continuation
+   lasts three waves.
 2. The straight line through the ends of the continued run is subtracted, which leaves zero at both ends, and the rest is
    reflected to an odd periodic function: a sine series with the low-pass filter of `infinivar.motion.fourier`.
 
@@ -28,6 +29,12 @@ _LEAD = 3.0
 
 _FIT = 1.0
 """Length of the fit at each end, in waves."""
+
+_LONGER = (1.5, 2.0, 3.0)
+"""Lengths to which the fit is extended where noise dominates, in waves."""
+
+_AGREES = 2.5
+"""Largest change of the curvature with which a longer fit replaces a shorter one, in standard errors of the shorter."""
 
 _CURVED = 3.0
 """A fit has a fourth-order term only if it exceeds this multiple of its standard error."""
@@ -104,16 +111,29 @@ def mirrored(values: np.ndarray) -> np.ndarray:
 def _even_part(time: np.ndarray, values: np.ndarray, wave: float, ahead: np.ndarray) -> np.ndarray:
     """Value and curvature of a quantity at time 0, as a parabola at times `ahead`. [s]
 
-    They are fitted by a polynomial of third order over the first wave, or of fourth order where the data show the fourth.
+    They are fitted over the first wave, by a polynomial of fourth order where the data show the fourth, else of third. Where
+    noise dominates, the fit is extended while the curvature stays the same within its error.
     """
-    count = max(int(np.searchsorted(time, _FIT * wave, side="right")), min(len(time), 6))
-    share, fitted = time[:count] / wave, values[:count]
-    order = 3
-    if count > 6:
-        design = polynomial.polyvander(share, 4)
-        best, *_ = np.linalg.lstsq(design, fitted, rcond=None)
-        spread = float(np.sum((fitted - design @ best) ** 2)) / (count - 5)
-        error = math.sqrt(spread * np.linalg.inv(design.T @ design)[4, 4])
-        order = 4 if abs(best[4]) > _CURVED * error else 3
-    best = polynomial.polyfit(share, fitted, order)
-    return best[0] + best[2] * (ahead / wave) ** 2
+    level, bend, error = _fitted(time, values, wave, _FIT, 4)
+    if error == np.inf:
+        level, bend, error = _fitted(time, values, wave, _FIT, 3)
+    for waves in _LONGER:
+        further = _fitted(time, values, wave, waves, 3)
+        if not (further[2] < error and abs(further[1] - bend) <= _AGREES * error):
+            break
+        level, bend, error = further
+    return level + bend * (ahead / wave) ** 2
+
+
+def _fitted(time: np.ndarray, values: np.ndarray, wave: float, waves: float, order: int) -> tuple[float, float, float]:
+    """Value, half the second derivative per square wave, and its standard error; inf if the highest order does not show."""
+    count = max(int(np.searchsorted(time, waves * wave, side="right")), min(len(time), 6))
+    if count < order + 2:
+        order = min(order, count - 2)
+    design = polynomial.polyvander(time[:count] / wave, order)
+    best, *_ = np.linalg.lstsq(design, values[:count], rcond=None)
+    spread = float(np.sum((values[:count] - design @ best) ** 2)) / (count - order - 1)
+    errors = np.sqrt(spread * np.diag(np.linalg.inv(design.T @ design)))
+    if order == 4 and abs(best[4]) <= _CURVED * errors[4]:
+        return float(best[0]), float(best[2]), np.inf
+    return float(best[0]), float(best[2]), float(errors[2])

@@ -103,6 +103,12 @@ class Scenario(Task):
         return self._common_axis(motion, *forces)
 
     @property
+    def states_axis(self) -> bool:
+        """Whether motion, force or mass of the load decide the axis; a load at rest may be along or about any."""
+        masses = (self.load_mass, self.load_inertia)
+        return not isinstance(self.path, Rest) or self.force is not None or any(mass is not None for mass in masses)
+
+    @property
     def path(self) -> Motion:
         """The motion; at rest if none is given."""
         return Rest() if self.motion is None else self.motion

@@ -24,6 +24,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.files.table import RecordedTable
+from infinivar.motion.files.timing import unwrapped
 from infinivar.units import percent, plain
 
 POINTS = 201
@@ -252,9 +253,7 @@ def _by_heel_strikes(time: np.ndarray, strikes: np.ndarray) -> np.ndarray:
 
 def _by_phase(time: np.ndarray, phase: np.ndarray) -> np.ndarray:
     """Times at which a phase passes the end of a cycle, interpolated."""
-    drops = np.diff(phase) < -0.5
-    whole = phase + np.concatenate([[0.0], np.cumsum(drops)])
-    rising = np.maximum.accumulate(whole)
+    rising = np.maximum.accumulate(unwrapped(phase))
     turns = np.arange(math.ceil(rising[0] - 1e-9), math.floor(rising[-1] + 1e-9) + 1)
     keep = np.concatenate([[True], np.diff(rising) > 0.0])
     return np.interp(turns, rising[keep], time[keep])
@@ -274,9 +273,13 @@ def _by_period(
     even = even - np.polyval(np.polyfit(np.arange(count), even, 1), np.arange(count))
     lag, agreement = _main_lag(even, None if period is None else period / step)
     if not agreement >= _MATCH:
+        best = (
+            f"agrees with itself by {percent(agreement)} at best, after {plain(lag * step, 3)} s"
+            if agreement > 0.0
+            else "does not repeat"
+        )
         raise InputError(
-            f"{name}: no repeated stride found: the motion agrees with itself by {percent(max(agreement, 0.0))} at best, after "
-            f"{plain(lag * step, 3)} s; name a column of heel strikes, or set the stride time"
+            f"{name}: no repeated stride found: the motion {best}; name a column of heel strikes, or set the stride time"
         )
     starts = _matched(even, lag)
     asked = "a given period" if period is not None else "period"
@@ -289,8 +292,6 @@ def _main_lag(values: np.ndarray, asked: float | None) -> tuple[float, float]:
 
     The autocorrelation of each lag is relative to the two parts of the record that it compares. With a lag `asked` for, the
     highest peak within a quarter of it counts.
-
-    Source: Wiener-Khinchin theorem.
     """
     count = len(values)
     size = 1 << (2 * count - 1).bit_length()

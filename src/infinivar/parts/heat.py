@@ -40,6 +40,8 @@ NEEDED = (
 
 _STEPS_PER_TIME_CONSTANT = 50
 _LEAST_STEPS, _MOST_STEPS = 8, 4000
+_RUN_STEPS = 1000
+"""Most steps of a run in `through_run`."""
 _NEVER = 60
 """Doublings of a cycle, 1e18 cycles in all, after which the limit counts as never reached."""
 _MARGIN = 1e-9
@@ -318,7 +320,7 @@ def through_run(
 
     Returns
     -------
-    highest, mean : (..., 1) float   At the ends of at most 4000 steps; 50 per winding time constant in a short run. [K]
+    highest, mean : (..., 1) float   At the ends of at most 1000 steps. [K]
 
     Source: maxon2020; see the module.
     """
@@ -329,9 +331,8 @@ def through_run(
     assert motor.winding_time_constant is not None
     assert motor.housing_time_constant is not None
     square, friction = xp.broadcast_arrays(current * current, friction_power + 0.0 * current)
-    shortest = float(np.min(np.real(np.asarray(motor.winding_time_constant))))
-    wanted = math.ceil(_STEPS_PER_TIME_CONSTANT * duration / shortest)
-    edges = np.linspace(0, square.shape[-1], min(max(wanted, _LEAST_STEPS), _MOST_STEPS, square.shape[-1]) + 1)
+    # The number of steps depends on no value, which may be that of an array library.
+    edges = np.linspace(0, square.shape[-1], min(_RUN_STEPS, square.shape[-1]) + 1)
     winding = housing = start + 0.0 * xp.mean(square, axis=-1, keepdims=True)
     highest, total = winding, 0.0 * winding
     for first, last in itertools.pairwise(edges.astype(int).tolist()):

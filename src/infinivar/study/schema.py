@@ -242,6 +242,8 @@ def _texts(field: dataclasses.Field[Any]) -> Key:
         texts = {}
         for name, entry in raw.items():
             try:
+                if isinstance(entry, dict) and "value" not in entry:
+                    raise ValueError("must be text")
                 texts[name] = read_one(entry).value
             except ValueError as problem:
                 raise ValueError(f"entry {printable(name)} {problem}") from problem

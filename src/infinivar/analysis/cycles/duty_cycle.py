@@ -412,8 +412,7 @@ def _unheld(drive: Any) -> Any:
 def _largest_hold(drive: Drive, instants: Instants, mass: float) -> Holding:
     """Standstill under the largest force of a cycle; with springs or a linkage, at that force's instant and sign."""
     force = np.asarray(instants.course.driving_force(mass).value)
-    output = getattr(drive, "output", None)
-    if output is None or not output.chain:
+    if not getattr(getattr(drive, "output", None), "chain", ()):
         return holding(drive, float(np.max(np.abs(force))))
     place = int(np.argmax(np.abs(force)))
     spread = np.broadcast_to(force, instants.time.shape)
@@ -428,7 +427,8 @@ def holding(drive: Drive, force: float, *, position: float = 0.0) -> Holding:
     With the cylinder stopped, the locked wheel holds any force below slip without power; the amplifiers draw standby power
     only.
     """
-    point, bare = (operated(held, speed=0.0, force=force, position=position) for held in (drive, _unheld(drive)))
+    at: dict[str, Any] = {"position": position} if position else {}
+    point, bare = (operated(held, speed=0.0, force=force, **at) for held in (drive, _unheld(drive)))
     parked = run_up = None
     if isinstance(drive, CoboticDrive):
         parked = drive.amplifier.standby_power

@@ -50,7 +50,8 @@ class TwoWays(Result):
     prescribed, followed : float             Energy from the supply, prescribed and simulated. [J]
     as_turning : float                       Prescribed energy at the simulated cylinder speed; nan if the cylinder stops. [J]
     lost_prescribed, lost_followed           Losses by name. [J]
-    rms_error : float                        RMS position error of the load. [m]
+    rms_error : float                        RMS position error of the load. [m], [rad]
+    rotary : bool                            Whether the load moves about a joint.
     stays : bool                             Whether the load rests for part of the cycle.
     speed_ripple : float                     Largest relative deviation of the cylinder speed; 0 without a cylinder. [-]
     stored : float                           Increase over the simulated cycle of the energy in inertias of drive and load. [J]
@@ -66,12 +67,13 @@ class TwoWays(Result):
     speed_ripple: float
     stored: float
     simulation: Simulation
+    rotary: bool = False
 
     @property
     def explanation(self) -> str:
         """Explanation of the difference between both energies."""
         total = self.followed - self.prescribed
-        why = [f"RMS position error {plain(1e3 * self.rms_error, 2)} mm"]
+        why = [_error(self.rms_error, self.rotary)]
         if self.speed_ripple:
             why.append(
                 f"the cylinder speed, prescribed as constant, varies by {percent(self.speed_ripple, 1)} as the cylinder's "
@@ -135,9 +137,10 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
         title=duty.title,
         duration=(lead + _STEPS) * step,
         output_step=step,
-        motion=Repeated(period, position, begin),
-        force=Repeated(period, push, begin) if np.any(push) else None,
-        load_mass=mass or None,
+        motion=Repeated(period, position, begin, duty.axis),
+        force=Repeated(period, push, begin, duty.axis) if np.any(push) else None,
+        load_mass=None if duty.axis.rotary else mass or None,
+        load_inertia=mass or None if duty.axis.rotary else None,
     )
     run = simulate(drive, scenario)
     instants = duty.instants(orders=drive.orders)
@@ -166,7 +169,12 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
         speed_ripple=ripple,
         stored=sum(over(values) for values in trajectory.stored.values()),
         simulation=run,
+        rotary=duty.axis.rotary,
     )
+
+
+def _error(size: float, rotary: bool) -> str:
+    return f"RMS angle error {plain(size, 2)} rad" if rotary else f"RMS position error {plain(1e3 * size, 2)} mm"
 
 
 def _as_turning(drive: CoboticDrive, duty: DutyCycle, turning: np.ndarray) -> float:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeVar
 
 from infinivar._core.fields import given
 from infinivar.bondgraph.causality import assign
@@ -15,7 +15,9 @@ from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_graph
-from infinivar.drivetrain.graphs import compliances, controllers, plants
+from infinivar.drivetrain.graphs import compliances, controllers, output_start, planned, plants
+from infinivar.drivetrain.graphs.planned import Planned
+from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
 from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
@@ -85,7 +87,31 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
         raise ParameterError(
             f"duration must be <= {longest:g} s at this drive's controllers.sample_rate, got {scenario.duration:g}"
         )
+    output_start.check(drive.output, scenario)
     return _cobotic(drive, scenario) if isinstance(drive, CoboticDrive) else _conventional(drive, scenario)
+
+
+def _path(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, follows: bool) -> Motion:
+    """Motion of the drive: that of the load, or what it asks for behind springs and a linkage."""
+    if not drive.output.chain:
+        return scenario.path
+    return planned.planned(
+        drive.output,
+        scenario.path,
+        scenario.force,
+        duration=scenario.duration,
+        sample_time=1.0 / drive.control.sample_rate,
+        mass=scenario.moved_mass,
+        follows=follows,
+    )
+
+
+_Driven = TypeVar("_Driven", CoboticDrive, ConventionalDrive)
+
+
+def _bare(drive: _Driven) -> _Driven:
+    """The drive without springs and linkage between it and its load."""
+    return replace(drive, output=Output()) if drive.output.chain else drive
 
 
 def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
@@ -98,19 +124,20 @@ def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
     graph = plants.cobotic_graph(
         drive,
-        load_mass=scenario.load_mass or None,
+        load_mass=scenario.moved_mass or None,
         electrical=scenario.electrical,
         imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,
     )
     held = _held_angle(scenario)
+    path = _path(drive, scenario, held is None and scenario.link == "controlled")
     running = scenario.cylinder == "running" and drive.cylinder_speed != 0.0
-    idle = float(drive.operate(speed=0.0, force=0.0).states["motor_current_A"]) if running else 0.0
+    idle = float(_bare(drive).operate(speed=0.0, force=0.0).states["motor_current_A"]) if running else 0.0
     return Machine(
         graph,
         _load_inputs(scenario),
-        _cobotic_start(drive, scenario, graph, held, running, idle),
-        _cobotic_controller(drive, scenario, stick_speed, held, idle),
+        _cobotic_start(drive, scenario, path, graph, held, running, idle),
+        _cobotic_controller(drive, scenario, path, stick_speed, held, idle),
     )
 
 
@@ -126,10 +153,16 @@ def _held_angle(scenario: Scenario) -> float | None:
 
 
 def _cobotic_start(
-    drive: CoboticDrive, scenario: Scenario, graph: BondGraph, held: float | None, running: bool, idle: float
+    drive: CoboticDrive,
+    scenario: Scenario,
+    path: Motion,
+    graph: BondGraph,
+    held: float | None,
+    running: bool,
+    idle: float,
 ) -> dict[str, float]:
     """Initial states: a cylinder that runs is at speed, and a link that follows moves as its motion begins."""
-    begin = scenario.path.at(0.0)
+    begin = path.at(0.0)
     imposed, follow = scenario.link == "imposed", held is None
     full_speed = drive.transmission.cylinder_radius * drive.cylinder_speed
     initial = {
@@ -137,7 +170,13 @@ def _cobotic_start(
         "phi": -math.atan(begin.speed / full_speed) if held is None else held,
         "l": begin.position if follow or imposed else 0.0,
     }
-    if not imposed:
+    if isinstance(path, Planned):
+        speed = begin.speed if running and follow else 0.0
+        load = scenario.path.at(0.0)._replace(**({} if running and follow else {"speed": 0.0}))
+        initial["l"] = begin.position
+        initial |= output_start.states(drive.output, graph, load, path.load_force)
+        initial |= {"link.m_l": speed} if "link.m_l" in assign(graph).independent else {}
+    elif not imposed:
         link = next(e.name for e in graph.elements if e.name in ("load_mass", "link.m_l"))
         initial[link] = begin.speed if running and follow else 0.0
     if scenario.electrical == "voltage":
@@ -146,7 +185,7 @@ def _cobotic_start(
 
 
 def _cobotic_controller(
-    drive: CoboticDrive, scenario: Scenario, stick_speed: float, held: float | None, idle: float
+    drive: CoboticDrive, scenario: Scenario, path: Motion, stick_speed: float, held: float | None, idle: float
 ) -> controllers.CoboticController:
     settings, steering, gear, motor = drive.control, drive.steering, drive.gearhead.ratio, drive.motor
     assert steering is not None  # or there were no graph
@@ -173,7 +212,7 @@ def _cobotic_controller(
         run_up_time=scenario.run_up_time or 0.0,
         largest_angle=drive.transmission.steering_range,
         held_angle=held,
-        path=scenario.path,
+        path=path,
         standstill=_standstill(settings.rest_error, stick_speed, 0.1),  # what is left of it goes on all the time
         started={"cylinder": idle},
         outputs=("I_c", "I_s") if scenario.electrical == "voltage" else ("cylinder.source", "steering.source"),
@@ -190,31 +229,38 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
     stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
     graph = plants.conventional_graph(
         drive,
-        load_mass=scenario.load_mass or None,
+        load_mass=scenario.moved_mass or None,
         electrical=scenario.electrical,
         imposed_motion=scenario.link == "imposed",
         stick_speed=stick_speed,
     )
+    path = _path(drive, scenario, scenario.link == "controlled")
     return Machine(
         graph,
         _load_inputs(scenario),
-        _conventional_start(drive, scenario, graph),
-        _conventional_controller(drive, scenario, stick_speed),
+        _conventional_start(drive, scenario, path, graph),
+        _conventional_controller(drive, scenario, path, stick_speed),
     )
 
 
-def _conventional_start(drive: ConventionalDrive, scenario: Scenario, graph: BondGraph) -> dict[str, float]:
+def _conventional_start(
+    drive: ConventionalDrive, scenario: Scenario, path: Motion, graph: BondGraph
+) -> dict[str, float]:
     """Initial states: a link that is followed moves as its motion begins, and compliances carry its force."""
-    follow, begin = scenario.link != "free", scenario.path.at(0.0)
+    follow, begin = scenario.link != "free", path.at(0.0)
     ratio, radius = drive.gearhead.ratio, _travel(drive)
     scales = {"load_mass": 1.0, "J_gpc": 1.0 / radius, "J_m": ratio / radius, "J_g": ratio / radius}
     moving = [name for name in assign(graph).independent if name in scales]
     initial = {name: begin.speed * scales[name] if follow else 0.0 for name in moving}
     force = inertial = 0.0
     if follow:
-        force = (scenario.load_mass or 0.0) * begin.acceleration - _outer_force(scenario)
+        force = scenario.moved_mass * begin.acceleration - _outer_force(scenario)
         inertial = (drive.gear_output_inertia or 0.0) * begin.acceleration / radius
-    return {"l": begin.position if follow else 0.0, **initial, **compliances.at_rest(drive, force, inertial)}
+    position = begin.position if follow else 0.0
+    if isinstance(path, Planned):
+        force, position = path.force(0.0), begin.position
+        initial |= output_start.states(drive.output, graph, scenario.path.at(0.0), path.load_force)
+    return {"l": position, **initial, **compliances.at_rest(drive, force, inertial)}
 
 
 def _outer_force(scenario: Scenario) -> float:
@@ -223,10 +269,14 @@ def _outer_force(scenario: Scenario) -> float:
 
 
 def _conventional_controller(
-    drive: ConventionalDrive, scenario: Scenario, stick_speed: float
+    drive: ConventionalDrive, scenario: Scenario, path: Motion, stick_speed: float
 ) -> controllers.ConventionalController:
     settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, _travel(drive)
-    inertia = (scenario.load_mass or 0.0) + (drive.gear_output_inertia or 0.0) / radius**2
+    inertia, carried = (drive.gear_output_inertia or 0.0) / radius**2, scenario.moved_mass
+    if isinstance(path, Planned):  # the planned force includes the load's inertia
+        carried = output_start.carried(drive.output, scenario.path.at(0.0).position, carried)
+    else:
+        inertia, carried = carried + inertia, 0.0
     rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
     gain = motor.torque_constant * ratio / radius
     gear = _gear_friction(drive, gain)
@@ -235,7 +285,7 @@ def _conventional_controller(
     return controllers.ConventionalController(
         sample_time=1.0 / settings.sample_rate,
         speed=controllers.speed_loop(
-            settings.speed_bandwidth, inertia + rotor, gain, settings.current_limit or _stall(motor)
+            settings.speed_bandwidth, inertia + carried + rotor, gain, settings.current_limit or _stall(motor)
         ),
         link_gain=2.0 * math.pi * settings.link_bandwidth,
         inertia=inertia / gain,
@@ -245,19 +295,20 @@ def _conventional_controller(
         driving=gear.driving,
         driven=gear.driven,
         full_speed=hardly,
-        path=scenario.path if scenario.link != "free" else None,
+        path=path if scenario.link != "free" else None,
+        planned=functools.partial(_planned_current, path, gain) if isinstance(path, Planned) else _no_current,
         standstill=_standstill(settings.rest_error, hardly, 0.5),
         holding=functools.partial(_holding, drive),
-        encoder=_encoder(drive, scenario),
+        encoder=_encoder(drive, scenario, path),
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
 
 
-def _encoder(drive: ConventionalDrive, scenario: Scenario) -> controllers.Encoder:
+def _encoder(drive: ConventionalDrive, scenario: Scenario, path: Motion) -> controllers.Encoder:
     """What the controller measures: the load, or the motor where something between them gives way."""
     if drive.gearhead.stiffness is None and drive.stage.stiffness is None:
         return controllers.Encoder()
-    begin = scenario.path.at(0.0).position if scenario.link != "free" else 0.0
+    begin = path.at(0.0).position if scenario.link != "free" or isinstance(path, Planned) else 0.0
     return controllers.Encoder("motor_angle", "motor_speed", _travel(drive) / drive.gearhead.ratio, begin)
 
 
@@ -273,9 +324,10 @@ class _GearFriction(NamedTuple):
 def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
     """Friction on either side of the gear, from currents while the load is moved and while it moves the motor."""
     driving, driven = _passed(drive)
+    bare = _bare(drive)
     # So slow that nothing but friction takes current.
-    raised = float(drive.operate(speed=_CRAWL, force=0.0).states["motor_current_A"])
-    lowered = driven * _HEAVY / gain - float(drive.operate(speed=-_CRAWL, force=_HEAVY).states["motor_current_A"])
+    raised = float(bare.operate(speed=_CRAWL, force=0.0).states["motor_current_A"])
+    lowered = driven * _HEAVY / gain - float(bare.operate(speed=-_CRAWL, force=_HEAVY).states["motor_current_A"])
     # What the gear passes on differently in the two directions lies behind it.
     friction = (raised - lowered) / (driving - driven) if driving != driven else 0.0
     return _GearFriction(driving, driven, friction, raised - driving * friction)
@@ -310,8 +362,17 @@ def _holding(drive: ConventionalDrive, current: float) -> float:
     """Holding current with the help of friction, given the holding current without it. [A]"""
     motor = drive.motor
     force = current * motor.torque_constant * drive.gearhead.ratio / _travel(drive)
-    helped = float(drive.operate(speed=0.0, force=force).states["motor_current_A"])
+    helped = float(_bare(drive).operate(speed=0.0, force=force).states["motor_current_A"])
     return current + _TRUSTED * (helped - current)
+
+
+def _planned_current(path: Planned, gain: float, time: float) -> float:
+    """Current for the planned force at the drive's side of its output. [A]"""
+    return path.force(time) / gain
+
+
+def _no_current(time: float) -> float:
+    return 0.0
 
 
 def _stall(motor: Motor) -> float:

@@ -185,7 +185,8 @@ class ConventionalController:
     Inertia and friction of the load (`inertia` [A s^2 m^-1], `friction` [A]) and of the motor (`rotor`, `motor_friction`) are
     fed forward, multiplied by the gear's factors while it drives and while it is backdriven (`driving`, `driven` [-]), so that
     the integral converges to the external force. While the load is left at rest, the motor supplies what friction does not
-    hold.
+    hold. Springs and linkages between drive and load make a planned force there (`planned` [A] over time), which is fed forward
+    as well; it then includes the inertia of the load and the external force.
     """
 
     sample_time: float
@@ -204,6 +205,8 @@ class ConventionalController:
     """Maps the holding current without friction to the holding current with it. [A]"""
     encoder: Encoder
     output: str
+    planned: Callable[[float], float]
+    """Maps time to the current for the planned force at the drive's output. [A]"""
 
     def start(self, measured: Mapping[str, float]) -> tuple[float, float | None]:
         """Integral of the speed loop, and the current that holds a load left at rest."""
@@ -221,12 +224,14 @@ class ConventionalController:
         rests = held is not None
         near = self.standstill.near(rests, goal, position)
         if near and self.standstill.still(rests, speed):
-            held = self.holding(integral) if held is None else held
-            return {self.output: min(max(held, -self.speed.limit), self.speed.limit)}, (integral, held)
+            load = self.planned(time)
+            held = self.holding(integral + load) - load if held is None else held
+            return {self.output: min(max(held + load, -self.speed.limit), self.speed.limit)}, (integral, held)
         wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - position)
         share = _share(wanted, self.full_speed)
 
-        effort = integral + self.inertia * goal.acceleration
+        known = self.inertia * goal.acceleration + self.planned(time)
+        effort = integral + known
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
         # While a self-locking gear holds the load, the integral does not grow; a self-locking screw turns its sign.
@@ -235,7 +240,7 @@ class ConventionalController:
             integral,
             min(max(passed, -1.0), 1.0) * self.sample_time,
             lambda grown: (
-                passed * (grown + self.inertia * goal.acceleration + self.friction * share)
+                passed * (grown + known + self.friction * share)
                 + self.rotor * goal.acceleration
                 + self.motor_friction * share
             ),

@@ -128,9 +128,9 @@ def gearhead(
     return elements, chains, signals
 
 
-def gear(name: str, symbol: str, ratio: float) -> Element:
+def gear(name: str, symbol: str, ratio: float, unit: str = "") -> Element:
     """Reduction gear: the output shaft turns slower by `ratio`."""
-    return bg.transformer(name, symbol, _inverse, parameters={"ratio": Parameter(symbol, ratio)})
+    return bg.transformer(name, symbol, _inverse, parameters={"ratio": Parameter(symbol, ratio, unit)})
 
 
 def friction(name: str, symbol: str, size: float, unit: str, stick: Parameter, title: str = "") -> Element | None:
@@ -160,12 +160,16 @@ def encoder_signals(of: str) -> list[Signal]:
     ]
 
 
-def load(mass: float | None, imposed_motion: bool, at: str = "output") -> tuple[list[Element], list[str]]:
-    """The 1-junction of the load with its mass, and the source of external force or motion."""
-    elements, chains = [bg.one(at, r"\dot{l}")], []
+def load(
+    mass: float | None, imposed_motion: bool, at: str = "output", *, speed: str = r"\dot{l}", rotary: bool = False
+) -> tuple[list[Element], list[str]]:
+    """The 1-junction of the load with its mass, and the source of external force or motion; `speed` is a symbol."""
+    elements, chains = [bg.one(at, speed)], []
     if mass:
-        elements.append(bg.inertia("load_mass", "m", mass, "kg", title="load"))
+        symbol, unit = ("J_L", "kg m^2") if rotary else ("m", "kg")
+        elements.append(bg.inertia("load_mass", symbol, mass, unit, title="load"))
         chains.append(f"{at} > load_mass")
     if imposed_motion:
-        return [*elements, bg.flow_source("motion", r"\dot{l}_e", title="load")], [*chains, f"motion > {at}"]
-    return [*elements, bg.effort_source("force", "f", title="load")], [*chains, f"force > {at}"]
+        return [*elements, bg.flow_source("motion", f"{speed}_e", title="load")], [*chains, f"motion > {at}"]
+    push = bg.effort_source("force", "M_L" if rotary else "f", title="load")
+    return [*elements, push], [*chains, f"force > {at}"]

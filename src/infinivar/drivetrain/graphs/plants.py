@@ -17,7 +17,7 @@ from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, check_graph, needed
-from infinivar.drivetrain.graphs import compliances, pieces, stages
+from infinivar.drivetrain.graphs import compliances, output_pieces, pieces, stages
 from infinivar.drivetrain.graphs.pieces import Electrical
 from infinivar.errors import ParameterError, require
 from infinivar.transmission import creepage
@@ -286,7 +286,9 @@ def cobotic_graph(
     Source: faulring2006, Fig 10.
     """
     options: dict[str, Any] = {"stick_speed": stick_speed}
-    load, chains = pieces.load(load_mass, imposed_motion)
+    speed, rotary = output_pieces.speed_symbol(drive.output), drive.axis.rotary
+    load, chains = pieces.load(load_mass, imposed_motion, speed=speed, rotary=rotary)
+    spliced = output_pieces.between(drive.output, "link.link", "output")
     return bg.join(
         "Cobotic system",
         {
@@ -295,8 +297,9 @@ def cobotic_graph(
             "transmission": transmission_plant(drive.transmission, cylinder_speed=drive.cylinder_speed, **options),
             "link": link_plant(drive, **options),
         },
-        ["cylinder.cylinder > transmission.surface", "transmission.link > link.link > output", *chains],
-        elements=load,
+        ["cylinder.cylinder > transmission.surface", "transmission.link > link.link", *spliced.chains, *chains],
+        elements=[*load, *spliced.elements],
+        signals=spliced.signals,
     )
 
 
@@ -319,22 +322,36 @@ def conventional_graph(
         drive.motor, drive.amplifier, "n", electrical, motor_stick, "", ""
     )
     gear, gear_chains, gear_signals = pieces.gearhead(drive.gearhead, drive.motor, "n", motor_stick)
+    line = output_pieces.drive_end(drive.output)
+    spliced = output_pieces.between(drive.output, line, "load")
+    speed = output_pieces.speed_symbol(drive.output) if line != "load" else r"\dot{l}"
     stage, stage_chains, stage_signals, path = stages.output_stage(drive, stick_speed)
     torsion, stretch = compliances.gear_torsion(drive), compliances.stage_stretch(drive)
     stages.check_inertias(drive, load_mass or 0.0, imposed_motion)
-    path = " > ".join(filter(None, ("rotor > gear", torsion.node, path, stretch.node, "load")))
-    load, load_chains = pieces.load(load_mass, imposed_motion, at="load")
+    path = " > ".join(filter(None, ("rotor > gear", torsion.node, path, stretch.node, line)))
+    load, load_chains = pieces.load(load_mass, imposed_motion, at="load", speed=speed, rotary=drive.axis.rotary)
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
     attached, attached_chains = pieces.attach(
-        load=(pieces.friction("guideway", r"f_{lg}", drive.guideway.friction_force(), "N", stick),)
+        **{line: (pieces.friction("guideway", r"f_{lg}", drive.guideway.friction_force(), "N", stick),)}
     )
     encoder = pieces.encoder_signals("rotor") if torsion.node or stretch.node else []
     return BondGraph(
         "Conventional system",
-        [*load, *stage, *attached, *elements, *gear, *torsion.elements, *stretch.elements],
+        [
+            *load,
+            *stage,
+            *attached,
+            *elements,
+            *gear,
+            *torsion.elements,
+            *stretch.elements,
+            *([] if line == "load" else [bg.one(line, r"\dot{l}")]),
+            *spliced.elements,
+        ],
         [
             *chains,
             path,
+            *spliced.chains,
             *stage_chains,
             *attached_chains,
             *gear_chains,
@@ -346,7 +363,8 @@ def conventional_graph(
             *signals,
             *gear_signals,
             *stage_signals,
-            *pieces.motion_signals("load"),
+            *pieces.motion_signals(line),
+            *spliced.signals,
             *torsion.signals,
             *encoder,
         ],

@@ -1,0 +1,209 @@
+"""`infinivar motion`: what is understood of a recording, in the terminal, as JSON and as a page; runs and strides in studies."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import infinivar as iv
+from folders import results
+from infinivar.analysis.motion_summary import advice
+
+STUDY = """
+[requirement]
+force = "20 N"
+speed = "0.4 m/s"
+load_mass = "0.8 kg"
+[drives.geared]
+base = "faulring2006.motor2-gear4"
+[duty.session]
+shape = "file"
+file = "log.csv"
+{more}
+"""
+
+
+def log(path, *, duration=6.0, rate=200.0, heading="Time (s),Pos (mm),Fz (N)", scale=1.0, gap=None):
+    """Strides of 1.2 s, 30 mm, against 6 N; 12 mm further on at the end of each second."""
+    time = np.arange(round(duration * rate) + 1) / rate
+    if gap is not None:
+        time = time[(time <= gap) | (time >= gap + 0.1)]
+    turn = 2.0 * math.pi / 1.2
+    place, force = (
+        scale * (30.0 * np.sin(turn * time) + 8.0 * np.sin(2 * turn * time + 0.4)),
+        -6.0 - 4.0 * np.cos(turn * time),
+    )
+    rows = np.column_stack([time, place, force])
+    np.savetxt(path, rows, delimiter=",", header=heading, comments="", fmt="%.7g")
+    return path
+
+
+def test_the_numbers_are_those_of_the_closed_form(tmp_path):
+    """Five strides of two sinusoids: range, speed, acceleration, work and power of the force on the load."""
+    found = iv.inspect_motion(log(tmp_path / "log.csv"), load_mass=0.8)
+    turn = 2.0 * math.pi / 1.2
+    time = np.linspace(0.0, 6.0, 60001)[:-1]
+    speed = 1e-3 * (30.0 * turn * np.cos(turn * time) + 16.0 * turn * np.cos(2 * turn * time + 0.4))
+    acceleration = -1e-3 * (30.0 * turn**2 * np.sin(turn * time) + 32.0 * turn**2 * np.sin(2 * turn * time + 0.4))
+    power = (0.8 * acceleration + 6.0 + 4.0 * np.cos(turn * time)) * speed
+    assert found.closed
+    assert found.sampling.rows == 1201
+    assert found.sampling.rate == pytest.approx(200.0)
+    assert found.sampling.gaps == ()
+    assert found.extremes["speed"][1] == pytest.approx(np.max(speed), rel=2e-3)
+    assert found.extremes["speed"][2] == pytest.approx(np.sqrt(np.mean(speed**2)), rel=2e-3)
+    assert found.extremes["acceleration"][2] == pytest.approx(np.sqrt(np.mean(acceleration**2)), rel=2e-3)
+    assert np.max(found.power) == pytest.approx(np.max(power), rel=3e-3)
+    assert np.mean(found.power) == pytest.approx(np.mean(power), rel=3e-3)
+    given, taken = found.work
+    assert given == pytest.approx(np.mean(np.clip(power, 0.0, None)) * 6.0, rel=3e-3)
+    assert taken == pytest.approx(np.mean(np.clip(-power, 0.0, None)) * 6.0, rel=0.02)
+    assert found.strides.period == pytest.approx(1.2, rel=1e-3)
+    assert found.resting == 0.0
+
+
+def test_the_spectrum_holds_the_power_of_the_motion(tmp_path):
+    """Its integral is the variance (Parseval), and the advised cutoff lies above the second harmonic and well below the noise."""
+    found = iv.inspect_motion(log(tmp_path / "log.csv", duration=24.0))
+    spectrum = found.spectrum
+    variance = 1e-6 * 0.5 * (30.0**2 + 8.0**2)
+    assert np.sum(spectrum.power) * spectrum.frequency[0] == pytest.approx(variance, rel=0.02)
+    assert 2 / 1.2 - 0.05 < spectrum.passed < 2.5
+    assert spectrum.above < 1e-6
+    slow = iv.inspect_motion(tmp_path / "log.csv", cutoff=1.2)
+    assert slow.spectrum.above == pytest.approx(64.0 / 964.0, rel=0.02)  # the second harmonic alone
+    assert any("suffices" in one for one in advice(slow))
+
+
+def test_a_page_and_lines(infinivar, tmp_path):
+    log(tmp_path / "log.csv", duration=5.1)
+    outcome = infinivar("motion", "log.csv", "--out", "out")
+    assert (outcome.code, outcome.err) == (0, "")
+    for said in (
+        "does not close",
+        "'Pos (mm)' in mm",
+        "CSV with commas",
+        "no gaps",
+        "cutoff       10 Hz",
+        "closed = false",
+    ):
+        assert said in outcome.out
+    assert results(tmp_path / "out") == ["mean-cycle.csv", "motion-figure.svg", "motion.html", "motion.json"]
+    page = (tmp_path / "out" / "motion.html").read_text("utf-8")
+    for said in ("Pos (mm)", "does not close", "over the run", "Strides", "mean-cycle.csv"):
+        assert said in page
+    saved = json.loads((tmp_path / "out" / "motion.json").read_text("utf-8"))
+    assert saved["strides"]["strides"] == 3
+    again = infinivar("motion", "out/mean-cycle.csv", "--out", "again", "--json")
+    assert json.loads(again.out)["closed"]
+    assert json.loads(again.out)["duration_s"] == pytest.approx(1.2, rel=1e-3)
+
+
+def test_a_joint_is_shown_with_its_words(infinivar, tmp_path):
+    time = np.arange(401) / 100.0
+    rows = np.column_stack(
+        [100.0 * time / 4.0, 20.0 * np.sin(2 * np.pi * time / 4.0), 0.5 * np.cos(2 * np.pi * time / 4.0)]
+    )
+    head = "Gait cycle [%];Knee angle (deg);Knee moment [Nm/kg]"
+    np.savetxt(tmp_path / "knee.csv", rows, delimiter=";", header=head, comments="", fmt="%.6f")
+    outcome = infinivar("motion", "knee.csv", "--cycle-time", "1.2 s", "--body-mass", "75 kg", "--out", "out", "--json")
+    assert (outcome.code, outcome.err) == (0, "")
+    said = json.loads(outcome.out)
+    assert said["about_a_joint"]
+    assert said["closed"]
+    assert said["position"]["highest"] == pytest.approx(math.radians(20.0), rel=1e-3)
+    assert said["force"]["highest"] == pytest.approx(37.5, rel=1e-3)
+    page = (tmp_path / "out" / "motion.html").read_text("utf-8")
+    assert "moment on the load" in page
+    assert "N m" in page
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["log.csv", "--columns", "time"], "must be roles and headings"),
+        (["log.csv", "--columns", "tme=Time (s)"], "tme"),
+        (["log.csv", "--window", "2 s"], "must be a start and an end"),
+        (["log.csv", "--window", "2 s, 90 s"], "outside"),
+        (["log.csv", "--cutoff", "0.01 Hz"], "one period in the recording"),
+        (["log.csv", "--body-mass", "75 kg"], "per kilogram"),
+        (["log.csv", "--load-mass", "3 N"], "--load-mass"),
+        (["none.csv"], "none.csv"),
+    ],
+)
+def test_bad_input_is_one_message_and_writes_nothing(infinivar, tmp_path, arguments, message):
+    log(tmp_path / "log.csv")
+    outcome = infinivar("motion", *arguments, "--out", "out")
+    assert outcome.code == 2
+    assert message in outcome.err
+    assert outcome.err.count("infinivar:") == 1
+    assert results(tmp_path) == ["log.csv"]
+
+
+def test_a_gap_is_shown(tmp_path):
+    found = iv.inspect_motion(log(tmp_path / "log.csv", gap=2.0))
+    ((start, length),) = found.sampling.gaps
+    assert (start, length) == (pytest.approx(2.0), pytest.approx(0.1))
+    assert found.sampling.jitter < 1e-6
+    assert len(found.warnings) == 1
+
+
+def test_the_figure_draws_the_whole_run(tmp_path):
+    from infinivar.figures import motion_summary
+
+    found = iv.inspect_motion(log(tmp_path / "log.csv", duration=25.3))
+    numbers = motion_summary.data(found)
+    for curves in numbers["panels"].values():
+        for time, values in curves.values():
+            assert (time[0], time[-1]) == (pytest.approx(0.0, abs=0.02), pytest.approx(25.3, abs=0.02))
+            assert np.all(np.diff(time) > 0.0)
+            assert np.all(np.isfinite(values))
+    raw = next(iter(numbers["panels"].values()))["raw"][1]
+    assert np.max(raw) == pytest.approx(1e3 * np.max(found.table.values["position"]))
+    share, rows, mean, spread = next(iter(numbers["strides"].values()))
+    assert rows.shape == (len(found.strides), share.size)
+    assert mean.shape == spread.shape == share.shape
+
+
+def test_a_run_in_a_study_has_the_words_of_a_run(infinivar, tmp_path):
+    log(tmp_path / "log.csv", duration=5.1)
+    (tmp_path / "study.toml").write_text(STUDY.format(more='closed = false\nstart_temperature = "50 degC"'), "utf-8")
+    outcome = infinivar("compare", "study.toml", "--out", "out")
+    assert outcome.code == 0, outcome.err
+    assert "J over the run" in outcome.out
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    session = page[page.index("Duty cycle:") :]
+    for said in (
+        "Recorded run",
+        "Duration",
+        "motors start at 50",
+        "over the run",
+        "highest in the run",
+        "a run is not simulated",
+    ):
+        assert said in session, said
+    for not_said in ("per cycle", "repeated until", "a cycle<", "settled"):
+        assert not_said not in session, not_said
+    drive = json.loads((tmp_path / "out" / "results.json").read_text("utf-8"))["duty"]["session"]["drives"]["geared"]
+    assert drive["closed"] is False
+    assert drive["heat"]["motor"]["winding_C"] >= 49.9
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ('closed = "no"', 'duty.session.closed = "no" must be true or false'),
+        ("", "ends where it starts"),
+        ('closed = false\nstrides = "average"', "closed must be true with strides = 'average'"),
+        ('closed = false\nstride_time = "1 s"', "stride_time does not apply"),
+        ('strides = "average"\nstart_temperature = "50 degC"', "start_temperature does not apply to a cycle"),
+        ('strides = "averge"', "must be one of one, average"),
+    ],
+)
+def test_keys_that_do_not_fit_are_refused(infinivar, tmp_path, more, message):
+    log(tmp_path / "log.csv", duration=5.1)
+    (tmp_path / "study.toml").write_text(STUDY.format(more=more), "utf-8")
+    outcome = infinivar("check", "study.toml")
+    assert outcome.code == 2
+    assert message in outcome.err
