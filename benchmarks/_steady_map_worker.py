@@ -46,7 +46,7 @@ def parameters() -> dict[str, Any]:
     RuntimeError
         If there is more to the drive than the scripts know.
     """
-    drive, requirement = _drive(), load_study(STUDY).requirement
+    drive, requirement = _drive(), load_study(STUDY).required("the benchmark")
     motor, gear, element, amplifier = drive.motor, drive.gearhead, drive.transmission, drive.amplifier
     known = (
         drive.cylinder_speed > 0,

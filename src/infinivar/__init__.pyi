@@ -7,10 +7,12 @@ from .analysis.compare import Comparison, DriveResult, DutyComparison, compare
 from .analysis.contact_sheet import ContactSheet, contact_sheets
 from .analysis.cycles.cylinder_policy import Policy, policies
 from .analysis.cycles.duty_cycle import DutyResult, Holding, duty_cycle, holding
+from .analysis.cycles.mixed_use import MixedUse
 from .analysis.cycles.performance import Definition
 from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
 from .analysis.cycles.single_strides import StrideEnergies, stride_energies
 from .analysis.cycles.tracking import TwoWays, two_ways
+from .analysis.least_loss import LeastLoss, least_loss
 from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
@@ -25,6 +27,7 @@ from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
 from .drivetrain.graphs.plants import plant_graph
+from .drivetrain.output import Output
 from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
@@ -44,13 +47,15 @@ from .parts.bearing import Bearing
 from .parts.belt import Belt, Rack
 from .parts.gearhead import Gearhead
 from .parts.linear import Guideway, Pulley
+from .parts.linkage import Linkage
 from .parts.motor import Motor
 from .parts.screw import Screw
+from .parts.spring import Spring, TorsionSpring
 from .parts.stage import Shaft
 from .report.saving import save
 from .study.load import load_study
 from .study.provenance import Provenance
-from .study.requirement import Requirement
+from .study.requirement import JointRequirement, Requirement
 from .study.rig import Rig
 from .study.save import save_study
 from .study.spreads import Uncertainty
@@ -89,13 +94,18 @@ __all__ = [
     "Holding",
     "InfinivarError",
     "InputError",
+    "JointRequirement",
+    "LeastLoss",
     "Limit",
+    "Linkage",
     "Material",
+    "MixedUse",
     "Motion",
     "MotionSummary",
     "Motor",
     "MovingPoint",
     "OperatingPoint",
+    "Output",
     "ParameterError",
     "PeriodicMotion",
     "Policy",
@@ -120,6 +130,7 @@ __all__ = [
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",
+    "Spring",
     "SteadyMap",
     "SteeringPlant",
     "Step",
@@ -127,6 +138,7 @@ __all__ = [
     "StrideEnergies",
     "Strides",
     "Study",
+    "TorsionSpring",
     "Trajectory",
     "Tremor",
     "TwoWays",
@@ -147,6 +159,7 @@ __all__ = [
     "dynamic_map",
     "holding",
     "inspect_motion",
+    "least_loss",
     "load_study",
     "parts",
     "plant_graph",

@@ -24,6 +24,11 @@ class Axis:
     mass_unit: str
 
     @property
+    def name(self) -> str:
+        """Line or joint."""
+        return "joint" if self.rotary else "line"
+
+    @property
     def columns(self) -> tuple[str, str, str]:
         """Names of the columns of position, speed and force in data files."""
         return ("angle_rad", "speed_rad_s", "moment_Nm") if self.rotary else ("position_m", "speed_m_s", "force_N")

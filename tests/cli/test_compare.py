@@ -16,7 +16,10 @@ from folders import results
 from infinivar.limits import Limit
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
-FIGURES = [f"report-{name}.{kind}" for name in ("maps", "losses") for kind in ("png", "svg", "pdf")]
+KINDS = ("png", "svg", "pdf")
+FIGURES = [f"report-{name}.{kind}" for name in ("maps", "losses") for kind in KINDS]
+OF_SEVERAL = [f"report-{name}.{kind}" for name in ("maps", "least-loss", "losses") for kind in KINDS]
+LEAST = "report-least-loss.nc"
 DRIVES = ["cobotic", "cobotic-b", "motor1-gear1", "motor1-gear2", "motor1-gear3", "motor2-gear4"]
 
 ONE_DRIVE = """
@@ -49,9 +52,13 @@ def test_the_shipped_study_has_the_known_answer(compared):
 
 def test_json_has_the_promised_keys(compared):
     _, folder, said = compared
-    assert list(said) == ["study", "drives", "files"]
+    assert list(said) == ["study", "drives", "verdict", "feasible", "best", "least_loss", "files"]
+    assert (said["feasible"], said["best"]) == (True, "cobotic-b")
+    assert said["verdict"].startswith(
+        "3 of 6 drives cover the requirement; lowest mean loss over the required region: "
+    )
     assert said["study"] == "hand_controller"
-    names = ("report.html", "results.json", *(f"{d}.nc" for d in DRIVES), *FIGURES)
+    names = ("report.html", "results.json", *(f"{d}.nc" for d in DRIVES), LEAST, *OF_SEVERAL)
     assert said["files"] == [str(folder / name) for name in names]
     for drive in said["drives"].values():
         assert {"title", "verdict", "coverage", "peak_efficiency", "peak_efficiency_in_region"} < drive.keys()
@@ -167,9 +174,9 @@ def test_other_files_stay_and_old_results_go(compared):
     assert (folder / "notes.txt").read_text("utf-8") == "keep me"
     assert (folder / "report.html").stat().st_size > 100_000
     assert results(folder) == sorted(
-        ["notes.txt", "report.html", "results.json", *(f"{drive}.nc" for drive in DRIVES), *FIGURES]
+        ["notes.txt", "report.html", "results.json", *(f"{drive}.nc" for drive in DRIVES), LEAST, *OF_SEVERAL]
     )
-    for name in FIGURES:
+    for name in OF_SEVERAL:
         head = (folder / name).read_bytes()[:300]
         assert {"png": b"\x89PNG", "svg": b"<svg", "pdf": b"%PDF"}[name.rpartition(".")[2]] in head
 

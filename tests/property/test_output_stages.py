@@ -3,12 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from designs import POINTS, amplifiers, gearheads, motors, output_stages, seeds
 from hypothesis import given
 from hypothesis import strategies as st
 from test_motion import ROUNDING, assert_balanced, courses, inertias, with_rotor
 
 import infinivar as iv
+from infinivar.bondgraph.audit import CLOSURE
+from infinivar.study.load import shipped_study
 
 
 @st.composite
@@ -77,3 +80,58 @@ def test_losses_vanish_without_friction(drive, seed):
     scale = np.abs(point.power_out) + np.abs(point.power_in)
     for name in ("gearhead", bare.stage.title, "guideway"):
         assert np.all(np.abs(point.losses[name]) <= ROUNDING * scale)
+
+
+def moving_drive(random):
+    """A drive that a simulation can move, with any stage, and a gearhead and belt that may give way."""
+    friction = random.uniform(0, 0.05)
+    stretch = {"specific_stiffness": random.uniform(2e4, 2e5), "span": 0.3} if random.random() < 0.5 else {}
+    lossy = {
+        "efficiency": random.uniform(0.3, 1),
+        "backdriving_efficiency": random.uniform(0, 1),
+        "friction_torque": friction,
+    }
+    teeth, sliding = int(random.integers(12, 60)), random.uniform(0, 0.1)
+    stages = [
+        iv.Pulley(radius=random.uniform(0.005, 0.05), friction_torque=friction),
+        iv.Screw(lead=5e-3, diameter=16e-3, friction_coefficient=sliding, friction_torque=friction),
+        iv.Belt(pitch=3e-3, teeth=teeth, **lossy, **stretch),
+        iv.Rack(module=random.uniform(0.5e-3, 3e-3), teeth=20, **lossy),
+        iv.Shaft(friction_torque=friction),
+    ]
+    stage = stages[random.integers(len(stages))]
+    base = shipped_study("faulring2006").drives["motor2-gear4"]
+    model = ["coulomb", "proportional"][random.integers(2)]
+    gear = replace(base.gearhead, ratio=random.uniform(2, 20), loss_model=model)
+    if random.random() < 0.5:
+        gear = replace(gear, stiffness=random.uniform(5, 200), backlash=[None, 0.005, 0.02][random.integers(3)])
+    guide = iv.Guideway(friction=0.0 if stage.axis.rotary else random.uniform(0, 5))
+    return replace(base, gearhead=gear, guideway=guide, output_inertia=1e-5, **{"pulley": None, stage.title: stage})
+
+
+def run_of(random, rotary):
+    size = random.uniform(0.002, 0.02) * random.choice([-1, 1]) * (20 if rotary else 1)
+    pull, frequency = random.uniform(1, 30) * (0.02 if rotary else 1), random.uniform(1, 20)
+    mass = random.uniform(0.2, 2) * (0.01 if rotary else 1)
+    way = {"angle" if rotary else "distance": size}
+    motions = [iv.Sinusoid(frequency=4.0, **way), iv.Reach(time=0.1, **way)]
+    return iv.Scenario(
+        duration=0.15,
+        output_step=0.01,
+        motion=motions[random.integers(2)],
+        force=iv.SinusoidalForce(frequency=frequency, **{"moment" if rotary else "size": pull}),
+        electrical=["current", "voltage"][random.integers(2)],
+        **{"load_inertia" if rotary else "load_mass": mass},
+    )
+
+
+@pytest.mark.parametrize("seed", [*range(8), *(pytest.param(s, marks=pytest.mark.slow) for s in range(8, 150))])
+def test_energy_over_time_closes(seed):
+    random = np.random.default_rng(seed)
+    drive = moving_drive(random)
+    run = iv.simulate(drive, run_of(random, drive.axis.rotary)).trajectory
+    assert not run.outcome
+    assert run.closure < CLOSURE == 1e-6
+    moved = max(float(np.abs(energy).max()) for energy in [*run.supplied.values(), *run.lost.values()])
+    for energy in run.lost.values():
+        assert np.all(np.diff(energy) >= -1e-9 * moved)

@@ -15,17 +15,18 @@ from infinivar._core.array_namespace import Array, namespace
 Row = Sequence[Array]
 
 
-def _zero(value: Any) -> bool:
+def is_zero(value: Any) -> bool:
+    """Whether a value is exactly the number 0, not an array of zeros."""
     return isinstance(value, (int, float)) and value == 0
 
 
 def _times(one: Array, other: Array) -> Array:
-    return 0.0 if _zero(one) or _zero(other) else one * other
+    return 0.0 if is_zero(one) or is_zero(other) else one * other
 
 
 def _plus(one: Array, other: Array) -> Array:
-    if _zero(one) or _zero(other):
-        return one if _zero(other) else other
+    if is_zero(one) or is_zero(other):
+        return one if is_zero(other) else other
     return one + other
 
 
@@ -61,7 +62,7 @@ def quotient(one: Row, other: Row) -> list[Array]:
         term = one[order]
         for k in range(order):
             term = _plus(term, -math.comb(order, k) * _times(found[k], other[order - k]))
-        found.append(0.0 if _zero(term) else term / other[0])
+        found.append(0.0 if is_zero(term) else term / other[0])
     return found
 
 
@@ -76,7 +77,7 @@ def root(row: Row) -> list[Array]:
         term = row[order]
         for k in range(1, order):
             term = _plus(term, -math.comb(order, k) * _times(found[k], found[order - k]))
-        found.append(0.0 if _zero(term) else 0.5 * term / found[0])
+        found.append(0.0 if is_zero(term) else 0.5 * term / found[0])
     return found
 
 

@@ -1,8 +1,8 @@
-"""Compare drive-trains: coverage of the requirement, efficiency, and tightest limit of each."""
+"""Compare drive-trains: their motions, their coverage of the requirement, efficiency, and tightest limit of each."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,13 +13,17 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.cylinder_policy import Policy, policies
 from infinivar.analysis.cycles.duty_cycle import DutyResult, duty_cycle
+from infinivar.analysis.cycles.mixed_use import MixedUse, mixed_use
+from infinivar.analysis.least_loss import LeastLoss, least_loss
+from infinivar.analysis.plane import Plane, of_drives, place
 from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.axis import Axis
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, MovingDrive, operated
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit, binding
+from infinivar.limits import Limit, binding, words_of
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.check import check_duty, check_spreads
 from infinivar.study.requirement import Requirement
@@ -28,12 +32,6 @@ from infinivar.units import plain
 
 if TYPE_CHECKING:
     from infinivar.analysis.cycles.tracking import TwoWays
-
-MAP_REACH = 1.4
-"""Extent of the maps relative to the requirement, so that they show limits just outside it."""
-
-MAP_CELLS = 224
-"""Cells along each axis of a map. Points are cell centres: at exactly zero speed friction has no direction."""
 
 PEAK_REACH = 10.0
 """Multiple of the required force and speed up to which the peak efficiency is searched."""
@@ -51,7 +49,7 @@ class Margin(Frozen):
 
 @result
 class Corner(Frozen):
-    """A drive at one corner of the required region. [m/s], [N], [W]"""
+    """A drive at one corner of the required region. [m/s], [N], or [rad/s], [N m]; [W]"""
 
     speed: float
     force: float
@@ -64,17 +62,17 @@ class Corner(Frozen):
 
 @result
 class DriveResult(Result):
-    """Performance of one drive against the requirement.
+    """Performance of one drive in steady operation, and against the requirement if the study states one.
 
     Attributes
     ----------
-    coverage                  Share of the required region, by area, within every limit. [-]
-    peak_efficiency           Best within limits anywhere (up to `PEAK_REACH` times the requirement). [-]
-    peak_efficiency_in_region Best within limits in the required region. [-]
-    mean_loss                 Mean loss over the covered part of the region. [W]
-    tightest                  The limit with the least margin in the region, and where.
+    coverage                  Share of the required region, by area, within every limit; nan without a requirement. [-]
+    peak_efficiency           Best within limits anywhere (up to `PEAK_REACH` times the requirement or the motions). [-]
+    peak_efficiency_in_region Best within limits in the required region; nan without one. [-]
+    mean_loss                 Mean loss over the covered part of the region; nan without one. [W]
+    tightest                  The limit with the least margin in the region, and where; None without one.
     corners                   Operating point at each named corner of the region.
-    map                       Steady map beyond the region.
+    map                       Steady map beyond the region, or beyond the motions.
     audit_residual            Largest relative residual of the power balance over all computed points. [-]
     """
 
@@ -85,31 +83,34 @@ class DriveResult(Result):
     peak_efficiency: float
     peak_efficiency_in_region: float
     mean_loss: float
-    tightest: Margin
+    tightest: Margin | None
     corners: Mapping[str, Corner]
     map: SteadyMap
     audit_residual: float
 
     @property
     def covers(self) -> bool:
-        """Whether every required point is within every limit."""
-        return self.tightest.value >= 1.0
+        """Whether every required point is within every limit; true if no region is required."""
+        return self.tightest is None or self.tightest.value >= 1.0
 
     @property
     def verdict(self) -> str:
         """One-sentence verdict: coverage and tightest limit."""
-        share = "100" if self.covers else plain(min(100 * self.coverage, 99.9), 3)
         tight = self.tightest
-        place = f"{plain(tight.force, 3)} N, {plain(tight.speed, 3)} m/s"
+        if tight is None:
+            return f"no region is required; peak efficiency {plain(100 * self.peak_efficiency, 3)} %"
+        share = "100" if self.covers else plain(min(100 * self.coverage, 99.9), 3)
+        where = place(self.map.axis, tight.force, tight.speed)
         covered = f"covers {share} % of the required region"
         if self.covers:
-            return f"{covered}; tightest limit: {tight.limit.words} (margin {tight.value:.2f} at {place})"
+            return f"{covered}; tightest limit: {tight.limit.words} (margin {tight.value:.2f} at {where})"
         if tight.value < 0.005:
-            return f"{covered}; infeasible at {place}: {tight.limit.words}"
-        return f"{covered}; tightest limit: {tight.limit.words}, {100 * tight.value:.0f} % of the demand at {place}"
+            return f"{covered}; infeasible at {where}: {tight.limit.words}"
+        return f"{covered}; tightest limit: {tight.limit.words}, {100 * tight.value:.0f} % of the demand at {where}"
 
     def to_dict(self) -> dict[str, Any]:
         """Verdict as plain numbers, for scripts."""
+        tight = self.tightest
         return {
             "title": self.title,
             "verdict": self.verdict,
@@ -117,7 +118,7 @@ class DriveResult(Result):
             "peak_efficiency": self.peak_efficiency,
             "peak_efficiency_in_region": self.peak_efficiency_in_region,
             "mean_loss_in_region": self.mean_loss,
-            "tightest_margin": {**asdict(self.tightest), "limit": self.tightest.limit.name},
+            "tightest_margin": None if tight is None else {**asdict(tight), "limit": tight.limit.name},
             "audit_residual": self.audit_residual,
         }
 
@@ -139,10 +140,31 @@ class DutyComparison(Result):
     two_ways: Mapping[str, TwoWays | str]
 
     @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint."""
+        return self.duty.axis
+
+    @property
     def best(self) -> DutyResult | None:
         """The feasible drive with the lowest energy; None if no drive is feasible."""
         able = [result for result in self.results.values() if result.feasible]
         return min(able, key=lambda result: result.energy, default=None)
+
+    @property
+    def verdict(self) -> str:
+        """One clause: how many drives are feasible, and the one with the lowest energy."""
+        best, count = self.best, len(self.results)
+        if best is None and count == 1:
+            return f"{next(iter(self.results.values())).title} is infeasible"
+        if best is None:
+            return f"none of the {count} drives is feasible"
+        (limit, margin), energy = best.tightest, f"{plain(best.energy, 3)} J {self.duty.per}"
+        tight = f"tightest limit: {words_of(limit)} (margin {margin:.2f})"
+        if count == 1:
+            return f"{best.title} is feasible with {energy}; {tight}"
+        able = sum(result.feasible for result in self.results.values())
+        shown = f"{able} of {count} drives {'is' if able == 1 else 'are'} feasible"
+        return f"{shown}; lowest energy: {best.title} with {energy}; {tight}"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
@@ -176,16 +198,22 @@ def _simulated(found: TwoWays | str) -> dict[str, Any]:
 
 @result
 class Comparison(Result):
-    """Results of all drives of a study, for its requirement and its duty cycles."""
+    """Results of all drives of a study, for its duty cycles and its requirement.
+
+    Duty cycles lead where the study has any: `verdict`, `best` and reports begin with them. A requirement counts as well, if
+    stated: a drive is able if it is feasible in every duty cycle and covers the whole required region.
+    """
 
     study: Study
     results: Mapping[str, DriveResult]
     duty: Mapping[str, DutyComparison] = field(default_factory=dict)
     builds: Mapping[str, Builds] = field(default_factory=dict)
     """Sampled builds of the drives for which the study states spreads."""
+    least_loss: LeastLoss | None = None
+    """Drive with the least loss over the force-speed plane; None with a single drive."""
 
     def able(self, name: str) -> bool:
-        """Whether a drive covers the whole requirement and every duty cycle is feasible."""
+        """Whether a drive covers the whole requirement, if one is stated, and every duty cycle is feasible."""
         return self.results[name].covers and all(found.results[name].feasible for found in self.duty.values())
 
     @property
@@ -194,57 +222,128 @@ class Comparison(Result):
         return any(self.able(name) for name in self.results)
 
     @property
+    def mixed(self) -> MixedUse | None:
+        """All duty cycles weighed by the shares of time that the study states; None if it states none."""
+        shares = self.study.shares
+        return mixed_use({task: found.results for task, found in self.duty.items()}, shares) if shares else None
+
+    @property
     def best(self) -> DriveResult | None:
-        """The covering drive with the lowest mean loss; None if no drive covers."""
-        covering = [result for result in self.results.values() if result.covers]
-        return min(covering, key=lambda result: result.mean_loss, default=None)
+        """The best of the able drives; None if no drive is able.
+
+        With duty cycles, the drive with the lowest mean power in mixed use, if the study states shares; else the one with the
+        lowest energy in every duty cycle, or None if no drive has that. Without, the drive with the lowest mean loss over the
+        required region.
+        """
+        able = {name: result for name, result in self.results.items() if self.able(name)}
+        if not able:
+            return None
+        if not self.duty:
+            return min(able.values(), key=lambda result: result.mean_loss)
+        mixed = self.mixed
+        if mixed is not None:
+            return self.results[min(able, key=lambda name: mixed.power[name])]
+        least = {min(able, key=lambda name: found.results[name].energy) for found in self.duty.values()}
+        return self.results[least.pop()] if len(least) == 1 else None
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one or two sentences, about the duty cycles first."""
+        return " ".join(verdicts(self))
 
     def to_dict(self) -> dict[str, Any]:
         """Verdicts as plain numbers, for scripts."""
+        best = self.best
         return {
             "study": self.study.name,
             "drives": {name: result.to_dict() for name, result in self.results.items()},
             **({"duty": {name: found.to_dict() for name, found in self.duty.items()}} if self.duty else {}),
             **({"builds": {name: found.to_dict() for name, found in self.builds.items()}} if self.builds else {}),
+            "verdict": self.verdict,
+            "feasible": self.feasible,
+            "best": None if best is None else best.name,
+            **({} if self.mixed is None else {"mixed_use": self.mixed.to_dict()}),
+            **({} if self.least_loss is None else {"least_loss": self.least_loss.to_dict()}),
         }
 
 
-def evaluate(name: str, title: str, drive: Drive, requirement: Requirement, **options: Any) -> DriveResult:
-    """Evaluate one drive on a requirement; `options` are passed to `steady_map`."""
+def verdicts(comparison: Comparison) -> Iterator[str]:
+    """Yield the answer sentence by sentence: on mixed use or each duty cycle, then on the requirement."""
+    count = len(comparison.results)
+    if comparison.mixed is not None:
+        yield f"{comparison.mixed.verdict}."
+    else:
+        for found in comparison.duty.values():
+            yield f"{found.duty.title}: {found.verdict}."
+    if comparison.study.requirement is None:
+        return
+    covering = [result for result in comparison.results.values() if result.covers]
+    able = f"None of the {count} drives covers" if count > 1 else "The drive does not cover"
+    if covering and count > 1:
+        able = f"{len(covering)} of {count} drives {'covers' if len(covering) == 1 else 'cover'}"
+    elif covering:
+        able = "The drive covers"
+    if not covering or comparison.duty:
+        yield f"{able} the requirement."
+        return
+    best = min(covering, key=lambda result: result.mean_loss)
+    lowest = f"lowest mean loss over the required region: {best.title} with {plain(best.mean_loss, 3)} W"
+    yield f"{able} the requirement; {lowest}."
+
+
+def evaluate(
+    name: str, title: str, drive: Drive, requirement: Requirement | None, plane: Plane, **options: Any
+) -> DriveResult:
+    """Evaluate one drive on a plane, and on a requirement if there is one; `options` are passed to `steady_map`."""
+    signs = (1.0,) if plane.one_quadrant else (-1.0, 1.0)
+    reach = np.concatenate([sign * np.geomspace(1e-7, 1.0, 320) for sign in signs]) * PEAK_REACH
+    wide = steady_map(drive, reach * plane.speed, reach * plane.force)
+    steady = steady_map(drive, *plane.axes(), **options)
+    residuals, efficiencies = [wide.audit_residual, steady.audit_residual], [wide.efficiency, steady.efficiency]
+    against: dict[str, Any] = {
+        "coverage": np.nan,
+        "peak_efficiency_in_region": np.nan,
+        "mean_loss": np.nan,
+        "tightest": None,
+        "corners": FrozenDict(),
+    }
+    if requirement is not None:
+        against, efficiency, residual = _against(name, drive, requirement)
+        efficiencies.append(efficiency)
+        residuals.append(residual)
+    return DriveResult(
+        name=name,
+        title=title,
+        drive=drive,
+        peak_efficiency=_peak(np.concatenate([found.ravel() for found in efficiencies])),
+        map=steady,
+        audit_residual=max(residuals),
+        **against,
+    )
+
+
+def _against(name: str, drive: Drive, requirement: Requirement) -> tuple[dict[str, Any], np.ndarray, float]:
+    """Fields of `DriveResult` on the requirement; efficiencies over its region; largest residual there."""
     speed, force, weight = requirement.sample()
     point = operated(drive, speed=speed, force=force)
     limit, margin = (np.broadcast_to(part, speed.shape) for part in binding(point.utilisation))
     within = limit == Limit.OK
-    residuals = [power.audit(point.power_in, point.power_out, point.losses, name)]
+    residual = power.audit(point.power_in, point.power_out, point.losses, name)
     efficiency = power.efficiency_within(limit, point.power_in, point.power_out)
     loss = point.power_in - point.power_out
     # Among points of equal margin, report the one with the highest power.
     tight = int(np.argmax(np.where(margin <= margin.min() * (1 + 1e-9), np.abs(speed * force), -1.0)))
     worst = binding_at(point.utilisation, tight)
-
-    signs = (1.0,) if requirement.quadrants == 1 else (-1.0, 1.0)
-    reach = np.concatenate([sign * np.geomspace(1e-7, 1.0, 320) for sign in signs]) * PEAK_REACH
-    wide = steady_map(drive, reach * requirement.speed, reach * requirement.force)
-    low = {1: (0.0, 0.0), 2: (0.0, -1.0), 4: (-1.0, -1.0)}[requirement.quadrants]
-    centres = (np.arange(MAP_CELLS) + 0.5) / MAP_CELLS
-    axes = [(start + (1.0 - start) * centres) * MAP_REACH for start in low]
-    steady = steady_map(drive, axes[0] * requirement.speed, axes[1] * requirement.force, **options)
-    residuals += [wide.audit_residual, steady.audit_residual]
-    return DriveResult(
-        name=name,
-        title=title,
-        drive=drive,
-        coverage=float(weight[within].sum()) if not within.all() else 1.0,
-        peak_efficiency=_peak(
-            np.concatenate([found.ravel() for found in (wide.efficiency, steady.efficiency, efficiency)])
+    found = {
+        "coverage": float(weight[within].sum()) if not within.all() else 1.0,
+        "peak_efficiency_in_region": _peak(efficiency),
+        "mean_loss": float(np.average(loss[within], weights=weight[within])) if weight[within].sum() > 0 else np.nan,
+        "tightest": Margin(
+            limit=worst, value=float(margin[tight]), force=float(force[tight]), speed=float(speed[tight])
         ),
-        peak_efficiency_in_region=_peak(efficiency),
-        mean_loss=float(np.average(loss[within], weights=weight[within])) if weight[within].sum() > 0 else np.nan,
-        tightest=Margin(limit=worst, value=float(margin[tight]), force=float(force[tight]), speed=float(speed[tight])),
-        corners=FrozenDict({label: corner(drive, *place) for label, place in requirement.corners().items()}),
-        map=steady,
-        audit_residual=max(residuals),
-    )
+        "corners": FrozenDict({label: corner(drive, *where) for label, where in requirement.corners().items()}),
+    }
+    return found, efficiency, residual
 
 
 def _peak(efficiency: np.ndarray) -> float:
@@ -281,7 +380,7 @@ def corner(drive: Drive, speed: float, force: float) -> Corner:
 
 
 def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float], None] | None = None) -> Comparison:
-    """Evaluate every drive of a study on its requirement.
+    """Evaluate every drive of a study on its duty cycles and its requirement.
 
     Parameters
     ----------
@@ -303,6 +402,7 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
     """
     check_duty(study)
     check_spreads(study)
+    plane = of_drives(study)
     results: dict[str, DriveResult] = {}
     uncertain = [name for name in study.drives if study.uncertainty.spreads.get(name) and not quick]
     count = len(study.drives) * (1 + len(study.duty)) + len(uncertain)
@@ -314,7 +414,7 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
                 progress(title, (index + share) / count)
 
         report(0.0)
-        results[name] = evaluate(name, title, drive, study.requirement, progress=report)
+        results[name] = evaluate(name, title, drive, study.requirement, plane, progress=report)
     duty: dict[str, DutyComparison] = {}
     for task, cycle in study.duty.items():
         done = len(study.drives) * (1 + len(duty))
@@ -337,7 +437,15 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
         drawn[name] = builds(
             drive, name, study.uncertainty, study.requirement, study.duty, (steady.speed, steady.force), grow
         )
-    return Comparison(study=study, results=FrozenDict(results), duty=FrozenDict(duty), builds=FrozenDict(drawn))
+    return Comparison(
+        study=study,
+        results=FrozenDict(results),
+        duty=FrozenDict(duty),
+        builds=FrozenDict(drawn),
+        least_loss=least_loss(study, maps={name: found.map for name, found in results.items()})
+        if len(results) > 1
+        else None,
+    )
 
 
 def work_through(
@@ -361,7 +469,7 @@ def work_through(
     for index, (name, drive) in enumerate(study.drives.items()):
         progress(f"{study.titles[name]}: {duty.title}", index)
         assert isinstance(drive, MovingDrive)  # `check_duty` refuses others
-        results[name] = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.requirement.travel)
+        results[name] = duty_cycle(drive, duty, name=name, title=study.titles[name], travel=study.travel)
         if isinstance(drive, CoboticDrive) and not quick:
             found_policies[name] = policies(drive, duty)
         ways[name] = "omitted from a quick comparison" if quick else _both_ways(drive, duty, results[name])

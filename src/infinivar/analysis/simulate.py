@@ -11,6 +11,7 @@ import numpy as np
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis import output_histories
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
+from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
 from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -296,7 +297,20 @@ def _utilisation(
     (out,) = (bond for bond in run.graph.bonds_of(f"{prefix}gear") if bond.tail == f"{prefix}gear")
     for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head]).items():
         found[limit, "gearhead"] = demand
+    if not cobotic:
+        found.update(_stage_utilisation(drive, run))
     return {**found, **output_histories.demands(run, drive.output)}
+
+
+def _stage_utilisation(drive: ConventionalDrive, run: Trajectory) -> dict[tuple[Limit, str], Any]:
+    """Demand over allowance of the output stage, over time; of the rated life over the whole run."""
+    stage, inner = drive.stage, (*JUNCTIONS, *TWO_PORTS)
+    last = stage.title if stage.axis.rotary else f"r_{stage.title}"
+    (out,) = (b for b in run.graph.bonds_of(last) if b.tail == last and run.graph[b.head].kind in inner)
+    found = stage.utilisation(force=run.efforts[out.tail, out.head], speed=run.signals["ldot"])
+    if Limit.LIFE in found:
+        found[Limit.LIFE] = np.full_like(run.time, np.cbrt(_mean(run.time, found[Limit.LIFE] ** 3)))
+    return {(limit, stage.title): demand for limit, demand in found.items()}
 
 
 def _events(time: Any, utilisation: Mapping[tuple[Limit, str], Any]) -> tuple[Event, ...]:
@@ -320,9 +334,13 @@ def _events(time: Any, utilisation: Mapping[tuple[Limit, str], Any]) -> tuple[Ev
 
 
 def _root_mean_square(time: Any, values: Any) -> float:
+    return math.sqrt(_mean(time, values**2))
+
+
+def _mean(time: Any, values: Any) -> float:
     if len(time) < 2:
-        return float(np.abs(values[0]))
-    return float(np.sqrt(np.trapezoid(values**2, time) / (time[-1] - time[0])))
+        return float(values[0])
+    return float(np.trapezoid(values, time) / (time[-1] - time[0]))
 
 
 def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
+from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.drive import Drive, operated
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import Limit, binding
@@ -37,7 +39,7 @@ class SteadyMap(Result):
 
     Attributes
     ----------
-    speed, force : (n,), (m,) float     Axes. [m s^-1], [N]
+    speed, force : (n,), (m,) float     Axes. [m s^-1], [N], or [rad s^-1], [N m] about a joint
     power_in, power_out : (n, m) float  Power from the supply and to the load; nan without steady motion. [W]
     losses : mapping of name to (n, m) float   [W]
     efficiency : (n, m) float           nan outside limits and where both sides feed the losses. [-]
@@ -45,6 +47,7 @@ class SteadyMap(Result):
     margin : (n, m) float               Allowance over demand of the tightest limit. [-]
     audit_residual : float              Largest relative residual of the power balance. [-]
     labels : Labels or None             Labels of labelled axes.
+    axis : Axis                         Whether the load moves along a line or about a joint.
     """
 
     speed: np.ndarray
@@ -57,18 +60,26 @@ class SteadyMap(Result):
     margin: np.ndarray
     audit_residual: float
     labels: Labels | None = None
+    axis: Axis = LINEAR
 
 
-def _axis(name: str, values: Any, unit: str) -> np.ndarray:
+def _axis(name: str, values: Any) -> np.ndarray:
     axis = np.array(real_array(name, values), ndmin=1)
     if axis.ndim != 1 or axis.size == 0:
         raise InputError(f"{name} must be one-dimensional and not empty, got shape {axis.shape}")
     if not np.isfinite(axis).all():
-        raise InputError(f"{name} must be finite {unit}, got {axis[~np.isfinite(axis)][0]}")
+        raise InputError(f"{name} must be finite, got {axis[~np.isfinite(axis)][0]}")
     return axis
 
 
-def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[float], None] | None = None) -> SteadyMap:
+def steady_map(
+    drive: Drive,
+    speed: Any,
+    force: Any,
+    *,
+    position: float = 0.0,
+    progress: Callable[[float], None] | None = None,
+) -> SteadyMap:
     """Evaluate a drive on a grid and audit every point.
 
     Parameters
@@ -76,6 +87,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     drive : Drive         Any object with the method `operate` of a `Drive`.
     speed : (n,) float    Speeds of the load; negative ones for the other quadrants. [m s^-1]
     force : (m,) float    Forces on the load. [N]
+    position : float      Position of the load, which matters for drives with springs or a linkage. [m]
     progress              Called with the share done, 0 to 1.
 
     Returns
@@ -92,7 +104,7 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
         If the power balance of a point does not close, or a power is nan although the wheel does not slip.
     """
     labels = _labels(speed, force)
-    speed, force = _axis("speed", speed, "m/s"), _axis("force", force, "N")
+    speed, force = _axis("speed", speed), _axis("force", force)
     shape = (speed.size, force.size)
     rows = max(1, _TILE // force.size)
     columns = min(force.size, _TILE)
@@ -103,12 +115,13 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     ]
     # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
     # Threads then write to disjoint parts.
-    first = _evaluated(drive, speed, force, tiles[0])
+    operate = functools.partial(operated, drive, **({"position": position} if position else {}))
+    first = _evaluated(operate, speed, force, tiles[0])
     tile_shape = first[0]["power_out"].shape
     room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}
 
     def compute(tile: tuple[slice, slice]) -> float:
-        values, residual = first if tile is tiles[0] else _evaluated(drive, speed, force, tile)
+        values, residual = first if tile is tiles[0] else _evaluated(operate, speed, force, tile)
         for name, value in values.items():
             store = room[name]
             store[tuple(part if size > 1 else np.s_[:] for part, size in zip(tile, store.shape, strict=True))] = value
@@ -123,7 +136,15 @@ def steady_map(drive: Drive, speed: Any, force: Any, *, progress: Callable[[floa
     # One by one, so that a large map is never in memory twice.
     fields = {name: np.broadcast_to(frozen(room.pop(name)), shape) for name in list(room)}
     losses = {name.removeprefix(_LOSS): fields.pop(name) for name in list(fields) if name.startswith(_LOSS)}
-    return SteadyMap(speed=speed, force=force, losses=FrozenDict(losses), audit_residual=worst, labels=labels, **fields)
+    return SteadyMap(
+        speed=speed,
+        force=force,
+        losses=FrozenDict(losses),
+        audit_residual=worst,
+        labels=labels,
+        axis=getattr(drive, "axis", LINEAR),
+        **fields,
+    )
 
 
 def _labels(speed: Any, force: Any) -> Labels | None:
@@ -144,10 +165,10 @@ def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np
 
 
 def _evaluated(
-    drive: Drive, speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
+    operate: Callable[..., Any], speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
 ) -> tuple[dict[str, Any], float]:
     """Evaluate and audit one tile: its fields, losses included, and the largest residual."""
-    point = operated(drive, speed=speed[tile[0], None], force=force[None, tile[1]])
+    point = operate(speed=speed[tile[0], None], force=force[None, tile[1]])
     residual = power.audit(point.power_in, point.power_out, point.losses, "steady map")
     limit, margin = binding(point.utilisation)
     if np.any(np.isnan(point.power_in) & (limit != Limit.SLIP)):

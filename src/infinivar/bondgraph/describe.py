@@ -30,7 +30,7 @@ def text(equations: Equations) -> str:
         lines += ["", "Laws"]
         for law in equations.laws:
             given = ", ".join(f"{symbol.name} = {value}" for symbol, value in law.arguments)
-            lines += [f"  {law.symbol.name} = {_named(law.formula)}", f"      with {given}"]
+            lines += [f"  {law.symbol.name} = {_named(law.formula)}", *([f"      with {given}"] if given else [])]
     lines += ["", "Parameters"]
     for symbol, parameter in equations.graph.parameters.items():
         lines.append(f"  {symbol:<20} {plain(parameter.value, 6)} {parameter.unit}".rstrip())

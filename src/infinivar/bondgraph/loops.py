@@ -51,7 +51,7 @@ def ordered(graph: str, laws: Iterable[LawValue]) -> tuple[LawValue, ...]:
             ready = _jointly(graph, _circle(waiting))
         for law in ready:
             done.append(_solved(graph, law) if law.symbol in law.value.free_symbols else law)
-            del waiting[law.symbol]
+            waiting.pop(law.symbol, None)
     return tuple(done)
 
 
@@ -76,25 +76,38 @@ def _jointly(graph: str, laws: Sequence[LawValue]) -> list[LawValue]:
         names = ", ".join(dict.fromkeys(law.element for law in laws))
         raise BondGraphError(f"{graph}: the laws of {names} depend on each other in an algebraic loop")
     size = len(laws)
-    rests, gains = [part[1] for part in parts if part], [part[2] for part in parts if part]
-    slopes = [_slopes(law, part[0]) for law, part in zip(laws, parts, strict=True) if part]
-    constant = sympy.Matrix([sympy.Dummy() for _ in range(size)])
-    coupling = sympy.Matrix(size, size, lambda *_: sympy.Dummy())
+    steps, rests, slopes, gains = [], [], [], []
+    for law, part in zip(laws, parts, strict=True):
+        assert part is not None
+        argument, rest, row = part
+        own = [_step(law, "a", rest)]
+        own += [_step(law, side, slope) for side, slope in zip("+-", _slopes(law, argument), strict=True)]
+        rests.append(own[0].symbol)
+        slopes.append([step.symbol for step in own[1:]])
+        gains.append(row)
+        steps += own
     diagonal = [sympy.Dummy() for _ in range(size)]
-    arguments = list((sympy.eye(size) - coupling * sympy.diag(*diagonal)).LUsolve(constant))
-    known = dict(zip(list(constant), rests, strict=True))  # type: ignore[call-overload]
-    known |= dict(zip(list(coupling), itertools.chain(*gains), strict=True))  # type: ignore[call-overload]
-    pieces: list[list[tuple]] = [[] for _ in laws]
-    for signs in itertools.product((1, -1), repeat=size):
-        sided = [slope[sign] for slope, sign in zip(slopes, signs, strict=True)]
-        found = [value.xreplace(known | dict(zip(diagonal, sided, strict=True))) for value in arguments]
-        agrees = sympy.And(*(sign * value >= 0 for sign, value in zip(signs, found, strict=True)))
-        for piece, slope, value in zip(pieces, sided, found, strict=True):
-            piece.append((slope * value, agrees))
-    return [
-        replace(law, value=sympy.Piecewise(*piece[:-1], (piece[-1][0], sympy.true), evaluate=False))
-        for law, piece in zip(laws, pieces, strict=True)
+    coupling = sympy.Matrix(size, size, lambda *_: sympy.Dummy())
+    arguments = list((sympy.eye(size) - coupling * sympy.diag(*diagonal)).LUsolve(sympy.Matrix(rests)))
+    known = dict(zip(coupling.flat(), itertools.chain(*gains), strict=True))
+    cases: list[list[tuple]] = [[] for _ in laws]
+    for sides in itertools.product((0, 1), repeat=size):
+        chosen = [pair[side] for pair, side in zip(slopes, sides, strict=True)]
+        found = [value.xreplace(known | dict(zip(diagonal, chosen, strict=True))) for value in arguments]
+        agrees = sympy.And(*(value <= 0 if side else value >= 0 for side, value in zip(sides, found, strict=True)))
+        for case, slope, value in zip(cases, chosen, found, strict=True):
+            case.append((slope * value, agrees))
+    solved = [
+        replace(law, value=sympy.Piecewise(*case[:-1], (case[-1][0], sympy.true), evaluate=False))
+        for law, case in zip(laws, cases, strict=True)
     ]
+    return [*steps, *solved]
+
+
+def _step(law: LawValue, mark: str, value: Any) -> LawValue:
+    """An intermediate value of a law's solution: its argument without the laws, or its slope on one side of zero."""
+    symbol = sympy.Symbol(rf"{{{law.symbol.name}}}^{{{mark}}}", real=True)
+    return LawValue(symbol, law.element, (), value, value)
 
 
 def _affine(law: LawValue, symbols: Sequence[sympy.Symbol]) -> tuple[Any, Any, list[Any]] | None:
@@ -109,10 +122,10 @@ def _affine(law: LawValue, symbols: Sequence[sympy.Symbol]) -> tuple[Any, Any, l
     return None if left & set(symbols) or not _proportional(law.formula, argument) else (argument, rest, gains)
 
 
-def _slopes(law: LawValue, argument: Any) -> dict[int, Any]:
-    """Slope of a law on each side of zero of an argument."""
+def _slopes(law: LawValue, argument: Any) -> list[Any]:
+    """Slope of a law above and below zero of an argument."""
     others = {symbol: expression for symbol, expression in law.arguments if symbol != argument}
-    return {sign: sign * law.formula.xreplace({**others, argument: sympy.Integer(sign)}) for sign in (1, -1)}
+    return [sign * law.formula.xreplace({**others, argument: sympy.Integer(sign)}) for sign in (1, -1)]
 
 
 def _solved(graph: str, law: LawValue) -> LawValue:

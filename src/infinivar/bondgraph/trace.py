@@ -126,7 +126,10 @@ class clip(sympy.Function):  # noqa: N801  (named as in the array namespace, for
         """Derivative: 1 for the argument that the result equals, 0 for the others."""
         value, low, high = self.args
         below, above = value < low, value > high  # type: ignore[operator]
-        where = (sympy.Not(sympy.Or(below, above)), below, above)[argindex - 1]
+        within = sympy.And(
+            sympy.Ge(value, low), sympy.Le(value, high)
+        )  # not the negation: it has no operator for arrays
+        where = (within, below, above)[argindex - 1]
         return sympy.Piecewise((1, where), (0, sympy.true), evaluate=False)
 
     def _latex(self, printer: Any, exp: str | None = None) -> str:

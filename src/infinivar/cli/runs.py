@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,6 +11,9 @@ from infinivar.cli.shared import chosen, naming, naming_place, print_json
 from infinivar.console import NOT_FEASIBLE, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
+
+if TYPE_CHECKING:
+    from infinivar.axis import Axis
 
 DRIVE = "Name of the drive in the study; defaults to the first."
 SCENARIO = "Name of the scenario in the study; defaults to the first."
@@ -73,6 +76,13 @@ def sensitivity(
     speed: Annotated[
         str | None, typer.Option("--speed", help='Speed at the operating point, such as "0.3 m/s".')
     ] = None,
+    moment: Annotated[
+        str | None, typer.Option("--moment", help='Moment at the operating point of a joint, such as "12 N m".')
+    ] = None,
+    angular_speed: Annotated[
+        str | None,
+        typer.Option("--angular-speed", help='Angular speed at the operating point of a joint, such as "40 rpm".'),
+    ] = None,
     duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
     method: Annotated[str, typer.Option(help="How to compute derivatives: complex, jax or difference.")] = "complex",
     out: Out = Path("out"),
@@ -85,6 +95,7 @@ def sensitivity(
     """
     from infinivar.analysis.robustness.derivatives import METHODS
     from infinivar.analysis.robustness.sensitivity import sensitivity as run
+    from infinivar.drivetrain.drive import axis_of
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
     from infinivar.study.load import load_study
@@ -94,7 +105,7 @@ def sensitivity(
     derived: Any = next((known for known in METHODS if known == method), None)
     if derived is None:
         raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
-    push, pace = quantity("--force", force, "N"), quantity("--speed", speed, "m/s")
+    push, pace = _operating_point(axis_of(loaded.drives[name]), force, speed, moment, angular_speed)
     with claimed(out), progress_bar() as progress:
         with naming(study):
             found = run(loaded, name, of, speed=pace, force=push, duty=duty, method=derived, progress=progress)
@@ -117,6 +128,20 @@ def sensitivity(
         say(remark)
     say(f"Report: {files[0]}")
     raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
+
+
+def _operating_point(
+    axis: Axis, force: str | None, speed: str | None, moment: str | None, angular_speed: str | None
+) -> tuple[float | None, float | None]:
+    """Force and speed in SI, from the options of a drive along a line, or from those of a drive about a joint."""
+    line, joint = {"--force": force, "--speed": speed}, {"--moment": moment, "--angular-speed": angular_speed}
+    wrong, right = (line, joint) if axis.rotary else (joint, line)
+    moves = "about a joint" if axis.rotary else "along a line"
+    for (option, said), instead in zip(wrong.items(), right, strict=True):
+        if said is not None:
+            raise InputError(f"{option} {said!r} does not apply to a drive {moves}; use {instead}")
+    push, pace = right.items()
+    return quantity(*push, axis.force_unit), quantity(*pace, axis.speed_unit)
 
 
 def graph(
@@ -151,6 +176,6 @@ def graph(
     loaded = load_study(study)
     name = chosen(study, "drive", drive, loaded.drives)
     with naming_place(study, f"drives.{name}"):
-        made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.requirement.load_mass)
+        made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.load_mass)
         report.save(made, out, equations)
     say(f"Wrote {', '.join(str(file) for file in (out, equations) if file is not None)}")

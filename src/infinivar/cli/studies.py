@@ -63,8 +63,8 @@ def compare(
 ) -> None:
     """Compare the drives of a study and write a report.
 
-    Check each drive against the requirement and the duty cycles, print the verdicts, then write report, results and maps.
-    Exit with code 1 if no drive covers the requirement and every duty cycle.
+    Evaluate each drive in the duty cycles and on the requirement, print the verdicts, then write report, results and maps.
+    Exit with code 1 unless at least one drive is feasible in every duty cycle and covers the requirement, if one is stated.
     """
     from infinivar.analysis.compare import compare as run
     from infinivar.report.output import claimed
@@ -99,18 +99,32 @@ def compare(
 
 
 def _verdicts(comparison: Comparison) -> Iterator[str]:
-    """Yield one line per drive, then one per drive and duty cycle, each followed by a line on its samples, if any."""
+    """Yield the lines to print: with duty cycles the answer, mixed use and each cycle, then the requirement, if stated.
+
+    A line on a drive is followed by one on its samples, if any.
+    """
     width = max(len(result.title) for result in comparison.results.values())
-    for name, result in comparison.results.items():
-        yield f"{result.title:<{width}}  {result.verdict}"
-        if name in comparison.builds:
-            yield f"{'':<{width}}  {comparison.builds[name].verdict}"
+    indent = "  " if comparison.duty else ""
+    if comparison.duty:
+        yield comparison.verdict
+    if comparison.mixed is not None:
+        yield f"Mixed use, {comparison.mixed.words}:"
+        for name, title in comparison.mixed.titles.items():
+            yield f"  {title:<{width}}  {comparison.mixed.verdict_on(name)}"
     for task, found in comparison.duty.items():
         yield f"{found.duty.title}:"
         for name, done in found.results.items():
             yield f"  {done.title:<{width}}  {done.verdict}"
             if name in comparison.builds:
                 yield f"  {'':<{width}}  {comparison.builds[name].duty[task].verdict}"
+    if comparison.study.requirement is None:
+        return
+    if comparison.duty:
+        yield "Requirement:"
+    for name, result in comparison.results.items():
+        yield f"{indent}{result.title:<{width}}  {result.verdict}"
+        if name in comparison.builds:
+            yield f"{indent}{'':<{width}}  {comparison.builds[name].verdict}"
 
 
 def contact(

@@ -274,8 +274,8 @@ class CoboticDrive:
         rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
         return needed(self.cylinder_inertia, "cylinder_inertia") + self.gearhead.ratio**2 * rotor
 
-    def _inward(self, course: Course, load_mass: Array) -> Inward:
-        """Motion of the link and force on it, for a load that follows a course."""
+    def inward(self, course: Course, load_mass: Array) -> Inward:
+        """Motion of the link and force on it, for a load that follows a course; see `chain.inward`."""
         return chain.inward(self.output.chain, course, load_mass, self.axis, (4, 2))
 
     def _on_link(self, load: Inward) -> tuple[Varying, Array]:
@@ -310,7 +310,7 @@ class CoboticDrive:
         import numpy as np
 
         inertia, aim = self.turning_inertia, self.cylinder_speed
-        load = self._inward(course, load_mass)
+        load = self.inward(course, load_mass)
         course = load.course
         link, _ = self._on_link(load)
         shape = np.broadcast_shapes(np.shape(course.speed), np.shape(link.value))
@@ -342,6 +342,7 @@ class CoboticDrive:
         load_mass: Array = 0.0,
         cylinder_speed: Varying | None = None,
         common_bus: bool = False,
+        behind: Inward | None = None,
     ) -> MovingPoint:
         """Operating points along a course, by inverse dynamics.
 
@@ -352,6 +353,7 @@ class CoboticDrive:
         cylinder_speed : Varying   Nonzero; by default the drive's constant cylinder speed. [rad s^-1] ...
         common_bus : bool          Whether power returned by one motor feeds the other before the amplifier; else each motor
             has its own amplifier.
+        behind : Inward            `inward` of the same course and mass, for repeated calls; computed by default.
 
         Returns
         -------
@@ -368,7 +370,7 @@ class CoboticDrive:
         steering = needed(self.steering, "steering")
         xp = namespace(self, course.speed)
         power_out = course.driving_force(load_mass).value * course.speed
-        load = self._inward(course, load_mass)
+        load = self.inward(course, load_mass) if behind is None else behind
         course = load.course
         turning = cylinder_speed or Varying(xp.asarray(self.cylinder_speed, dtype=xp.float64))
         link, guide_loss = self._on_link(load)

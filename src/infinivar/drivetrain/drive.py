@@ -96,9 +96,8 @@ class Drive(Protocol):
     - ``motors``, a mapping of motors by role, and ``warmed(temperatures)``, the drive with windings at temperatures [K] by
       role, for the heat of motors; `follow` then has the states and losses named in `infinivar.analysis.cycles.duty_cycle`;
     - ``axis``, `LINEAR` by default;
-    - ``operate(..., position=)``, if springs or a linkage make the position of the load matter;
-    - ``orders``, the highest time derivative of the load's position that `follow` needs (that of the force is two less); 4 by
-      default.
+    - ``orders``, the highest time derivative of the load's position that `follow` needs, 4 to 6, by default 4;
+    - `operate` may have the argument ``position`` of the load, for springs and linkages.
     """
 
     def operate(self, *, speed: Array, force: Array) -> DrivePoint:
@@ -137,8 +136,10 @@ def orders_of(drive: Any) -> int:
     return getattr(drive, "orders", 4)
 
 
-def operated(drive: Drive, *, speed: Array, force: Array, **options: Array) -> DrivePoint:
+def operated(drive: Any, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
     """Steady operating point of any drive; what a drive of another package returns is checked first.
+
+    The position of the load is passed on if it is not exactly the number 0.
 
     Raises
     ------
@@ -148,7 +149,8 @@ def operated(drive: Drive, *, speed: Array, force: Array, **options: Array) -> D
         If the power to the load is not force times speed.
     """
     check_drive(drive, "drive")
-    point = drive.operate(speed=speed, force=force, **options)
+    placed_at = {} if isinstance(position, (int, float)) and position == 0 else {"position": position}
+    point = drive.operate(speed=speed, force=force, **placed_at)
     if is_own(drive):
         _check_point(drive, point, DrivePoint, "operate")
         _check_delivery(point.power_out, speed * force, f"{type(drive).__name__}.operate")

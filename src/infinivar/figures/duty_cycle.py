@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Panel by title of its axis: column and factor. The first two belong to the task, the others to each drive.
-_TASK = {"speed of\nload [m/s]": ("speed_m_s", 1.0), "force on\nload [N]": ("force_N", 1.0)}
+# Panel by title of its axis: column and factor, for each drive.
 _DRIVES = {
     "supply\npower [W]": ("power_from_supply_W", 1.0),
     "motor\ncurrent [A]": ("motor_current_A", 1.0),
@@ -43,7 +42,7 @@ def data(found: DutyComparison) -> dict[str, Any]:
     first = results[0].columns
     thin = slice(None, None, max(1, len(first["time_s"]) // _MOST_POINTS))
     panels: dict[str, dict[str, Any]] = {
-        title: {"": factor * first[name][thin]} for title, (name, factor) in _TASK.items()
+        f"{words} {joining}\nload [{unit}]": {"": first[name][thin]} for words, joining, unit, name in _task(found)
     }
     for title, (name, factor) in _DRIVES.items():
         curves = {result.title: factor * result.columns[name][thin] for result in results if name in result.columns}
@@ -75,6 +74,13 @@ def data(found: DutyComparison) -> dict[str, Any]:
             "limit": {result.title: result.exceeded[0][0] if result.exceeded else Limit.OK for result in results},
         },
     }
+
+
+def _task(found: DutyComparison) -> list[tuple[str, str, str, str]]:
+    """Word, preposition, unit and column of the load's speed and of the force on it."""
+    axis = found.axis
+    _, speed, force = axis.columns
+    return [(axis.speed, "of", axis.speed_unit, speed), (axis.force, "on", axis.force_unit, force)]
 
 
 def _colour(numbers: Mapping[str, Any], title: str) -> str:

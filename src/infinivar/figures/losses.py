@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from infinivar.analysis.compare import Comparison
+from infinivar.axis import Axis
 from infinivar.figures import style
 from infinivar.limits import Limit
 from infinivar.units import plain
@@ -18,9 +19,10 @@ if TYPE_CHECKING:
 def data(comparison: Comparison, corner: str) -> dict[str, Any]:
     """Losses and supply power [W] by drive at a corner, with the limit exceeded, if any, the title and the unit."""
     corners = {result.title: result.corners[corner] for result in comparison.results.values()}
-    first = next(iter(corners.values()))
+    first, axis = next(iter(corners.values())), comparison.study.axis
+    where = f"{plain(first.force, 3)} {axis.force_unit} at {plain(first.speed, 3)} {axis.speed_unit}"
     return {
-        "title": f"{corner}: {plain(first.force, 3)} N at {plain(first.speed, 3)} m/s",
+        "title": f"{corner_words(corner, axis)}: {where}",
         "unit": "W",
         "losses": {title: dict(point.losses) for title, point in corners.items()},
         "power_in": {title: point.power_in for title, point in corners.items()},
@@ -63,9 +65,20 @@ def _note(loss: float, power_in: float, limit: Limit, unit: str) -> str:
     return note if limit == Limit.OK else f"{note}  beyond {limit.words}".strip()
 
 
+def corner_words(corner: str, axis: Axis) -> str:
+    """Name of a corner of the required region in the words of the axis, such as "maximum moment"."""
+    return corner.replace("force", axis.force).replace("speed", axis.speed)
+
+
 def draw_all(comparison: Comparison) -> Figure:
-    """Loss bars at every corner of the requirement, with one legend."""
-    corners = list(comparison.study.requirement.corners())
+    """Loss bars at every corner of the requirement, with one legend.
+
+    Raises
+    ------
+    InputError
+        If the study has no requirement.
+    """
+    corners = list(comparison.study.required("losses at the corners of the required region").corners())
     columns = min(2, len(corners))
     rows = -(-len(corners) // columns)
     height = (0.9 + 0.34 * len(comparison.results)) * rows + 0.5

@@ -33,7 +33,7 @@ _LOSS_COLOURS = ("YlOrBr", 0.02, 0.62)
 """Pale part of a colour map, distinct from the colours of efficiency and from the outline of the required region."""
 _OUTSIDE = "#EDEDED"
 _TEXT_HALF_SIZE = (0.08, 0.125)  # of the map's height and width: regions that hold less get no text
-_WORDS = {
+WORDS = {
     Limit.SLIP: "beyond\nwheel slip",
     Limit.THERMAL: "beyond motor\ncontinuous\ntorque",
     Limit.VOLTAGE: "beyond\nsupply voltage",
@@ -43,6 +43,11 @@ _WORDS = {
     Limit.PEAK: "beyond motor\npeak torque",
     Limit.REGENERATION: "supply cannot\nabsorb power",
 }
+
+
+def words_of(limit: Limit) -> str:
+    """Label of the region where a limit is exceeded."""
+    return WORDS.get(limit, "beyond\n" + limit.words.replace(" ", "\n"))
 
 
 class Drawn(NamedTuple):
@@ -58,10 +63,10 @@ def data(steady: SteadyMap, requirement: Requirement | None) -> dict[str, Any]:
     Returns
     -------
     dict
-        force [N], speed [m s^-1]: axes; limit, margin: as of the map; efficiency (n, m) [-]: nan beyond limits, and where
-        the load drives and the supply gets nothing back; loss (n, m) [W]: there, else nan; outline: of the requirement, in
-        one quadrant; signs: of force and speed in the quadrants required; largest_loss [W]: in the required region, 0 where
-        none is drawn there.
+        axis: along a line or about a joint; force [N], speed [m s^-1], or [N m], [rad s^-1]: axes of the map; limit, margin:
+        as of the map; efficiency (n, m) [-]: nan beyond limits, and where the load drives and the supply gets nothing back;
+        loss (n, m) [W]: there, else nan; outline: of the requirement, in one quadrant; signs: of force and speed in the
+        quadrants required; largest_loss [W]: in the required region, 0 where none is drawn there.
     """
     within = steady.limit == Limit.OK
     scale = 1e-9 * np.abs(steady.power_out)
@@ -71,10 +76,7 @@ def data(steady: SteadyMap, requirement: Requirement | None) -> dict[str, Any]:
     if requirement is not None:
         required = required & (np.abs(steady.force) <= requirement.force)
         required = required & (np.abs(steady.speed)[:, None] <= requirement.speed_at(steady.force)[None, :])
-        force = np.linspace(0.0, requirement.force, 200)
-        edge = np.column_stack([force, requirement.speed_at(force)])
-        outline = np.vstack([edge, [requirement.force, 0.0]])
-        signs = {1: [(1, 1)], 2: [(1, 1), (-1, 1)], 4: [(1, 1), (-1, 1), (1, -1), (-1, -1)]}[requirement.quadrants]
+        outline, signs = outline_of(requirement)
     return {
         "force": steady.force,
         "speed": steady.speed,
@@ -85,7 +87,16 @@ def data(steady: SteadyMap, requirement: Requirement | None) -> dict[str, Any]:
         "margin": steady.margin,
         "outline": outline,
         "signs": signs,
+        "axis": steady.axis,
     }
+
+
+def outline_of(requirement: Requirement) -> tuple[np.ndarray, list[tuple[int, int]]]:
+    """Outline of the required region in one quadrant, (force, speed), and the signs of both in the quadrants required."""
+    force = np.linspace(0.0, requirement.force, 200)
+    edge = np.column_stack([force, requirement.speed_at(force)])
+    signs = {1: [(1, 1)], 2: [(1, 1), (-1, 1)], 4: [(1, 1), (-1, 1), (1, -1), (-1, -1)]}[requirement.quadrants]
+    return np.vstack([edge, [requirement.force, 0.0]]), signs
 
 
 def loss_levels(maps: Iterable[Mapping[str, Any]]) -> np.ndarray:
@@ -135,12 +146,13 @@ def draw(
         )
         ax.plot(across * x, along * y, color="white", lw=2.6)
         ax.plot(across * x, along * y, **REQUIRED)
-    _name_limits(ax, force, speed, limit)
+    name_regions(
+        ax, force, speed, {words_of(Limit(int(code))): limit == code for code in np.unique(limit) if code != Limit.OK}
+    )
     half = 0.5 * (force[1] - force[0]), 0.5 * (speed[1] - speed[0])  # axes hold the centres of cells
     ax.set_xlim(force[0] - half[0], force[-1] + half[0])
     ax.set_ylim(speed[0] - half[1], speed[-1] + half[1])
-    ax.set_xlabel("force on the load [N]")
-    ax.set_ylabel("speed of the load [m/s]")
+    style.label_plane(ax, numbers["axis"])
     ax.set_title(title, parse_math=False)
     return Drawn(filled, lost)
 
@@ -169,31 +181,33 @@ def colour_bar(made: Figure, drawn: Drawn, beside: Any) -> None:
     made.colorbar(drawn.efficiency, ax=beside, label="efficiency,\nuseful / supplied power [-]", ticks=LEVELS[::2])
 
 
-def _name_limits(ax: Axes, force: np.ndarray, speed: np.ndarray, limit: np.ndarray) -> None:
-    """Label each limit where its region is widest."""
+def name_regions(
+    ax: Axes, force: np.ndarray, speed: np.ndarray, regions: Mapping[str, np.ndarray], **options: Any
+) -> set[str]:
+    """Label each region where it is widest, unless it is too small for text; return the labels drawn."""
     from scipy.ndimage import distance_transform_edt
 
-    for code in np.unique(limit):
-        if code == Limit.OK:
-            continue
-        exceeded = Limit(int(code))
+    box = {"boxstyle": "round,pad=0.1", "facecolor": _OUTSIDE, "edgecolor": "none", "alpha": 0.8}
+    drawn = set()
+    for words, region in regions.items():
         # Distance to the edge of the region in units of the text's size; a frame keeps the text off the axes.
-        cell = tuple(1.0 / (size * count) for size, count in zip(_TEXT_HALF_SIZE, limit.shape, strict=True))
-        depth: Any = distance_transform_edt(np.pad(limit == code, 1), sampling=cell)
+        cell = tuple(1.0 / (size * count) for size, count in zip(_TEXT_HALF_SIZE, region.shape, strict=True))
+        depth: Any = distance_transform_edt(np.pad(region, 1), sampling=cell)
         depth = depth[1:-1, 1:-1]
         row, column = np.unravel_index(np.argmax(depth), depth.shape)
         if depth[row, column] < 1.0:
             continue
-        ax.text(
-            force[column],
-            speed[row],
-            _WORDS.get(exceeded, "beyond\n" + exceeded.words.replace(" ", "\n")),
-            ha="center",
-            va="center",
-            fontsize=7.5,
-            color="#333333",
-            bbox={"boxstyle": "round,pad=0.1", "facecolor": _OUTSIDE, "edgecolor": "none", "alpha": 0.8},
-        )
+        drawn.add(words)
+        style_of = {
+            "ha": "center",
+            "va": "center",
+            "fontsize": 7.5,
+            "color": "#333333",
+            "bbox": box,
+            "parse_math": False,
+        }
+        ax.text(force[column], speed[row], words, **{**style_of, **options})
+    return drawn
 
 
 def draw_all(comparison: Comparison) -> Figure:
@@ -216,7 +230,8 @@ def draw_all(comparison: Comparison) -> Figure:
             ax.label_outer()
             if index + columns >= len(results):  # nothing below it
                 ax.tick_params(labelbottom=True)
-                ax.set_xlabel("force on the load [N]")
+                axis = maps[index]["axis"]
+                ax.set_xlabel(f"{axis.force} on the load [{axis.force_unit}]")
         for ax in axes.flat[len(results) :]:
             ax.set_visible(False)  # removed axes would still take part in the layout of the colour bar
         loss = next((one.loss for one in found if one.loss is not None), None)

@@ -252,7 +252,6 @@ def builds_map(found: BuildsMap) -> Figure:
     with style.styled():
         made, ax = style.figure(5.6, 4.0)
         filled = ax.contourf(found.force, found.speed, found.within, levels=np.linspace(0.0, 1.0, 11), cmap="viridis")
-        ax.set_xlabel("force on the load [N]")
-        ax.set_ylabel("speed of the load [m/s]")
+        style.label_plane(ax, found.axis)
         made.colorbar(filled, ax=ax, label="share of samples within all limits [-]")
     return made

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from infinivar.axis import Axis
 from infinivar.limits import Limit
 
 if TYPE_CHECKING:
@@ -82,6 +83,12 @@ def figure(width: float, height: float, rows: int = 1, columns: int = 1, **optio
 
     made = Figure(figsize=(width, height), layout="constrained")
     return made, made.subplots(rows, columns, **options)
+
+
+def label_plane(ax: Any, axis: Axis) -> None:
+    """Label the axes of a force-speed plane."""
+    ax.set_xlabel(f"{axis.force} on the load [{axis.force_unit}]")
+    ax.set_ylabel(f"{axis.speed} of the load [{axis.speed_unit}]")
 
 
 def write(made: Figure, path: Path, formats: Sequence[str] = FORMATS) -> list[Path]:

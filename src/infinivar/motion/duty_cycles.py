@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Interval
 
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_kind, check_real, given, quantity, tagged
 from infinivar.axis import LINEAR, ROTARY, Axis
-from infinivar.errors import ParameterError
+from infinivar.errors import InputError, ParameterError
 from infinivar.motion.course import Course
 from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor, Walking
 from infinivar.motion.recordings import Recording
 from infinivar.motion.task import Task
+from infinivar.units import plain
 
 CYCLES: dict[str, type] = {kind.shape: kind for kind in (Hold, Sinusoid, Reaches, Tremor, Walking, Recording)}
 """Kinds of motion of a duty cycle, by their name in `shape`; defaults to the first."""
@@ -26,6 +28,9 @@ SAMPLES = 2000
 _PER_WAVE = 40
 """Fewest instants per period of the highest frequency."""
 _MOST_SAMPLES = 200_000
+
+_ROUNDED = 0.005
+"""Shares of rounded percentages add up to 1 within this."""
 
 
 class Instants(NamedTuple):
@@ -55,6 +60,15 @@ class DutyCycle(Task):
     ambient: float = quantity("K", Gt(0), "Ambient temperature of the motors", default=298.15)
     start_temperature: float | None = quantity(
         "K", Gt(0), "Temperature of the motors at the start of a run; defaults to ambient", default=None
+    )
+    time_share: float | None = quantity(
+        "1",
+        Interval(gt=0, le=1),
+        "Share of the time spent in this cycle; those of all cycles add up to 100 %",
+        default=None,
+    )
+    distance_per_cycle: float | None = quantity(
+        "m", Gt(0), "Distance covered per cycle, such as the stride length; gives energy per metre", default=None
     )
 
     def __post_init__(self) -> None:
@@ -106,6 +120,14 @@ class DutyCycle(Task):
         return self.ambient if self.start_temperature is None else self.start_temperature
 
     @property
+    def reference_mass(self) -> tuple[float, str] | None:
+        """Mass to which energies refer, and its name: the body's, else that of a load along a line; None without one. [kg]"""
+        body = getattr(self.motion, "body_mass", None)
+        if body is not None:
+            return body, "body mass"
+        return None if not self.load_mass or self.axis.rotary else (self.load_mass, "load mass")
+
+    @property
     def warnings(self) -> tuple[str, ...]:
         """Valid input that looks like an oversight."""
         return self.motion.warnings
@@ -146,3 +168,31 @@ class DutyCycle(Task):
         count = samples or self.samples()
         time = (np.arange(count) + 0.5) * (self.period / count)
         return Instants(time, *self.at(time, orders))
+
+
+def shares_of(duty: Mapping[str, DutyCycle]) -> dict[str, float]:
+    """Share of the time spent in each duty cycle, as stated in `time_share`.
+
+    Returns
+    -------
+    dict of str to float   Divided by their sum, since percentages are often rounded; empty if no cycle states a share. [-]
+
+    Raises
+    ------
+    InputError
+        If only some cycles state a share, or the shares do not add up to 100 % within 0.5 %.
+    """
+    stated = {name: cycle.time_share for name, cycle in duty.items() if cycle.time_share is not None}
+    if not stated:
+        return {}
+    first = next(iter(stated))
+    for name in duty:
+        if name not in stated:
+            raise InputError(
+                f"duty.{name}.time_share is missing: duty.{first} has one; state it for every duty cycle or for none"
+            )
+    total = sum(stated.values())
+    if abs(total - 1.0) > _ROUNDED:
+        listed = ", ".join(f"duty.{name} {plain(100 * share, 4)} %" for name, share in stated.items())
+        raise InputError(f"time_share: the shares add up to {plain(100 * total, 4)} %, not to 100 %: {listed}")
+    return {name: share / total for name, share in stated.items()}

@@ -18,10 +18,11 @@ import itertools
 from typing import Any, Literal
 
 import numpy as np
+from annotated_types import Ge
 
 from infinivar._core.array_namespace import Array, bisect, namespace, newton
-from infinivar._core.chain_rule import inverse
-from infinivar._core.fields import check, check_choice, given
+from infinivar._core.chain_rule import inverse, is_zero
+from infinivar._core.fields import check, check_choice, check_value, given
 from infinivar._core.pieces import Pieces, through
 from infinivar.errors import ParameterError
 from infinivar.parts import dahl
@@ -107,8 +108,8 @@ class Elastic:
         check_choice(self, "shape", NEEDS, MAY)
         if self.hysteresis is None and self.presliding is not None:
             raise ParameterError("presliding does not apply without hysteresis; remove it")
-        if self.shape == "one-sided" and self.preload < 0:
-            raise ParameterError(f"preload must be >= 0 with shape = 'one-sided', got {self.preload:g}")
+        if self.shape == "one-sided":
+            check_value("preload of a one-sided spring", self.preload, "N m" if unit == "rad" else "N", Ge(0))
         if self.deflections is None:
             return
         rising_rows("deflections", self.deflections, unit)
@@ -164,7 +165,7 @@ class Elastic:
             width = self.width
             u = since / width
             found = [self.stiffness * width ** (1 - k) * d for k, d in enumerate(transition(u, orders))]
-            if self.preload:
+            if not is_zero(self.preload):
                 steps = logistic(u, orders)
                 return [
                     one + self.preload * width**-k * step
@@ -212,7 +213,7 @@ class Elastic:
 
         Source: `force`, inverted by Newton's method where no formula exists; derivatives of the inverse function.
         """
-        xp = namespace(force)
+        xp = namespace(self, force)
         if self.shape == "linear":
             found = [self.rest + (force - self.preload) / self.stiffness, 1.0 / self.stiffness, *[0.0] * (orders - 1)]
             return found[: orders + 1]
@@ -227,7 +228,7 @@ class Elastic:
 
     def demand(self, position: Array) -> Array:
         """Deflection over that at the end of the table: 1 at either end; 0 for other shapes. [-]"""
-        xp = namespace(position)
+        xp = namespace(self, position)
         if self.deflections is None:
             return 0.0 * position
         low, high = self.deflections[0], self.deflections[-1]
@@ -238,7 +239,7 @@ class Elastic:
 
         The allowance is a thousandth of ``stiffness contact_width`` below no force.
         """
-        xp = namespace(force)
+        xp = namespace(self, force)
         if self.shape != "one-sided":
             return 0.0 * force
         return xp.clip(1.0 - _LOOSE - force / (self.stiffness * self.width), 0.0, xp.inf)
@@ -264,7 +265,7 @@ class Elastic:
     def _compressed(self, xp: object, force: Array) -> Array:
         """Deflection of a one-sided spring under a positive force."""
         scale, width, preload = self.stiffness * self.width, self.width, self.preload
-        if not preload:
+        if is_zero(preload):
             share = force / scale
             return width * (share + xp.log(1.0 - xp.exp(-share)))  # type: ignore[attr-defined]
 

@@ -5,9 +5,13 @@ The last axis of all arrays is time; between neighbouring instants the deflectio
 
 from __future__ import annotations
 
+import dataclasses
+import math
+
 import numpy as np
 
 from infinivar._core.array_namespace import Array, bisect, namespace, newton
+from infinivar.errors import ParameterError
 from infinivar.parts.elastic import Elastic
 
 _ROUNDS = 50
@@ -16,7 +20,8 @@ _ROUNDS = 50
 _SETTLED = 1e-12
 """Change of the state over a cycle, relative to the largest hysteresis force, at which it has settled."""
 
-_POLISH = 30
+_HALVINGS, _POLISH = 8, 60
+"""Steps of bisection, and most steps of Newton's method."""
 
 
 def along_positions(spring: Elastic, position: Array, closes: bool) -> Array:
@@ -35,7 +40,7 @@ def along_positions(spring: Elastic, position: Array, closes: bool) -> Array:
 
     Source: dahl1968; along a one-way deflection z changes by an affine map, and these compose.
     """
-    xp = namespace(position)
+    xp = namespace(spring, position)
     before = xp.concat([position[..., -1:] if closes else position[..., :1], position[..., :-1]], axis=-1)
     # Each step is z -> kept z + gained; after this loop, from the start to each instant.
     kept = spring.hysteresis_after(1.0 + 0.0 * position, position - before)
@@ -69,13 +74,32 @@ def under_forces(spring: Elastic, force: np.ndarray, closes: bool) -> tuple[np.n
     -------
     deflection, hysteresis : (..., n) float   [m] or [rad], [N] or [N m]
 
+    Raises
+    ------
+    ParameterError
+        If arrays are not those of NumPy.
+
     Source: dahl1968; the deflection on each branch between reversals of the force, by bisection and Newton's method.
     """
+    if namespace(spring, force).__name__ != "numpy":
+        raise ParameterError("hysteresis of a series spring has no derivatives: compute without it")
     force = np.asarray(force, dtype=float)
     rows = force.reshape(-1, force.shape[-1])
-    found = [_one(spring, row, closes) for row in rows]
+    found = [_one(one, row, closes) for one, row in zip(_each(spring, force.shape[:-1]), rows, strict=True)]
     deflection, hysteresis = (np.array(part).reshape(force.shape) for part in zip(*found, strict=True))
     return deflection, hysteresis
+
+
+def _each(spring: Elastic, shape: tuple[int, ...]) -> list[Elastic]:
+    """A spring for each row of forces; those of a sampled spring differ."""
+    count = math.prod(shape)
+    values = {one.name: getattr(spring, one.name) for one in dataclasses.fields(spring) if "unit" in one.metadata}  # type: ignore[arg-type]
+    drawn = {name: value for name, value in values.items() if np.ndim(value)}
+    if not drawn:
+        return [spring] * count
+    columns = {name: np.broadcast_to(value, (*shape, 1)).ravel().tolist() for name, value in drawn.items()}
+    made = ({name: column[row] for name, column in columns.items()} for row in range(count))
+    return [dataclasses.replace(spring, **own) for own in made]  # type: ignore[type-var]
 
 
 def _one(spring: Elastic, force: np.ndarray, closes: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -134,5 +158,9 @@ def _deflected(spring: Elastic, force: np.ndarray, start: float, hysteresis: flo
     ends = spring.deflection(force - largest), spring.deflection(force - hysteresis)
     low, high = ends if sign > 0 else ends[::-1]
     low, high = (np.maximum(low, start), high) if sign > 0 else (low, np.minimum(high, start))
-    found = newton(np, step, bisect(np, excess, low, high, 30), _POLISH)
+    # The sum of a straight line and the exponential is concave along the way, so that Newton's method, started short of the
+    # solution, converges; other springs are first bisected.
+    straight = spring.shape == "linear"
+    near = (low if sign > 0 else high) if straight else bisect(np, excess, low, high, _HALVINGS)
+    found = newton(np, step, near, _POLISH)
     return np.maximum(found, start) if sign > 0 else np.minimum(found, start)

@@ -10,7 +10,7 @@ from typing import Any
 from infinivar import units
 from infinivar.analysis.compare import Comparison
 from infinivar.analysis.robustness.verdicts import band, percent
-from infinivar.figures import duty_cycle, losses, operating_map, style
+from infinivar.figures import duty_cycle, least_loss, losses, operating_map, style
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report import numbers
@@ -18,15 +18,20 @@ from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
 from infinivar.study.provenance import DEFAULT, Provenance
 
+LEAST_LOSS = "report-least-loss.nc"
+"""File of the map of the least loss, beside its figure."""
+
 
 def save(comparison: Comparison, directory: Path) -> list[Path]:
     """Write report, figures, results, one NetCDF map per drive, one CSV per drive and duty cycle; the report comes first."""
+    least = comparison.least_loss
     with all_or_nothing(directory, "compare") as scratch:
         figures = {
             name: style.write(made, scratch / f"report-{name}")
             for name, made in (
                 ("maps", operating_map.draw_all(comparison)),
-                ("losses", losses.draw_all(comparison)),
+                *(() if least is None else (("least-loss", least_loss.draw_all(least)),)),
+                *(() if comparison.study.requirement is None else (("losses", losses.draw_all(comparison)),)),
                 *((f"duty-{task}", duty_cycle.draw_all(found)) for task, found in comparison.duty.items()),
             )
         }
@@ -35,11 +40,13 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
         (scratch / "results.json").write_text(to_json(results(comparison)), "utf-8")
         for name, result in comparison.results.items():
             result.map.to_netcdf(scratch / f"{name}.nc")
+        if least is not None:
+            least.to_netcdf(scratch / LEAST_LOSS)
         for task, found in comparison.duty.items():
             for name, result in found.results.items():
                 write_csv(result.columns, scratch / f"{name}-{task}.csv")
     cycles = [f"{name}-{task}.csv" for task, found in comparison.duty.items() for name in found.results]
-    maps = [f"{name}.nc" for name in comparison.results]
+    maps = [f"{name}.nc" for name in comparison.results] + ([] if least is None else [LEAST_LOSS])
     drawn = [file.name for files in figures.values() for file in files]
     return [directory / name for name in ("report.html", "results.json", *maps, *cycles, *drawn)]
 
@@ -51,22 +58,27 @@ def results(comparison: Comparison) -> dict[str, Any]:
         content["drives"][name]["corners"] = {
             label: {**asdict(corner), "limit": corner.limit.name} for label, corner in result.corners.items()
         }
-    content["requirement"] = asdict(comparison.study.requirement)
+    required = comparison.study.requirement
+    content["requirement"] = None if required is None else required.to_dict()
     content["warnings"] = comparison.study.warnings
     content["provenance"] = [asdict(row) for row in comparison.study.provenance]
     return content
 
 
 def html(comparison: Comparison, images: Mapping[str, str]) -> str:
-    """The report as one self-contained page with its figures by name: maps, losses and duty-NAME."""
+    """The report as one self-contained page with its figures by name: maps, least-loss, losses and duty-NAME."""
     study = comparison.study
+    first = next(iter(comparison.results.values())).map
     return render(
         "comparison.html",
         study=study,
         comparison=comparison,
-        corners=study.requirement.corners(),
+        corners={} if study.requirement is None else study.requirement.corners(),
+        corner_words=losses.corner_words,
+        braking=bool(first.speed[0] < 0 or first.force[0] < 0),
         map_figure=images["maps"],
-        loss_figure=images["losses"],
+        least_figure=images.get("least-loss"),
+        loss_figure=images.get("losses"),
         duty=[(found, images[f"duty-{task}"]) for task, found in comparison.duty.items()],
         provenance=provenance_tables(study.provenance),
         words_of=words_of,

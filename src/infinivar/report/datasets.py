@@ -14,10 +14,12 @@ from infinivar.analysis.cycles.cylinder_policy import Policy
 from infinivar.analysis.cycles.duty_cycle import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.analysis.design_trends import Trend
+from infinivar.analysis.least_loss import LeastLoss
 from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
 from infinivar.analysis.simulate import Simulation
 from infinivar.analysis.steady_map import SteadyMap
+from infinivar.axis import Axis
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint
 from infinivar.limits import Limit
@@ -141,10 +143,7 @@ def steady_map(found: SteadyMap) -> Arrays:
     variables["limit"][1].update(_codes())
     order = ["power_in", "power_out", *(losses := _losses(found.losses)), "efficiency", "limit", "margin"]
     variables |= losses
-    coords: dict[str, Any] = {
-        "speed": (grid[0], found.speed, {"units": "m s-1", "long_name": "speed of the load"}),
-        "force": (grid[1], found.force, {"units": "N", "long_name": "force on the load"}),
-    }
+    coords = _plane(found.axis, grid, found.speed, found.force)
     if found.labels is not None:
         # An axis with its own name is not repeated under the default name.
         named = dict(found.labels.coords)
@@ -196,8 +195,39 @@ def builds_map(found: BuildsMap) -> Arrays:
             for limit, share in found.limits.items()
         },
     }
-    coords = {"speed": ("speed", found.speed, {"units": "m s-1"}), "force": ("force", found.force, {"units": "N"})}
-    return Arrays(data, coords)
+    return Arrays(data, _plane(found.axis, grid, found.speed, found.force))
+
+
+def least_loss(found: LeastLoss) -> Arrays:
+    """Best drive, its loss and its lead over speed and force."""
+    grid = ("speed", "force")
+    codes = {"flag_values": np.arange(len(found.titles), dtype=np.int8), "flag_meanings": " ".join(found.titles)}
+    data = {
+        "best": (
+            grid,
+            found.best,
+            {"units": "1", "long_name": "drive with the least loss; -1 if none is feasible", **codes},
+        ),
+        "runner_up": (
+            grid,
+            found.runner_up,
+            {"units": "1", "long_name": "drive with the next least loss; -1 if none", **codes},
+        ),
+        "loss": (grid, found.loss, {"units": "W", "long_name": "loss of the best drive"}),
+        "saved": (grid, found.saved, {"units": "W", "long_name": "loss of the runner-up minus that of the best drive"}),
+        "limit": (grid, found.limit, {"units": "1", "long_name": "limit where no drive is feasible", **_codes()}),
+        "required": (grid, found.required.astype(np.int8), {"units": "1", "long_name": "1 in the required region"}),
+    }
+    return Arrays(data, _plane(found.axis, grid, found.speed, found.force))
+
+
+def _plane(axis: Axis, grid: tuple[str, ...], speed: np.ndarray, force: np.ndarray) -> dict[str, Any]:
+    """Coordinates of a force-speed plane; about a joint, `speed` is an angular speed and `force` a moment."""
+    units = ("rad s-1", "N m") if axis.rotary else ("m s-1", "N")
+    return {
+        "speed": (grid[0], speed, {"units": units[0], "long_name": f"{axis.speed} of the load"}),
+        "force": (grid[1], force, {"units": units[1], "long_name": f"{axis.force} on the load"}),
+    }
 
 
 def duty(found: DutyResult) -> Arrays:

@@ -74,7 +74,13 @@ def signed(value: float, digits: int = 3) -> Any:
     return raised(units.signed(value, digits))
 
 
+def capitalise(text: str) -> str:
+    """Text with its first letter in upper case and the others as they are, unlike Jinja's own filter."""
+    return text[:1].upper() + text[1:]
+
+
 FILTERS: dict[str, Callable[..., Any]] = {
+    "capitalise": capitalise,
     "si": si,
     "signed": signed,
     "quantity": quantity,

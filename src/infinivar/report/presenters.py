@@ -25,12 +25,14 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "analysis.cycles.cylinder_policy.Policy": {"plot": "figures.single:policy", "dataset": "report.datasets:policy"},
     "analysis.cycles.duty_cycle.DutyResult": {"plot": "figures.single:duty", "dataset": "report.datasets:duty"},
+    "analysis.cycles.mixed_use.MixedUse": {"table": "report.tables:mixed_use"},
     "analysis.cycles.shaking.DynamicMap": {
         "plot": "figures.single:dynamic_map",
         "dataset": "report.datasets:dynamic_map",
     },
     "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
     "analysis.design_trends.Trend": {"plot": "figures.single:trend", "dataset": "report.datasets:trend"},
+    "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all", "dataset": "report.datasets:least_loss"},
     "analysis.motion_summary.MotionSummary": {
         "plot": "figures.motion_summary:draw_all",
         "save": "report.motion_summary:save",

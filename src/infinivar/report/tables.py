@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from infinivar._core import extras
 from infinivar.analysis.compare import Comparison, DutyComparison
 from infinivar.analysis.contact_sheet import ContactSheet
+from infinivar.analysis.cycles.mixed_use import MixedUse
 from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
@@ -42,8 +43,8 @@ def comparison(found: Comparison) -> pd.DataFrame:
                 "peak_efficiency": result.peak_efficiency,
                 "peak_efficiency_in_region": result.peak_efficiency_in_region,
                 "mean_loss_W": result.mean_loss,
-                "tightest_limit": result.tightest.limit.name,
-                "margin": result.tightest.value,
+                "tightest_limit": None if result.tightest is None else result.tightest.limit.name,
+                "margin": None if result.tightest is None else result.tightest.value,
                 "verdict": result.verdict,
             }
             for name, result in found.results.items()
@@ -62,11 +63,31 @@ def duty_comparison(found: DutyComparison) -> pd.DataFrame:
                 "feasible": result.feasible,
                 "energy_J": result.energy,
                 "power_W": result.power_in,
+                "peak_power_W": result.powers["power_from_supply_peak_W"],
+                "energy_per_mass_J_kg": result.energy_per_kilogram,
+                "energy_per_distance_J_m": result.energy_per_metre,
                 "work_on_load_J": result.delivered,
                 "work_of_load_J": result.absorbed,
                 "verdict": result.verdict,
             }
             for name, result in found.results.items()
+        ),
+        "drive",
+    )
+
+
+def mixed_use(found: MixedUse) -> pd.DataFrame:
+    """One row per drive: feasibility, mean power and verdict in mixed use."""
+    return _rows(
+        (
+            {
+                "drive": name,
+                "title": title,
+                "feasible": found.feasible[name],
+                "power_W": found.power[name],
+                "verdict": found.verdict_on(name),
+            }
+            for name, title in found.titles.items()
         ),
         "drive",
     )

@@ -13,14 +13,14 @@ from infinivar.study.study import Study
 
 
 def check_duty(study: Study) -> None:
-    """Refuse a study whose drives cannot follow its duty cycles.
+    """Refuse a study whose drives cannot follow its duty cycles, or that requires a joint of drives along a line.
 
     Raises
     ------
     InputError
         One line for each drive that lacks a value, with the name of the value.
     """
-    _refuse(_duty_faults(study))
+    _refuse([*_axis_faults(study), *_duty_faults(study)])
 
 
 def check_spreads(study: Study) -> None:
@@ -42,13 +42,25 @@ def check(study: Study) -> None:
     InputError
         One line per fault.
     """
-    _refuse([*_duty_faults(study), *_scenario_faults(study), *_spread_faults(study)])
+    _refuse([*_axis_faults(study), *_duty_faults(study), *_scenario_faults(study), *_spread_faults(study)])
 
 
 def _refuse(faults: Iterator[str] | list[str]) -> None:
     lines = list(faults)
     if lines:
         raise InputError("\n".join(lines))
+
+
+def _axis_faults(study: Study) -> Iterator[str]:
+    required = study.requirement
+    if required is None:
+        return
+    for name, drive in study.drives.items():
+        fault = axis_fault(drive, required.axis, f"drives.{name}", "requirement.moment")
+        if fault is not None and required.axis.rotary:
+            yield fault
+        elif fault is not None:
+            yield f"requirement.force is along a line; drives.{name} moves a joint: write moment and angular_speed"
 
 
 def _duty_faults(study: Study) -> Iterator[str]:

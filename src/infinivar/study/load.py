@@ -13,14 +13,14 @@ from typing import Any
 from infinivar._core import files
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest, printable
-from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.scenario import Scenario
 from infinivar.study.build import built
 from infinivar.study.extend import extended
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.provenance import Provenance
-from infinivar.study.requirement import Requirement
+from infinivar.study.requirement import JOINT_ONLY, LINE_ONLY, JointRequirement, Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, drive_type, keys
 from infinivar.study.shipped import parameter_set, study_file
@@ -156,8 +156,10 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
     scenarios = loading.tasks("scenarios", Scenario)
     duty = loading.tasks("duty", DutyCycle)
     rig = loading.rig()
+    with loading.collecting():
+        _check_shares(duty)
     uncertainty = loading.uncertainty(drives)
-    if loading.faults or requirement is None:
+    if loading.faults:
         raise StudyError(*loading.faults)
     return Study(
         name=name,
@@ -192,13 +194,22 @@ def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
     statements = raw.get("reconstruction", [])
     if not isinstance(statements, list) or not all(isinstance(text, str) and text.strip() for text in statements):
         yield "reconstruction", f"reconstruction = {quoted(statements)} must be a list of texts"
-    silent = any(key not in _TOP for key in raw)  # a misspelt key may be what is missing
     for key, table in (("requirement", "requirement"), ("drives", "drives.NAME")):
         if key in raw and raw[key] != {} and not isinstance(raw[key], dict):
             yield key, f"{key} = {quoted(raw[key])} must be a table [{table}]"
-        elif not raw.get(key) and not silent:
-            silent = True
-            yield key, f"{key} is missing: write a table [{table}]"
+    if any(key not in _TOP for key in raw):
+        return  # a misspelt key may be what is missing
+    if not raw.get("requirement") and not raw.get("duty"):
+        yield "requirement", "requirement is missing: write a table [requirement], or a motion in a table [duty.NAME]"
+    elif not raw.get("drives"):
+        yield "drives", "drives is missing: write a table [drives.NAME]"
+
+
+def _check_shares(duty: Mapping[str, DutyCycle]) -> None:
+    try:
+        shares_of(duty)
+    except InputError as problem:
+        raise StudyError(str(problem)) from None
 
 
 def _check_text(raw: Raw, key: str, longest: int, *, lines: bool = False) -> None:
@@ -236,12 +247,21 @@ class _Loading:
         return {key: value for key, value in raw.items() if key not in wrong}
 
     def requirement(self) -> Requirement | None:
+        """Build the requirement, along a line or about a joint; None if the study states none."""
         if "requirement" not in self.raw:
             return None
         with self.collecting():
             tree = over_base(
                 annotated(self.raw["requirement"], "requirement", self.origin), "requirement", self.remarks
             )
+            line, joint = ([key for key in keys if key in tree] for keys in (LINE_ONLY, JOINT_ONLY))
+            if line and joint:
+                raise StudyError(
+                    f"requirement.{joint[0]} does not apply beside {line[0]}: write {', '.join(LINE_ONLY)} along a line, or "
+                    f"{', '.join(JOINT_ONLY)} about a joint"
+                )
+            if joint:
+                return built(JointRequirement, tree, "requirement", "requirement", self.rows).requirement
             return built(Requirement, tree, "requirement", "requirement", self.rows)
         return None
 

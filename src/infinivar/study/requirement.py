@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from annotated_types import Gt
 
 from infinivar._core.fields import check, component, quantity
+from infinivar.axis import LINEAR, ROTARY, Axis
+
+Quadrants = Literal[1, 2, 4]
+
+_QUADRANTS = "1: driving one way; 2: driving and braking; 4: both directions of each"
 
 _SLOWEST = 1e-9
 """Slowest motion considered, as a share of the largest speed."""
@@ -17,7 +22,9 @@ _SLOWEST = 1e-9
 class Requirement:
     """Required region of the force-speed plane: |F| <= force, |v| <= speed, |F v| <= power.
 
-    Without `power`, the required region is the whole rectangle.
+    Without `power`, the required region is the whole rectangle. About a joint (`axis` is ROTARY) `force` is a moment [N m],
+    `speed` an angular speed [rad/s], `load_mass` a moment of inertia [kg m^2] and `travel` an angle [rad];
+    `JointRequirement` has these words.
 
     Source: faulring2006, section VI (the shaded region of Fig 15 and Fig 16).
     """
@@ -29,13 +36,25 @@ class Requirement:
     )
     load_mass: float | None = quantity("kg", Gt(0), "Mass of the load, in addition to the drive's own", default=None)
     travel: float | None = quantity("m", Gt(0), "Travel of the load from end to end", default=None)
-    quadrants: Literal[1, 2, 4] = component(
-        "1: driving one way; 2: driving and braking; 4: both directions of each", default=1
-    )
+    quadrants: Quadrants = component(_QUADRANTS, default=1)
+    axis: Axis = field(default=LINEAR)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+
+    @property
+    def stated(self) -> Requirement | JointRequirement:
+        """The requirement in the words of its axis, as a study states it."""
+        if not self.axis.rotary:
+            return self
+        return JointRequirement(**self.to_dict())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers under the names of their keys in a study, for scripts."""
+        named = {"force": self.force, "speed": self.speed, "power": self.power}
+        named |= {"load_mass": self.load_mass, "travel": self.travel, "quadrants": self.quadrants}
+        return {_JOINT_KEYS.get(key, key): value for key, value in named.items()} if self.axis.rotary else named
 
     def speed_at(self, force: Any) -> Any:
         """Return the largest required speed at a force. [m s^-1]"""
@@ -46,6 +65,16 @@ class Requirement:
             return np.full_like(force, self.speed)
         # Avoids overflow at zero force.
         return self.power / np.maximum(force, self.power / self.speed)
+
+    def contains(self, speed: Any, force: Any) -> Any:
+        """Whether points of the plane are in the required region, in the quadrants required. [m s^-1], [N]"""
+        import numpy as np
+
+        speed, force = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(force, dtype=float))
+        inside = (np.abs(force) <= self.force) & (np.abs(speed) <= self.speed_at(force))
+        if self.quadrants < 4:
+            inside = inside & (speed >= 0.0)
+        return inside & (force >= 0.0) if self.quadrants == 1 else inside
 
     def corners(self) -> dict[str, tuple[float, float]]:
         """Return the named corners of the region, where designs usually fail, as (speed, force). [m s^-1], [N]"""
@@ -87,6 +116,49 @@ class Requirement:
             np.concatenate([b * force.ravel() for _, b in signs]),
             np.tile(weight.ravel(), len(signs)) / (weight.sum() * len(signs)),
         )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointRequirement:
+    """Required region about a joint: |M| <= moment, |w| <= angular_speed, |M w| <= power.
+
+    `requirement` is the same in the terms that all analyses use.
+    """
+
+    moment: float = quantity("N m", Gt(0), "Largest moment on the load")
+    angular_speed: float = quantity("rad/s", Gt(0), "Largest angular speed of the load")
+    power: float | None = quantity(
+        "W", Gt(0), "Largest instantaneous power; defaults to moment times angular speed", default=None
+    )
+    load_inertia: float | None = quantity(
+        "kg m^2", Gt(0), "Moment of inertia of the load about the joint, in addition to the drive's own", default=None
+    )
+    angle: float | None = quantity("rad", Gt(0), "Angle that the joint turns from end to end", default=None)
+    quadrants: Quadrants = component(_QUADRANTS, default=1)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+
+    @property
+    def requirement(self) -> Requirement:
+        """The same, with `axis` ROTARY."""
+        return Requirement(
+            force=self.moment,
+            speed=self.angular_speed,
+            power=self.power,
+            load_mass=self.load_inertia,
+            travel=self.angle,
+            quadrants=self.quadrants,
+            axis=ROTARY,
+        )
+
+
+_JOINT_KEYS = {"force": "moment", "speed": "angular_speed", "load_mass": "load_inertia", "travel": "angle"}
+"""Keys about a joint by the key along a line."""
+
+LINE_ONLY, JOINT_ONLY = tuple(_JOINT_KEYS), tuple(_JOINT_KEYS.values())
+"""Keys of a requirement along a line only, and about a joint only."""
 
 
 def _cell_widths(nodes: Any) -> Any:

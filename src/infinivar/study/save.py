@@ -127,7 +127,7 @@ class _Writing:
         if study.reconstruction:
             made["reconstruction"] = list(study.reconstruction)
         if study.requirement is not None:
-            made["requirement"] = _sourced(study.requirement, "requirement", "requirement", rows)
+            made["requirement"] = _sourced(study.requirement.stated, "requirement", "requirement", rows)
         made["drives"] = {name: self._drive(name, rows) for name in study.drives}
         for group, tasks in (("scenarios", study.scenarios), ("duty", study.duty)):
             if tasks:

@@ -31,7 +31,7 @@ from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.study import extensions
-from infinivar.study.requirement import Requirement
+from infinivar.study.requirement import JointRequirement, Requirement
 from infinivar.study.rig import Rig
 
 if TYPE_CHECKING:
@@ -368,7 +368,7 @@ def keys(part: type) -> list[str]:
     known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
     if part in DRIVES.values():
         return [*known, *HEAD]
-    return [*known, "base"] if part in (Requirement, Scenario, DutyCycle) else known
+    return [*known, "base"] if part in (Requirement, JointRequirement, Scenario, DutyCycle) else known
 
 
 @functools.cache
@@ -461,6 +461,8 @@ def json_schema() -> dict[str, Any]:
         },
         "additionalProperties": {"anyOf": [size, {"$ref": "#/$defs/Spreads"}]},
     }
+    # One table, along a line or about a joint; loading refuses a mixture.
+    definitions["Requirement"]["properties"] |= table(JointRequirement).model_json_schema()["properties"]
     base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
     part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
     definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
@@ -476,7 +478,11 @@ def json_schema() -> dict[str, Any]:
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "infinivar study",
         "type": "object",
-        "anyOf": [{"required": ["requirement", "drives"]}, {"required": ["extends"]}],
+        "anyOf": [
+            {"required": ["requirement", "drives"]},
+            {"required": ["duty", "drives"]},
+            {"required": ["extends"]},
+        ],
         "additionalProperties": False,
         "properties": {
             "extends": {

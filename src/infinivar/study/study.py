@@ -1,4 +1,4 @@
-"""A study: the requirement, the drives to compare, and the provenance of each of their values."""
+"""A study: what is required, the drives to compare, and the provenance of each of their values."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from infinivar._core.result import Frozen, result
+from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive, check_drive
 from infinivar.errors import InputError, nearest, require
-from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance, completed
 from infinivar.study.requirement import Requirement
@@ -27,7 +28,7 @@ class Study(Frozen):
     ----------
     name : str            Stem of the file name, or a given name.
     title, description    Headline and explanation for reports.
-    requirement           Required region of force, speed and power.
+    requirement           Required region of force, speed and power; None if only motions are required.
     drives                Drive-trains by name, in the order of the file.
     titles                Titles of the drives in reports.
     scenarios             Runs to simulate, by name.
@@ -41,8 +42,8 @@ class Study(Frozen):
 
     name: str
     title: str = ""
-    requirement: Requirement
     drives: Mapping[str, Drive]
+    requirement: Requirement | None = None
     description: str = ""
     titles: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario] = field(default_factory=dict)
@@ -56,17 +57,54 @@ class Study(Frozen):
     def __post_init__(self) -> None:
         """Freeze, and complete what is left out: titles, masses of loads, provenance."""
         self._check()
-        load_mass = self.requirement.load_mass if self.requirement else None
         made = {
             "title": self.title or self.name,
             "titles": _distinct({name: self.titles.get(name, name) for name in self.drives}),
-            "scenarios": _named(self.scenarios, load_mass),
-            "duty": _named(self.duty, load_mass),
+            "scenarios": _named(self.scenarios, self.requirement),
+            "duty": _named(self.duty, self.requirement),
             "provenance": completed(self._owners(), self.provenance),
         }
         for name, value in made.items():
             object.__setattr__(self, name, value)
         Frozen.__post_init__(self)
+        shares_of(self.duty)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Share of the time spent in each duty cycle, adding up to 1; empty if the study states none. [-]"""
+        return shares_of(self.duty)
+
+    @property
+    def travel(self) -> float | None:
+        """Travel of the load from end to end, or the angle of the joint; None if not required. [m] or [rad]"""
+        return None if self.requirement is None else self.requirement.travel
+
+    @property
+    def load_mass(self) -> float | None:
+        """Mass of the load, or its moment of inertia, by the requirement; None if not stated. [kg] or [kg m^2]"""
+        return None if self.requirement is None else self.requirement.load_mass
+
+    @property
+    def axis(self) -> Axis:
+        """Whether the load moves along a line or about a joint: as required, else as the motions, else as the drives do."""
+        owners = [
+            *([] if self.requirement is None else [self.requirement]),
+            *self.duty.values(),
+        ]
+        return next((getattr(owner, "axis", LINEAR) for owner in [*owners, *self.drives.values()]), LINEAR)
+
+    def required(self, what: str) -> Requirement:
+        """Return the requirement.
+
+        Raises
+        ------
+        InputError
+            If the study has none; the message names `what` needs it.
+        """
+        if self.requirement is None:
+            keys = "moment and angular_speed" if self.axis.rotary else "force and speed"
+            raise InputError(f"{what}: the study has no requirement; add a table [requirement] with {keys}")
+        return self.requirement
 
     def _check(self) -> None:
         """Refuse values of wrong types; the message names the first."""
@@ -91,7 +129,7 @@ class Study(Frozen):
     def _owners(self) -> dict[str, Any]:
         """What has values with a provenance, by name; the usual rig only if its values are recorded already."""
         rig = self.rig != Rig() or any(row.owner == "rig" for row in self.provenance)
-        required = {"requirement": self.requirement} if self.requirement else {}
+        required = {"requirement": self.requirement.stated} if self.requirement else {}
         return {**required, **self.drives, **({"rig": self.rig} if rig else {})}
 
     @property
@@ -193,9 +231,13 @@ def _distinct(titles: dict[str, str]) -> dict[str, str]:
 T = TypeVar("T", DutyCycle, Scenario)
 
 
-def _named(tasks: Mapping[str, T], load_mass: float | None) -> dict[str, T]:
-    """The tasks, each with a title, its name by default, and the mass of its load, by default the requirement's."""
-    return {name: (task if task.title else replace(task, title=name)).loaded(load_mass) for name, task in tasks.items()}
+def _named(tasks: Mapping[str, T], requirement: Requirement | None) -> dict[str, T]:
+    """The tasks, each with a title, its name by default, and the mass of its load, by default that of a requirement."""
+    made = {name: task if task.title else replace(task, title=name) for name, task in tasks.items()}
+    if requirement is None:
+        return made
+    mass, axis = requirement.load_mass, requirement.axis
+    return {name: task.loaded(mass) if task.axis is axis else task for name, task in made.items()}
 
 
 def _overstress(drive: Drive) -> Iterator[str]:

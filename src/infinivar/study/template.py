@@ -7,7 +7,7 @@ SCHEMA_LINE = f"#:schema ./{SCHEMA_FILE}"
 """First line of a study; tells editors (Taplo, Even Better TOML) where to find the schema."""
 
 TEMPLATE = """\
-# An infinivar study: a requirement, and the drive-trains to compare.
+# An infinivar study: what is required, as a region or as motions, and the drive-trains to compare.
 #
 # Write a value with a unit as text: "26.3 mN m", "8040 rpm", "50 N". Write a dimensionless value as a plain number: 0.12.
 # A value can state its source:
@@ -22,7 +22,7 @@ TEMPLATE = """\
 title = "{title}"
 description = "Say here what you compare and why."
 
-[requirement]
+[requirement]          # optional if the study has a motion, [duty.NAME]; about a joint: moment, angular_speed, load_inertia
 force = "50 N"         # largest force on the load
 speed = "1.05 m/s"     # largest speed
 power = "12 W"         # largest instantaneous power; remove it to require full force at full speed
@@ -84,12 +84,13 @@ distance = "100 mm"
 time = "0.5 s"
 start = "0.1 s"
 
-# A repeated motion: compare reports energy, limits and heat per cycle. Remove it if you do not need it.
+# A repeated motion: compare reports energy, limits and heat per cycle, first of all. Remove it if you do not need it.
 [duty.reaches]
 title = "Reach 100 mm and back, once a second"
 shape = "reaches"              # or hold, sinusoid, tremor, walking, file (a recording)
 distance = "100 mm"
 time = "0.4 s"
 pause = "0.1 s"
+# time_share = "60 %"          # with several motions: the share of time in each, to weigh them into one figure
 """
 """Format string with fields `name` and `title`."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles import performance
+from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint
 from infinivar.motion.duty_cycles import DutyCycle, Instants
@@ -95,8 +96,10 @@ def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
 
     instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
 
+    load = drive.inward(instants.course, duty.moved_mass)
+
     def cost(factor: float) -> float:
-        return _cost(drive, duty, instants, Varying(drive.cylinder_speed * factor), constant=True)
+        return _cost(drive, duty, instants, load, Varying(drive.cylinder_speed * factor), constant=True)
 
     costs = [cost(float(factor)) for factor in _FACTORS]
     place = int(np.argmin(costs))
@@ -114,10 +117,13 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
     from scipy.optimize import minimize
 
     instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
+    load = drive.inward(instants.course, duty.moved_mass)
     level = np.log(start / drive.cylinder_speed)
 
     def cost(parameters: np.ndarray) -> float:
-        return _cost(drive, duty, instants, _schedule(drive.cylinder_speed, duty.period, parameters, instants.time))
+        return _cost(
+            drive, duty, instants, load, _schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
+        )
 
     first = np.zeros(2 * _HARMONICS + 1)
     first[0] = level
@@ -146,10 +152,14 @@ def _schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarra
     return Varying(value, value * rate, value * (curvature + rate * rate))
 
 
-def _cost(drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying, constant: bool = False) -> float:
+def _cost(
+    drive: CoboticDrive, duty: DutyCycle, instants: Instants, load: Inward, speed: Varying, constant: bool = False
+) -> float:
     """Mean power with a penalty on exceeded limits and on slip. [W]"""
     driven = replace(drive, cylinder_speed=float(speed.value)) if constant else drive
-    point = driven.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=None if constant else speed)
+    point = driven.follow(
+        instants.course, load_mass=duty.moved_mass, cylinder_speed=None if constant else speed, behind=load
+    )
     return _penalised(point)
 
 

@@ -36,8 +36,8 @@ from infinivar.parts.heat import Heat
 from infinivar.transmission.rates import Varying
 from infinivar.units import celsius, plain
 
-COLUMNS = ("time_s", "position_m", "speed_m_s", "force_N", "power_to_load_W", "power_from_supply_W")
-"""Columns common to all drives; `force_N` is the force of the drive on the load, including the load's inertia."""
+POWERS = ("power_to_load_W", "power_from_supply_W")
+"""Columns of powers, common to all drives."""
 
 _SAME = 1e-3
 """Relative difference below which energies count as equal in the verdict."""
@@ -133,6 +133,36 @@ class DutyResult(Result):
         return self.power_in
 
     @property
+    def energy_per_kilogram(self) -> float | None:
+        """Energy from the supply per cycle and kilogram of `duty.reference_mass`; None without one. [J/kg]"""
+        mass = self.duty.reference_mass
+        return None if mass is None else self.energy / mass[0]
+
+    @property
+    def energy_per_metre(self) -> float | None:
+        """Energy from the supply per metre of `duty.distance_per_cycle`; None without one. [J/m]"""
+        covered = self.duty.distance_per_cycle
+        return None if covered is None else self.energy / covered
+
+    @property
+    def powers(self) -> dict[str, float]:
+        """Peak and net powers of the cycle, by the names of their keys in `to_dict`; nan where the wheel slips. [W]"""
+        supply, load = np.asarray(self.point.power_in), np.asarray(self.point.power_out)
+        found = {
+            "power_from_supply_peak_W": float(np.max(supply)),
+            "power_to_supply_peak_W": float(np.max(np.clip(-supply, 0.0, None))),
+            "power_from_supply_net_W": self.power_in,
+            "power_to_load_peak_W": float(np.max(np.clip(load, 0.0, None))),
+            "power_of_load_peak_W": float(np.max(np.clip(-load, 0.0, None))),
+            "power_to_load_net_W": float(np.mean(load)),
+        }
+        states = self.point.states
+        if "motor_torque_Nm" in states and "motor_speed_rad_s" in states:
+            shaft = np.abs(np.asarray(states["motor_torque_Nm"]) * np.asarray(states["motor_speed_rad_s"]))
+            found["motor_shaft_power_peak_W"] = float(np.max(shaft))
+        return found
+
+    @property
     def delivered(self) -> float:
         """Work of the drive on the load per cycle or over the run, while driving. [J]"""
         return float(np.mean(np.clip(self.point.power_out, 0.0, None))) * self.duty.period
@@ -185,10 +215,20 @@ class DutyResult(Result):
             f"{what} winding at {celsius(min(found.mean_winding, found.permissible))}" for what, found in hot.items()
         ]
         at = f" with {' and '.join(held)}" if held else ""
-        clauses.append(f"{plain(self.energy, 3)} J {self.duty.per}, {plain(self.power_in, 3)} W on average{at}")
+        clauses.append(f"{', '.join(self._on_energy())}{at}")
         if self.feasible:
             clauses += [f"{what} {found.verdict}" for what, found in known.items()]
         return "; ".join([*clauses, *self._on_help()])
+
+    def _on_energy(self) -> list[str]:
+        """Energy per cycle, per kilogram and metre where stated, mean and peak power."""
+        found = [f"{plain(self.energy, 3)} J {self.duty.per}"]
+        if self.energy_per_kilogram is not None:
+            found.append(f"{plain(self.energy_per_kilogram, 3)} J/kg")
+        if self.energy_per_metre is not None:
+            found.append(f"{plain(self.energy_per_metre, 3)} J/m")
+        peak = self.powers["power_from_supply_peak_W"]
+        return [*found, f"{plain(peak, 3)} W at peak, {plain(self.power_in, 3)} W on average"]
 
     def _on_limits(self, hot: Mapping[str, Heat]) -> list[str]:
         """Name the exceeded limits and overheated windings, or the tightest limit if all are kept."""
@@ -220,12 +260,15 @@ class DutyResult(Result):
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
-        """Time histories under names that end in their unit: `COLUMNS` and the states of the drive."""
+        """Time histories under names that end in their unit: time, position, speed, force, `POWERS`, states of the drive.
+
+        The force is that of the drive on the load, including the load's inertia; about a joint it is a moment, "moment_Nm".
+        """
         course, point = self.instants.course, self.point
         shape = self.instants.time.shape
         force = course.driving_force(self.duty.moved_mass).value
         values = (self.instants.time, self.instants.position, course.speed, force, point.power_out, point.power_in)
-        found = dict(zip(COLUMNS, values, strict=True))
+        found = dict(zip(("time_s", *self.duty.axis.columns, *POWERS), values, strict=True))
         found |= {name: state for name, state in point.states.items() if name != "steering_tangent"}
         if "steering_tangent" in point.states:
             found["steering_angle_rad"] = np.arctan(point.states["steering_tangent"])
@@ -253,6 +296,9 @@ class DutyResult(Result):
             "period_s": self.duty.period,
             "samples": len(self.instants.time),
             **self._energies(),
+            "energy_per_mass_J_kg": self.energy_per_kilogram,
+            "energy_per_distance_J_m": self.energy_per_metre,
+            **self.powers,
             "without_friction_at_rest": None if self.without_help is None else self.without_help._asdict(),
             "work_on_load_J": self.delivered,
             "work_of_load_J": self.absorbed,
@@ -273,7 +319,7 @@ class DutyResult(Result):
             },
             "heat_lacks": {what: list(names) for what, names in self.lacking.items() if names},
             "holding": {
-                "force_N": self.holding.force,
+                self.duty.axis.columns[2]: self.holding.force,
                 "power_W": self.holding.power,
                 "power_without_friction_W": self.holding.without_help,
                 "limit": self.holding.limit.name,
@@ -414,7 +460,8 @@ def _unheld(drive: Any) -> Any:
 def _largest_hold(drive: Drive, instants: Instants, mass: float) -> Holding:
     """Standstill under the largest force of a cycle; with springs or a linkage, at that force's instant and sign."""
     force = np.asarray(instants.course.driving_force(mass).value)
-    if not getattr(getattr(drive, "output", None), "chain", ()):
+    output = getattr(drive, "output", None)
+    if output is None or not output.chain:
         return holding(drive, float(np.max(np.abs(force))))
     place = int(np.argmax(np.abs(force)))
     spread = np.broadcast_to(force, instants.time.shape)
@@ -429,8 +476,7 @@ def holding(drive: Drive, force: float, *, position: float = 0.0) -> Holding:
     With the cylinder stopped, the locked wheel holds any force below slip without power; the amplifiers draw standby power
     only.
     """
-    at: dict[str, Any] = {"position": position} if position else {}
-    point, bare = (operated(held, speed=0.0, force=force, **at) for held in (drive, _unheld(drive)))
+    point, bare = (operated(held, speed=0.0, force=force, position=position) for held in (drive, _unheld(drive)))
     parked = run_up = None
     if isinstance(drive, CoboticDrive):
         parked = drive.amplifier.standby_power

@@ -18,6 +18,7 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, heating, motors_of, warmed
 from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.analysis.plane import place
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.limits import Demand, Limit, binding, words_of
 from infinivar.motion.duty_cycles import DutyCycle
@@ -69,33 +70,37 @@ def outcome(
     study : Study
     kind : str           efficiency or loss at an operating point; margin or coverage in the required region; energy or
         temperature in a duty cycle, settled and warm.
-    speed, force         Operating point; by default the corner of maximum force. [m s^-1], [N]
+    speed, force         Operating point; by default the requirement's corner of maximum force. [m s^-1], [N], or [rad s^-1],
+        [N m] about a joint
     duty : str           Name of the duty cycle; may be omitted if the study has only one.
 
     Raises
     ------
     InputError
-        If the kind or the duty cycle does not exist.
+        If the kind or the duty cycle does not exist, or the outcome needs a requirement that the study lacks.
     """
     if kind not in KINDS:
         raise InputError(f"{kind!r} is not one of {', '.join(KINDS)}{nearest(kind, KINDS)}")
     if kind in ("efficiency", "loss"):
-        return _at_point(study.requirement, kind, speed, force)
+        return _at_point(study, kind, speed, force)
     if kind in ("margin", "coverage"):
-        return _over_region(study.requirement, kind)
+        return _over_region(study.required(kind), kind)
     return _over_cycle(study, kind, duty)
 
 
-def _at_point(required: Requirement, kind: str, speed: float | None, force: float | None) -> Outcome:
-    corner_speed, corner_force = required.corners()["maximum force"]
-    at = (corner_speed if speed is None else speed, corner_force if force is None else force)
-    place = f"at {plain(at[1], 3)} N, {plain(at[0], 3)} m/s"
+def _at_point(study: Study, kind: str, speed: float | None, force: float | None) -> Outcome:
+    if speed is None or force is None:
+        corner = study.required(f"{kind} without {study.axis.speed if speed is None else study.axis.force}")
+        corner_speed, corner_force = corner.corners()["maximum force"]
+        speed, force = corner_speed if speed is None else speed, corner_force if force is None else force
+    at = (speed, force)
+    where = f"at {place(study.axis, force, speed)}"
     outside = functools.partial(_beyond_at, speed=at[0], force=at[1])
     if kind == "efficiency":
         of = functools.partial(efficiency, speed=at[0], force=at[1])
-        return Outcome(name=kind, unit="1", words=f"efficiency {place}", better=1, of=of, beyond=outside)
+        return Outcome(name=kind, unit="1", words=f"efficiency {where}", better=1, of=of, beyond=outside)
     of = functools.partial(loss, speed=at[0], force=at[1])
-    return Outcome(name=kind, unit="W", words=f"loss {place}", better=-1, of=of, beyond=outside)
+    return Outcome(name=kind, unit="W", words=f"loss {where}", better=-1, of=of, beyond=outside)
 
 
 def _over_region(required: Requirement, kind: str) -> Outcome:
@@ -115,7 +120,7 @@ def _over_cycle(study: Study, kind: str, duty: str | None) -> Outcome:
         said = "name the duty cycle" if duty is None else f"unknown duty cycle {duty!r}{nearest(duty, study.duty)}"
         raise InputError(f"{kind}: {said}; duty cycles of the study: {known}")
     motion = study.duty[duty]
-    outside = functools.partial(_beyond_in, duty=motion, travel=study.requirement.travel)
+    outside = functools.partial(_beyond_in, duty=motion, travel=study.travel)
     if kind == "energy":
         words, of = f"energy {motion.per} of {motion.title or duty}", functools.partial(energy, duty=motion)
         return Outcome(name=kind, unit="J", words=words, better=-1, of=of, beyond=outside)

@@ -16,6 +16,7 @@ from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import designs, jax_with_float64
 from infinivar.analysis.robustness.sampling import draw, evaluated, in_pieces
+from infinivar.axis import LINEAR, Axis
 from infinivar.limits import Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.requirement import Requirement
@@ -37,7 +38,7 @@ class BuildsMap(Result):
 
     Attributes
     ----------
-    speed, force         Axes. [m/s], [N]
+    speed, force         Axes. [m/s], [N], or [rad/s], [N m] about a joint
     within               Share of samples within every limit. [-]
     limits               Share of samples in which each limit binds. [-]
     efficiency, spread   Mean and standard deviation of the efficiency of the samples within limits; nan without any. [-]
@@ -49,6 +50,7 @@ class BuildsMap(Result):
     limits: Mapping[Limit, np.ndarray]
     efficiency: np.ndarray
     spread: np.ndarray
+    axis: Axis = LINEAR
 
 
 class Mapper:
@@ -78,6 +80,7 @@ class Mapper:
     ) -> None:
         """Prepare the map without computing anything."""
         self.speed, self.force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
+        self._axis = getattr(drive, "axis", LINEAR)
         points = np.broadcast_arrays(self.speed[:, None], self.force[None, :])
         self._map = _mapped(drive, paths, *(axis.ravel() for axis in points))
         self._room, self._workers, self._padded = max(1, _POINTS // points[0].size), None, False
@@ -108,6 +111,7 @@ class Mapper:
             limits=FrozenDict({limit: share for limit, share in binding_share if limit != Limit.OK and share.any()}),
             efficiency=average,
             spread=np.sqrt(np.clip(variance, 0.0, None)),
+            axis=self._axis,
         )
 
     def _counted(self, at: np.ndarray) -> np.ndarray:
@@ -180,9 +184,9 @@ class Builds(Result):
     ----------
     spreads    Spreads of the fields that vary.
     values     (n, k) Values, one row per sample.
-    coverage   Share of the required region in which a sample is within every limit. [-]
-    margin     Tightest margin of a sample in the region. [-]
-    loss       Loss of a sample at the corner of maximum force; nan where the wheel slips. [W]
+    coverage   Share of the required region in which a sample is within every limit; empty without a requirement. [-]
+    margin     Tightest margin of a sample in the region; empty likewise. [-]
+    loss       Loss of a sample at the corner of maximum force; nan where the wheel slips; empty likewise. [W]
     map        Statistics of all samples.
     duty       Results by name of the duty cycle.
     """
@@ -202,12 +206,14 @@ class Builds(Result):
 
     @property
     def covering(self) -> float:
-        """Share of samples that cover the requirement. [-]"""
-        return float(np.mean(self.margin >= 1.0))
+        """Share of samples that cover the requirement; nan without one. [-]"""
+        return float(np.mean(self.margin >= 1.0)) if self.margin.size else float("nan")
 
     @property
     def verdict(self) -> str:
         """One clause for people."""
+        if not self.margin.size:
+            return f"{self.count} samples; no region is required"
         found = band(self.margin)
         spread = f"tightest margin {plain(found['low'], 3)} to {plain(found['high'], 3)} in 90 % of samples"
         return f"covers the requirement in {percent(self.covering, self.count)} of samples; {spread}"
@@ -254,7 +260,7 @@ def builds(
     drive: AnyDrive,
     name: str,
     uncertainty: Uncertainty,
-    requirement: Requirement,
+    requirement: Requirement | None,
     duty: Mapping[str, DutyCycle],
     axes: tuple[np.ndarray, np.ndarray],
     progress: Callable[[float], None] | None = None,
@@ -265,7 +271,7 @@ def builds(
     ----------
     drive, name       The drive and its name in the study.
     uncertainty       Contains spreads of that drive.
-    requirement       Sampled on 41 lines of constant force.
+    requirement       Sampled on 41 lines of constant force; None if none is stated.
     duty              Duty cycles by name.
     axes              Speeds and forces that span the map. [m/s], [N]
     progress          Called with the share done.
@@ -287,20 +293,22 @@ def builds(
     def told(stage: int) -> Callable[[float], None]:
         return lambda share: progress((stage + share) / stages) if progress is not None else None
 
-    speed, force = requirement.corners()["maximum force"]
-    covered = evaluated(
-        lambda d: np.stack(outcomes.region(d, requirement), axis=-1), drive, paths, at, told(0), width=2
-    )
+    covered, loss = np.empty((0, 2)), np.empty(0)
+    if requirement is not None:
+        region, (speed, force) = requirement, requirement.corners()["maximum force"]
+        covered = evaluated(lambda d: np.stack(outcomes.region(d, region), axis=-1), drive, paths, at, told(0), width=2)
+        loss = evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(1))
+    travel = None if requirement is None else requirement.travel
     return Builds(
         spreads=spreads,
         values=at,
         coverage=covered[:, 0],
         margin=covered[:, 1],
-        loss=evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(1)),
+        loss=loss,
         map=Mapper(drive, paths, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes))(at, told(2)),
         duty=FrozenDict(
             {
-                task: _worked(drive, paths, at, cycle, requirement.travel, told(3 + place))
+                task: _worked(drive, paths, at, cycle, travel, told(3 + place))
                 for place, (task, cycle) in enumerate(duty.items())
             }
         ),

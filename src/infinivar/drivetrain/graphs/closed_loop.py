@@ -15,7 +15,7 @@ from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_graph
-from infinivar.drivetrain.graphs import compliances, controllers, output_start, planned, plants
+from infinivar.drivetrain.graphs import compliances, controllers, output_start, planned, plants, stages
 from infinivar.drivetrain.graphs.planned import Planned
 from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
@@ -227,6 +227,8 @@ def _conventional(drive: ConventionalDrive, scenario: Scenario) -> Machine:
         if value != usual:
             raise ParameterError(f"{field} = {value!r} requires a cobotic drive; this drive is conventional")
     stick_speed = given(scenario.stick_speed, plants.CONVENTIONAL_STICK_SPEED)
+    carried = output_start.carried(drive.output, scenario.path.at(0.0).position, scenario.moved_mass)
+    stages.check_jamming(drive, carried, scenario.link == "imposed")
     graph = plants.conventional_graph(
         drive,
         load_mass=scenario.moved_mass or None,

@@ -65,33 +65,43 @@ def output_stage(drive: ConventionalDrive, stick_speed: float) -> tuple[list[Ele
 
 
 def check_inertias(drive: ConventionalDrive, load_mass: float, imposed_motion: bool) -> None:
-    """Refuse what has no equations of motion: compliances without inertia beside them, and a self-locking stage that jams.
+    """Raise ParameterError if a compliance has no inertia beside it, so that nothing determines the speed there."""
+    stage, gear = drive.stage, drive.gearhead
+    if stage.stiffness is not None and drive.output.has_series_spring:
+        raise ParameterError(
+            f"{stage.title}.specific_stiffness does not apply beside a series spring: no mass lies between them"
+        )
+    if stage.stiffness is not None and not (load_mass or imposed_motion):
+        raise ParameterError(f"load_mass is missing: the stretch of the {stage.title} needs it")
+    alone = stage.stiffness is not None or drive.output.has_series_spring or not load_mass
+    if gear.stiffness is not None and not drive.gear_output_inertia and alone:
+        raise ParameterError("output_inertia is missing: gearhead.stiffness needs it")
+
+
+def check_jamming(drive: ConventionalDrive, carried_mass: float, imposed_motion: bool) -> None:
+    """Refuse a self-locking stage that jams when the load drives it.
 
     Friction of a self-locking stage grows faster with the load's force than the torque of that force. If the load's inertia at
     the shaft, times how much the stage locks, exceeds the inertia that turns rigidly with the shaft, rigid bodies have no unique
-    acceleration: the machine jams when the load drives it.
+    acceleration: the machine jams. `carried_mass` is the mass that the stage moves rigidly, 0 behind a series spring.
 
     Raises
     ------
     ParameterError
-        If a value is missing or the drive jams; the message names the inertias.
+        If the drive jams; the message names the largest mass.
     """
-    stage, gear = drive.stage, drive.gearhead
-    at_shaft = drive.gear_output_inertia or 0.0
-    if stage.stiffness is not None and not (load_mass or imposed_motion):
-        raise ParameterError(f"load_mass is missing: the stretch of the {stage.title} needs it")
-    if gear.stiffness is not None and not at_shaft and (stage.stiffness is not None or not load_mass):
-        raise ParameterError("output_inertia is missing: gearhead.stiffness needs it")
+    stage, travel = drive.stage, float(drive.stage.travel_per_radian)
     backward = 1.0 if stage.efficiencies is None else float(stage.efficiencies[1])
-    if backward >= 0.0 or stage.stiffness is not None:
+    if backward >= 0.0 or stage.stiffness is not None or drive.output.has_series_spring:
         return
     if imposed_motion:
         raise ParameterError(f"link = 'imposed' cannot move a self-locking {stage.title}; use link = 'controlled'")
-    turning = at_shaft + (0.0 if gear.stiffness is not None else compliances.rotor_inertia(drive))
-    travel = float(stage.travel_per_radian)
-    if turning + backward * load_mass * travel**2 <= 0.0:
+    turning = drive.gear_output_inertia or 0.0
+    turning += 0.0 if drive.gearhead.stiffness is not None else compliances.rotor_inertia(drive)
+    if turning + backward * carried_mass * travel**2 <= 0.0:
         most = turning / (-backward * travel**2)
+        where = "" if drive.output.linkage is None else " at the screw"
         raise ParameterError(
-            f"load_mass must be < {plain(most, 3)} kg, got {plain(load_mass, 3)}: with a heavier load the self-locking "
-            f"{stage.title} jams when the load drives it"
+            f"load_mass must be < {plain(most, 3)} kg{where}, got {plain(carried_mass, 3)}: with a heavier load the "
+            f"self-locking {stage.title} jams when the load drives it"
         )

@@ -19,6 +19,7 @@ from infinivar.drivetrain.drive import needed
 from infinivar.paper.claims.planes import plane_map
 from infinivar.paper.claims.verdict import Range, Variant, Verdict
 from infinivar.study.load import shipped_study
+from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -106,14 +107,19 @@ class Machine:
         return drive
 
     @property
+    def requirement(self) -> Requirement:
+        """Required region of the set."""
+        return self.study.required(self.set_name)
+
+    @property
     def power(self) -> float:
         """Maximum power of the requirement. [W]"""
-        return needed(self.study.requirement.power, "requirement.power")
+        return needed(self.requirement.power, "requirement.power")
 
     @property
     def load_mass(self) -> float:
         """Mass of the load. [kg]"""
-        return needed(self.study.requirement.load_mass, "requirement.load_mass")
+        return needed(self.requirement.load_mass, "requirement.load_mass")
 
     @property
     def drive(self) -> CoboticDrive:

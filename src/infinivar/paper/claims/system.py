@@ -13,6 +13,7 @@ from infinivar.analysis.compare import PEAK_REACH, binding_at
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, DrivePoint
+from infinivar.drivetrain.drive import needed as stated
 from infinivar.limits import Limit
 from infinivar.paper.claims.bench import MOVES, Bench
 from infinivar.paper.claims.claim import Machine
@@ -31,7 +32,7 @@ _COBOTIC_VALUES = ("preload", "cylinder_radius", "link_drag")
 
 def _over_region(machine: Machine, drive: Drive, count: int = 41) -> tuple[DrivePoint, np.ndarray]:
     """Operating points of a drive over the required region, and the share of the area that each represents."""
-    speed, force, weight = machine.study.requirement.sample(count)
+    speed, force, weight = machine.requirement.sample(count)
     return drive.operate(speed=speed, force=force), weight
 
 
@@ -179,9 +180,10 @@ def c3(machine: Machine) -> Finding:
         row("value", "ratio 3.8:1", found(_with_ratio(large, 3.8))),
         row("value", "ratio 4.2:1", found(_with_ratio(large, 4.2))),
     ]
+    tight = stated(result.tightest, "tightest")
     why = (
         "The paper prints neither ratio nor drag. They were chosen so that the drive covers the regime, with a margin of "
-        f"{result.tightest.value:.3f} ({result.tightest.limit.words}). It would do so with up to {most:.1f} N of drag at the "
+        f"{tight.value:.3f} ({tight.limit.words}). It would do so with up to {most:.1f} N of drag at the "
         f"load; {drag:.1f} N are assumed."
     )
     return settle(found(large), why, variants, [_drag_range(machine, None, most)], by_construction=True)
@@ -333,7 +335,7 @@ def b1(machine: Machine) -> Finding:
         words = f"{_coverage(machine, drive):.1%}, margin {margin[worst]:.2f} ({binding_at(point.utilisation, worst).words})"
         return Found(words, "100 %", yes(margin[worst] >= 1.0))
 
-    _, force, _ = machine.study.requirement.sample(41)
+    _, force, _ = machine.requirement.sample(41)
     point, _ = _over_region(machine, machine.drive)
     torque, voltage = (float(np.nanmax(point.utilisation[limit])) for limit in (Limit.THERMAL, Limit.VOLTAGE))
     slip = machine.element.slip_force
@@ -351,7 +353,7 @@ def b1(machine: Machine) -> Finding:
 
 def _peak(machine: Machine, drive: CoboticDrive) -> float:
     """Peak efficiency within limits, inside the required region and far beyond it."""
-    requirement = machine.study.requirement
+    requirement = machine.requirement
     reach = np.geomspace(1e-2, PEAK_REACH, 120)
     point = drive.operate(speed=(reach * requirement.speed)[:, None], force=(reach * requirement.force)[None, :])
     return float(np.nanmax(point.efficiency))
@@ -385,7 +387,7 @@ def b2(machine: Machine) -> Finding:
 
 def b3(machine: Machine) -> Finding:
     """Share of the required region in which the cobotic drive draws less power than the Motor 2 drive."""
-    speed, force, weight = machine.study.requirement.sample(121)
+    speed, force, weight = machine.requirement.sample(121)
     large = machine.conventional(_LARGE)
 
     def found(drive: CoboticDrive, rival: ConventionalDrive = large, least: float = 1.0) -> Found:
@@ -423,7 +425,7 @@ def b3(machine: Machine) -> Finding:
 
 def b4(machine: Machine) -> Finding:
     """Limits that bound the operating range of the cobotic drive."""
-    requirement = machine.study.requirement
+    requirement = machine.requirement
 
     def found(drive: CoboticDrive, farthest: float = PEAK_REACH) -> Found:
         reach = np.geomspace(1e-2, farthest, 150)

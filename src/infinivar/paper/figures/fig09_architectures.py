@@ -66,7 +66,7 @@ def data(machine: Machine) -> dict[str, Any]:
         force [N], speed [m/s]; architectures, by the paper's letter: title, power_in, power_out [W], stages: list of
         (part, {loss: W}, power that leaves it in W), efficiency [-].
     """
-    required = machine.study.requirement
+    required = machine.requirement
     force, power = needed(required.force, "requirement.force"), machine.power
     speed = power / force
     architectures = {}

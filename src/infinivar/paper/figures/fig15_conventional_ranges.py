@@ -34,7 +34,7 @@ def data(machine: Machine) -> dict[str, Any]:
     }
     largest = max(results, key=lambda result: torque[result.name])
     return {
-        "largest": operating_map.data(largest.map, machine.comparison.study.requirement),
+        "largest": operating_map.data(largest.map, machine.requirement),
         "title": largest.title,
         "others": {result.title: result.map.margin for result in results if result is not largest},
     }

@@ -23,7 +23,7 @@ CAPTION = (
 
 def data(machine: Machine) -> dict[str, Any]:
     """Map of each cobotic drive, by title."""
-    requirement = machine.comparison.study.requirement
+    requirement = machine.requirement
     return {
         result.title: operating_map.data(result.map, requirement)
         for result in machine.comparison.results.values()

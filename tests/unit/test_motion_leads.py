@@ -1,0 +1,361 @@
+"""Studies whose motions lead: without a requirement, several cycles in one figure, and a requirement about a joint."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import infinivar as iv
+from infinivar.analysis import least_loss as least
+from infinivar.analysis.plane import MAP_REACH, of_drives, of_study, path
+from infinivar.axis import LINEAR, ROTARY
+from infinivar.drivetrain.output import Output
+from infinivar.limits import Limit
+from infinivar.parts.linkage import Linkage
+from infinivar.study.load import study_from
+from infinivar.study.messages import StudyError
+
+SHIPPED = iv.load_study("reach_and_hold")
+DRIVES = {name: SHIPPED.drives[name] for name in ("cobotic", "geared")}
+ALONE = iv.DutyCycle(title="reach", motion=iv.Reaches(distance=0.1, time=0.5), load_mass=0.8)
+REACH = replace(ALONE, time_share=0.25)
+HOLD = iv.DutyCycle(title="hold", motion=iv.Hold(time=1.0), force=-20.0, time_share=0.75)
+MOVING = iv.Study(name="moving", title="Moving", drives=DRIVES, duty={"reach": ALONE})
+MIXED = replace(MOVING, duty={"reach": REACH, "hold": HOLD})
+
+
+@pytest.fixture(scope="module")
+def mixed():
+    return iv.compare(MIXED, quick=True)
+
+
+def test_a_study_without_a_requirement_is_compared_on_its_motions():
+    found = iv.compare(MOVING, quick=True)
+    assert found.feasible
+    assert found.best.name == found.duty["reach"].best.name
+    assert found.verdict.startswith("reach: 2 of 2 drives are feasible; lowest energy: ")
+    assert "requirement" not in found.verdict
+    assert repr(found).splitlines()[1].startswith("  verdict: reach: 2 of 2")
+    for name, drive in found.results.items():
+        assert found.able(name)
+        assert drive.tightest is None
+        assert math.isnan(drive.coverage)
+        assert not drive.corners
+        assert 0.0 < drive.peak_efficiency < 1.0
+    said = found.to_dict()
+    assert said["drives"]["geared"]["tightest_margin"] is None
+    assert said["feasible"] is True
+
+
+def test_maps_without_a_requirement_span_the_motions():
+    study = MOVING
+    plane = of_drives(study)
+    _, speed, force = path(ALONE)
+    assert plane.speed == np.abs(speed).max() == pytest.approx(1.875 * 0.1 / 0.5, rel=1e-5)
+    assert plane.force == np.abs(force).max()
+    assert (plane.low, plane.high) == ((-1, -1), (1, 1))
+    speeds, forces = plane.axes()
+    assert_allclose([speeds.max(), forces.max()], np.multiply([plane.speed, plane.force], MAP_REACH), rtol=0.01)
+    pulled = of_drives(replace(MOVING, duty={"hold": replace(HOLD, time_share=None)}))
+    # A hold moves nothing: speeds reach as far as the fastest drive runs, forces from 0 to what is held.
+    assert (pulled.low, pulled.high, pulled.force) == ((0, 0), (1, 1), 20.0)
+    margins = [drive.operate(speed=pulled.speed, force=0.0).margin for drive in DRIVES.values()]
+    assert max(margins) >= 1.0
+    assert max(drive.operate(speed=1.1 * pulled.speed, force=0.0).margin for drive in DRIVES.values()) < 1.0
+
+
+def test_the_plane_of_both_contains_both():
+    study = replace(MOVING, duty={"reach": ALONE}, requirement=iv.Requirement(force=40.0, speed=0.1))
+    both = of_study(study)
+    assert both.force == 40.0
+    assert both.speed == of_drives(replace(study, requirement=None)).speed
+    assert both.low == (-1, -1)
+
+
+def test_the_requirement_counts_beside_the_motions():
+    hard = replace(MOVING, duty={"reach": ALONE}, requirement=iv.Requirement(force=500.0, speed=1.0))
+    found = iv.compare(hard, quick=True)
+    assert all(done.feasible for done in found.duty["reach"].results.values())
+    assert not found.feasible
+    assert found.best is None
+    assert found.verdict.endswith("None of the 2 drives covers the requirement.")
+    soft = iv.compare(replace(hard, requirement=iv.Requirement(force=5.0, speed=0.1)), quick=True)
+    assert soft.feasible
+    assert soft.best is not None
+    assert soft.able(soft.best.name)
+    # A motion that no drive follows is not feasible, whatever the requirement.
+    fast = replace(ALONE, motion=iv.Reaches(distance=1.0, time=0.2))
+    assert not iv.compare(replace(hard, duty={"fast": fast}), quick=True).feasible
+
+
+def test_shares_weigh_like_an_hour_of_mixed_use(mixed):
+    """Three ways: the weighted mean, energies of whole cycles over an hour, and a concatenated timeline."""
+    for name in DRIVES:
+        done = {task: found.results[name] for task, found in mixed.duty.items()}
+        hour = 3600.0
+        whole = sum(hour * share / done[task].duty.period * done[task].energy for task, share in MIXED.shares.items())
+        assert mixed.mixed.power[name] == pytest.approx(whole / hour, rel=1e-12)
+        # 2 s of timeline: half a cycle of reaching cannot be, so 1 s (one cycle) of it and 3 s of holding.
+        step = 1e-3
+        drawn = [
+            np.interp(
+                (np.arange(round(seconds / step)) + 0.5) * step % found.duty.period,
+                found.instants.time,
+                found.point.power_in,
+            )
+            for seconds, found in ((1.0, done["reach"]), (3.0, done["hold"]))
+        ]
+        assert mixed.mixed.power[name] == pytest.approx(float(np.mean(np.concatenate(drawn))), rel=1e-3)
+        assert mixed.mixed.watt_hours[name] == mixed.mixed.power[name]
+
+
+def test_mixed_use_comes_first_and_decides(mixed):
+    best = mixed.mixed.best
+    assert mixed.best.name == best == min(mixed.mixed.power, key=lambda name: mixed.mixed.power[name])
+    assert mixed.verdict.startswith("Mixed use (25 % reach, 75 % hold): 2 of 2 drives are feasible; lowest energy: ")
+    said = mixed.to_dict()["mixed_use"]
+    assert said["best"] == best
+    assert set(said["drives"]) == set(DRIVES)
+    for name, drive in said["drives"].items():
+        margins = [found.results[name].tightest[1] for found in mixed.duty.values()]
+        assert drive["tightest"]["margin"] == min(margins)
+
+
+def test_without_shares_the_best_must_lead_in_every_cycle():
+    duty = {name: replace(cycle, time_share=None) for name, cycle in MIXED.duty.items()}
+    found = iv.compare(replace(MIXED, duty=duty), quick=True)
+    assert found.mixed is None
+    leaders = {done.best.name for done in found.duty.values()}
+    assert (found.best is None) == (len(leaders) > 1)
+    assert len(found.verdict.split(". ")) >= 2
+
+
+@pytest.mark.parametrize(
+    ("shares", "said"),
+    [
+        ((0.5, None), "duty.hold.time_share is missing: duty.reach has one"),
+        ((0.5, 0.4), "add up to 90 %, not to 100 %: duty.reach 50 %, duty.hold 40 %"),
+    ],
+)
+def test_shares_must_be_all_and_whole(shares, said):
+    duty = {
+        name: replace(cycle, time_share=share) for (name, cycle), share in zip(MIXED.duty.items(), shares, strict=True)
+    }
+    with pytest.raises(iv.InputError, match="time_share") as caught:
+        replace(MIXED, duty=duty)
+    assert said in str(caught.value)
+
+
+def test_rounded_percentages_are_divided_by_their_sum():
+    duty = {str(place): replace(REACH, time_share=0.333) for place in range(3)}
+    assert list(replace(MIXED, duty=duty).shares.values()) == pytest.approx([1 / 3] * 3, rel=1e-12)
+
+
+def test_energy_per_kilogram_and_metre():
+    walking = iv.load_study("knee_walking").duty["walking"]
+    drive = iv.load_study("knee_walking").drives["geared"]
+    found = iv.duty_cycle(drive, replace(walking, distance_per_cycle=1.4))
+    assert found.energy_per_kilogram == found.energy / 75.0
+    assert found.energy_per_metre == found.energy / 1.4
+    assert f"{found.energy_per_kilogram:.3g} J/kg" in found.verdict
+    assert f"{found.energy_per_metre:.3g} J/m" in found.verdict
+    bare = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=1.0), force=-10.0))
+    assert bare.energy_per_kilogram is bare.energy_per_metre is None
+    assert "J/kg" not in bare.verdict
+
+
+def test_peak_and_net_power_agree_with_the_energies():
+    found = iv.duty_cycle(DRIVES["geared"], ALONE)
+    powers = found.powers
+    assert powers["power_to_load_net_W"] * found.duty.period == pytest.approx(found.delivered - found.absorbed)
+    assert powers["power_from_supply_net_W"] == found.power_in < powers["power_from_supply_peak_W"]
+    # Force times speed at its largest, on a grid of its own.
+    _, speed, force = path(ALONE)
+    assert powers["power_to_load_peak_W"] == pytest.approx(float((speed * force).max()), rel=1e-9)
+    assert powers["power_of_load_peak_W"] == pytest.approx(float(-(speed * force).min()), rel=1e-9)
+
+
+class TestLeastLoss:
+    """The map of the least loss against a plain search point by point."""
+
+    speed, force = np.linspace(-0.6, 0.6, 14), np.linspace(-60.0, 60.0, 12)
+    found = iv.least_loss(MOVING, speed=speed, force=force)
+
+    def test_each_point_by_itself(self):
+        for row, speed in enumerate(self.speed):
+            for column, force in enumerate(self.force):
+                points = [drive.operate(speed=speed, force=force) for drive in DRIVES.values()]
+                losses = sorted(
+                    (float(point.power_in - point.power_out), place)
+                    for place, point in enumerate(points)
+                    if int(point.limit) == Limit.OK
+                )
+                best, saved = self.found.best[row, column], self.found.saved[row, column]
+                assert (self.found.limit[row, column] == Limit.OK) == bool(losses)
+                if not losses:
+                    assert best == least.NONE
+                    continue
+                assert self.found.loss[row, column] == pytest.approx(losses[0][0], rel=1e-9)
+                if len(losses) == 1:
+                    assert best == losses[0][1]
+                    assert math.isnan(saved)
+                else:
+                    assert saved == pytest.approx(losses[1][0] - losses[0][0], abs=1e-9)
+                    assert best == (losses[0][1] if saved > 1e-6 * losses[0][0] else least.EQUAL)
+
+    def test_drives_that_burn_all_of_a_brake_lose_the_same(self):
+        """Without regeneration and standby power, each loses exactly the power of the load."""
+        braking = self.found.best == least.EQUAL
+        assert braking.any()
+        shed = -(self.speed[:, None] * self.force[None, :])
+        assert_allclose(self.found.loss[braking], shed[braking], rtol=1e-9)
+
+    def test_ranks(self):
+        losses = np.array([[1.0, 2.0, 3.0, 1.0], [2.0, 1.0, 1.0, 1.0]])
+        feasible = np.array([[True, True, False, True], [True, True, False, True]])
+        best, runner_up, loss, saved = least.ranked(losses, feasible)
+        assert best.tolist() == [0, 1, least.NONE, least.EQUAL]
+        assert runner_up.tolist()[:3] == [1, 0, least.NONE]
+        assert_allclose(saved, [1.0, 1.0, np.nan, 0.0])
+        assert_allclose(loss, [1.0, 1.0, np.nan, 1.0])
+
+    def test_known_maps_are_used_only_on_the_same_axes(self):
+        maps = {name: iv.steady_map(drive, self.speed, self.force) for name, drive in DRIVES.items()}
+        assert iv.least_loss(MOVING, speed=self.speed, force=self.force, maps=maps) == self.found
+        other = iv.least_loss(MOVING, speed=self.speed, force=0.5 * self.force, maps=maps)
+        assert_allclose(other.force, 0.5 * self.force)
+        assert other.loss[0, 0] != self.found.loss[0, 0]
+
+    def test_data_and_figure(self):
+        from infinivar.figures import least_loss as figure
+
+        numbers = figure.data(iv.least_loss(MOVING))
+        assert list(numbers["motions"]) == ["reach"]
+        assert numbers["levels"][0] == 0.0
+        assert not numbers["signs"]
+        texts = [text.get_text() for text in iv.least_loss(MOVING).plot().axes[0].texts]
+        assert any(title in texts for title in MOVING.titles.values())
+        assert self.found.to_dict()["shares"].keys() == DRIVES.keys()
+
+    def test_refuses(self):
+        with pytest.raises(iv.InputError, match="takes two"):
+            iv.least_loss(MOVING.with_drives("geared"))
+        with pytest.raises(iv.InputError, match="both speed and force"):
+            iv.least_loss(MOVING, speed=self.speed)
+
+    def test_a_comparison_of_one_drive_has_none(self):
+        assert iv.compare(MOVING.with_drives("geared"), quick=True).least_loss is None
+
+
+JOINT = """
+[requirement]
+{requirement}
+[drives.knee]
+base = "faulring2006.motor2-gear4"
+output = {{ linkage = {{ arm = "50 mm" }} }}
+"""
+
+
+def joint(requirement):
+    import tomllib
+
+    return study_from(tomllib.loads(JOINT.format(requirement=requirement)), name="joint", origin="test")
+
+
+class TestAboutAJoint:
+    """A requirement in moment and angular speed."""
+
+    well = 'moment = "2 N m"\nangular_speed = "60 rpm"\npower = "6 W"\nload_inertia = "20 g m^2"\nangle = "90 deg"'
+
+    def test_values_have_the_names_that_analyses_use(self):
+        required = joint(self.well).requirement
+        assert required.axis is ROTARY
+        assert (required.force, required.speed, required.power) == (2.0, pytest.approx(2 * math.pi), 6.0)
+        assert (required.load_mass, required.travel) == (0.02, pytest.approx(math.pi / 2))
+        assert (
+            required
+            == iv.JointRequirement(
+                moment=2.0, angular_speed=required.speed, power=6.0, load_inertia=0.02, angle=required.travel
+            ).requirement
+        )
+        assert set(required.to_dict()) == {"moment", "angular_speed", "power", "load_inertia", "angle", "quadrants"}
+        assert iv.Requirement(force=1.0, speed=1.0).axis is LINEAR
+
+    def test_words_and_units_are_those_of_a_joint(self):
+        from infinivar.figures import losses, operating_map
+        from infinivar.report import datasets
+
+        found = iv.compare(joint(self.well))
+        (drive,) = found.results.values()
+        assert " N m, " in drive.verdict
+        assert " rad/s" in drive.verdict
+        assert " m/s" not in drive.verdict
+        assert losses.data(found, "maximum force")["title"].startswith("maximum moment: 2 N m at 3 rad/s")
+        axes = operating_map.draw_all(found).axes[0]
+        assert axes.get_xlabel() == "moment on the load [N m]"
+        assert axes.get_ylabel() == "angular speed of the load [rad/s]"
+        coordinates = datasets.drive_result(drive).coordinates
+        assert coordinates["force"][2] == {"units": "N m", "long_name": "moment on the load"}
+        assert coordinates["speed"][2]["units"] == "rad s-1"
+
+    @pytest.mark.parametrize(
+        ("requirement", "said"),
+        [
+            ('moment = "2 N m"\nspeed = "1 m/s"', "requirement.moment does not apply beside speed: write force, speed"),
+            ('moment = "2 N m"', "requirement.angular_speed is missing (Largest angular speed of the load)"),
+            ('moment = "2 N"\nangular_speed = "60 rpm"', 'requirement.moment = "2 N"'),
+            ('moment = "-2 N m"\nangular_speed = "60 rpm"', "must be > 0 N m"),
+            ('base = "faulring2006"\nmoment = "2 N m"', "requirement.moment does not apply beside force"),
+        ],
+    )
+    def test_refuses(self, requirement, said):
+        with pytest.raises(StudyError) as caught:
+            joint(requirement)
+        assert said in str(caught.value)
+
+    def test_drives_and_requirement_have_one_axis(self):
+        along = replace(joint(self.well), requirement=iv.Requirement(force=1.0, speed=1.0))
+        with pytest.raises(
+            iv.InputError, match=r"requirement\.force is along a line; drives\.knee moves a joint: write"
+        ):
+            iv.compare(along)
+        drive = replace(along.drives["knee"], output=Output())
+        with pytest.raises(
+            iv.InputError, match=r"requirement.moment is about a joint; drives.knee moves along a line: give"
+        ):
+            iv.compare(replace(joint(self.well), drives={"knee": drive}))
+
+    def test_a_motion_about_a_joint_leads(self):
+        motion = iv.Sinusoid(angle=0.5, frequency=0.5)
+        swing = iv.DutyCycle(title="swing", motion=motion, moment=-0.2, load_inertia=0.005)
+        given = joint(self.well)
+        inertia = replace(given.drives["knee"], output_inertia=2e-6)
+        study = iv.Study(
+            name="swing", title="Swing", drives={"a": given.drives["knee"], "b": inertia}, duty={"swing": swing}
+        )
+        assert study.axis is ROTARY
+        found = iv.compare(study, quick=True)
+        assert found.least_loss.axis is ROTARY
+        columns = found.duty["swing"].results["a"].columns
+        assert {"angle_rad", "speed_rad_s", "moment_Nm"} < columns.keys()
+        crossing = found.least_loss.motions["swing"]
+        assert np.abs(crossing.speed).max() == pytest.approx(0.5 * np.pi, rel=1e-4)
+        assert found.least_loss.plot().axes[0].get_xlabel() == "moment on the load [N m]"
+        page = found.duty["swing"].plot()
+        assert [ax.get_ylabel() for ax in page.axes][:2] == ["angular speed of\nload [rad/s]", "moment on\nload [N m]"]
+
+    def test_a_drive_about_a_joint_has_a_map_with_its_axis(self):
+        drive = replace(DRIVES["geared"], output=Output(linkage=Linkage(arm=0.05)))
+        assert iv.steady_map(drive, [1.0, 2.0], [0.5, 1.0]).axis is ROTARY
+
+
+def test_outcomes_say_what_they_need():
+    for kind in ("coverage", "margin"):
+        with pytest.raises(iv.InputError, match=rf"{kind}: the study has no requirement; add a table \[requirement\]"):
+            iv.sensitivity(MOVING, "geared", kind)
+    with pytest.raises(iv.InputError, match="loss without speed: the study has no requirement"):
+        iv.sensitivity(MOVING, "geared", "loss", force=10.0)
+    found = iv.sensitivity(MOVING, "geared", "loss", force=10.0, speed=0.2, samples=0)
+    assert found.outcome.words == "loss at 10 N, 0.2 m/s"
