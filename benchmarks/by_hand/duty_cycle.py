@@ -9,7 +9,7 @@ import numpy as np
 
 def power_in(p: dict[str, Any], course: dict[str, np.ndarray]) -> np.ndarray:
     """Power from the supply at each instant [W], braking burnt, each motor's by itself."""
-    current, steered, phi1, _, _ = states(p, course)
+    current, steered, phi1, _ = states(p, course)
     return cylinder_power(p, current, p["resistance"]) + steering_power(p, steered, phi1, p["steering_resistance"])
 
 
@@ -34,7 +34,7 @@ def steering_voltage(p: dict[str, Any], current: np.ndarray, rate: np.ndarray, r
 
 
 def states(p: dict[str, Any], course: dict[str, np.ndarray]) -> tuple[np.ndarray, ...]:
-    """Currents of cylinder and steering motor, steering rate, force over slip force, tangent of the steering angle."""
+    """Currents of cylinder and steering motor, steering rate, and wheel force over slip force."""
     speed, acceleration, jerk, snap = (course[name] for name in ("speed", "acceleration", "jerk", "snap"))
     slip_force = p["friction"] * p["preload"]
     rolling_force = (p["rolling_torque"] + p["bearing_torque"]) / p["wheel_radius"]
@@ -76,4 +76,4 @@ def states(p: dict[str, Any], course: dict[str, np.ndarray]) -> tuple[np.ndarray
     inertia = p["bell_inertia"] + p["steering_ratio"] ** 2 * p["steering_rotor"]
     steering = (p["steering_friction"] * way + inertia * phi2) / p["steering_ratio"]
     steered = steering / p["steering_constant"] + p["steering_no_load"] * way
-    return current, steered, phi1, x, t
+    return current, steered, phi1, x

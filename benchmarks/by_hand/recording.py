@@ -99,7 +99,7 @@ def _cobotic(p: dict[str, Any], time: np.ndarray, duration: float, x: np.ndarray
         **dict(zip(("speed", "acceleration", "jerk", "snap"), x[1:], strict=True)),
         **dict(zip(("force", "force_rate", "force_curvature"), -pull[:3], strict=True)),
     }
-    current, steered, rate, force, tangent = duty_cycle.states({**p, "load_mass": 0.0}, course)
+    current, steered, rate, force = duty_cycle.states({**p, "load_mass": 0.0}, course)
     turning = p["gear_ratio"] * p["cylinder_speed"]
     constant = p["torque_constant"] * p["no_load_current"]
     hot = temperatures(p["heat"]["motor"], current, np.full(len(time), constant * turning), duration)
@@ -120,7 +120,6 @@ def _cobotic(p: dict[str, Any], time: np.ndarray, duration: float, x: np.ndarray
         "speed": turning / p["max_speed"],
         "steering speed": np.max(np.abs(rate)) * p["steering_ratio"] / p["steering_max_speed"],
         "slip": np.max(np.abs(force)),
-        "steering range": np.max(np.abs(np.arctan(tangent))) / p["steering_range"],
     }
 
 
@@ -172,6 +171,8 @@ def temperatures(
     return edges * (duration / len(current)), found
 
 
-def warm(resistance: float, motor: dict[str, float], hot: tuple[np.ndarray, np.ndarray], time: np.ndarray) -> np.ndarray:
+def warm(
+    resistance: float, motor: dict[str, float], hot: tuple[np.ndarray, np.ndarray], time: np.ndarray
+) -> np.ndarray:
     """Resistance of a winding at each instant. [ohm]"""
     return resistance * (1.0 + COPPER * (np.minimum(np.interp(time, *hot), motor["permissible"]) - WARM))
