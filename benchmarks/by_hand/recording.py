@@ -8,9 +8,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import polynomial
-
 from benchmarks.by_hand import duty_cycle
+from numpy.polynomial import polynomial
 
 COPPER, WARM = 0.0039, 298.15
 """[1/K], [K]"""
