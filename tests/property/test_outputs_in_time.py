@@ -182,7 +182,7 @@ def test_energy_closes_behind_any_output(data):
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=40)
+@settings(max_examples=15)
 def test_energy_closes_behind_more_outputs(data):
     check_any(data, conventional_drives())
     check_any(data, cobotic_drives())
