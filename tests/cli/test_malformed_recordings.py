@@ -106,6 +106,11 @@ FAULTS = {
         "",
         "line 1, column 'Pos (kg)': has the unit 'kg' where m is needed",
     ),
+    "unit of a moment that is one of a force": (
+        GAIT.replace("torque (N-m/kg)", "torque (N)"),
+        'cycle_time = "1.1 s"',
+        "line 1, column 'Ankle torque (N)': has the unit 'N' where N m is needed",
+    ),
     "row of units with a fault": (
         at(1, "time,Pos,Fz\ns,V,N"),
         "",
@@ -292,7 +297,7 @@ FAULTS = {
     "per kg without body mass": (
         GAIT,
         'cycle_time = "1.1 s"',
-        "line 1, column 'Ankle torque (N-m/kg)': is per kilogram of body mass; state it in the study",
+        "line 1, column 'Ankle torque (N-m/kg)': is per kilogram of body mass; state that mass",
     ),
     "phase without cycle time": (
         GAIT,

@@ -85,7 +85,7 @@ def test_a_page_and_lines(infinivar, tmp_path):
         "'Pos (mm)' in mm",
         "CSV with commas",
         "no gaps",
-        "cutoff       10 Hz",
+        "cutoff        10 Hz",
         "closed = false",
     ):
         assert said in outcome.out
@@ -128,7 +128,7 @@ def test_a_joint_is_shown_with_its_words(infinivar, tmp_path):
         (["log.csv", "--window", "2 s, 90 s"], "outside"),
         (["log.csv", "--cutoff", "0.01 Hz"], "one period in the recording"),
         (["log.csv", "--body-mass", "75 kg"], "per kilogram"),
-        (["log.csv", "--load-mass", "3 N"], "--load-mass"),
+        (["log.csv", "--load-mass", "3 N"], "--load-mass '3 N' must be a mass such as \"0.8 kg\""),
         (["none.csv"], "none.csv"),
     ],
 )
@@ -194,7 +194,7 @@ def test_a_run_in_a_study_has_the_words_of_a_run(infinivar, tmp_path):
     ("more", "message"),
     [
         ('closed = "no"', 'duty.session.closed = "no" must be true or false'),
-        ("", "ends where it starts"),
+        ("", "set closed = false"),
         ('closed = false\nstrides = "average"', "closed must be true with strides = 'average'"),
         ('closed = false\nstride_time = "1 s"', "stride_time does not apply"),
         ('strides = "average"\nstart_temperature = "50 degC"', "start_temperature does not apply to a cycle"),

@@ -324,6 +324,8 @@ def summary(
     at = (np.arange(count) + 0.5) * (motion.period / count)
     position, speed, acceleration = motion.derivatives(at, 2)
     strides, reason = _strides(table, stride_time)
+    if closes and strides is None and stride_time is None and "no repeated stride" in reason:
+        reason = "no stride repeats within the one cycle"
     return MotionSummary(
         table=table,
         motion=motion,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
     from infinivar.analysis.motion_summary import MotionSummary
 
 _COLUMNS = 'Headings of the columns by role, such as "time=t, angle=Knee angle [deg]"; by default, the headings decide.'
+
+_WIDTH = 13
+"""Width of the first column of the summary."""
 
 
 def motion(
@@ -101,11 +105,12 @@ def _load_mass(text: str | None) -> float:
     """Mass or moment of inertia of the load; 0 if none is given. [kg, kg m^2]"""
     if text is None:
         return 0.0
-    try:
-        found = quantity("--load-mass", text, "kg")
-    except InputError:
-        found = quantity("--load-mass", text, "kg m^2")
-    return found or 0.0
+    for unit in ("kg", "kg m^2"):
+        with contextlib.suppress(InputError):
+            return quantity("--load-mass", text, unit) or 0.0
+    raise InputError(
+        f'--load-mass {text!r} must be a mass such as "0.8 kg", or about a joint an inertia such as "0.1 kg m^2"'
+    )
 
 
 def _lines(found: MotionSummary) -> Iterator[str]:
@@ -118,37 +123,37 @@ def _lines(found: MotionSummary) -> Iterator[str]:
 
     axis, sampling, spectrum = found.axis, found.sampling, found.spectrum
     yield f"{printable(found.table.file)}: {found.verdict}"
-    yield f"  format       {found.table.format}"
+    yield f"  format        {found.table.format}"
     for column in rows(found):
         unit = f" in {column['unit']}" if column["unit"] else ""
-        yield f"  {column['role']:<12} {printable(column['heading'])!r}{unit}: {column['first']}"
+        yield f"  {column['role'].replace('_', ' '):<{_WIDTH}} {printable(column['heading'])!r}{unit}: {column['first']}"
     if found.table.ignored:
-        yield f"  not used     {', '.join(map(printable, found.table.ignored))}"
+        yield f"  not used      {', '.join(map(printable, found.table.ignored))}"
     for remark in found.table.remarks:
-        yield f"  remark       {remark}"
+        yield f"  remark        {remark}"
     gaps = f"{len(sampling.gaps)} gaps" if sampling.gaps else "no gaps"
-    yield f"  sampling     {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
+    yield f"  sampling      {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
     closes = "closes" if found.closed else "does not close"
-    yield f"  end          {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
+    yield f"  end           {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
     yield (
-        f"  cutoff       {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {plain(100.0 * spectrum.above, 2)} % of the "
+        f"  cutoff        {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {plain(100.0 * spectrum.above, 2)} % of the "
         f"power of the {axis.position} above it"
     )
     units = {"position": axis.position_unit, "speed": axis.speed_unit, "force": axis.force_unit}
     words = {"position": axis.position, "speed": axis.speed, "force": axis.force, "acceleration": "acceleration"}
     for name, (low, high, rms) in found.extremes.items():
         unit = units.get(name, f"{axis.speed_unit}^2")
-        yield f"  {words[name]:<13}{plain(low, 3)} to {plain(high, 3)} {unit}, RMS {plain(rms, 3)}"
+        yield f"  {words[name]:<{_WIDTH}} {plain(low, 3)} to {plain(high, 3)} {unit}, RMS {plain(rms, 3)}"
     power = found.power
     if power is not None:
         given, taken = found.work
         yield (
-            f"  power        {plain(float(np.min(power)), 3)} to {plain(float(np.max(power)), 3)} W, mean "
+            f"  power         {plain(float(np.min(power)), 3)} to {plain(float(np.max(power)), 3)} W, mean "
             f"{plain(float(np.mean(power)), 3)} W; {plain(given, 3)} J on the load, {plain(taken, 3)} J of the load"
         )
-    yield f"  at rest      {percent(found.resting, 1)} of the time"
-    yield f"  strides      {found.strides.verdict if found.strides is not None else 'none: ' + found.no_strides}"
+    yield f"  at rest       {percent(found.resting, 1)} of the time"
+    yield f"  strides       {found.strides.verdict if found.strides is not None else 'none: ' + found.no_strides}"
     for warning in found.warnings:
-        yield f"  warning      {warning}"
+        yield f"  warning       {warning}"
     for one in advice(found):
-        yield f"  for a study  {one}"
+        yield f"  for a study   {one}"

@@ -330,7 +330,8 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
         finding = f"the {axis.position} ends {plain(drift, 3)} {axis.position_unit} from its start"
     if abs(drift) > DRIFT * span:
         raise InputError(
-            f"{file}: must be one cycle that ends where it starts, but {finding}, {percent(abs(drift) / span)} of the range"
+            f"{file}: must be one cycle that ends where it starts, but {finding}, {percent(abs(drift) / span)} of the "
+            "range; for a run, which may end anywhere, set closed = false"
         )
     if abs(drift) > 1e-3 * span:
         warnings.append(

@@ -165,8 +165,8 @@ def _candidates(
         try:
             (exact if named else loose).append((role, _measured(source, role, place, None, usual)))
         except InputError as problem:
-            # A name of one word says what the column is; "moment cell supply (V)" may be anything.
-            if heading.unit is None or len(heading.name.split()) == 1:
+            # A name that ends with the quantity says what the column is; "moment cell supply (V)" may be anything.
+            if heading.unit is None or family_of(heading.name.split()[-1], None) == family:
                 faults.append(problem)
     return exact or loose, next(iter(faults), None)
 

@@ -195,7 +195,7 @@ def _check_body_mass(source: Source, chosen: Mapping[str, Chosen], body_mass: fl
     if scaled and body_mass is None:
         column = shown(source.headings[scaled[0].place].text)
         raise InputError(
-            f"{source.file}: {source.top}, column {column}: is per kilogram of body mass; state it in the study, such as "
+            f"{source.file}: {source.top}, column {column}: is per kilogram of body mass; state that mass, such as "
             'body_mass = "75 kg"'
         )
     if body_mass is not None and not scaled:

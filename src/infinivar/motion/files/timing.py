@@ -71,7 +71,7 @@ def timed(table: RecordedTable, *, cycle_time: float | None = None) -> RecordedT
         phase = table.columns.get("phase")
         found = ", ".join(shown(column.heading) for column in table.columns.values())
         said = (
-            f", column {shown(phase.heading)}: is a share of the cycle; state the time of a cycle in the study"
+            f", column {shown(phase.heading)}: is a share of the cycle; state the time of a cycle"
             if phase is not None
             else f": must name a column of time, found {found}; if the rows are equal steps over one cycle, state its time"
         )
