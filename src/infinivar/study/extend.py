@@ -39,19 +39,19 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     below = path.parent / name
     if not below.is_file():
         raise StudyError(f"extends = {quoted(name)}: file {below} not found")
-    under = _with_paths(extended(read(below), below, read, depth + 1), below)
+    under = _with_paths(extended(read(below), below, read, depth + 1), Path(name).parent)
     over = {key: value for key, value in raw.items() if key != "extends"}
     under.pop("name", None)
     return {**under, **over, **_merged_tables(under, over, below.name, path.name)}
 
 
-def _with_paths(raw: Raw, path: Path) -> Raw:
-    """Resolve the files that a study names against its own folder."""
+def _with_paths(raw: Raw, folder: Path) -> Raw:
+    """Resolve the files that a study names against its own folder, as seen from the study that extends it."""
     result = dict(raw)
     for group in ("scenarios", "duty"):
         tasks = result.get(group)
         if isinstance(tasks, dict):
-            result[group] = {name: _resolved(task, path.parent.resolve()) for name, task in tasks.items()}
+            result[group] = {name: _resolved(task, folder) for name, task in tasks.items()}
     return result
 
 

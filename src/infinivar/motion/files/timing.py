@@ -165,7 +165,7 @@ def windowed(table: RecordedTable, window: Sequence[float] | None) -> RecordedTa
             row = 0 if bound < time[0] else -1
             raise InputError(
                 f"{table.file}: {table.place} {table.lines[row]}, column {shown(column.heading)}: the recording "
-                f"{'starts' if row == 0 else 'ends'} at {plain(time[row])} s, so the {name} of window, {plain(bound)} s, is "
+                f"{'starts' if row == 0 else 'ends'} at {time[row]:.9g} s, so the {name} of window, {bound:.9g} s, is "
                 "outside"
             )
     inside = np.flatnonzero((time >= window[0] - slack) & (time <= window[1] + slack))
