@@ -442,6 +442,8 @@ def json_schema() -> dict[str, Any]:
                 "properties": kinds_schema(field.metadata["kinds"]),
                 "additionalProperties": False,
             }
+    # One table, along a line or about a joint; loading refuses a mixture.
+    definitions["Requirement"]["properties"] |= table(JointRequirement).model_json_schema()["properties"]
     origin = {
         "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
         "where": {"type": "string", "description": "Default source of the values in this table"},
@@ -461,8 +463,6 @@ def json_schema() -> dict[str, Any]:
         },
         "additionalProperties": {"anyOf": [size, {"$ref": "#/$defs/Spreads"}]},
     }
-    # One table, along a line or about a joint; loading refuses a mixture.
-    definitions["Requirement"]["properties"] |= table(JointRequirement).model_json_schema()["properties"]
     base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
     part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
     definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
