@@ -178,3 +178,24 @@ def test_long_steps_are_exact_too(period):
     )  # over the longest steps expm leaves 6e-9
     at = exponentials(MOTOR, current, friction, np.array([found.time_to_limit]))[0, 0]
     assert at == pytest.approx(MOTOR.max_winding_temperature, rel=1e-6)
+
+
+@pytest.mark.parametrize("key", ["dcx-16-l-24v", "dcx-35-l-24v", "ec-4pole-30-24v"])
+def test_the_closed_form_is_the_matrix_exponential(key):
+    from scipy.linalg import expm
+
+    motor, random = motors()[key], np.random.default_rng(5)
+    # From a tenth of the continuous current to ten times of it: beyond the first few, temperatures run away.
+    current = motor.continuous_current * np.logspace(-1, 1, 40)
+    matrix, vector = heat.rates(motor, current**2, random.uniform(0.0, 3.0, 40), 298.15)
+    time = 10.0 ** random.uniform(-4, 1, 40) / np.abs(np.linalg.eigvals(matrix)).max(axis=-1)
+    generators = np.zeros((40, 3, 3))
+    generators[:, :2, :2], generators[:, :2, 2] = matrix, vector
+    maps = heat._over(generators, time)
+    np.testing.assert_allclose(maps[:, :2, :2], expm(matrix * time[:, None, None]), rtol=1e-9, atol=1e-14)
+    # A int_0^t exp(A s) b ds = (exp(A t) - 1) b
+    gained = np.einsum("nij,nj->ni", maps[:, :2, :2] - np.eye(2), vector)
+    size = np.abs(gained).max(axis=1, keepdims=True)
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", matrix, maps[:, :2, 2]) / size, gained / size, atol=1e-9)
+    np.testing.assert_array_equal(maps[:, 2], np.tile([0.0, 0.0, 1.0], (40, 1)))
+    np.testing.assert_allclose(heat._over(generators[0], 0.0), np.eye(3), atol=1e-15)

@@ -14,6 +14,11 @@ _WAVES_AT_ONCE = 2**20
 _MANY = 2**20
 """Harmonics times instants above which equal steps are evaluated by fast convolution."""
 
+_WIDEST = 8
+"""Largest number of steps in a period, relative to the instants asked for, that are evaluated to use a part of them."""
+_FEWEST = 2
+"""Fewest instants that have a step."""
+
 
 @dataclass(frozen=True, slots=True)
 class Series:
@@ -45,29 +50,36 @@ class Series:
         turns = 2.0 * np.pi * np.arange(len(self.cosine)) / self.period
         amplitudes = np.asarray(self.cosine) - 1j * np.asarray(self.sine)
         count, first = time.size, float(time.flat[0]) if time.size else 0.0
-        if (
-            time.ndim == 1
-            and count > 2 * len(turns)
-            and np.allclose(
-                time, first + np.arange(count) * (self.period / count), rtol=1e-12, atol=1e-12 * self.period
-            )
-        ):
-            # Equal steps over a whole cycle: a fast Fourier transform avoids the product of harmonics and instants.
-            shifted = 0.5 * count * amplitudes * np.exp(1j * turns * first)
+        powers = (1j * turns) ** np.arange(orders + 1)[:, None]
+        whole = self._steps_per_period(time)
+        if count <= whole <= _WIDEST * count and whole > 2 * len(turns):
+            # Equal steps that fill a cycle: a fast Fourier transform avoids the product of harmonics and instants.
+            shifted = 0.5 * whole * amplitudes * np.exp(1j * turns * first)
             shifted[0] *= 2.0
-            return [np.fft.irfft(shifted * (1j * turns) ** order, count) for order in range(orders + 1)]
+            return [np.fft.irfft(row, whole)[:count] for row in shifted * powers]
         if count * len(turns) > _MANY and time.ndim == 1 and _equal(time):
             step = (float(time[-1]) - first) / (count - 1)
             begun = amplitudes * np.exp(1j * turns * first)
-            return [_on_grid(begun * (1j * turns) ** order, turns[1] * step, count) for order in range(orders + 1)]
+            return _on_grid(begun * powers, turns[1] * step, count)
         found = np.empty((orders + 1, count))
         at_once = max(1, _WAVES_AT_ONCE // len(turns))
         for begin in range(0, count, at_once):
             part = slice(begin, begin + at_once)
             waves = np.exp(1j * np.multiply.outer(time.ravel()[part], turns))
             for order in range(orders + 1):
-                found[order, part] = np.real(waves @ (amplitudes * (1j * turns) ** order))
+                found[order, part] = np.real(waves @ (amplitudes * powers[order]))
         return [row.reshape(time.shape) for row in found]
+
+    def _steps_per_period(self, time: np.ndarray) -> int:
+        """Whole number of equal steps of times that make up a period; 0 if there is none."""
+        if time.ndim != 1 or time.size < _FEWEST:
+            return 0
+        first, step = float(time[0]), float(time[-1] - time[0]) / (time.size - 1)
+        whole = round(self.period / step) if step > 0 else 0
+        if whole < time.size:
+            return 0
+        even = first + np.arange(time.size) * (self.period / whole)
+        return whole if np.allclose(time, even, rtol=1e-12, atol=1e-12 * self.period) else 0
 
     def integral(self) -> Series:
         """Integrate the series without its mean, starting at 0."""
@@ -88,19 +100,20 @@ def _equal(time: np.ndarray) -> bool:
     return bool(np.ptp(steps) <= 1e-9 * abs(steps[0]))
 
 
-def _on_grid(amplitudes: np.ndarray, turn: float, count: int) -> np.ndarray:
-    """Real part of ``sum over k of amplitudes[k] exp(i turn k j)`` for j from 0 to count - 1.
+def _on_grid(amplitudes: np.ndarray, turn: float, count: int) -> list[np.ndarray]:
+    """Real part of ``sum over k of amplitudes[k] exp(i turn k j)`` for j from 0 to count - 1, for each row of amplitudes.
 
     With ``2 k j = k^2 + j^2 - (j - k)^2`` the sum is a convolution, evaluated by fast Fourier transforms.
 
     Source: bluestein1970.
     """
-    waves = len(amplitudes)
+    waves = amplitudes.shape[-1]
     places = np.arange(max(count, waves), dtype=float)
     chirp = np.exp(0.5j * turn * places**2)
     size = 1 << (count + waves - 2).bit_length()
     kernel = np.zeros(size, dtype=complex)
     kernel[:count] = chirp[:count].conj()
     kernel[size - waves + 1 :] = chirp[waves - 1 : 0 : -1].conj()
-    product = np.fft.ifft(np.fft.fft(amplitudes * chirp[:waves], size) * np.fft.fft(kernel))
-    return np.real(product[:count] * chirp[:count])
+    kernel = np.fft.fft(kernel)
+    products = (np.fft.ifft(np.fft.fft(row * chirp[:waves], size) * kernel) for row in amplitudes)
+    return [np.real(product[:count] * chirp[:count]) for product in products]

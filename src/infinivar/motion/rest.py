@@ -19,6 +19,8 @@ _UNEVEN = 0.1
 _IRREGULAR = 6
 """Order of the row-to-row differences that show noise but not motion."""
 
+_FILTERS = 4
+"""Waves to either side of a sample on which the filters of a value or a slope depend, and some more."""
 _STEADY = 4.0
 """Shortest steady interval, in waves; around its largest speed any motion looks steady for a while."""
 
@@ -179,11 +181,12 @@ def rest_of_value(courses: list[np.ndarray], step: float, cutoff: float, resolve
     width = width_of(cutoff * step, courses[0].size // 3)
     found = []
     for thrice in courses:
-        speed = mean_slope(thrice, width, step)
-        still = widened(within(thrice, width, resolves.reach) & (np.abs(speed) <= resolves.drift * cutoff), width)
+        course, middle = _around_middle(thrice, width)
+        speed = mean_slope(course, width, step)
+        still = widened(within(course, width, resolves.reach) & (np.abs(speed) <= resolves.drift * cutoff), width)
         steady = long_enough(widened(within(speed, width, resolves.drift * cutoff), width), _STEADY * width)
         # Each mean speed covers half a wave to both sides.
-        found.append((_middle(still), _middle(widened(steady, width))))
+        found.append((still[middle], widened(steady, width)[middle]))
     return Masks(*np.logical_or.reduce(found))
 
 
@@ -192,12 +195,15 @@ def rest_of_speed(courses: list[np.ndarray], step: float, cutoff: float, resolve
     width = width_of(cutoff * step, courses[0].size // 3)
     found = []
     for thrice in courses:
-        constant = widened(within(thrice, width, resolves.reach), width)
-        still = constant & (np.abs(thrice) <= 2.0 * resolves.reach)
-        found.append((_middle(still), _middle(long_enough(constant & ~still, _STEADY * width))))
+        course, middle = _around_middle(thrice, width)
+        constant = widened(within(course, width, resolves.reach), width)
+        still = constant & (np.abs(course) <= 2.0 * resolves.reach)
+        found.append((still[middle], long_enough(constant & ~still, _STEADY * width)[middle]))
     return Masks(*np.logical_or.reduce(found))
 
 
-def _middle(thrice: np.ndarray) -> np.ndarray:
-    """Return the second of three cycles."""
-    return np.split(thrice, 3)[1]
+def _around_middle(thrice: np.ndarray, width: int) -> tuple[np.ndarray, slice]:
+    """Return the second of three cycles with as much of the others as affects it, and its place therein."""
+    once = thrice.size // 3
+    more = min(once, math.ceil((_STEADY + _FILTERS) * width))
+    return thrice[once - more : 2 * once + more], slice(more, more + once)

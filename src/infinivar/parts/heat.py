@@ -387,11 +387,32 @@ def _steps(motor: Motor, current: Any, friction_power: Any, period: float, ambie
 
 
 def _over(generators: np.ndarray, time: Any) -> np.ndarray:
-    """State maps over given times."""
-    from scipy.linalg import expm
+    """State maps over given times: exponentials of generators, in closed form.
 
-    maps = np.array(expm(generators * np.asarray(time)[..., None, None]))
-    maps[..., 2, :] = (0.0, 0.0, 1.0)  # exact, since repeated doubling amplifies rounding
+    The two rates of a motor's temperatures, eigenvalues of the 2 x 2 matrix A, are real and differ, as each mass warms the other.
+    A function of A is thus that of the rates, each times its projection; the part of the vector b is ``t phi(A t) b`` with
+    ``phi(x) = (exp(x) - 1)/x``.
+    """
+    time = np.asarray(time, dtype=float)
+    vector = generators[..., :2, 2]
+    a, b, c, d = (generators[..., row, column] for row in (0, 1) for column in (0, 1))
+    half = 0.5 * (a - d)
+    spread = np.sqrt(half**2 + b * c)
+    # spread - |half|, without cancellation
+    little = b * c / (spread + np.abs(half))
+    above, below = np.where(half > 0, spread + half, little), np.where(half > 0, little, spread - half)
+    maps = np.zeros((*np.broadcast_shapes(a.shape, time.shape), 3, 3))
+    for rate, first, second, sign in (
+        (np.maximum(a, d) + little, above, below, 1.0),
+        (np.minimum(a, d) - little, below, above, -1.0),
+    ):
+        rows = ((first, sign * b), (sign * c, second))
+        onto = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2) / (2.0 * spread)[..., None, None]
+        grown = rate * time
+        lasting = time * np.where(grown == 0, 1.0, np.expm1(grown) / np.where(grown == 0, 1.0, grown))
+        maps[..., :2, :2] += np.exp(grown)[..., None, None] * onto
+        maps[..., :2, 2] += lasting[..., None] * np.einsum("...ij,...j->...i", onto, vector)
+    maps[..., 2, 2] = 1.0
     return maps
 
 
