@@ -43,21 +43,20 @@ found = {
     for key, motor in motors().items()
     for ratio in (40.0, 60.0, 90.0)
 }
-for (key, ratio), one in sorted(found.items(), key=lambda item: max(item[1].demands.values()))[:6]:
+ranked = sorted(found.items(), key=lambda item: max(item[1].demands.values()))
+for (key, ratio), one in ranked[:6]:
     print(f"{key:16} {ratio:3.0f}:1 {one.verdict}")
 
 # %%
 # Largest demand on any limit over the energy per stride; below 1 a drive is feasible.
 
 fig, ax = plt.subplots(figsize=(6.5, 4.0), layout="constrained")
-for (key, ratio), one in found.items():
-    demand = max(one.demands.values())
-    if demand < 3.0:
-        ax.plot(one.energy, demand, "o" if one.feasible else "x", color="C0" if one.feasible else "grey")
-        if one.feasible:
-            ax.annotate(f" {key} {ratio:.0f}:1", (one.energy, demand), fontsize=7)
+for _, one in ranked:
+    ax.plot(one.energy, max(one.demands.values()), "o" if one.feasible else "x", color="C0" if one.feasible else "grey")
+for ((key, ratio), one), side in zip(ranked[:2], ("top", "bottom"), strict=True):
+    ax.annotate(f"  {key}, {ratio:.0f}:1", (one.energy, max(one.demands.values())), fontsize=8, va=side)
 ax.axhline(1.0, color="black", lw=0.8)
-ax.set(xlabel="energy per stride [J]", ylabel="largest demand over allowance")
+ax.set(xlim=(0.0, 40.0), ylim=(0.0, 3.0), xlabel="energy per stride [J]", ylabel="largest demand over allowance")
 plt.show()
 
 Path("knee_table.csv").unlink()

@@ -35,6 +35,8 @@ _LEAST = 2
 
 _MATCH = 0.5
 """Smallest autocorrelation at which a motion counts as periodic."""
+_CLEAR = 0.7
+"""The same where no stride time is given: moves to and fro at random agree with themselves by 0.6."""
 _NEARLY = 0.9
 """Share of the largest autocorrelation from which the shortest period is chosen: two strides repeat as well as one."""
 _ROOM = 0.25
@@ -272,7 +274,7 @@ def _by_period(
     even = np.interp(time[0] + np.arange(count) * step, time, values)
     even = even - np.polyval(np.polyfit(np.arange(count), even, 1), np.arange(count))
     lag, agreement = _main_lag(even, None if period is None else period / step)
-    if not agreement >= _MATCH:
+    if not agreement >= (_CLEAR if period is None else _MATCH):
         best = (
             f"agrees with itself by {percent(agreement)} at best, after {plain(lag * step, 3)} s"
             if agreement > 0.0
