@@ -200,7 +200,7 @@ def _check_body_mass(source: Source, chosen: Mapping[str, Chosen], body_mass: fl
         )
     if body_mass is not None and not scaled:
         forces = [shown(source.headings[one.place].text) for role, one in chosen.items() if role in SCALED]
-        said = f", column {forces[0]}: is not per kilogram" if forces else ": has no column per kilogram"
+        said = f", column {forces[0]}: is not per kilogram" if forces else ": no column of force or moment is read"
         raise InputError(f"{source.file}: {source.top}{said}; body_mass does not apply, remove it from the study")
 
 
