@@ -207,3 +207,14 @@ def test_keys_that_do_not_fit_are_refused(infinivar, tmp_path, more, message):
     outcome = infinivar("check", "study.toml")
     assert outcome.code == 2
     assert message in outcome.err
+
+
+def test_a_load_without_force_and_mass_is_an_oversight(infinivar, tmp_path):
+    log(tmp_path / "log.csv", duration=5.1)
+    text = STUDY.format(
+        more='closed = false\ncolumns = { time = "Time (s)", position = "Pos (mm)" }\nload_mass = "0 kg"'
+    )
+    (tmp_path / "study.toml").write_text(text, "utf-8")
+    assert "the load has no force or mass, so that drives move only themselves" in infinivar("check", "study.toml").err
+    (tmp_path / "study.toml").write_text(text.replace("0 kg", "1 kg"), "utf-8")
+    assert "only themselves" not in infinivar("check", "study.toml").err

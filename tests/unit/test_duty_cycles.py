@@ -267,7 +267,7 @@ def test_gaps_and_drift_are_reported(tmp_path):
     assert "line 51: 0.105 s without data, 21 times the median step; interpolated linearly" in warning
     drifting = [f"{t:.3f},{50 * math.sin(2 * math.pi * t) + 2 * t:.6f}" for t in np.linspace(0, 1, 201)]
     (warning,) = DutyCycle(
-        motion=Recording.read(record(tmp_path, "\n".join(["time [s],position [mm]", *drifting])))
+        motion=Recording.read(record(tmp_path, "\n".join(["time [s],position [mm]", *drifting]))), load_mass=1.0
     ).warnings
     assert "the position ends 0.002 m from its start, 2.0 % of the range; removed evenly" in warning
     sparse = wave(count=11)

@@ -131,7 +131,15 @@ class DutyCycle(Task):
     @property
     def warnings(self) -> tuple[str, ...]:
         """Valid input that looks like an oversight."""
-        return self.motion.warnings
+        if not isinstance(self.motion, Recording) or self.motion.force is not None or self.moved_mass or self.push:
+            return self.motion.warnings
+        keys, what = ("moment", "load_inertia"), "moment or inertia"
+        if not self.axis.rotary:
+            keys, what = ("force", "load_mass"), "force or mass"
+        return (
+            *self.motion.warnings,
+            f"the load has no {what}, so that drives move only themselves; record the {keys[0]}, or state {' or '.join(keys)}",
+        )
 
     @property
     def resting(self) -> float:
