@@ -51,7 +51,7 @@ def parameters() -> dict[str, Any]:
         "steering_no_load": steering.motor.no_load_current,
         "steering_friction": sum(map(float, steering.friction_torques(cobotic.transmission).values())),
         "drag": conventional.guideway.friction,
-        "pulley_radius": conventional.pulley.radius,
+        "pulley_radius": conventional.stage.travel_per_radian,
         "output_inertia": conventional.output_inertia,
         "large_ratio": conventional.gearhead.ratio,
         "large_efficiency": conventional.gearhead.efficiency,

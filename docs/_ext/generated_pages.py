@@ -272,10 +272,10 @@ def draw_motion(app) -> None:
 
 
 def draw_measurements(app) -> None:
-    """Draw a calibration and a tornado chart."""
+    """Draw a calibration, a tornado chart, and models held against measurements."""
     import infinivar as iv
     from infinivar.calibration import virtual_rig
-    from infinivar.figures import calibration, sensitivity, style
+    from infinivar.figures import calibration, measurements, sensitivity, style
 
     folder = Path(app.srcdir) / "reference" / "generated"
     study = shipped_study("faulring2006")
@@ -284,6 +284,8 @@ def draw_measurements(app) -> None:
     style.write(calibration.draw_all(iv.calibrate(study, "cobotic", runs)), folder / "calibration", ("svg",))
     found = iv.sensitivity(study, "cobotic", "energy", duty="shake")
     style.write(sensitivity.draw_all(found), folder / "sensitivity", ("svg",))
+    style.write(measurements.draw_map(), folder / "motor_map", ("svg",))
+    style.write(measurements.draw_gears(), folder / "gear_friction", ("svg",))
 
 
 def check_public_names(app, exception) -> None:

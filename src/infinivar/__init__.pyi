@@ -45,6 +45,7 @@ from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
 from .parts.belt import Belt, Rack
+from .parts.gear_friction import GearFriction
 from .parts.gearhead import Gearhead
 from .parts.linear import Guideway, Pulley
 from .parts.linkage import Linkage
@@ -88,6 +89,7 @@ __all__ = [
     "DutyResult",
     "DynamicMap",
     "Force",
+    "GearFriction",
     "Gearhead",
     "Guideway",
     "Hold",

@@ -46,6 +46,7 @@ EXAMPLES = {
     "N m/rad": "250 N m/rad",
     "N s/m": "12 N s/m",
     "N m s": "0.4 mN m s",
+    "1/(N m)": "0.01 1/(N m)",
     "K/W": "13.2 K/W",
     "K": "100 degC",
     "s": "17.8 s",

@@ -56,7 +56,7 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "contact", "errata", "study-file", "extending")
+DAILY = ("theory", "contact", "errata", "study-file", "extending", "measurements")
 SLOW = ("tutorial", "simulation", "duty-cycles", "calibration", "figures")
 
 

@@ -161,7 +161,7 @@ def test_shipped_sets_say_where_every_value_comes_from(name):
 
 def test_catalogue_parts_all_build():
     assert len(motors()) == 22
-    assert len(gearheads()) == 39
+    assert len(gearheads()) == 46
     assert gearheads()["gp-22-hd-53"].efficiency == 0.78
 
 

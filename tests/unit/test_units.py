@@ -62,7 +62,8 @@ def test_refuses(text, unit, message):
 
 
 def _kind(unit):
-    return units._common(unit)[1] if unit != "1" else None
+    # Units that are read by pint alone have none.
+    return (units._common(unit) or (1.0, None))[1] if unit != "1" else None
 
 
 def _si(quantity):

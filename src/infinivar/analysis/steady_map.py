@@ -115,7 +115,7 @@ def steady_map(
     ]
     # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
     # Threads then write to disjoint parts.
-    operate = functools.partial(operated, drive, position=position)
+    operate = functools.partial(operated, drive, **({"position": position} if position else {}))
     first = _evaluated(operate, speed, force, tiles[0])
     tile_shape = first[0]["power_out"].shape
     room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}

@@ -128,6 +128,9 @@ def compiled(
 class _Choices(ast.NodeTransformer):
     """``where(c, a, b)`` as ``a if c else b``, and ``clip(x, low, high)`` likewise."""
 
+    def __init__(self) -> None:
+        self._clips = 0
+
     def visit_Call(self, node: ast.Call) -> ast.AST:
         self.generic_visit(node)
         name = node.func.id if isinstance(node.func, ast.Name) else ""
@@ -136,8 +139,10 @@ class _Choices(ast.NodeTransformer):
         if name != "clip":
             return node
         value, low, high = node.args
-        named = ast.NamedExpr(ast.Name("clipped", ast.Store()), value)
-        kept = ast.Name("clipped", ast.Load())
+        # The bounds may contain clips as well, which must not overwrite this value.
+        self._clips += 1
+        named = ast.NamedExpr(ast.Name(f"clipped{self._clips}", ast.Store()), value)
+        kept = ast.Name(f"clipped{self._clips}", ast.Load())
         above = ast.IfExp(ast.Compare(kept, [ast.Gt()], [high]), high, kept)
         return ast.IfExp(ast.Compare(named, [ast.Lt()], [low]), low, above)
 

@@ -405,7 +405,7 @@ class _Derivation:
             formulas = formula if isinstance(formula, tuple) else (formula,)
             pairs = tuple(zip(arguments, map(plain, given), strict=True))
             for symbol, one in zip(symbols, formulas, strict=True):
-                values.append(LawValue(symbol, name, pairs, one, one.xreplace(dict(pairs))))
+                values.append(LawValue(symbol, name, pairs, one, one.xreplace(dict(pairs)), element.nearly_linear))
         return values
 
     def _at_ports(self, element: Element) -> list[Expression]:

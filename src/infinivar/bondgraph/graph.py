@@ -64,6 +64,8 @@ class Element:
                      name. None: one loss under the element's title. For a source: maps its power and ``parameters`` to
                      losses upstream of it, which it must supply as well.
     title            Name in reports, and key of its loss in results. Default: `name`.
+    nearly_linear    Whether one secant step may solve an algebraic loop through the law, although it is not proportional to the
+                     looped signal.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Element:
     energy: Law | None = None
     of_effort: bool = False
     title: str = ""
+    nearly_linear: bool = False
 
     @property
     def modulated(self) -> bool:

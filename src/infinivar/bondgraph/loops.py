@@ -3,7 +3,9 @@
 A law whose argument depends on its own value forms an algebraic loop; an example is a gear with load-proportional friction
 between two inertias. If the law is proportional to that argument on each side of zero, as such friction is, one Newton step
 from zero is the exact solution. Several such laws that depend on each other, as of a gear and a screw in one drive, are solved
-for every combination of signs; the combination whose solution has these signs is the solution.
+for every combination of signs; the combination whose solution has these signs is the solution. A law that is nearly linear,
+as load-dependent friction with a constant part, says so, and takes one secant step: exact unless the arguments with and without
+the law's own effect lie on different sides of a kink. The energy balance closes all the same, as one value brakes and heats.
 """
 
 from __future__ import annotations
@@ -33,6 +35,8 @@ class LawValue:
     formula: Any
     value: Any
     """The formula with the arguments substituted; in an algebraic loop, the solution of the loop."""
+    nearly_linear: bool = False
+    """Whether one secant step may solve a loop, although the law is not proportional to the looped argument."""
 
 
 def ordered(graph: str, laws: Iterable[LawValue]) -> tuple[LawValue, ...]:
@@ -50,7 +54,7 @@ def ordered(graph: str, laws: Iterable[LawValue]) -> tuple[LawValue, ...]:
         if not ready:
             ready = _jointly(graph, _circle(waiting))
         for law in ready:
-            done.append(_solved(graph, law) if law.symbol in law.value.free_symbols else law)
+            done += _solved(graph, law) if law.symbol in law.value.free_symbols else [law]
             waiting.pop(law.symbol, None)
     return tuple(done)
 
@@ -72,7 +76,7 @@ def _jointly(graph: str, laws: Sequence[LawValue]) -> list[LawValue]:
     """
     symbols = [law.symbol for law in laws]
     parts = [_affine(law, symbols) for law in laws]
-    if len(laws) > _MOST_JOINT or any(part is None for part in parts):
+    if len(laws) > _MOST_JOINT or any(part is None for part in parts) or any(law.nearly_linear for law in laws):
         names = ", ".join(dict.fromkeys(law.element for law in laws))
         raise BondGraphError(f"{graph}: the laws of {names} depend on each other in an algebraic loop")
     size = len(laws)
@@ -119,7 +123,8 @@ def _affine(law: LawValue, symbols: Sequence[sympy.Symbol]) -> tuple[Any, Any, l
     gains = [value.coeff(symbol, 1) for symbol in symbols]
     rest = sympy.expand(value - sum(gain * symbol for gain, symbol in zip(gains, symbols, strict=True)))
     left = rest.free_symbols.union(*(gain.free_symbols for gain in gains))
-    return None if left & set(symbols) or not _proportional(law.formula, argument) else (argument, rest, gains)
+    solvable = law.nearly_linear or _proportional(law.formula, argument)
+    return (argument, rest, gains) if solvable and not left & set(symbols) else None
 
 
 def _slopes(law: LawValue, argument: Any) -> list[Any]:
@@ -128,17 +133,37 @@ def _slopes(law: LawValue, argument: Any) -> list[Any]:
     return [sign * law.formula.xreplace({**others, argument: sympy.Integer(sign)}) for sign in (1, -1)]
 
 
-def _solved(graph: str, law: LawValue) -> LawValue:
+def _solved(graph: str, law: LawValue) -> list[LawValue]:
+    """Laws that solve a loop, the last of them for the symbol of the law."""
     looped = _affine(law, [law.symbol])
     if looped is not None:
         argument, rest, (gain,) = looped
+        if law.nearly_linear:
+            return _by_secant(law, argument, rest, gain)
         at_rest = {symbol: expression for symbol, expression in law.arguments if symbol != argument} | {argument: rest}
         slope = law.formula.diff(argument).xreplace(at_rest)
-        return replace(law, value=law.formula.xreplace(at_rest) / (1 - gain * slope))
+        return [replace(law, value=law.formula.xreplace(at_rest) / (1 - gain * slope))]
     raise BondGraphError(
         f"{graph}: the law of {law.element!r} depends on its own value in an algebraic loop and is not proportional to "
         f"that argument; add a storage to break the loop"
     )
+
+
+def _by_secant(law: LawValue, argument: Any, rest: Any, gain: Any) -> list[LawValue]:
+    """Solve a loop by the secant through the law's values without its own effect, and with that of the first value.
+
+    Source: Steffensen's step from zero, exact for a straight line.
+    """
+    others = {symbol: expression for symbol, expression in law.arguments if symbol != argument}
+    first, second = (sympy.Symbol(f"{{{law.symbol.name}}}^{{({i})}}", real=True) for i in (1, 2))
+    steps = []
+    for symbol, passed in ((first, rest), (second, rest + gain * first)):
+        here = {**others, argument: passed}
+        value = law.formula.xreplace(here)
+        steps.append(replace(law, symbol=symbol, arguments=tuple(here.items()), value=value, nearly_linear=False))
+    # At rest, 0/0; added, because SymPy would move a power into the branches, where they are evaluated all.
+    still = sympy.Piecewise((1, sympy.Eq(first, 0)), (0, sympy.true), evaluate=False)
+    return [*steps, replace(law, value=first * first / (2 * first - second + still))]
 
 
 def _proportional(formula: Any, argument: Any) -> bool:

@@ -117,8 +117,8 @@ class clip(sympy.Function):  # noqa: N801  (named as in the array namespace, for
 
     @classmethod
     def eval(cls, value: Any, low: Any, high: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Evaluate if all arguments are numbers."""
-        if value.is_number and low.is_number and high.is_number:
+        """Evaluate if all arguments are real numbers; SymPy tries complex ones where it looks for the sign of a result."""
+        if value.is_comparable and low.is_comparable and high.is_comparable:
             return sympy.Max(low, sympy.Min(value, high))
         return None
 
@@ -126,11 +126,9 @@ class clip(sympy.Function):  # noqa: N801  (named as in the array namespace, for
         """Derivative: 1 for the argument that the result equals, 0 for the others."""
         value, low, high = self.args
         below, above = value < low, value > high  # type: ignore[operator]
-        within = sympy.And(
-            sympy.Ge(value, low), sympy.Le(value, high)
-        )  # not the negation: it has no operator for arrays
-        where = (within, below, above)[argindex - 1]
-        return sympy.Piecewise((1, where), (0, sympy.true), evaluate=False)
+        if argindex == 1:
+            return sympy.Piecewise((0, below), (0, above), (1, sympy.true), evaluate=False)
+        return sympy.Piecewise((1, below if argindex == 2 else above), (0, sympy.true), evaluate=False)
 
     def _latex(self, printer: Any, exp: str | None = None) -> str:
         value, low, high = map(printer._print, self.args)

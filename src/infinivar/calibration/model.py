@@ -163,8 +163,8 @@ def predict(
     ratio = drive.gearhead.ratio
     passed = np.where(pressed, point.torque, 0.0) / ratio
     torque = passed + coulomb(speed, values["nominal_torque"])
-    if drive.gearhead.loss_model == "proportional":
-        torque = torque + drive.gearhead.proportional_friction(speed * ratio, passed)
+    if drive.gearhead.loss_model != "coulomb":
+        torque = torque + drive.gearhead.load_friction(speed * ratio, passed)
     current = torque / values["torque_constant"]
     return Readings(
         link_travel=np.where(pressed, point.link_speed * data.duration, 0.0),

@@ -113,9 +113,10 @@ def remarks(
     yield from _on_fit_of_laws(laws, proposed)
     yield from _on_parameters(laws.fit, proposed)
     yield from _on_runs(laws, data, left_out)
-    if drive.gearhead.loss_model == "proportional":
+    if drive.gearhead.loss_model != "coulomb":
+        is_so = "is proportional to" if drive.gearhead.loss_model == "proportional" else "depends on"
         yield (
-            "The gearhead loss is proportional to its load. Eq 18 attributes it to the transmission, so those efficiencies "
+            f"The gearhead loss {is_so} its load. Eq 18 attributes it to the transmission, so those efficiencies "
             "are too low; the fit accounts for it."
         )
 

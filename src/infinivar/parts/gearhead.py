@@ -1,4 +1,4 @@
-"""Fixed-ratio gearhead with two loss models derived from one efficiency; neither creates power."""
+"""Fixed-ratio gearhead: two loss models derived from one efficiency, and measured friction; none creates power."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from infinivar._core.fields import check, check_choice, component, given, quanti
 from infinivar.contact.friction import coulomb
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
+from infinivar.parts.gear_friction import GearFriction, stribeck_friction, terms
 
-LossModel = Literal["coulomb", "proportional"]
+LossModel = Literal["coulomb", "proportional", "stribeck"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,6 +78,8 @@ class Gearhead:
       light load, so a lightly loaded gear is inefficient, as real gears are.
     - ``proportional``: power delivered is ``efficiency`` times the power received while the motor drives, and
       ``backdriving_efficiency`` times while the load drives: usually lower, and 0 for a self-locking gear.
+    - ``stribeck``: measured friction of gear and motor together, which depends on load, direction and speed (`GearFriction`);
+      it has no single efficiency.
 
     Raises
     ------
@@ -89,8 +92,16 @@ class Gearhead:
 
     name: str = component("Name for reports", default="gearhead")
     ratio: float = quantity("1", Gt(0), "Reduction ratio, motor speed over output speed")
-    efficiency: float = quantity("1", Interval(gt=0, le=1), "Efficiency at rated torque")
-    loss_model: LossModel = component("coulomb (constant torque) or proportional (to power)", default="coulomb")
+    efficiency: float | None = quantity(
+        "1",
+        Interval(gt=0, le=1),
+        "Efficiency at rated torque; required unless the loss model is stribeck",
+        default=None,
+    )
+    loss_model: LossModel = component(
+        "coulomb (constant torque), proportional (to power) or stribeck (measured friction)", default="coulomb"
+    )
+    friction: GearFriction | None = component("Measured friction, for the stribeck loss model", default=None)
     backdriving_efficiency: float | None = quantity(
         "1",
         Interval(ge=0, le=1),
@@ -115,18 +126,45 @@ class Gearhead:
         """Validate the fields."""
         check(self)
         check_choice(
-            self, "loss_model", {"coulomb": (), "proportional": ()}, {"proportional": ("backdriving_efficiency",)}
+            self,
+            "loss_model",
+            {"coulomb": ("efficiency",), "proportional": ("efficiency",), "stribeck": ("friction",)},
+            {"proportional": ("backdriving_efficiency",)},
         )
         if self.backlash is not None and self.stiffness is None:
             raise ParameterError("stiffness is missing: backlash needs it")
 
     @property
-    def least_efficiency(self) -> float:
-        """The lower of the efficiencies in the two directions; 1 is a lossless gear. [-]"""
-        return min(self.efficiency, given(self.backdriving_efficiency, self.efficiency))
+    def lossless(self) -> bool:
+        """Whether the gear has no friction."""
+        if self.friction is not None:
+            return self.friction.is_zero
+        return min(self._forward, given(self.backdriving_efficiency, self._forward)) == 1.0
+
+    @property
+    def load_factors(self) -> tuple[Array, Array]:
+        """Motor torque per load torque, both at the motor: while the motor drives, and while the load drives. [-]"""
+        if self.friction is not None:
+            return self.friction.load_factors
+        if self.loss_model == "coulomb":
+            return 1.0, 1.0
+        return 1.0 / self._forward, given(self.backdriving_efficiency, self._forward)
+
+    @property
+    def evenly_loaded(self) -> Gearhead:
+        """The gearhead without load terms of measured friction that depend on speed: its load factors hold at any speed."""
+        return self if self.friction is None else replace(self, friction=self.friction.evenly_loaded)
+
+    @property
+    def _forward(self) -> float:
+        """Efficiency while the motor drives, of a gear that has one."""
+        assert self.efficiency is not None
+        return self.efficiency
 
     def without_friction(self) -> Gearhead:
         """The gearhead without loss."""
+        if self.friction is not None:
+            return replace(self, friction=GearFriction())
         return replace(self, efficiency=1.0, backdriving_efficiency=None)
 
     def operate(self, *, output_torque: Array, output_speed: Array, motor_rated_torque: Array) -> GearPoint:
@@ -144,14 +182,14 @@ class Gearhead:
             Motor torque [N m], motor speed [rad s^-1], loss [W], utilisation of the continuous torque if that is known.
 
         Source: coulomb: faulring2006, section VI-A. proportional: definition of efficiency, taken in the direction in
-        which power flows.
+        which power flows. stribeck: duclusaud2025.
         """
         ideal = output_torque / self.ratio
         motor_speed = output_speed * self.ratio
         if self.loss_model == "coulomb":
             friction = coulomb(motor_speed, self.coulomb_friction(motor_rated_torque), held=ideal)
         else:
-            friction = self.proportional_friction(motor_speed, ideal)
+            friction = self.load_friction(motor_speed, ideal)
         return GearPoint(
             motor_torque=ideal + friction,
             motor_speed=motor_speed,
@@ -159,16 +197,21 @@ class Gearhead:
             utilisation=self.utilisation(output_torque),
         )
 
-    def proportional_friction(self, speed: Array, torque: Array) -> Array:
-        """Friction torque at the motor with the proportional loss model; arguments of `proportional_friction`. [N m]"""
-        back = given(self.backdriving_efficiency, self.efficiency)
-        return proportional_friction(speed, torque, self.efficiency, back)
+    def load_friction(self, speed: Array, torque: Array) -> Array:
+        """Friction torque at the motor that depends on the load, 0 for the coulomb model; arguments of
+        `proportional_friction`. [N m]"""
+        if self.friction is not None:
+            return stribeck_friction(speed, torque, self.ratio, **terms(self.friction))
+        if self.loss_model == "coulomb":
+            return 0.0
+        back = given(self.backdriving_efficiency, self._forward)
+        return proportional_friction(speed, torque, self._forward, back)
 
     def coulomb_friction(self, motor_rated_torque: Array) -> Array:
-        """Constant friction torque at the motor, 0 for the proportional model; argument as in `operate`. [N m]"""
+        """Constant friction torque at the motor, 0 for the other models; argument as in `operate`. [N m]"""
         if self.loss_model != "coulomb":
             return 0.0
-        return coulomb_torque(self.efficiency, given(self.rated_torque, motor_rated_torque))
+        return coulomb_torque(self._forward, given(self.rated_torque, motor_rated_torque))
 
     def utilisation(self, output_torque: Array) -> dict[Limit, Array]:
         """Demand over allowance for the continuous output torque; empty if that is not known. [-]"""

@@ -28,7 +28,12 @@ def text() -> str:
             "gearhead",
             {"ratio": "", "efficiency": "%", "cont. torque": "N m", "mass": "g"},
             gearheads(),
-            lambda gear: (gear.ratio, gear.efficiency * 1e2, gear.continuous_torque, gear.mass and gear.mass * 1e3),
+            lambda gear: (
+                gear.ratio,
+                gear.efficiency and gear.efficiency * 1e2,
+                gear.continuous_torque,
+                gear.mass and gear.mass * 1e3,
+            ),
         ),
         _table(
             "bearing",

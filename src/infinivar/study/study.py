@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -163,9 +164,7 @@ class Study(Frozen):
         InputError
             If the tables are invalid; the message has one line per fault, as for a file.
         """
-        from infinivar.study.load import study_from_dict
-
-        return study_from_dict(tables, name=name, folder=folder)
+        return _reader_and_writer("load").study_from_dict(tables, name=name, folder=folder)
 
     def to_toml(self, folder: str | Path | None = None) -> str:
         """Return the text of a study file that loads to this study.
@@ -179,15 +178,11 @@ class Study(Frozen):
         InputError
             If a value cannot be stated in a file; the message names it.
         """
-        from infinivar.study.save import to_toml
-
-        return to_toml(self, folder)
+        return _reader_and_writer("save").to_toml(self, folder)
 
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the study to a file; as `infinivar.save_study`."""
-        from infinivar.study.save import save_study
-
-        return save_study(self, path, overwrite=overwrite)
+        return _reader_and_writer("save").save_study(self, path, overwrite=overwrite)
 
     def with_drives(self, names: str | Iterable[str]) -> Study:
         """Return the study restricted to these drives, or to one, in the study's order.
@@ -226,6 +221,11 @@ def _distinct(titles: dict[str, str]) -> dict[str, str]:
         every = list(titles.values())
         titles = {name: title if every.count(title) == 1 else f"{title} ({name})" for name, title in titles.items()}
     return titles
+
+
+def _reader_and_writer(name: str) -> Any:
+    """The module that reads or writes study files, by name: both build on this one."""
+    return import_module(f"infinivar.study.{name}")
 
 
 T = TypeVar("T", DutyCycle, Scenario)

@@ -326,7 +326,7 @@ class _GearFriction(NamedTuple):
 def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
     """Friction on either side of the gear, from currents while the load is moved and while it moves the motor."""
     driving, driven = _passed(drive)
-    bare = _bare(drive)
+    bare = _bare(replace(drive, gearhead=drive.gearhead.evenly_loaded))
     # So slow that nothing but friction takes current.
     raised = float(bare.operate(speed=_CRAWL, force=0.0).states["motor_current_A"])
     lowered = driven * _HEAVY / gain - float(bare.operate(speed=-_CRAWL, force=_HEAVY).states["motor_current_A"])
@@ -339,11 +339,9 @@ def _passed(drive: ConventionalDrive) -> tuple[float, float]:
     """Motor torque per torque of the load, over that without load-dependent friction: driving, and driven by the load."""
     gear, stage = drive.gearhead, drive.stage.efficiencies
     forward, backward = (1.0, 1.0) if stage is None else map(float, stage)
-    if gear.loss_model != "proportional":
-        return 1.0 / forward, backward
-    returned = given(gear.backdriving_efficiency, gear.efficiency)
+    driving, returned = gear.load_factors
     # The motor drives a self-locking stage through the gear in both directions.
-    return 1.0 / (forward * gear.efficiency), backward * (returned if backward >= 0.0 else 1.0 / gear.efficiency)
+    return driving / forward, backward * (returned if backward >= 0.0 else driving)
 
 
 def _travel(drive: ConventionalDrive) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from infinivar import power
+from infinivar._core.fields import given
 from infinivar.analysis.compare import PEAK_REACH, binding_at
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -240,7 +241,7 @@ def c5(machine: Machine) -> Finding:
         row("value", f"drag at the load / {FACTOR:g}", found(peak(_with_drag(large, drag / FACTOR)))),
         row("value", f"drag at the load x {FACTOR:g}", found(peak(_with_drag(large, drag * FACTOR)))),
     ]
-    product = large.motor.peak_efficiency * large.gearhead.efficiency
+    product = large.motor.peak_efficiency * given(large.gearhead.efficiency, 1.0)
     variants.append(row("definition", "motor and gear alone, each at its peak", found(product)))
     why = (
         f"The assumed drag of {drag:g} N at the load explains most of the difference. Without drag the peak would be "
@@ -367,7 +368,7 @@ def b2(machine: Machine) -> Finding:
 
     a, b = (machine.comparison.results[name] for name in _COBOTIC.values())
     drive = machine.drive
-    product = drive.motor.peak_efficiency * drive.gearhead.efficiency * 0.98
+    product = drive.motor.peak_efficiency * given(drive.gearhead.efficiency, 1.0) * 0.98
     free = [replace(machine.cobotic(name), guideway=Guideway()) for name in _COBOTIC.values()]
     variants = [
         row("value", "reconstruction B", found(b.peak_efficiency)),

@@ -1,0 +1,210 @@
+r"""Friction of a geared actuator: Stribeck friction that depends on the load, from either side.
+
+With the torque :math:`\tau_i` that enters the gear and the torque :math:`\tau_o` that leaves it, both at the output, the
+friction torque at the output at a speed w is
+
+.. math::
+
+    \tau_i - \tau_o = f\,\mathrm{sgn}\,w, \qquad
+    f = F + c|w| + |K_i\tau_i + K_o\tau_o| + S(w)\,(F_s + |K_{is}\tau_i + K_{os}\tau_o| + Q), \qquad
+    S = e^{-|w/w_s|^\alpha}
+
+with :math:`Q = Q_o \tau_o^2` while the motor drives, :math:`Q_i \tau_i^2` while the load drives, and 0 while both brake.
+As f contains :math:`\tau_i = \tau_o \pm f`, the law is implicit. The right-hand side is a convex function of f with a slope
+below 1, so that there is exactly one solution; it is positive, and the element dissipates in all four quadrants.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from dataclasses import dataclass, replace
+
+from annotated_types import Ge, Gt
+
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.fields import check, quantity
+from infinivar.contact.friction import coulomb
+from infinivar.errors import require
+
+_UNBOUNDED = 1e300
+"""Upper bound of the larger of two values: clipped, they stay one function in the equations of a bond graph, where a maximum
+would branch, and branches within branches take minutes to derive."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GearFriction:
+    """Friction of a geared actuator at its output, with terms for load and for slow motion.
+
+    Terms left out are zero: ``friction`` and ``viscous`` alone are Coulomb and viscous friction.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range, or the load terms of the motor's side add up to 1 or more.
+    """
+
+    friction: float = quantity("N m", Ge(0), "Constant friction torque, F", default=0.0)
+    viscous: float = quantity("N m s", Ge(0), "Friction torque per speed, c", default=0.0)
+    friction_stribeck: float = quantity("N m", Ge(0), "Additional friction torque at rest, F_s", default=0.0)
+    stribeck_speed: float = quantity("rad/s", Gt(0), "Output speed at which Stribeck terms fall to 1/e", default=1.0)
+    stribeck_exponent: float = quantity("1", Gt(0), "Exponent of the fall of Stribeck terms with speed", default=1.0)
+    load_motor: float = quantity("1", Ge(0), "Friction per torque from the motor, K_i", default=0.0)
+    load_output: float = quantity("1", Ge(0), "Friction per torque on the load, K_o", default=0.0)
+    load_motor_stribeck: float = quantity("1", Ge(0), "The same, additional at rest, K_is", default=0.0)
+    load_output_stribeck: float = quantity("1", Ge(0), "The same, additional at rest, K_os", default=0.0)
+    load_motor_squared: float = quantity(
+        "1/(N m)",
+        Ge(0),
+        "Additional friction at rest per squared motor torque, while the load drives, Q_i",
+        default=0.0,
+    )
+    load_output_squared: float = quantity(
+        "1/(N m)",
+        Ge(0),
+        "Additional friction at rest per squared load torque, while the motor drives, Q_o",
+        default=0.0,
+    )
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        jammed = self.load_motor + self.load_motor_stribeck
+        if isinstance(jammed, (int, float)):
+            require(
+                jammed < 1.0, "load_motor + load_motor_stribeck", jammed, "< 1 (else no motor torque moves the gear)"
+            )
+
+    @property
+    def load_factors(self) -> tuple[Array, Array]:
+        """Motor torque per load torque well above the Stribeck speed, while the motor drives and while the load drives. [-]"""
+        both = self.load_motor + self.load_output
+        return 1.0 + both / (1.0 - self.load_motor), 1.0 - both / (1.0 + self.load_motor)
+
+    @property
+    def evenly_loaded(self) -> GearFriction:
+        """The friction without the load terms that depend on speed: its load factors hold at any speed."""
+        dropped = ("load_motor_stribeck", "load_output_stribeck", "load_motor_squared", "load_output_squared")
+        return replace(self, **dict.fromkeys(dropped, 0.0))
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether every term is zero."""
+        scales = ("stribeck_speed", "stribeck_exponent")
+        return not any(getattr(self, one.name) for one in dataclasses.fields(self) if one.name not in scales)
+
+
+def stribeck_factor(speed: Array, stribeck_speed: Array, exponent: Array) -> Array:
+    """Share of the Stribeck terms at a speed: 1 at rest, 0 far above the Stribeck speed.
+
+    Parameters
+    ----------
+    speed : (...,) float            Its sign does not matter. [rad s^-1]
+    stribeck_speed : (...,) float   > 0. [rad s^-1]
+    exponent : (...,) float         > 0. [-]
+
+    Returns
+    -------
+    (...,) float   [-]
+
+    Source: duclusaud2025, model M2.
+    """
+    xp = namespace(speed, stribeck_speed, exponent)
+    relative = xp.abs(speed / stribeck_speed)
+    moving = relative > 0
+    # The power has an infinite slope at rest for an exponent below 1.
+    return xp.where(moving, xp.exp(-(xp.where(moving, relative, 1.0) ** exponent)), 1.0)
+
+
+def friction_budget(
+    speed: Array,
+    torque: Array,
+    *,
+    friction: Array,
+    viscous: Array,
+    friction_stribeck: Array,
+    stribeck_speed: Array,
+    stribeck_exponent: Array,
+    load_motor: Array,
+    load_output: Array,
+    load_motor_stribeck: Array,
+    load_output_stribeck: Array,
+    load_motor_squared: Array,
+    load_output_squared: Array,
+) -> Array:
+    """Friction torque of a gear in motion, or the largest at rest, for the torque that leaves it.
+
+    Parameters
+    ----------
+    speed, torque : (...,) float   Output speed, and torque on the load; at rest, the load is about to drive. [rad s^-1], [N m]
+    others : (...,) float          Fields of `GearFriction`.
+
+    Returns
+    -------
+    (...,) float   f >= 0, at the output. [N m]
+
+    Notes
+    -----
+    Identified from torques up to a few times the constant friction. The squared terms grow without bound: do not use them far
+    beyond the loads that they were identified from. Inertia of the motor acts before the gear; the source counts it as part
+    of the motor's torque, so the two differ while the speed changes.
+
+    Source: duclusaud2025, model M6; solved for f here.
+    """
+    loads = (
+        load_motor,
+        load_output,
+        load_motor_stribeck,
+        load_output_stribeck,
+        load_motor_squared,
+        load_output_squared,
+    )
+    xp = namespace(speed, torque, friction, viscous, friction_stribeck, stribeck_speed, stribeck_exponent, *loads)
+    share = stribeck_factor(speed, stribeck_speed, stribeck_exponent)
+    base = friction + viscous * xp.abs(speed) + share * friction_stribeck
+    load = xp.abs(torque)
+    sliding, slow = (load_motor + load_output) * load, share * (load_motor_stribeck + load_output_stribeck) * load
+    slope, slope_slow = load_motor, share * load_motor_stribeck
+    driving = (base + sliding + slow + share * load_output_squared * load * load) / (1.0 - slope - slope_slow)
+    squared = share * load_motor_squared
+    # Each absolute value is the larger of two straight lines, so the solution is the largest of those of the pieces.
+    driven = base
+    for one, other in itertools.product((1.0, -1.0), repeat=2):
+        left, piece = 1.0 - one * slope - other * slope_slow, base - one * sliding - other * slow
+        driven = xp.clip(driven, _backdriven(xp, left, piece, squared, load), _UNBOUNDED)
+    return xp.where(torque * speed > 0, driving, driven)
+
+
+def _backdriven(xp: Array, left: Array, piece: Array, squared: Array, load: Array) -> Array:
+    """Solution f of ``left f = piece + squared max(load - f, 0)^2``."""
+    room = xp.clip(left * load - piece, 0.0, _UNBOUNDED)
+    motor = 2.0 * room / (left + xp.sqrt(left * left + 4.0 * squared * room))
+    return (piece + squared * motor * motor) / left
+
+
+def stribeck_friction(
+    speed: Array, torque: Array, ratio: Array, stick_speed: Array | None = None, **terms: Array
+) -> Array:
+    """Friction torque at the motor of a gear with load-dependent Stribeck friction.
+
+    Parameters
+    ----------
+    speed : (...,) float         Motor speed. [rad s^-1]
+    torque : (...,) float        Torque that the gear transmits, at the motor and without friction. [N m]
+    ratio : (...,) float         Motor speed over output speed. [-]
+    stick_speed : (...,) float   As in `infinivar.contact.friction.coulomb`. [rad s^-1]
+    terms                        Fields of `GearFriction`, at the output.
+
+    Returns
+    -------
+    (...,) float   Opposes the motion. At rest it helps to hold the torque. [N m]
+
+    Source: duclusaud2025, model M6.
+    """
+    size = friction_budget(speed / ratio, torque * ratio, **terms) / ratio
+    return coulomb(speed, size, stick_speed, held=torque)
+
+
+def terms(friction: GearFriction) -> dict[str, float]:
+    """Fields by name, as `stribeck_friction` takes them."""
+    return {one.name: getattr(friction, one.name) for one in dataclasses.fields(friction)}
