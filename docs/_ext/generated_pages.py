@@ -12,7 +12,7 @@ from infinivar._core.bounds import words
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.parts import catalogue
-from infinivar.study import schema
+from infinivar.study import json_schema, schema
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
@@ -42,7 +42,7 @@ def _default(field: dataclasses.Field) -> str:
 def fields_of(part: type) -> str:
     """Table of the keys of a part."""
     hints = typing.get_type_hints(part)
-    properties = schema.table(part).model_json_schema()["properties"]
+    properties = json_schema.table(part).model_json_schema()["properties"]
     known = {field.name: field for field in dataclasses.fields(part)}
     rows = []
     for key, property_schema in properties.items():

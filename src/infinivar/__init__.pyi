@@ -6,7 +6,8 @@ from .analysis import design_trends
 from .analysis.compare import Comparison, DriveResult, DutyComparison, compare
 from .analysis.contact_sheet import ContactSheet, contact_sheets
 from .analysis.cycles.cylinder_policy import Policy, policies
-from .analysis.cycles.duty_cycle import DutyResult, Holding, duty_cycle, holding
+from .analysis.cycles.duty_cycle import duty_cycle, holding
+from .analysis.cycles.duty_result import DutyResult, Holding
 from .analysis.cycles.mixed_use import MixedUse
 from .analysis.cycles.performance import Definition
 from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking

@@ -94,7 +94,7 @@ def refused(outcome, said, folder):
         ('duration = "1 s"\nmotions = 1', "scenarios.x.motions = 1 is not a known key (did you mean 'motion'?)"),
         (
             'duration = "1 s"\nmotion = { shape = "sinusoid", frequency = "3 Hz" }',
-            "scenarios.x.motion.distance is missing: shape = 'sinusoid'",
+            "scenarios.x.motion.distance is missing: give distance, or angle about a joint",
         ),
         (
             'duration = "1 s"\nmotion = { shape = "hold", distance = "1 mm" }',

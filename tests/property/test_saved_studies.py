@@ -178,7 +178,7 @@ motors = some(
     continuous_torque=st.floats(0.01, 0.02),
     peak_torque=st.none() | st.floats(0.02, 0.05),
 )
-gearheads = some(iv.Gearhead, name=names, loss_model=st.just("proportional"))
+gearheads = some(iv.Gearhead, name=names, loss_model=st.just("proportional"), efficiency=st.floats(0.1, 1.0))
 conventional = st.builds(
     lambda motor, scale, gear, radius, inertia, friction: iv.ConventionalDrive(
         motor=motor if scale is None else motor.scaled(scale),

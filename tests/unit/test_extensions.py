@@ -21,7 +21,7 @@ from infinivar.figures import style
 from infinivar.limits import binding, binding_demand, words_of
 from infinivar.report.datasets import steady_map as labelled_map
 from infinivar.study.extended_schema import extended_schema
-from infinivar.study.schema import json_schema
+from infinivar.study.json_schema import json_schema
 
 MINE = """
 [requirement]

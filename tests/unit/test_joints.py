@@ -10,8 +10,8 @@ from infinivar.study.check import check_duty
 
 HEAD = """
 [requirement]
-force = "20 N"
-speed = "0.3 m/s"
+moment = "1 N m"
+angular_speed = "3 rad/s"
 [drives.ankle]
 base = "faulring2006.cobotic"
 """

@@ -148,7 +148,7 @@ def test_energies_are_equal_too(tmp_path):
     assert found[0] == pytest.approx(wanted, rel=1e-4)
     motion = Recording.read(saved(tmp_path, joined(",", "Time (s),Knee angle (rad),Knee moment (N-m)", rows=about)))
     lever = dataclasses.replace(cobotic, output=Output(linkage=Linkage(arm=ARM)))
-    turned = duty_cycle(lever, DutyCycle(motion=motion, load_mass=0.8 * ARM**2)).energy
+    turned = duty_cycle(lever, DutyCycle(motion=motion, load_inertia=0.8 * ARM**2)).energy
     assert turned == pytest.approx(found[0], rel=1e-9)
 
 

@@ -12,10 +12,11 @@ from infinivar._core.fields import check_value
 from infinivar.errors import InputError
 from infinivar.study import schema
 from infinivar.study.catalogue import gearheads, motors
+from infinivar.study.json_schema import json_schema, table
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
-from infinivar.study.schema import DRIVES, KINDS, described, json_schema, table
+from infinivar.study.schema import DRIVES, KINDS, described
 from infinivar.study.shipped import parameter_set, parameter_sets
 from infinivar.study.template import TEMPLATE
 

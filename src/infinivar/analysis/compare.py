@@ -12,7 +12,8 @@ from infinivar import power
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.cylinder_policy import Policy, policies
-from infinivar.analysis.cycles.duty_cycle import DutyResult, duty_cycle
+from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.mixed_use import MixedUse, mixed_use
 from infinivar.analysis.least_loss import LeastLoss, least_loss
 from infinivar.analysis.plane import Plane, of_drives, place

@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar.analysis.compare import DriveResult, DutyComparison
 from infinivar.analysis.cycles.cylinder_policy import Policy
-from infinivar.analysis.cycles.duty_cycle import DutyResult
+from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.design_trends import Trend

@@ -11,7 +11,7 @@ from infinivar._core.labels import Labels
 from infinivar._core.netcdf import Arrays
 from infinivar.analysis.compare import DriveResult
 from infinivar.analysis.cycles.cylinder_policy import Policy
-from infinivar.analysis.cycles.duty_cycle import DutyResult
+from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.analysis.design_trends import Trend
 from infinivar.analysis.least_loss import LeastLoss

@@ -24,7 +24,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "table": "report.tables:contact_sheet",
     },
     "analysis.cycles.cylinder_policy.Policy": {"plot": "figures.single:policy", "dataset": "report.datasets:policy"},
-    "analysis.cycles.duty_cycle.DutyResult": {"plot": "figures.single:duty", "dataset": "report.datasets:duty"},
+    "analysis.cycles.duty_result.DutyResult": {"plot": "figures.single:duty", "dataset": "report.datasets:duty"},
     "analysis.cycles.mixed_use.MixedUse": {"table": "report.tables:mixed_use"},
     "analysis.cycles.shaking.DynamicMap": {
         "plot": "figures.single:dynamic_map",

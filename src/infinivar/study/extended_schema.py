@@ -8,7 +8,8 @@ from infinivar._core import plugins
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.study import extensions
-from infinivar.study.schema import CHOICES, DRIVES, in_kinds, json_schema, kinds_schema, table
+from infinivar.study.json_schema import json_schema, kinds_schema, table
+from infinivar.study.schema import CHOICES, DRIVES, in_kinds
 
 
 def extended_schema() -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
-from infinivar.analysis.cycles.duty_cycle import DutyResult
+from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.limits import words_of
 from infinivar.units import plain
 

@@ -1,0 +1,177 @@
+"""JSON Schema of study files, for editors; derived from the same dataclasses as the parsers of `infinivar.study.schema`.
+
+Pydantic assembles it. Loading a study does not import this module, because the import takes as long as the rest of loading.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.scenario import Scenario
+from infinivar.study.requirement import JointRequirement, Requirement
+from infinivar.study.rig import Rig
+from infinivar.study.schema import CATALOGUES, DRIVES, KINDS, SHAPE, SPREAD, in_kinds, shape_key, table_keys
+
+if TYPE_CHECKING:
+    import pydantic
+
+
+@functools.cache
+def table(part: type) -> type[pydantic.BaseModel]:
+    """Build a Pydantic model of the same table, for its JSON Schema."""
+    import pydantic
+
+    fields: dict[str, Any] = {
+        name: (
+            Annotated[Any, pydantic.WithJsonSchema(key.schema)] if key.part is None else table(key.part),
+            pydantic.Field(... if key.required else None, description=key.meaning),
+        )
+        for name, key in table_keys(part).items()
+    }
+    summary = (part.__doc__ or "").strip().split("\n")[0]
+    config = pydantic.ConfigDict(extra="forbid")
+    return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)
+
+
+def kinds_schema(kinds: Mapping[str, type]) -> dict[str, Any]:
+    """Return the JSON Schemas of every key of the kinds of a field, including `shape`."""
+    shape = shape_key(tuple(kinds))
+    properties: dict[str, Any] = {SHAPE: {**(shape.schema or {}), "description": shape.meaning}}
+    for word, kind in kinds.items():
+        for name, key in table_keys(kind).items():
+            meaning = f"{word}: {key.meaning}"
+            before = properties.get(name)
+            properties[name] = {
+                **(key.schema or {}),
+                "description": f"{before['description']}; {meaning}" if before else meaning,
+            }
+    return properties
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a study file, for editors.
+
+    Editors use it to check words and ranges while the file is written; fields that a base may supply are not required.
+    """
+    definitions: dict[str, Any] = {}
+    for part in (Requirement, Scenario, DutyCycle, Rig, *DRIVES.values()):
+        schema = table(part).model_json_schema(ref_template="#/$defs/{model}")
+        definitions.update(schema.pop("$defs", {}))
+        definitions[part.__name__] = schema
+        for field in in_kinds(part):
+            if field.metadata["flat"]:
+                schema["properties"].update(kinds_schema(field.metadata["kinds"]))
+                continue
+            name = field.name.capitalize()
+            schema["properties"][field.name] = {"$ref": f"#/$defs/{name}"}
+            definitions[name] = {
+                "type": "object",
+                "title": name,
+                "description": field.metadata["meaning"],
+                "properties": kinds_schema(field.metadata["kinds"]),
+                "additionalProperties": False,
+            }
+    # One table, along a line or about a joint; loading refuses a mixture.
+    definitions["Requirement"]["properties"] |= table(JointRequirement).model_json_schema()["properties"]
+    origin = {
+        "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
+        "where": {"type": "string", "description": "Default source of the values in this table"},
+    }
+    for schema in definitions.values():
+        schema.pop("required", None)
+        for field in schema["properties"].values():
+            field.pop("default", None)
+        schema["properties"].update(origin)
+    # A spread has the same path as the value in the drive: text, a table of one spread, or a table of further spreads.
+    size = {"anyOf": [{"type": "string"}, {"type": "number"}]}
+    definitions["Spreads"] = {
+        "type": "object",
+        "properties": {
+            **{key: {**size, "description": meaning} for key, meaning in SPREAD.items()},
+            **origin,
+        },
+        "additionalProperties": {"anyOf": [size, {"$ref": "#/$defs/Spreads"}]},
+    }
+    base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
+    part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
+    definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
+    definitions["Scenario"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
+    definitions["DutyCycle"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
+    for kind in CATALOGUES:
+        definitions[kind.__name__]["properties"]["part"] = part
+    for name, kind in DRIVES.items():
+        definitions[kind.__name__]["properties"].update(
+            {"base": base, "type": {"const": name}, "title": {"type": "string", "description": "Name for reports"}}
+        )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "infinivar study",
+        "type": "object",
+        "anyOf": [
+            {"required": ["requirement", "drives"]},
+            {"required": ["duty", "drives"]},
+            {"required": ["extends"]},
+        ],
+        "additionalProperties": False,
+        "properties": {
+            "extends": {
+                "type": "string",
+                "description": "Study file to start from; values in this file override it",
+            },
+            "title": {"type": "string", "description": "Headline of the report"},
+            "name": {"type": "string", "description": "Name of the study; defaults to that of the file"},
+            "reconstruction": {
+                "type": "array",
+                "items": {"type": "string"},
+                "description": "What is reconstructed, for reports",
+            },
+            "description": {"type": "string", "description": "What is compared and why"},
+            "requirement": {"$ref": "#/$defs/Requirement"},
+            "drives": {
+                "type": "object",
+                "description": "Drive-trains to compare, by name",
+                "minProperties": 1,
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"anyOf": [{"$ref": f"#/$defs/{kind.__name__}"} for kind in DRIVES.values()]},
+            },
+            "scenarios": {
+                "type": "object",
+                "description": "Runs to simulate, by name",
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"$ref": "#/$defs/Scenario"},
+            },
+            "duty": {
+                "type": "object",
+                "description": "Repeated motions, by name, over which energy, limits and heat are compared",
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"$ref": "#/$defs/DutyCycle"},
+            },
+            "rig": {"$ref": "#/$defs/Rig"},
+            "uncertainty": {
+                "type": "object",
+                "description": "Spreads of the drives' values: one table per drive, with the keys of that drive",
+                "properties": {
+                    "draws": {"type": "integer", "description": "Number of samples per drive, a power of two"}
+                },
+                "additionalProperties": {"$ref": "#/$defs/Spreads"},
+            },
+            "correlations": {
+                "type": "array",
+                "description": "Correlations between two spreads of a drive",
+                "items": {
+                    "type": "object",
+                    "required": ["drive", "between", "value"],
+                    "additionalProperties": False,
+                    "properties": {
+                        "drive": {"type": "string"},
+                        "between": {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2},
+                        "value": {"type": "number", "exclusiveMinimum": -1, "exclusiveMaximum": 1},
+                    },
+                },
+            },
+        },
+        "$defs": definitions,
+    }
