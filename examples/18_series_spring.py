@@ -39,15 +39,17 @@ for colour, name in zip(("C0", "C1"), swept, strict=True):
     per_millimetre = 1e-3 * stiffness[name]
     peaks = np.array([found.powers[SHAFT] for found in swept[name]])
     energies = np.array([found.energy for found in swept[name]])
-    for ax, values, without in ((power, peaks, rigid[name].powers[SHAFT]), (energy, energies, rigid[name].energy)):
+    for ax, values, without, unit in (
+        (power, peaks, rigid[name].powers[SHAFT], "W"),
+        (energy, energies, rigid[name].energy, "J"),
+    ):
         best = int(np.argmin(values))
+        print(
+            f"{name}: at best {values[best]:.0f} {unit} at {per_millimetre[best]:.0f} N/mm, rigid {without:.0f} {unit}"
+        )
         ax.semilogx(per_millimetre, values, color=colour, label={"geared": "screw", "cobotic": "cobotic"}[name])
         ax.plot(per_millimetre[best], values[best], "o", color=colour)
         ax.axhline(without, color=colour, lw=0.8, ls="--")
-    print(
-        f"{name}: least peak {peaks.min():.0f} W at {per_millimetre[peaks.argmin()]:.0f} N/mm, rigid {rigid[name].powers[SHAFT]:.0f} W; "
-        f"least energy {energies.min():.1f} J at {per_millimetre[energies.argmin()]:.0f} N/mm, rigid {rigid[name].energy:.1f} J"
-    )
 for ax, label in ((power, "peak power at the motor shaft [W]"), (energy, "energy per stride [J]")):
     ax.set(xlabel="stiffness of the series spring [N/mm]", ylabel=label, ylim=(0.0, None))
     ax.legend()

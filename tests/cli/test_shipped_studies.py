@@ -7,7 +7,7 @@ from infinivar.errors import InputError
 from infinivar.study.shipped import shipped_studies
 
 
-@pytest.mark.parametrize("name", ["hand_controller", "knee_walking", "reach_and_hold"])
+@pytest.mark.parametrize("name", ["ankle_walking", "hand_controller", "knee_walking", "reach_and_hold"])
 def test_loads_by_name_from_any_folder(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert name in shipped_studies()
@@ -36,7 +36,7 @@ def test_a_name_of_neither_lists_the_shipped_studies(infinivar):
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == (
         "infinivar: hand_controler: neither a file nor a shipped study (did you mean 'hand_controller'?); "
-        "shipped studies: hand_controller, knee_walking, reach_and_hold\n"
+        "shipped studies: ankle_walking, hand_controller, knee_walking, reach_and_hold\n"
     )
 
 
