@@ -70,7 +70,7 @@ def plain(value):
 def duty(random):
     """A duty cycle of any shape."""
     force = {} if random.random() < 0.4 else {"force": f"{random.uniform(-30, 30):.3g} N"}
-    shape = random.choice(["hold", "sinusoid", "reaches", "tremor", "walking", "file"])
+    shape = random.choice(["hold", "sinusoid", "reaches", "tremor", "walking", "running", "file"])
     size = f"{10 ** random.uniform(0, 2):.3g} mm"
     rest = {
         "hold": {"time": "1 s"},
@@ -84,9 +84,10 @@ def duty(random):
             "lever_arm": "50 mm",
             "share": 0.1,
         },
+        "running": {"joint": "ankle", "body_mass": "70 kg", "lever_arm": "50 mm", "share": 0.1},
         "file": {"file": "recording.csv"},
     }[shape]
-    return {"shape": str(shape), **rest, **({} if shape == "walking" else force)}
+    return {"shape": str(shape), **rest, **({} if shape in ("walking", "running") else force)}
 
 
 def scenario(random):

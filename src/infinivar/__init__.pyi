@@ -36,8 +36,9 @@ from .motion.duty_cycles import DutyCycle
 from .motion.files.reading import read_table
 from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
+from .motion.gait import Running, Walking
 from .motion.motion import Force, Motion, PeriodicMotion
-from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor, Walking
+from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor
 from .motion.recordings import Recording
 from .motion.scenario import Scenario
 from .motion.strides import Strides
@@ -126,6 +127,7 @@ __all__ = [
     "Result",
     "Rig",
     "RotaryLinearIVT",
+    "Running",
     "Scenario",
     "Screw",
     "Sensitivity",

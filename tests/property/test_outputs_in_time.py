@@ -16,7 +16,7 @@ from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.motion.motions import Walking
+from infinivar.motion.gait import Walking
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.spring import Spring, TorsionSpring
 from infinivar.parts.stage import Shaft

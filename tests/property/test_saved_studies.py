@@ -220,6 +220,11 @@ motions = (
         positive,
         st.floats(0.1, 1.0),
     )
+    | st.builds(
+        lambda mass, stride: iv.Running(joint="hip", body_mass=mass, stride_time=stride, lever_arm=0.05),
+        positive,
+        st.none() | positive,
+    )
 )
 duties = st.builds(
     lambda motion, force, mass, title: iv.DutyCycle(motion=motion, force=force, load_mass=mass, title=title),

@@ -12,7 +12,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Sinusoid, Tremor, Walking
+from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Running, Sinusoid, Tremor, Walking
 from infinivar.analysis.cycles.cylinder_policy import _schedule, policies
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
 from infinivar.analysis.cycles.tracking import two_ways
@@ -28,6 +28,7 @@ SHAPES = {
     "reaches": DutyCycle(motion=Reaches(distance=0.1, time=0.4, pause=0.3), force=-10.0, load_mass=0.8),
     "tremor": DutyCycle(motion=Tremor(distance=5e-4, low_frequency=8.0, high_frequency=12.0), load_mass=0.8),
     "walking": DutyCycle(motion=Walking(share=0.05, **KNEE), load_mass=0.0),
+    "running": DutyCycle(motion=Running(joint="hip", body_mass=70.0, lever_arm=0.03, share=0.01), load_mass=0.0),
 }
 
 
@@ -69,7 +70,7 @@ def test_derivatives_follow_from_one_another(shape):
             assert_allclose(slope[inside], higher[1:-1][inside], atol=1e-5 * scale)
 
 
-@pytest.mark.parametrize("shape", ["sinusoid", "tremor", "walking"])
+@pytest.mark.parametrize("shape", ["sinusoid", "tremor", "walking", "running"])
 def test_whole_cycle_and_single_instants_agree(shape):
     """By fast Fourier transform, and wave by wave."""
     made = duty(shape)

@@ -19,6 +19,7 @@ from infinivar import (
     RecordedForce,
     Recording,
     Rest,
+    Running,
     Scenario,
     Sinusoid,
     SinusoidalForce,
@@ -41,6 +42,7 @@ REPEATED = [
     Reaches(distance=-0.1, time=0.4, pause=0.3),
     Tremor(distance=5e-4, low_frequency=8.0, high_frequency=12.0),
     Walking(joint="knee", body_mass=75.0, stride_time=1.1, lever_arm=0.05),
+    Running(joint="ankle", body_mass=70.0),
     Recording(file="wave", **WAVE),
 ]
 ONCE = [
@@ -206,7 +208,7 @@ def test_other_data_are_another_study(tmp_path):
         (
             "[duty.d]\nshape = 'reachs'",
             [
-                'duty.d.shape = "reachs" must be one of hold, sinusoid, reaches, tremor, walking, file (did you mean '
+                'duty.d.shape = "reachs" must be one of hold, sinusoid, reaches, tremor, walking, running, file (did you mean '
                 "'reaches'?)"
             ],
         ),

@@ -14,13 +14,14 @@ from infinivar._core.fields import check_kind, check_real, given, quantity, tagg
 from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.course import Course
+from infinivar.motion.gait import Gait, Running, Walking
 from infinivar.motion.motion import PeriodicMotion
-from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor, Walking
+from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor
 from infinivar.motion.recordings import Recording
 from infinivar.motion.task import Task
 from infinivar.units import plain
 
-CYCLES: dict[str, type] = {kind.shape: kind for kind in (Hold, Sinusoid, Reaches, Tremor, Walking, Recording)}
+CYCLES: dict[str, type] = {kind.shape: kind for kind in (Hold, Sinusoid, Reaches, Tremor, Walking, Running, Recording)}
 """Kinds of motion of a duty cycle, by their name in `shape`; defaults to the first."""
 
 SAMPLES = 2000
@@ -83,8 +84,8 @@ class DutyCycle(Task):
             )
 
     def loaded(self, mass: float | None) -> Self:
-        """Return the cycle with this load mass, unless it has its own; walking torque already includes the leg. [kg]"""
-        return self if isinstance(self.motion, Walking) else super(DutyCycle, self).loaded(mass)
+        """Return the cycle with this load mass, unless it has its own; the torque of a gait already includes the leg. [kg]"""
+        return self if isinstance(self.motion, Gait) else super(DutyCycle, self).loaded(mass)
 
     @property
     def axis(self) -> Axis:

@@ -3,7 +3,7 @@
 A study selects a motion's kind by its `shape`. Each kind is a small frozen class with only its own fields:
 
 - motions of a scenario: `Rest`, `Cruise`, `Step`, `Reach` and `Waypoints`, which end, and every periodic motion;
-- periodic motions: `Hold`, `Sinusoid`, `Reaches`, `Tremor`, `Walking` and `Recording`;
+- periodic motions: `Hold`, `Sinusoid`, `Reaches`, `Tremor`, `Walking`, `Running` and `Recording`;
 - forces: `ConstantForce`, `SinusoidalForce`, `StepForce` and `RecordedForce`.
 """
 

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import functools
 import math
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from annotated_types import Ge, Gt, Interval
+from annotated_types import Ge, Gt
 
 from infinivar._core.arrays import Whole
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check_real, component, quantity
-from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.errors import require
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, AlongOrAbout, MotionState, PeriodicMotion
@@ -314,78 +310,6 @@ class Tremor(AlongOrAbout, PeriodicMotion):
         cosine, sine = np.zeros(last + 1), np.zeros(last + 1)
         cosine[first:], sine[first:] = size * np.cos(phase), -size * np.sin(phase)
         return Series(self.period, cosine, sine).derivatives(time, orders)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Walking(PeriodicMotion):
-    """A leg joint in level walking, with the joint torque as the motion's force.
-
-    With a `lever_arm` the motion and its force are those of a drive along a line, coupled to the joint by a lever; else they are
-    the angle and the moment of the joint.
-
-    Source: grimmer2014 (means over walkers, as Fourier series).
-
-    Raises
-    ------
-    ParameterError
-        If a field is outside its range.
-    """
-
-    shape: ClassVar[str] = "walking"
-    joint: Literal["ankle", "knee", "hip"] = component("Joint: ankle, knee or hip")
-    body_mass: float = quantity("kg", Gt(0), "Body mass of the person")
-    stride_time: float = quantity("s", Gt(0), "Time of one stride (two steps); it does not change the joint angles")
-    lever_arm: float | None = quantity(
-        "m",
-        Gt(0),
-        "Lever arm of the drive about the joint; without it the motion is about the joint",
-        default=None,
-    )
-    share: float = quantity("1", Interval(gt=0, le=1), "Share of the joint torque that the drive supplies", default=1.0)
-
-    def __post_init__(self) -> None:
-        """Validate the fields."""
-        check_real(self)
-
-    @property
-    def period(self) -> float:
-        """Time of one cycle. [s]"""
-        return self.stride_time
-
-    @property
-    def fastest(self) -> float:
-        """Highest frequency in the motion. [Hz]"""
-        return (len(_strides()[self.joint]["speed"]["cosine"]) - 1) / self.stride_time
-
-    @property
-    def axis(self) -> Axis:
-        """Whether the motion is along a line or about the joint."""
-        return ROTARY if self.lever_arm is None else LINEAR
-
-    @property
-    def _arm(self) -> float:
-        """Lever arm [m], or 1 rad per rad about the joint."""
-        return 1.0 if self.lever_arm is None else self.lever_arm
-
-    def _series(self, name: str) -> Series:
-        table = _strides()[self.joint][name]
-        return Series(self.stride_time, np.array(table["cosine"]), np.array(table["sine"]))
-
-    def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""
-        # A quicker stride turns the joint through the same angles.
-        quicker = _strides()["stride_time"] / self.stride_time
-        return self._series("speed").scaled(self._arm * quicker).integral().derivatives(time, orders)
-
-    def push(self, time: Any, orders: int) -> list[np.ndarray]:
-        """Return the joint's force on the load [N] and its derivatives up to an order."""
-        factor = -self.body_mass * self.share / self._arm
-        return self._series("torque").scaled(factor).derivatives(time, orders)
-
-
-@functools.cache
-def _strides() -> dict[str, Any]:
-    return tomllib.loads((resources.files("infinivar.motion") / "data" / "walking.toml").read_text("utf-8"))
 
 
 def reach(profile: Profile, distance: float, duration: float, since: Any, orders: int) -> list[Any]:

@@ -22,7 +22,7 @@ class Task(Whole):
     load_mass: float | None = quantity(
         "kg",
         Ge(0),
-        "Mass of the load; defaults to the requirement's, but to none for walking, where the torque includes it",
+        "Mass of the load; defaults to the requirement's, but to none for walking and running, where the torque includes it",
         default=None,
     )
 

@@ -87,7 +87,7 @@ start = "0.1 s"
 # A repeated motion: compare reports energy, limits and heat per cycle, first of all. Remove it if you do not need it.
 [duty.reaches]
 title = "Reach 100 mm and back, once a second"
-shape = "reaches"              # or hold, sinusoid, tremor, walking, file (a recording)
+shape = "reaches"              # or hold, sinusoid, tremor, walking, running, file (a recording)
 distance = "100 mm"
 time = "0.4 s"
 pause = "0.1 s"
