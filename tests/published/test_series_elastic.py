@@ -178,6 +178,28 @@ def test_the_energy_in_the_spring_is_that_of_the_prosthesis(of_least_work):
     assert measured - ROUNDING < stored < model + ROUNDING
 
 
+@pytest.mark.parametrize("row", ["running, measured", "running, model"])
+def test_running_is_not_reproduced(row):
+    """Of the avoidable work our spring saves 0.66 in running, theirs more than 0.85 within rounding.
+
+    The data differ, not the law: our one runner at 2.7 m/s (duarte2018) moves 1.19 J/kg per stride at the ankle, more than twice
+    the 0.44 to 0.51 J/kg of the table, and its moment follows the angle less closely.
+    """
+    duty = iv.DutyCycle(motion=iv.Running(joint="ankle", body_mass=80.0))
+
+    def amount(stiffness):
+        return sum(work(output_power(stiffness, duty), duty.period))
+
+    best = minimize_scalar(amount, bounds=(200.0, 3000.0), method="bounded").fun
+    done_rigid, received_rigid = work(output_power(None, duty), duty.period)
+    assert (done_rigid + received_rigid) / 80.0 == pytest.approx(1.19, abs=0.01)
+    ours = saved(best, done_rigid + received_rigid, done_rigid - received_rigid)
+    assert ours == pytest.approx(0.66, abs=0.01)
+    nut, total, done, received, _ = TABLE[row]
+    assert saved(nut + ROUNDING, total - ROUNDING, done - received - 2 * ROUNDING) > 0.85
+    assert total < 0.5 * (done_rigid + received_rigid) / 80.0
+
+
 def test_what_a_real_motor_adds(of_least_peak):
     """At the shaft of the shipped screw drive the ratio is 0.45: its rotors need power too, also with a spring.
 
