@@ -1,7 +1,7 @@
 """Compare the numbers of this checkout with those of another commit: ``python -m benchmarks.same_numbers COMMIT``.
 
-Runs `compare` on every study that ships with both, and `reproduce`, with the sources of both, then compares every number in the JSON,
-CSV and NetCDF files. Words may differ; a number, a truth value or a key that only one side has is a difference.
+Runs `compare` on every study that ships with both, and `reproduce`, with the sources of both, then compares every number in
+the JSON, CSV and NetCDF files. Words may differ; a number, a truth value or a key that only one side has is a difference.
 """
 
 from __future__ import annotations
