@@ -57,7 +57,7 @@ def shown_and_real(text, folder):
 
 
 DAILY = ("theory", "contact", "errata", "study-file", "extending", "measurements")
-SLOW = ("tutorial", "simulation", "duty-cycles", "calibration", "figures")
+SLOW = ("tutorial", "simulation", "duty-cycles", "springs", "calibration", "figures")
 
 
 @pytest.mark.parametrize(
