@@ -1,7 +1,7 @@
 """Compare the numbers of this checkout with those of another commit: ``python -m benchmarks.same_numbers COMMIT``.
 
-Runs `compare` on every shipped study and `reproduce` with the sources of both, then compares every number in the JSON,
-CSV and NetCDF files. Words may differ; a number, a truth value or a key that only one side has is a difference.
+Runs `compare` on every study that ships with both, and `reproduce`, with the sources of both, then compares every number in
+the JSON, CSV and NetCDF files. Words may differ; a number, a truth value or a key that only one side has is a difference.
 """
 
 from __future__ import annotations
@@ -37,14 +37,17 @@ def main() -> int:
         ).stdout
         with tarfile.open(fileobj=io.BytesIO(archive)) as tar:
             tar.extractall(before, filter="data")
+        studies = [
+            study for study in sorted((ROOT / "studies").glob("*.toml")) if (before / "studies" / study.name).exists()
+        ]
         for checkout, name in ((before, "before"), (ROOT, "now")):
-            _produce(checkout, outputs / name)
+            _produce(checkout, studies, outputs / name)
         return _report(outputs / "before", outputs / "now")
 
 
-def _produce(checkout: Path, out: Path) -> None:
+def _produce(checkout: Path, studies: list[Path], out: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(checkout / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
-    jobs = {study.stem: ["compare", str(study)] for study in sorted((ROOT / "studies").glob("*.toml"))}
+    jobs = {study.stem: ["compare", str(study)] for study in studies}
     for name, job in {**jobs, "reproduce": ["reproduce"]}.items():
         print(f"{checkout.name}: {name}", flush=True)
         done = subprocess.run(

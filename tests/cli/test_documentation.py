@@ -57,7 +57,17 @@ def shown_and_real(text, folder):
 
 
 DAILY = ("theory", "contact", "errata", "study-file", "extending", "measurements")
-SLOW = ("tutorial", "gait-to-motor", "haptic-log", "recordings", "simulation", "duty-cycles", "calibration", "figures")
+SLOW = (
+    "tutorial",
+    "gait-to-motor",
+    "haptic-log",
+    "recordings",
+    "simulation",
+    "duty-cycles",
+    "springs",
+    "calibration",
+    "figures",
+)
 
 
 @pytest.mark.parametrize(

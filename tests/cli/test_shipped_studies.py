@@ -1,5 +1,7 @@
 """Studies that ship with the package, by name."""
 
+import re
+
 import pytest
 
 import infinivar as iv
@@ -7,7 +9,7 @@ from infinivar.errors import InputError
 from infinivar.study.shipped import shipped_studies
 
 
-@pytest.mark.parametrize("name", ["hand_controller", "knee_walking", "reach_and_hold"])
+@pytest.mark.parametrize("name", ["ankle_walking", "hand_controller", "knee_walking", "reach_and_hold"])
 def test_loads_by_name_from_any_folder(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert name in shipped_studies()
@@ -36,7 +38,7 @@ def test_a_name_of_neither_lists_the_shipped_studies(infinivar):
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == (
         "infinivar: hand_controler: neither a file nor a shipped study (did you mean 'hand_controller'?); "
-        "shipped studies: hand_controller, knee_walking, reach_and_hold\n"
+        "shipped studies: ankle_walking, hand_controller, knee_walking, reach_and_hold\n"
     )
 
 
@@ -48,3 +50,13 @@ def test_paths_are_only_paths(path, tmp_path, monkeypatch):
         return
     with pytest.raises(InputError, match="no such file"):
         iv.load_study(path)
+
+
+def test_the_report_on_a_joint_with_a_screw_and_a_spring(infinivar, tmp_path):
+    outcome = infinivar("compare", "ankle_walking", "--drive", "geared-series", "--out", tmp_path)
+    assert outcome.code == 0
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert re.search(r"screw: rated life</td>.*?<td>cubic mean</td>", page)
+    assert "linkage range" in page
+    assert "spring travel" not in page  # a linear spring has no end
+    assert "the load is held at angle 0; a series spring only transmits there" in page

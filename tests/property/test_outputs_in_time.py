@@ -33,6 +33,9 @@ OUTPUTS = {
     "series": Output(series_spring=Spring(stiffness=1e4)),
     "progressive": Output(series_spring=PROGRESSIVE),
     "one-sided": Output(parallel_spring=Spring(shape="one-sided", stiffness=1e3, contact_width=1e-3)),
+    "one-sided, negative": Output(
+        parallel_spring=Spring(shape="one-sided", stiffness=1e3, contact_width=1e-3, side="negative")
+    ),
     "hysteresis": Output(series_spring=Spring(stiffness=1e4, hysteresis=5.0)),
     "parallel hysteresis": Output(parallel_spring=Spring(stiffness=500.0, hysteresis=3.0)),
     "lever": Output(linkage=Linkage(arm=0.05)),
@@ -131,7 +134,8 @@ def springs(draw, kind, size, deflection):
     if shape == "linear":
         return kind(stiffness=force / deflection, preload=draw(st.floats(-0.3, 0.3)) * force, hysteresis=hysteresis)
     if shape == "one-sided":
-        return kind(shape=shape, stiffness=force / deflection, contact_width=0.1 * deflection)
+        side = draw(st.sampled_from(["positive", "negative"]))
+        return kind(shape=shape, stiffness=force / deflection, contact_width=0.1 * deflection, side=side)
     bend = draw(st.floats(0.6, 0.9))
     reach = tuple(deflection * share for share in (-1.0, -0.5, 0.0, 0.5, 1.0))
     forces = tuple(force * share for share in (-1.0, -0.5 * bend, 0.0, 0.5 * bend, 1.0))

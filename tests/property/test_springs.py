@@ -88,6 +88,24 @@ def test_a_one_sided_series_spring_cannot_pull():
     assert_allclose(loose[1:], 0.0)
 
 
+@pytest.mark.parametrize("name", ["one-sided", "one-sided, preloaded", "torsion"])
+def test_a_one_sided_spring_on_the_negative_side_is_the_mirror_image(name):
+    spring = replace(SPRINGS[name], rest=0.0)
+    mirrored = replace(spring, side="negative", rest=0.004)
+    since, force = np.linspace(-0.03, 0.03, 41), np.linspace(-20.0, 80.0, 41)
+    for order, (row, other) in enumerate(
+        zip(spring.derivatives(since, 5), mirrored.derivatives(0.004 - since, 5), strict=True)
+    ):
+        assert_allclose(other, (-1.0) ** (order + 1) * row, rtol=1e-9, atol=1e-12 * np.max(np.abs(row)))
+    assert_allclose(mirrored.energy(0.004 - since), spring.energy(since), rtol=1e-10)
+    rows = zip(spring.deflection_derivatives(force, 4), mirrored.deflection_derivatives(-force, 4), strict=True)
+    for order, (row, other) in enumerate(rows):
+        assert_allclose(other - (0.004 if order == 0 else 0.0), (-1.0) ** (order + 1) * row, rtol=1e-9, atol=1e-15)
+    assert_allclose(mirrored.pull_demand(-force), spring.pull_demand(force))
+    with pytest.raises(iv.ParameterError, match="side does not apply with shape = 'linear'"):
+        Spring(stiffness=1e3, side="negative")
+
+
 forces = st.floats(0.1, 100)
 
 
@@ -172,7 +190,9 @@ def springs(draw, kind=Spring, series=False):
         preload = 0.0 if series else scale * draw(st.floats(-0.5, 0.5))
         return kind(stiffness=stiffness, rest=rest, preload=preload, hysteresis=hysteresis, at=at)
     if shape == "one-sided":
-        return kind(shape=shape, stiffness=stiffness, rest=rest, preload=scale * draw(st.floats(0, 0.5)), at=at)
+        side = draw(st.sampled_from([None, "positive", "negative"]))
+        preload = scale * draw(st.floats(0, 0.5))
+        return kind(shape=shape, stiffness=stiffness, rest=rest, preload=preload, at=at, side=side)
     rows = np.array([-2.0, -1.0, 0.0, 1.0, 2.0, 3.0])
     curve = rows + draw(st.floats(0, 0.1)) * rows**3
     table = {"deflections": tuple(length * rows), "forces": tuple(stiffness * length * curve)}

@@ -344,7 +344,7 @@ class TestAboutAJoint:
         assert np.abs(crossing.speed).max() == pytest.approx(0.5 * np.pi, rel=1e-4)
         assert found.least_loss.plot().axes[0].get_xlabel() == "moment on the load [N m]"
         page = found.duty["swing"].plot()
-        assert [ax.get_ylabel() for ax in page.axes][:2] == ["angular speed of\nload [rad/s]", "moment on\nload [N m]"]
+        assert [ax.get_ylabel() for ax in page.axes][:2] == ["speed of\nload [rad/s]", "moment on\nload [N m]"]
 
     def test_a_drive_about_a_joint_has_a_map_with_its_axis(self):
         drive = replace(DRIVES["geared"], output=Output(linkage=Linkage(arm=0.05)))

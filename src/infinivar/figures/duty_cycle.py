@@ -77,10 +77,13 @@ def data(found: DutyComparison) -> dict[str, Any]:
 
 
 def _task(found: DutyComparison) -> list[tuple[str, str, str, str]]:
-    """Word, preposition, unit and column of the load's speed and of the force on it."""
+    """Word, preposition, unit and column of the load's speed and of the force on it.
+
+    The unit shows that a speed is angular; the panels are too low for the full term.
+    """
     axis = found.axis
     _, speed, force = axis.columns
-    return [(axis.speed, "of", axis.speed_unit, speed), (axis.force, "on", axis.force_unit, force)]
+    return [("speed", "of", axis.speed_unit, speed), (axis.force, "on", axis.force_unit, force)]
 
 
 def _colour(numbers: Mapping[str, Any], title: str) -> str:

@@ -8,7 +8,7 @@ F(d) in addition to the force on the load. A series spring deflects by d = x_dri
 - ``progressive``: :math:`F = F_0 + S(d)`, an interpolating spline of degree up to five through a table, continued along its
   tangents beyond it;
 - ``one-sided``: :math:`F = F_0\,s(d/w) + k\,w \ln(1 + e^{d/w})` with :math:`s(u) = 1/(1 + e^{-u})`: no force before contact and
-  :math:`F_0 + k\,d` after it, with a transition of width w.
+  :math:`F_0 + k\,d` after it, with a transition of width w; with ``side = "negative"`` mirrored, -F(-d).
 """
 
 from __future__ import annotations
@@ -29,12 +29,13 @@ from infinivar.parts import dahl
 from infinivar.units import show
 
 SpringShape = Literal["linear", "progressive", "one-sided"]
+SpringSide = Literal["positive", "negative"]
 
 NEEDS = {"linear": ("stiffness",), "progressive": ("deflections", "forces"), "one-sided": ("stiffness",)}
 MAY = {
     "linear": ("hysteresis", "presliding"),
     "progressive": ("hysteresis", "presliding"),
-    "one-sided": ("contact_width",),
+    "one-sided": ("contact_width", "side"),
 }
 """Fields of each shape: those it needs, and those it may have."""
 
@@ -101,6 +102,7 @@ class Elastic:
     forces: Any
     hysteresis: float | None
     presliding: float | None
+    side: SpringSide | None
 
     def _validate(self, unit: str) -> None:
         """Validate the fields and their combination; `unit` is that of deflections."""
@@ -126,6 +128,11 @@ class Elastic:
     def width(self) -> float:
         """Width of the transition at the contact of a one-sided spring. [m] or [rad]"""
         raise NotImplementedError
+
+    @property
+    def _sign(self) -> float:
+        """1, or -1 for a one-sided spring on the negative side."""
+        return -1.0 if self.side == "negative" else 1.0
 
     @property
     def hysteresis_travel(self) -> float:
@@ -163,15 +170,15 @@ class Elastic:
             found = [self.stiffness * since, self.stiffness, *[0.0] * (orders - 1)][: orders + 1]
         else:
             width = self.width
-            u = since / width
+            u = self._sign * since / width
             found = [self.stiffness * width ** (1 - k) * d for k, d in enumerate(transition(u, orders))]
             if not is_zero(self.preload):
                 steps = logistic(u, orders)
-                return [
+                found = [
                     one + self.preload * width**-k * step
                     for k, (one, step) in enumerate(zip(found, steps, strict=True))
                 ]
-            return found
+            return [self._sign ** (k + 1) * one for k, one in enumerate(found)]
         return [found[0] + self.preload, *found[1:]]
 
     def energy(self, position: Array) -> Array:
@@ -193,7 +200,8 @@ class Elastic:
         if self.shape == "linear":
             return since * (self.preload + 0.5 * self.stiffness * since)
         width = self.width
-        return self.preload * width * softplus(since / width) + self.stiffness * width**2 * softplus_area(since / width)
+        u = self._sign * since / width
+        return self.preload * width * softplus(u) + self.stiffness * width**2 * softplus_area(u)
 
     def deflection(self, force: Array) -> Array:
         """Deflection of a series spring under a force, without hysteresis: the inverse of `force`.
@@ -204,7 +212,7 @@ class Elastic:
 
         Returns
         -------
-        (...,) float   A one-sided spring cannot pull: from nearly no force down it stays at its loose end. [m] or [rad]
+        (...,) float   A one-sided spring acts one way: from nearly no force on it stays at its loose end. [m] or [rad]
         """
         return self.deflection_derivatives(force, 0)[0]
 
@@ -221,8 +229,9 @@ class Elastic:
             at = self._inverted(xp, force) + self.rest
             return inverse(self.derivatives(at, orders), at)
         least = self.stiffness * self.width * _LOOSE
-        loose = force <= least
-        at = self._compressed(xp, xp.where(loose, least, force)) + self.rest
+        along = self._sign * force
+        loose = along <= least
+        at = self._sign * self._compressed(xp, xp.where(loose, least, along)) + self.rest
         found = inverse(self.derivatives(at, orders), at)
         return [found[0], *(xp.where(loose, 0.0, one) for one in found[1:])]
 
@@ -235,14 +244,14 @@ class Elastic:
         return xp.abs(position - self.rest - 0.5 * (low + high)) / (0.5 * (high - low))
 
     def pull_demand(self, force: Array) -> Array:
-        """Above 1 where a one-sided series spring would have to pull; 0 for other shapes. [-]
+        """Above 1 where a one-sided series spring would have to pull (with a negative side: push); 0 for other shapes. [-]
 
         The allowance is a thousandth of ``stiffness contact_width`` below no force.
         """
         xp = namespace(self, force)
         if self.shape != "one-sided":
             return 0.0 * force
-        return xp.clip(1.0 - _LOOSE - force / (self.stiffness * self.width), 0.0, xp.inf)
+        return xp.clip(1.0 - _LOOSE - self._sign * force / (self.stiffness * self.width), 0.0, xp.inf)
 
     @property
     def _curve(self) -> Pieces:

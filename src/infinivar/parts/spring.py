@@ -12,7 +12,7 @@ from annotated_types import Gt
 
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import component, given, quantities, quantity
-from infinivar.parts.elastic import Elastic, SpringShape
+from infinivar.parts.elastic import Elastic, SpringShape, SpringSide
 
 SpringPlace = Literal["load", "drive"]
 
@@ -21,6 +21,7 @@ _WIDTH, _ANGULAR_WIDTH = 1e-4, 1e-3
 
 _AT = "Side on which a parallel spring acts, seen from the series spring: load or drive"
 _SHAPE = "linear, progressive (a table), or one-sided (a stop or unilateral spring)"
+_SIDE = "Side of the rest position on which a one-sided spring acts: positive (default) or negative"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,6 +43,7 @@ class Spring(Elastic):
         "m", FINITE, "Deflections of a progressive spring, increasing", default=None
     )
     forces: tuple[float, ...] | None = quantities("N", FINITE, "Forces at these deflections, increasing", default=None)
+    side: SpringSide | None = component(_SIDE, default=None)
     contact_width: float | None = quantity(
         "m", Gt(0), "Width of the smooth transition at the contact of a one-sided spring; default: 0.1 mm", default=None
     )
@@ -84,6 +86,7 @@ class TorsionSpring(Elastic):
     forces: tuple[float, ...] | None = quantities(
         "N m", FINITE, "Moments at these deflections, increasing", default=None
     )
+    side: SpringSide | None = component(_SIDE, default=None)
     contact_width: float | None = quantity(
         "rad",
         Gt(0),

@@ -76,6 +76,7 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
         corners={} if study.requirement is None else study.requirement.corners(),
         corner_words=losses.corner_words,
         braking=bool(first.speed[0] < 0 or first.force[0] < 0),
+        placed=any(output.chain for drive in study.drives.values() if (output := getattr(drive, "output", None))),
         map_figure=images["maps"],
         least_figure=images.get("least-loss"),
         loss_figure=images.get("losses"),
