@@ -20,7 +20,9 @@ from .analysis.robustness.verdicts import Builds
 from .analysis.simulate import Simulation, simulate
 from .analysis.steady_map import SteadyMap, steady_map
 from .bondgraph.audit import Trajectory
-from .calibration.calibrate import calibrate
+from .calibration.calibrate import calibrate, calibrate_cobotic
+from .calibration.geared.calibrate import calibrate_geared
+from .calibration.geared.result import GearedCalibration
 from .calibration.result import Calibration
 from .contact.bodies import Material
 from .contact.creep import CreepLaw
@@ -92,6 +94,7 @@ __all__ = [
     "DynamicMap",
     "Force",
     "GearFriction",
+    "GearedCalibration",
     "Gearhead",
     "Guideway",
     "Hold",
@@ -154,6 +157,8 @@ __all__ = [
     "array_namespace",
     "bondgraph",
     "calibrate",
+    "calibrate_cobotic",
+    "calibrate_geared",
     "check_fields",
     "compare",
     "component",

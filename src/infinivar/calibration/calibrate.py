@@ -14,18 +14,62 @@ from infinivar.calibration import data as rig_data
 from infinivar.calibration import laws, misread, model, plan, reduce
 from infinivar.calibration.data import LeftOut, RigData
 from infinivar.calibration.fit import FEW, OUTLIER, Fit, refuse_many
+from infinivar.calibration.geared.calibrate import calibrate_geared
+from infinivar.calibration.geared.problem import BenchData
+from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.laws import LawChoice
 from infinivar.calibration.problem import Problem
 from infinivar.calibration.reduce import Efficiencies
 from infinivar.calibration.result import Calibration, cobotic
 from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, nearest
 from infinivar.study.study import Study
 from infinivar.units import plain
 
 
 def calibrate(
+    study: Study,
+    name: str,
+    data: RigData | BenchData | str | Path,
+    *,
+    parameters: Sequence[str] | None = None,
+    leave_out: Sequence[int] = (),
+    creep_laws: Sequence[str] | None = None,
+) -> Calibration | GearedCalibration:
+    """Fit a drive of a study to measured data.
+
+    A cobotic drive is fitted to runs of its transmission on a rig, a conventional drive to points of its motor and gearhead
+    on a dynamometer; see `calibrate_cobotic` and `calibrate_geared`.
+
+    Parameters
+    ----------
+    study : Study           Study with the drive, as starting point, and the rig.
+    name : str              Name of the drive in the study.
+    data : data or path     Measured data, or a CSV file of them.
+    parameters : sequence   Parameters to fit; None for those that such data usually determine.
+    leave_out : sequence    Lines of the file to exclude.
+    creep_laws : sequence   Candidate creep laws of a cobotic drive.
+
+    Raises
+    ------
+    InputError
+        If the data cannot be read, are impossible, or are insufficient for the parameters.
+    """
+    if isinstance(study.drive(name), ConventionalDrive):
+        if creep_laws is not None:
+            raise InputError(f"{study.path or study.name}: drives.{name} has no wheel: creep laws do not apply")
+        if isinstance(data, RigData):
+            raise InputError(f"{data.name}: runs of a transmission do not fit drives.{name}, a conventional drive")
+        return calibrate_geared(study, name, data, parameters=parameters, leave_out=leave_out)
+    if not isinstance(data, (RigData, str, Path)):
+        raise InputError(f"{data.name}: data of a geared drive do not fit drives.{name}, a cobotic drive")
+    asked = model.USUAL if parameters is None else parameters
+    return calibrate_cobotic(study, name, data, parameters=asked, leave_out=leave_out, creep_laws=creep_laws)
+
+
+def calibrate_cobotic(
     study: Study,
     name: str,
     data: RigData | str | Path,

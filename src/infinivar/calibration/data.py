@@ -132,7 +132,7 @@ def check(data: RigData) -> None:
         refuse(data, faults)
 
 
-def refuse(data: RigData, faults: Mapping[int, str], closing: str = "") -> NoReturn:
+def refuse(data: Any, faults: Mapping[int, str], closing: str = "") -> NoReturn:
     """Raise InputError with one line per fault, given by index of the run, and a closing line."""
     said = [f"{data.name}: line {data.lines[row]}: {faults[row]}" for row in sorted(faults)[:_MOST]]
     more = len(faults) - _MOST

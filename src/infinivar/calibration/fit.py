@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any, Protocol
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
-from infinivar.calibration.data import RigData
-from infinivar.calibration.problem import Problem
 from infinivar.errors import InputError
 from infinivar.study.spreads import NORMAL_95
 
@@ -37,6 +36,56 @@ DOUBT = 1e-3
 """Probability below which residuals exceed the sensor errors."""
 
 
+class LeastSquares(Protocol):
+    """What is fitted: named parameters, each relative to a scale, then other unknowns; residuals in standard deviations."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        ...
+
+    @property
+    def scales(self) -> np.ndarray:
+        """Scales of the parameters. [SI]"""
+        ...
+
+    @property
+    def start(self) -> np.ndarray:
+        """Unknowns at the study's values."""
+        ...
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Bounds of the unknowns."""
+        ...
+
+    @property
+    def data(self) -> Any:
+        """The runs: something with a length and a name."""
+        ...
+
+    @property
+    def readings(self) -> int:
+        """Number of readings that the fit uses."""
+        ...
+
+    def residuals(self, unknowns: np.ndarray) -> np.ndarray:
+        """Residuals of all readings and of the other unknowns, for one or more sets of unknowns."""
+        ...
+
+    def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
+        """Derivatives of the residuals."""
+        ...
+
+    def farthest(self, unknowns: np.ndarray) -> np.ndarray:
+        """Largest deviation of the readings of each run."""
+        ...
+
+    def without(self, rows: np.ndarray) -> LeastSquares:
+        """The problem without some of the runs."""
+        ...
+
+
 @result
 class Combination(Frozen):
     """An identifiable weighted sum of parameters that are not identifiable separately; the first weight is 1."""
@@ -56,7 +105,7 @@ class Fit(Frozen):
     values : estimates by name, in SI; parameters not identifiable separately keep the study's proportions.
     covariance : (p, p) covariance in the identifiable directions. [SI]
     untold : (p, k) orthonormal directions of the scaled parameters that are not identifiable.
-    problem : least-squares problem of the runs used.
+    problem : `LeastSquares` of the runs used.
     unknowns : solution of that problem.
     outliers : indices of excluded runs.
     chi_square, freedom : sum of squared residuals and degrees of freedom.
@@ -67,7 +116,7 @@ class Fit(Frozen):
     values: Mapping[str, float]
     covariance: np.ndarray
     untold: np.ndarray
-    problem: Problem
+    problem: Any
     unknowns: np.ndarray
     outliers: tuple[int, ...]
     chi_square: float
@@ -120,13 +169,13 @@ class Robust(Frozen):
     beyond : (n,) bool, runs that deviate by more than `OUTLIER` standard deviations.
     """
 
-    problem: Problem
+    problem: Any
     unknowns: np.ndarray
     cost: float
     beyond: np.ndarray
 
 
-def robust(problem: Problem, start: np.ndarray | None = None) -> Robust:
+def robust(problem: LeastSquares, start: np.ndarray | None = None) -> Robust:
     """Fit with a loss that grows linearly with the residual, which reveals outliers.
 
     Source: least_squares of SciPy, loss soft_l1.
@@ -155,7 +204,7 @@ def settled(found: Robust) -> Robust:
     return replace(found, unknowns=unknowns, beyond=beyond)
 
 
-def fit(problem: Problem) -> Fit:
+def fit(problem: LeastSquares) -> Fit:
     """Calibrate with one creep law: a robust fit finds the outliers, weighted least squares without them the estimates.
 
     Returns
@@ -174,7 +223,7 @@ def fit(problem: Problem) -> Fit:
     return estimate(problem, found.unknowns, found.beyond)
 
 
-def refuse_many(data: RigData, count: int) -> None:
+def refuse_many(data: Any, count: int) -> None:
     """Raise InputError if the deviating runs are too many to be outliers."""
     if count > FEW * len(data):
         raise InputError(
@@ -184,15 +233,14 @@ def refuse_many(data: RigData, count: int) -> None:
         )
 
 
-def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
+def estimate(problem: LeastSquares, start: np.ndarray, outliers: np.ndarray) -> Fit:
     """Weighted least squares without the outliers, (n,) bool, starting from a robust fit."""
     kept = problem.without(outliers)
     untold = _untold(kept, start)
     unknowns, _ = _solved(kept, start, untold=untold)
     residuals = kept.residuals(unknowns)
     told = len(kept.names) - untold.shape[1]
-    readings = int(np.count_nonzero(np.any(kept.whitening != 0, axis=-1)))
-    freedom = max(readings - told, 0)
+    freedom = max(kept.readings - told, 0)
     chi_square = float(residuals @ residuals)
     widened = _widened(chi_square, freedom)
     covariance = widened**2 * _covariance(kept, unknowns, untold) * kept.scales[:, None] * kept.scales
@@ -212,7 +260,7 @@ def estimate(problem: Problem, start: np.ndarray, outliers: np.ndarray) -> Fit:
 
 
 def _solved(
-    problem: Problem, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
+    problem: LeastSquares, start: np.ndarray, *, untold: np.ndarray, loss: str = "linear", tolerance: float = 1e-12
 ) -> tuple[np.ndarray, float]:
     """Solve least squares: unknowns and half the sum of the losses. In `untold` directions the study's values hold as prior
     with 100 % deviation."""
@@ -247,13 +295,13 @@ def information(jacobian: np.ndarray, parameters: int) -> np.ndarray:
     return own if others.size == 0 else own - shared @ np.linalg.solve(others, shared.T)
 
 
-def _untold(problem: Problem, unknowns: np.ndarray) -> np.ndarray:
+def _untold(problem: LeastSquares, unknowns: np.ndarray) -> np.ndarray:
     """Orthonormal directions of the scaled parameters that are not identifiable. (p, k)"""
     found, directions = np.linalg.eigh(information(problem.jacobian(unknowns), len(problem.names)))
     return directions[:, found < 1.0 / _UNKNOWN**2]
 
 
-def _covariance(problem: Problem, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
+def _covariance(problem: LeastSquares, unknowns: np.ndarray, untold: np.ndarray) -> np.ndarray:
     """Covariance of the scaled parameters, with 100 % deviation in the directions that are not identifiable."""
     told = information(problem.jacobian(unknowns), len(problem.names))
     return np.linalg.inv(told + untold @ untold.T / _UNKNOWN**2)
@@ -273,7 +321,7 @@ def _involved(untold: np.ndarray) -> np.ndarray:
 
 
 def _combinations(
-    problem: Problem, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
+    problem: LeastSquares, untold: np.ndarray, values: Mapping[str, float], covariance: np.ndarray
 ) -> tuple[Combination, ...]:
     """Independent identifiable sums of parameters that are not identifiable separately, in row echelon form."""
     involved = _involved(untold)

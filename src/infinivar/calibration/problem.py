@@ -153,6 +153,11 @@ class Problem(Frozen):
         return residuals[: len(self.data) * self.whitening.shape[-1]].reshape(len(self.data), -1)
 
     @property
+    def readings(self) -> int:
+        """Number of readings that the fit uses."""
+        return int(np.count_nonzero(np.any(self.whitening != 0, axis=-1)))
+
+    @property
     def law(self) -> str:
         """Name of the model's creep law."""
         return self.drive.transmission.creep_law.name

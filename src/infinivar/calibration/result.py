@@ -76,6 +76,11 @@ class Calibration(Result):
         return with_values(replace(drive, transmission=element, steering=steering), others)
 
     @property
+    def summary(self) -> str:
+        """Law, and number of the data."""
+        return f"{self.fit.law} creep law, {len(self.data) - len(self.left_out)} runs"
+
+    @property
     def known(self) -> dict[str, float]:
         """Parameters of the study. [SI]"""
         return model.known_values(self.drive)

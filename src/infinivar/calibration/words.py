@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -28,14 +28,14 @@ _WIDER = 1.1
 """Widening factor of an interval above which its cause is named."""
 
 
-def combined(combination: Any) -> str:
+def combined(combination: Any, parameters: Mapping[str, model.Parameter] = model.PARAMETERS) -> str:
     """Format a sum of parameters: "rolling_torque + 1.2 bearing_torque = 2.84 ± 0.21 mN m" (95 %)."""
     terms = []
     for name, weight in combination.weights.items():
         size = "" if abs(abs(weight) - 1.0) < 5e-4 else f"{plain(abs(weight), 3)} "
         sign = "-" if weight < 0 else "+"
         terms.append(f"{sign} {size}{name}" if terms else f"{'-' if weight < 0 else ''}{size}{name}")
-    first = model.PARAMETERS[next(iter(combination.weights))]
+    first = parameters[next(iter(combination.weights))]
     return f"{' '.join(terms)} = {with_interval(combination.value, combination.deviation, first)}"
 
 

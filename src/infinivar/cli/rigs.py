@@ -14,6 +14,7 @@ from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, numbers
 
 DRIVE = "Name of a cobotic drive; defaults to the first."
+MEASURED = "Name of the measured drive; defaults to the first cobotic one, or to the first."
 
 
 def rig(
@@ -61,12 +62,15 @@ def rig(
 
 
 def calibrate(
-    data: Annotated[Path, typer.Argument(help="CSV file of rig runs, with units in its header.", show_default=False)],
+    data: Annotated[
+        Path, typer.Argument(help="CSV file of measured data, with units in its header.", show_default=False)
+    ],
     study: Annotated[Path, typer.Option("--study", help="Study file with the drive and the rig.", show_default=False)],
-    drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
+    drive: Annotated[str | None, typer.Option("--drive", help=MEASURED, autocompletion=drives_of_study)] = None,
     fit: Annotated[
-        str, typer.Option("--fit", help="Parameters to fit; torque_constant and resistance are also available.")
-    ] = "creep_stiffness,rolling_torque,bearing_torque,guideway_friction,nominal_torque",
+        str | None,
+        typer.Option("--fit", help="Parameters to fit; defaults to those that such data usually determine."),
+    ] = None,
     leave_out: Annotated[
         list[int] | None, typer.Option("--leave-out", help="Line of the data file to exclude; repeat for more lines.")
     ] = None,
@@ -79,7 +83,7 @@ def calibrate(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Fit a drive's losses to measured data.
+    """Fit a drive's losses to measured data: of a cobotic drive on a rig, or of a geared one on a dynamometer.
 
     Write a report, the results and the calibrated study.
     Exit with code 1 if the data cannot identify every fitted parameter.
@@ -91,7 +95,7 @@ def calibrate(
 
     loaded = load_study(study)
     name = chosen_cobotic(study, drive, loaded.drives)
-    names = [word.strip() for word in fit.split(",") if word.strip()]
+    names = None if fit is None else [word.strip() for word in fit.split(",") if word.strip()]
     candidates = None if creep_laws is None else [word.strip() for word in creep_laws.split(",") if word.strip()]
     with claimed(out):
         found = run(loaded, name, data, parameters=names, leave_out=leave_out or (), creep_laws=candidates)

@@ -13,6 +13,8 @@ from infinivar import units
 from infinivar.calibration import model
 from infinivar.calibration.data import RigData
 from infinivar.calibration.fitted import Fitted
+from infinivar.calibration.geared.data import Dynamometer
+from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.laws import DECIDED
 from infinivar.calibration.result import Calibration
 from infinivar.calibration.virtual_rig import Setting
@@ -35,7 +37,7 @@ def save(calibration: Calibration, directory: Path) -> list[Path]:
     return [directory / name for name in names]
 
 
-def save_data(data: RigData, file: Path) -> None:
+def save_data(data: RigData | Dynamometer, file: Path) -> None:
     """Write the runs of a rig as CSV.
 
     Raises
@@ -97,12 +99,12 @@ def _counted(runs: list[str]) -> list[str]:
     return [run if runs.count(run) == 1 else f"{run} ({runs.count(run)} times)" for run in dict.fromkeys(runs)]
 
 
-def toml(calibration: Calibration, directory: Path) -> str:
+def toml(calibration: Calibration | GearedCalibration, directory: Path) -> str:
     """A study that extends the calibrated one and replaces the fitted values."""
     study, rows, name = calibration.study, calibration.rows, calibration.name
     source = Path(calibration.data.name).name
     lines = [
-        f"# {calibration.fit.law} creep law, {len(calibration.data) - len(calibration.left_out)} runs of {_plain(source)}.",
+        f"# {calibration.summary} of {_plain(source)}.",
         "# Every infinivar command accepts this file as a study.",
     ]
     if study.path is not None:
@@ -132,7 +134,7 @@ def _field(row: Fitted) -> str:
     return row.path.rpartition(".")[2]
 
 
-def _correlations(calibration: Calibration, spread: list[Fitted]) -> Iterator[str]:
+def _correlations(calibration: Calibration | GearedCalibration, spread: list[Fitted]) -> Iterator[str]:
     names, matrix = calibration.fit.names, calibration.fit.correlations
     for place, one in enumerate(spread):
         for other in spread[place + 1 :]:

@@ -64,6 +64,11 @@ _TYPES: dict[str, dict[str, str]] = {
         "dataset": "report.datasets:trajectory",
         "table": "report.tables:trajectory",
     },
+    "calibration.geared.result.GearedCalibration": {
+        "plot": "figures.geared_calibration:draw_all",
+        "save": "report.geared_calibration:save",
+        "table": "report.tables:calibration",
+    },
     "calibration.result.Calibration": {
         "plot": "figures.calibration:draw_all",
         "save": "report.calibration:save",

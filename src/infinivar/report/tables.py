@@ -15,6 +15,7 @@ from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
 from infinivar.analysis.simulate import Simulation
 from infinivar.bondgraph.audit import Trajectory
+from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.result import Calibration
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ def duty_builds(found: DutyBuilds) -> pd.DataFrame:
     return frame({"energy_J": found.energy, **heated, "able": found.able}).rename_axis("build")
 
 
-def calibration(found: Calibration) -> pd.DataFrame:
+def calibration(found: Calibration | GearedCalibration) -> pd.DataFrame:
     """One row per parameter: estimate, standard deviation, 95 % interval and the study's value. [SI]"""
     rows = found.to_dict()["parameters"]
     return _rows(

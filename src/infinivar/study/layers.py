@@ -57,11 +57,12 @@ def annotated(tree: Any, path: str, where: str, kind: str = "assumed", directive
 def merged(under: Raw, over: Raw) -> Raw:
     """Override the values of `under` with those of `over`.
 
-    A table that names a part replaces `under` entirely; an output stage replaces one of another kind.
+    A table that names a part replaces `under` entirely; an output stage replaces one of another kind, and measured friction
+    of a gearhead its efficiencies.
     """
     if "part" in over:
         return over
-    result = stage_over(under, over)
+    result = loss_over(stage_over(under, over), over)
     for key, value in over.items():
         below = result.get(key)
         tables = isinstance(value, dict) and "value" not in value and isinstance(below, dict) and "value" not in below
@@ -115,6 +116,14 @@ def stage_over(under: Raw, over: Any) -> Raw:
     """Drop from the base's drive its output stage if the study states another kind."""
     stages = [key for key in STAGES if key in over]
     return {key: value for key, value in under.items() if key not in STAGES or key in stages or not stages}
+
+
+def loss_over(under: Raw, over: Any) -> Raw:
+    """Drop from the base's gearhead its efficiencies if the study states measured friction."""
+    said = over.get("loss_model")
+    said = said.get("value") if isinstance(said, dict) else said
+    dropped = ("efficiency", "backdriving_efficiency") if said == "stribeck" else ()
+    return {key: value for key, value in under.items() if key not in dropped}
 
 
 def contact_over(under: Raw, over: Any) -> Raw:

@@ -1,4 +1,4 @@
-"""Test rig for a transmission: its sensors, and how accurately its settings are known."""
+"""Test rig for a drive: its sensors, and how accurately its settings are known."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ class Rig:
     sample_rate: float = quantity("Hz", Gt(0), "Sampling rate of current and voltage", default=1000.0)
     current_noise: float = quantity("A", Ge(0), "Noise of one motor current sample", default=0.02)
     current_gain_deviation: float = quantity("1", Ge(0), "Deviation of the current sensor's gain from 1", default=0.005)
+    torque_gain_deviation: float = quantity(
+        "1", Ge(0), "Deviation of a dynamometer's torque gain from 1", default=0.002
+    )
     voltage_noise: float = quantity("V", Ge(0), "Noise of one motor voltage sample", default=0.05)
     preload_deviation: float = quantity("1", Ge(0), "Relative deviation of the preload spring's rate", default=0.01)
     mass_deviation: float = quantity("kg", Ge(0), "Deviation of the balance that weighs the masses", default=1e-3)

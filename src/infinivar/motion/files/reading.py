@@ -150,7 +150,8 @@ def read_named(
         if name in found:
             raise InputError(f"{where}: stands there twice")
         if heading.unit is None:
-            example = f"{name} [{units.EXAMPLES[wanted[name]].split(' ', 1)[1]}]"
+            _, _, unit = units.EXAMPLES[wanted[name]].partition(" ")
+            example = f"{name} [{unit or '%'}]"
             raise InputError(f"{where}: must state its unit, such as {example!r}")
         try:
             found[name] = place, units.parse(f"1 {heading.unit}", wanted[name])

@@ -1,0 +1,224 @@
+"""Data of a geared drive: steady points of a dynamometer."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.result import Frozen, result
+from infinivar.calibration.data import refuse
+from infinivar.calibration.geared import model
+from infinivar.calibration.geared.model import Gains
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.errors import InputError
+from infinivar.motion.files.reading import read_named
+from infinivar.units import plain
+
+SIGNALS = {"current": "A", "voltage": "V", "power": "W", "efficiency": "1"}
+"""Electrical readings at the motor, with their SI units; at least one is needed."""
+
+PLACED = {"speed": "rad/s", "torque": "N m", "motor_speed": "rad/s", "motor_torque": "N m"}
+"""Speed and torque, at the gearhead's output or at the motor's shaft, with their SI units."""
+
+COLUMNS = {**PLACED, **SIGNALS}
+
+FEW = 1.0 / 3.0
+"""Largest share of rows that may be impossible."""
+
+_GAIN = 0.05
+"""Share of the largest input power by which the output power may exceed the input, for sensor errors."""
+
+
+@result
+class Dynamometer(Frozen):
+    """Steady points of a motor with or without its gearhead: arrays of equal length, SI.
+
+    Attributes
+    ----------
+    speed, torque : at the gearhead's output, or at the motor's shaft; the torque is that on the load, so that the power is
+        positive while the motor drives. [rad s^-1], [N m]
+    geared : whether the gearhead is on the bench.
+    read : (n, m) readings, by column in the order of `signals`.
+    signals : names from `SIGNALS`.
+    lines : line numbers of the points in the file.
+    name : name of the file.
+    """
+
+    speed: np.ndarray
+    torque: np.ndarray
+    geared: bool
+    read: np.ndarray
+    signals: tuple[str, ...]
+    lines: tuple[int, ...]
+    name: str = "dynamometer data"
+
+    kind = "dynamometer"
+    """Word for this kind of data."""
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.lines)
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Columns under headings with units, in the format that `read` accepts."""
+        head = "" if self.geared else "motor_"
+        found = {f"{head}speed [rad/s]": self.speed, f"{head}torque [N m]": self.torque}
+        for place, name in enumerate(self.signals):
+            percent = name == "efficiency"
+            unit, scale = ("%", 100.0) if percent else (SIGNALS[name], 1.0)
+            found[f"{name} [{unit}]"] = scale * self.read[:, place]
+        return found
+
+    @property
+    def usual(self) -> tuple[str, ...]:
+        """Parameters fitted by default."""
+        motor = (*(("resistance",) if self.signals != ("current",) else ()), "torque_constant")
+        return (
+            (*motor, "friction", "viscous", "load_share")
+            if self.geared
+            else (*motor, "motor_friction", "motor_viscous")
+        )
+
+    def refusal(self, name: str) -> str | None:
+        """Why a parameter cannot be fitted to these columns, or None."""
+        if name == "resistance" and self.signals == ("current",):
+            return "fitting the resistance requires a column voltage, power or efficiency"
+        if name in model.OF_GEAR and not self.geared:
+            return f"{name} belongs to the gearhead, but the torque was measured at the motor"
+        return None
+
+    def chosen(self, rows: Any) -> Dynamometer:
+        """Select points by index or mask."""
+        return dataclasses.replace(
+            self,
+            speed=self.speed[rows],
+            torque=self.torque[rows],
+            read=self.read[rows],
+            lines=tuple(np.asarray(self.lines)[rows].tolist()),
+        )
+
+    def expected(self, drive: ConventionalDrive, values: Mapping[str, Any], gains: Gains) -> np.ndarray:
+        """Expected readings for values of all parameters.
+
+        Parameters
+        ----------
+        drive : ConventionalDrive
+        values : mapping     Values of all `model.PARAMETERS`, each of a shape that broadcasts with (..., n). [SI]
+        gains : Gains
+
+        Returns
+        -------
+        (..., n, m) float
+
+        Source: `Gearhead.operate` and `Motor.operate`.
+        """
+        torque, speed = self.torque / (1.0 + gains.torque), self.speed
+        motor = model.motor_with(drive.motor, values)
+        if self.geared:
+            gear = model.gearhead_with(drive.gearhead, values)
+            point = gear.operate(
+                output_torque=torque, output_speed=speed, motor_rated_torque=drive.motor.continuous_torque
+            )
+            shaft, turning = point.motor_torque, point.motor_speed
+        else:
+            shaft, turning = torque, speed
+        electric = motor.operate(torque=shaft, speed=turning)
+        delivered = np.asarray(self.torque * self.speed)
+        found = {
+            "current": (1.0 + gains.current) * electric.current,
+            "voltage": electric.voltage,
+            "power": electric.power,
+            "efficiency": delivered / np.where(electric.power == 0, np.nan, electric.power),
+        }
+        return np.stack(np.broadcast_arrays(*(found[name] for name in self.signals)), axis=-1)
+
+    def faults(self) -> dict[int, str]:
+        """Rows that no drive can produce, or that say nothing, with reasons."""
+        return {row: said for row in range(len(self)) if (said := self._fault(row)) is not None}
+
+    def _fault(self, row: int) -> str | None:
+        power = float(self.speed[row] * self.torque[row])
+        values = dict(zip(self.signals, self.read[row].tolist(), strict=True))
+        if self.speed[row] == 0:
+            return "speed is 0: friction holds in either direction, so a point at rest gives no friction torque"
+        if "efficiency" in values:
+            efficiency = values["efficiency"]
+            if power < 0:
+                return "torque opposes the speed, where an efficiency has two meanings: state the power instead"
+            if not 0 <= efficiency <= 1:
+                return f"efficiency must be within 0 and 1, got {plain(efficiency)}"
+        supplied = values.get("power")
+        if supplied is None and {"current", "voltage"} <= set(values):
+            supplied = values["current"] * values["voltage"]
+        if supplied is not None and power - supplied > _GAIN * max(abs(power), abs(supplied)) + self._idle:
+            return f"the load receives {plain(power, 3)} W from {plain(supplied, 3)} W"
+        return None
+
+    @property
+    def _idle(self) -> float:
+        """Power below which a gain of power may be noise. [W]"""
+        return 0.01 * float(np.max(np.abs(self.speed * self.torque), initial=0.0))
+
+
+def read_dynamometer(file: str | Path, ratio: float) -> Dynamometer:
+    """Read steady points of a dynamometer.
+
+    Parameters
+    ----------
+    file : str or Path   Columns ``speed`` and ``torque`` at the gearhead's output (or ``motor_speed`` with ``torque``), or
+        ``motor_speed`` and ``motor_torque`` at the motor's shaft; then one or more of ``current``, ``voltage``, ``power`` and
+        ``efficiency``, of the motor. Each heading states its unit.
+    ratio : float        Motor speed over output speed. [-]
+
+    Returns
+    -------
+    Dynamometer
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, a column or unit is missing or wrong, or a cell is not a number.
+    """
+    columns, lines = read_named(file, COLUMNS, ())
+    return dynamometer_of(str(file), columns, lines, ratio)
+
+
+def dynamometer_of(name: str, columns: Mapping[str, np.ndarray], lines: np.ndarray, ratio: float) -> Dynamometer:
+    """Points of a dynamometer from the columns of a file; see `read_dynamometer`."""
+    torque = [name for name in ("torque", "motor_torque") if name in columns]
+    speed = [name for name in ("speed", "motor_speed") if name in columns]
+    signals = tuple(name for name in SIGNALS if name in columns)
+    for found, wanted in ((torque, "torque or motor_torque"), (speed, "speed or motor_speed")):
+        if len(found) != 1:
+            had = "both are there" if found else "neither is there"
+            raise InputError(f"{name}: must have one of the columns {wanted}; {had}")
+    if (torque[0], speed[0]) == ("motor_torque", "speed"):
+        raise InputError(f"{name}: motor_torque needs the speed of the motor, motor_speed")
+    if not signals:
+        raise InputError(f"{name}: must have a column current, voltage, power or efficiency of the motor")
+    turning = columns[speed[0]]
+    return Dynamometer(
+        speed=turning / ratio if (torque[0], speed[0]) == ("torque", "motor_speed") else turning,
+        torque=columns[torque[0]],
+        geared=torque[0] == "torque",
+        read=np.stack([columns[name] for name in signals], axis=-1),
+        signals=signals,
+        lines=tuple(lines.tolist()),
+        name=name,
+    )
+
+
+def refuse_unless_few(data: Any, faults: Mapping[int, str]) -> None:
+    """Raise InputError if more than a third of the rows are impossible."""
+    if len(faults) > FEW * len(data):
+        refuse(
+            data,
+            faults,
+            f"{data.name}: {len(faults)} of {len(data)} rows are impossible: check units and signs; the torque is that on the "
+            "load, positive with the speed while the motor drives",
+        )

@@ -1,0 +1,118 @@
+"""Model fitted to a geared drive: the motor and the gearhead of the drive, with values in question in place of the study's."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.fields import given
+from infinivar.calibration.model import Parameter
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.parts.gear_friction import GearFriction
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+
+PARAMETERS = {
+    "resistance": Parameter("ohm", "ohm", "terminal resistance of the motor"),
+    "torque_constant": Parameter("N m/A", "mN m/A", "torque constant of the motor"),
+    "motor_friction": Parameter("N m", "mN m", "friction torque of the motor that is independent of speed"),
+    "motor_viscous": Parameter("N m s", "uN m s", "friction torque of the motor per speed"),
+    "friction": Parameter("N m", "mN m", "friction torque of the gear at its output, F"),
+    "viscous": Parameter("N m s", "mN m s", "friction torque of the gear per output speed, c"),
+    "load_share": Parameter("1", "%", "friction per torque, of the load and of the motor alike, K_i = K_o"),
+    "friction_stribeck": Parameter("N m", "mN m", "additional friction torque of the gear at rest, F_s"),
+    "stribeck_speed": Parameter("rad/s", "rad/s", "output speed at which the additional friction falls to 1/e"),
+}
+"""Parameters by name."""
+
+OF_GEAR = ("friction", "viscous", "load_share", "friction_stribeck", "stribeck_speed")
+"""Parameters of the gearhead, fitted only where it is on the bench."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gains:
+    """Errors common to all rows of a session; zero for an exact rig."""
+
+    current: Array = 0.0
+    """Current read over true current, less 1. [-]"""
+    torque: Array = 0.0
+    """Torque read over true torque, less 1. [-]"""
+
+
+def known_values(drive: ConventionalDrive) -> dict[str, float]:
+    """The parameters as the study has them, the gear's loss model expressed by load-dependent friction.
+
+    A proportional loss has the load share that gives its efficiency while the motor drives, ``(1 - eta)/(1 + eta)``.
+    """
+    motor, gear = drive.motor, drive.gearhead
+    friction = gear.friction or GearFriction()
+    constant, share = friction.friction, 0.5 * (friction.load_motor + friction.load_output)
+    if gear.loss_model == "coulomb":
+        constant = gear.ratio * float(gear.coulomb_friction(motor.continuous_torque))
+    elif gear.loss_model == "proportional":
+        efficiency = float(given(gear.efficiency, 1.0))
+        share = (1.0 - efficiency) / (1.0 + efficiency)
+    return {
+        "resistance": motor.resistance,
+        "torque_constant": motor.torque_constant,
+        "motor_friction": motor.friction_torque,
+        "motor_viscous": given(motor.viscous_friction, 0.0),
+        "friction": constant,
+        "viscous": friction.viscous,
+        "load_share": share,
+        "friction_stribeck": friction.friction_stribeck,
+        "stribeck_speed": friction.stribeck_speed,
+    }
+
+
+def natural_scales(drive: ConventionalDrive) -> dict[str, float]:
+    """Sizes of the parameters that matter for a drive: friction of a tenth of its rated torque. [SI]"""
+    motor, ratio = drive.motor, drive.gearhead.ratio
+    torque, speed = 0.1 * motor.continuous_torque, motor.no_load_speed
+    return {
+        "resistance": motor.resistance,
+        "torque_constant": motor.torque_constant,
+        "motor_friction": torque,
+        "motor_viscous": torque / speed,
+        "friction": torque * ratio,
+        "viscous": torque * ratio**2 / speed,
+        "load_share": 0.1,
+        "friction_stribeck": torque * ratio,
+        "stribeck_speed": 1.0,
+    }
+
+
+def motor_with(motor: Motor, values: Mapping[str, Any]) -> Motor:
+    """The motor with values from `PARAMETERS`; its no-load current follows from its friction."""
+    constant, resistance = values["torque_constant"], values["resistance"]
+    viscous = values["motor_viscous"]
+    # K I0 = T + c w0 at the no-load speed w0 = (V - R I0)/K.
+    idle = (values["motor_friction"] + viscous * motor.voltage / constant) / (
+        constant + viscous * resistance / constant
+    )
+    return replace(
+        motor,
+        resistance=resistance,
+        torque_constant=constant,
+        no_load_current=idle,
+        viscous_friction=viscous if np.all(np.asarray(viscous) > 0) else None,
+    )
+
+
+def gearhead_with(gear: Gearhead, values: Mapping[str, Any]) -> Gearhead:
+    """The gearhead with measured friction from `PARAMETERS`."""
+    share = values["load_share"]
+    friction = replace(
+        gear.friction or GearFriction(),
+        friction=values["friction"],
+        viscous=values["viscous"],
+        load_motor=share,
+        load_output=share,
+        friction_stribeck=values["friction_stribeck"],
+        stribeck_speed=values["stribeck_speed"],
+    )
+    return replace(gear, loss_model="stribeck", friction=friction, efficiency=None, backdriving_efficiency=None)
