@@ -9,6 +9,7 @@ import infinivar as iv
 from conftest import STUDY
 from infinivar.calibration.geared import virtual_bench
 from infinivar.report.calibration import save_data
+from infinivar.report.page import write_csv
 
 NAME = "motor1-gear1"
 DRIVE = ("--study", STUDY, "--drive", NAME)
@@ -103,3 +104,67 @@ def test_creep_laws_do_not_apply_to_a_geared_drive(infinivar, bench):
     done = infinivar("calibrate", bench, *DRIVE, "--creep-laws", "linear")
     assert done.code == 2
     assert "has no wheel" in done.err
+
+
+STUDY_OF_PENDULUM = """
+extends = "{study}"
+[rig]
+pendulum_mass = "150 g"
+pendulum_length = "20 cm"
+"""
+
+
+@pytest.fixture
+def swinging(tmp_path):
+    (tmp_path / "swing.toml").write_text(STUDY_OF_PENDULUM.format(study=STUDY.as_posix()), "utf-8")
+    study = iv.load_study(tmp_path / "swing.toml")
+    columns = virtual_bench.swing(
+        study.drives[NAME],
+        study.rig,
+        duration=10.0,
+        rate=200.0,
+        amplitudes={0.5: 1.0, 1.3: 0.3},
+        noise={"angle": 1e-4, "current": 0.01},
+        values={"friction": 0.015, "load_share": 0.03, "viscous": 1e-3},
+    )
+    write_csv(columns, tmp_path / "swing.csv")
+    return tmp_path / "swing.csv"
+
+
+@pytest.mark.renders("svg")
+def test_from_a_pendulum_to_a_calibrated_study(infinivar, swinging, tmp_path):
+    done = infinivar("calibrate", swinging, "--study", "swing.toml", "--drive", NAME, "--out", "out", "--json")
+    assert done.code == 0, done.err
+    told = json.loads(done.out)
+    assert told["kind"] == "pendulum"
+    low, high = told["parameters"]["load_share"]["interval_95"]
+    assert low < 0.03 < high
+    assert iv.load_study(tmp_path / "out" / "calibrated.toml").drives[NAME].gearhead.loss_model == "stribeck"
+    assert "pendulum" in (tmp_path / "out" / "calibration.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("study", "change", "said"),
+    [
+        (STUDY, lambda rows: rows, "need pendulum_mass and pendulum_length in [rig]"),
+        ("swing.toml", lambda rows: [*rows[:50], *rows[40:]], "line 51, column 'time': must be later"),
+        ("swing.toml", lambda rows: rows[:30], "must have at least 8 rows in each of 8 windows a period"),
+        (
+            "swing.toml",
+            lambda rows: [rows[0].replace("angle [rad]", "angle"), *rows[1:]],
+            "must state its unit, such as",
+        ),
+        (
+            "swing.toml",
+            lambda rows: [rows[0], *(f"{i},1.0,0.1" for i in range(100))],
+            "the angle does not change",
+        ),
+    ],
+)
+def test_bad_recordings_of_a_pendulum_are_refused(infinivar, swinging, tmp_path, study, change, said):
+    rows = swinging.read_text("utf-8").splitlines()
+    swinging.write_text("\n".join(change(rows)), "utf-8")
+    done = infinivar("calibrate", swinging, "--study", study, "--drive", NAME, "--out", "out")
+    assert done.code == 2
+    assert said in done.err
+    assert not (tmp_path / "out").exists()

@@ -7,7 +7,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.calibration import motor_map
-from infinivar.calibration.geared import model, virtual_bench
+from infinivar.calibration.geared import model, pendulum, virtual_bench
 from infinivar.calibration.geared.data import Dynamometer
 from infinivar.report.calibration import save_data
 
@@ -213,3 +213,88 @@ def test_known_values_of_a_proportional_gear_give_its_efficiency(study):
     same = model.gearhead_with(gear, model.known_values(drive))
     where = {"output_torque": 3.0, "output_speed": 2.0, "motor_rated_torque": 1.0}
     assert same.operate(**where).motor_torque == pytest.approx(gear.operate(**where).motor_torque)
+
+
+PENDULUM = {"pendulum_mass": 0.15, "pendulum_length": 0.2, "pendulum_inertia": 6.6e-3}
+SWUNG = {**TRUE, "viscous": 1e-3}
+HEARD = {"angle": 2e-4, "current": 0.02, "voltage": 0.05}
+
+
+def hanging(study, **changes):
+    return dataclasses.replace(study, rig=dataclasses.replace(study.rig, **PENDULUM, **changes))
+
+
+def swung(study, seed=0, noise=HEARD, amplitudes=None, duration=12.0):
+    found = virtual_bench.swing(
+        study.drives[NAME],
+        study.rig,
+        duration=duration,
+        rate=250.0,
+        amplitudes=amplitudes or {0.5: 1.0, 1.3: 0.3},
+        noise=noise,
+        values=SWUNG,
+        seed=seed,
+    )
+    return {heading.partition(" ")[0]: values for heading, values in found.items()}
+
+
+def windows(study, columns, method="weak"):
+    lines = np.arange(2, 2 + len(columns["time"]))
+    return pendulum.pendulum_of("swing", columns, lines, study.rig, study.drives[NAME], method=method)
+
+
+def test_a_pendulum_gives_the_truth_by_the_weak_form_and_by_inverse_dynamics(study):
+    own = hanging(study)
+    columns = swung(own, seed=4)
+    found = {one: iv.calibrate_geared(own, NAME, windows(own, columns, one)).fit for one in ("weak", "inverse")}
+    for fit in found.values():
+        assert fit.told == tuple(SWUNG)
+        for name, value in SWUNG.items():
+            assert abs(fit.values[name] - value) < 3.3 * fit.deviations[name], name
+    for name in SWUNG:  # the same readings: the two differ by less than one interval's half
+        apart = abs(found["weak"].values[name] - found["inverse"].values[name])
+        assert apart < found["weak"].deviations[name], name
+
+
+def test_the_weak_form_needs_no_derivative_of_the_angle(study):
+    """Of a parabola, the weak second derivative is exact, and of a harmonic that of the window's mean."""
+    time = np.linspace(0.0, 0.25, 60)
+    weight, slope, bend = pendulum._window(time, 0.0, 0.25)
+    assert weight.sum() == pytest.approx(1.0)
+    assert bend @ (3.0 * time**2 - 2.0 * time + 7.0) == pytest.approx(6.0, rel=1e-9)
+    assert -slope @ (4.0 - 2.0 * time) == pytest.approx(2.0 * -1.0, rel=1e-9)
+    turn = 2.0 * np.pi
+    assert bend @ np.sin(turn * time) == pytest.approx(weight @ (-(turn**2) * np.sin(turn * time)), rel=1e-4)
+    assert -slope @ np.sin(turn * time) == pytest.approx(weight @ (turn * np.cos(turn * time)), rel=1e-4)
+
+
+def test_a_pendulum_without_voltage_gives_the_torque_constant_but_no_resistance(study):
+    own = hanging(study)
+    data = windows(own, swung(own, noise={"angle": 1e-4, "current": 0.01}))
+    found = iv.calibrate_geared(own, NAME, data)
+    assert "resistance" not in found.fit.names
+    assert abs(found.fit.values["torque_constant"] - 0.027) < 3.3 * found.fit.deviations["torque_constant"]
+    with pytest.raises(iv.InputError, match="requires a column voltage"):
+        iv.calibrate_geared(own, NAME, data, parameters=["resistance"])
+
+
+def test_rest_of_a_pendulum_is_left_out(study):
+    own = hanging(study)
+    columns = swung(own, noise={"angle": 1e-5, "current": 0.01})
+    still = columns["time"] > 10.0
+    columns["angle"][still] = columns["angle"][still][0]
+    found = iv.calibrate_geared(own, NAME, windows(own, columns))
+    assert any("the pendulum rests" in one.reason for one in found.left_out)
+
+
+@pytest.mark.slow
+def test_intervals_of_a_pendulum_cover_the_truth(study):
+    own = hanging(study)
+    sessions, inside = 60, dict.fromkeys(SWUNG, 0)
+    for seed in range(sessions):
+        fit = iv.calibrate_geared(own, NAME, windows(own, swung(own, seed=seed))).fit
+        for name, value in SWUNG.items():
+            low, high = fit.interval(name)
+            inside[name] += low <= value <= high
+    for name, count in inside.items():  # 3.3 standard deviations of a count of 60 at 95 %: 9 %
+        assert 0.86 <= count / sessions <= 1.0, (name, count)

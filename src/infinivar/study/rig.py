@@ -35,6 +35,13 @@ class Rig:
     preload_deviation: float = quantity("1", Ge(0), "Relative deviation of the preload spring's rate", default=0.01)
     mass_deviation: float = quantity("kg", Ge(0), "Deviation of the balance that weighs the masses", default=1e-3)
     gravity: float = quantity("m/s^2", Gt(0), "Gravitational acceleration at the rig", default=9.80665)
+    pendulum_mass: float | None = quantity("kg", Gt(0), "Mass of a pendulum on a geared drive", default=None)
+    pendulum_length: float | None = quantity(
+        "m", Gt(0), "Distance of the pendulum's centre of mass from the axis", default=None
+    )
+    pendulum_inertia: float | None = quantity(
+        "kg m^2", Gt(0), "Inertia of the pendulum about the axis; by default mass times length squared", default=None
+    )
     travel: float = quantity("m", Gt(0), "Longest link travel measured in a run", default=0.2)
     longest_run: float = quantity("s", Gt(0), "Longest time measured in a run", default=2.0)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from infinivar.calibration.data import LeftOut
 from infinivar.calibration.fit import OUTLIER
-from infinivar.calibration.geared import model
+from infinivar.calibration.geared import model, pendulum
 from infinivar.calibration.geared.data import COLUMNS, dynamometer_of, refuse_unless_few
 from infinivar.calibration.geared.problem import BenchData, Problem, fit
 from infinivar.calibration.geared.result import GearedCalibration, geared
@@ -36,7 +36,7 @@ def calibrate_geared(
     ----------
     study : Study           Study with the drive, as starting point, and the rig.
     name : str              Name of the drive in the study.
-    data : data or path     Points of a dynamometer, or a CSV file of them.
+    data : data or path     Points of a dynamometer, or the windows of a pendulum's recording; or a CSV file of either.
     parameters : sequence   Parameters to fit, from `infinivar.calibration.geared.model.PARAMETERS`; the others keep the values
         of the study. None for all that data of this kind usually determine.
     leave_out : sequence    Lines of the file to exclude.
@@ -81,12 +81,18 @@ def calibrate_geared(
 
 def _read(file: str | Path, study: Study, name: str) -> BenchData:
     """Read data of the kind that their columns reveal."""
-    columns, lines = read_named(file, COLUMNS, ())
-    if "torque" not in columns and "motor_torque" not in columns:
-        raise InputError(
-            f"{file}: drives.{name} has no wheel to measure; data of a geared drive have columns speed and torque"
-        )
-    return dynamometer_of(str(file), columns, lines, geared(study, name).gearhead.ratio)
+    drive = geared(study, name)
+    columns, lines = read_named(file, {**pendulum.COLUMNS, **COLUMNS}, ())
+    if "torque" in columns or "motor_torque" in columns:
+        return dynamometer_of(str(file), columns, lines, drive.gearhead.ratio)
+    if {"time", "angle", "current"} <= set(columns):
+        if drive.motor.rotor_inertia is None:
+            raise InputError(f"{file}: data of a pendulum need rotor_inertia in [drives.{name}.motor]")
+        return pendulum.pendulum_of(str(file), columns, lines, study.rig, drive)
+    raise InputError(
+        f"{file}: drives.{name} has no wheel to measure; data of a geared drive have columns speed and torque of a dynamometer, "
+        "or time, angle and current of a pendulum"
+    )
 
 
 def _check_wish(data: BenchData, names: tuple[str, ...]) -> None:

@@ -16,6 +16,7 @@ from infinivar.calibration.geared.model import Gains
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError
 from infinivar.motion.files.reading import read_named
+from infinivar.study.rig import Rig
 from infinivar.units import plain
 
 SIGNALS = {"current": "A", "voltage": "V", "power": "W", "efficiency": "1"}
@@ -91,6 +92,11 @@ class Dynamometer(Frozen):
         if name in model.OF_GEAR and not self.geared:
             return f"{name} belongs to the gearhead, but the torque was measured at the motor"
         return None
+
+    def gain_deviations(self, rig: Rig) -> dict[str, float]:
+        """Standard deviations of the errors common to all rows."""
+        current = rig.current_gain_deviation if "current" in self.signals else 0.0
+        return {"current": current, "torque": rig.torque_gain_deviation}
 
     def chosen(self, rows: Any) -> Dynamometer:
         """Select points by index or mask."""

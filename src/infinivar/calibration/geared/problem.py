@@ -88,6 +88,10 @@ class BenchData(Protocol):
         """Why a parameter cannot be fitted, or None."""
         ...
 
+    def gain_deviations(self, rig: Rig) -> dict[str, float]:
+        """Standard deviations of the errors common to all rows, by field of `Gains`."""
+        ...
+
     def faults(self) -> dict[int, str]:
         """Reasons why rows cannot be used, by row."""
         ...
@@ -123,8 +127,7 @@ class Problem(Frozen):
     def of(cls, drive: ConventionalDrive, rig: Rig, data: BenchData, names: tuple[str, ...]) -> Problem:
         """Set up the problem of fitting parameters to data."""
         known, natural = model.known_values(drive), model.natural_scales(drive)
-        found = (("current", rig.current_gain_deviation), ("torque", rig.torque_gain_deviation))
-        reading = {"current": "current" in data.signals, "torque": data.kind == "dynamometer"}
+        deviations = data.gain_deviations(rig)
         return cls(
             drive=drive,
             rig=rig,
@@ -132,7 +135,7 @@ class Problem(Frozen):
             names=names,
             known=FrozenDict(known),
             scales=np.asarray([max(known[name], natural[name]) for name in names]),
-            errors=tuple(name for name, deviation in found if deviation > 0 and reading[name]),
+            errors=tuple(name for name, deviation in deviations.items() if deviation > 0),
             noise=_FIRST * _size(data),
         )
 
@@ -167,7 +170,7 @@ class Problem(Frozen):
 
     def gains(self, unknowns: np.ndarray) -> Gains:
         """Errors of the gains."""
-        scales = {"current": self.rig.current_gain_deviation, "torque": self.rig.torque_gain_deviation}
+        scales = self.data.gain_deviations(self.rig)
         place = len(self.names)
         return Gains(**{name: scales[name] * unknowns[..., place + i][..., None] for i, name in enumerate(self.errors)})
 
