@@ -298,3 +298,17 @@ def test_intervals_of_a_pendulum_cover_the_truth(study):
             inside[name] += low <= value <= high
     for name, count in inside.items():  # 3.3 standard deviations of a count of 60 at 95 %: 9 %
         assert 0.86 <= count / sessions <= 1.0, (name, count)
+
+
+@pytest.mark.slow
+def test_noise_of_the_angle_biases_inverse_dynamics_more_than_the_weak_form(study):
+    """The figures of the docs: smoothed noise of the acceleration counts as load, whatever its sign."""
+    own = hanging(study)
+    off = {"weak": [], "inverse": []}
+    for seed in range(20):
+        columns = swung(own, seed=seed, noise={**HEARD, "angle": 3e-3}, duration=16.0)
+        for method, found in off.items():
+            fit = iv.calibrate_geared(own, NAME, windows(own, columns, method)).fit
+            found.append((fit.values["load_share"] - SWUNG["load_share"]) / fit.deviations["load_share"])
+    assert abs(np.mean(off["weak"])) < 0.6
+    assert np.mean(off["inverse"]) > np.mean(off["weak"]) + 0.3

@@ -111,15 +111,17 @@ class Pendulum(Frozen):
     def chosen(self, rows: Any) -> Pendulum:
         """Select windows by index or mask."""
         places = np.arange(len(self))[rows]
-        ends = np.append(self.start, len(self.weight))
-        samples = [np.arange(ends[place], ends[place + 1]) for place in places]
+        ends = [*self.start.tolist(), len(self.weight)]
+        samples = [np.arange(ends[place], ends[place + 1]) for place in places.tolist()]
         kept = np.concatenate([np.zeros(0, dtype=int), *samples])
         lengths = np.asarray([len(one) for one in samples], dtype=int)
-        by_window = {
+        by_window: dict[str, Any] = {
             name: getattr(self, name)[places]
             for name in ("time", "read", "more_torque", "more_acceleration", "more_speed")
         }
-        by_sample = {name: getattr(self, name)[kept] for name in ("weight", "speed", "acceleration", "torque")}
+        by_sample: dict[str, Any] = {
+            name: getattr(self, name)[kept] for name in ("weight", "speed", "acceleration", "torque")
+        }
         return dataclasses.replace(
             self,
             **by_window,
