@@ -302,7 +302,7 @@ def test_intervals_of_a_pendulum_cover_the_truth(study):
 
 @pytest.mark.slow
 def test_noise_of_the_angle_biases_inverse_dynamics_more_than_the_weak_form(study):
-    """The figures of the docs: smoothed noise of the acceleration counts as load, whatever its sign."""
+    """As the docs say: what is left of the noise in the smoothed acceleration is an error of the regressors."""
     own = hanging(study)
     off = {"weak": [], "inverse": []}
     for seed in range(20):

@@ -18,6 +18,7 @@ from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.analysis.design_trends import Duty, sweep
 from infinivar.analysis.robustness.derivatives import jax_with_float64
 from infinivar.calibration import virtual_rig
+from infinivar.calibration.geared import virtual_bench
 from infinivar.motion.course import Course
 from infinivar.motion.waypoints import Waypoints
 from infinivar.study.load import shipped_study
@@ -56,6 +57,13 @@ def _calibrated(drive, study):
     return iv.calibrate(study, "cobotic", runs)
 
 
+def _calibrated_gear(drive, study):
+    points = {"speed": np.linspace(10.0, 60.0, 24), "torque": np.tile([0.05, 0.15, -0.15, 0.25], 6)}
+    noise = {"current": 0.005, "voltage": 0.02}
+    geared = study.drives["motor1-gear1"]
+    return iv.calibrate(study, "motor1-gear1", virtual_bench.dynamometer(geared, study.rig, noise=noise, **points))
+
+
 def _ways(drive, study):
     return two_ways(drive, next(iter(study.duty.values())))
 
@@ -81,6 +89,7 @@ MAKE = {
     "sheet": lambda d, s: iv.contact_sheets(s)[0],
     "sensitivity": lambda d, s: iv.sensitivity(s, "cobotic", "efficiency", samples=16),
     "calibration": _calibrated,
+    "geared calibration": _calibrated_gear,
     "reproduction": lambda d, s: iv.reproduce(7),
     "study": lambda d, s: s,
     "course": lambda d, s: Course(speed=SPEED.copy(), acceleration=np.zeros(5)),
@@ -254,7 +263,13 @@ def test_plot_gives_a_figure_with_labelled_axes(results, name):
     assert isinstance(made, matplotlib.figure.Figure)
     labels = [text for ax in made.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
     assert labels
-    if name not in ("calibration", "reproduction", "sensitivity", "sheet"):  # their axes have words or formulas
+    if name not in (
+        "calibration",
+        "geared calibration",
+        "reproduction",
+        "sensitivity",
+        "sheet",
+    ):  # their axes have words or formulas
         assert any("[" in label for label in labels), labels
 
 
