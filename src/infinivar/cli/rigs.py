@@ -83,8 +83,9 @@ def calibrate(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Fit a drive's losses to measured data: of a cobotic drive on a rig, or of a geared one on a dynamometer.
+    """Fit a drive's losses to measured data.
 
+    A cobotic drive is measured on a rig, a geared one on a dynamometer or by a pendulum.
     Write a report, the results and the calibrated study.
     Exit with code 1 if the data cannot identify every fitted parameter.
     """
