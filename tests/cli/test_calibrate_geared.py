@@ -48,6 +48,11 @@ def test_from_the_bench_to_a_calibrated_study(infinivar, bench, tmp_path):
     again = infinivar("calibrate", bench, "--study", "out/calibrated.toml", "--drive", NAME, "--out", "out2")
     assert again.code == 0, again.err
     assert "Calibrated study:" in again.out
+    with (tmp_path / "out" / "calibrated.toml").open("a", encoding="utf-8") as file:
+        file.write("\n[uncertainty]\ndraws = 64\n")
+    compared = infinivar("compare", "out/calibrated.toml", "--drive", NAME, "--out", "compared")
+    assert compared.code in (0, 1), compared.err
+    assert "measured friction" in (tmp_path / "compared" / "report.html").read_text("utf-8")
 
 
 def test_exit_code_1_if_the_data_do_not_identify_every_parameter(infinivar, bench, tmp_path):
