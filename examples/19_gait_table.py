@@ -13,7 +13,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import infinivar as iv
-from infinivar.study.catalogue import motors
 
 # The table is not measured: it is made from the shipped walking data, with noise, and rounded to three digits.
 step = iv.Walking(joint="knee", body_mass=1.0, stride_time=1.1)
@@ -31,7 +30,7 @@ Path("knee_table.csv").write_text("\n".join(["Knee angle (deg),Knee torque (N-m/
 motion = iv.Recording.read("knee_table.csv", cycle_time=1.1, body_mass=20.0, flip=["moment"], cutoff=18.0)
 walking = iv.DutyCycle(title="Level walking", motion=motion)
 drive = iv.ConventionalDrive(
-    motor=motors()["dcx-32-l-24v"],
+    motor=iv.motors()["dcx-32-l-24v"],
     gearhead=iv.Gearhead(ratio=60.0, efficiency=0.85, loss_model="proportional"),
     shaft=iv.Shaft(),
     output_inertia=1e-4,
@@ -40,7 +39,7 @@ found = {
     (key, ratio): iv.duty_cycle(
         replace(drive, motor=motor, gearhead=replace(drive.gearhead, ratio=ratio)), walking, samples=1000
     )
-    for key, motor in motors().items()
+    for key, motor in iv.motors().items()
     for ratio in (40.0, 60.0, 90.0)
 }
 ranked = sorted(found.items(), key=lambda item: max(item[1].demands.values()))

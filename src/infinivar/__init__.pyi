@@ -58,6 +58,7 @@ from .parts.screw import Screw
 from .parts.spring import Spring, TorsionSpring
 from .parts.stage import Shaft
 from .report.saving import save
+from .study.catalogue import bearings, gearheads, materials, motors
 from .study.load import load_study
 from .study.provenance import Provenance
 from .study.requirement import JointRequirement, Requirement
@@ -155,6 +156,7 @@ __all__ = [
     "Waypoints",
     "__version__",
     "array_namespace",
+    "bearings",
     "bondgraph",
     "calibrate",
     "calibrate_cobotic",
@@ -167,10 +169,13 @@ __all__ = [
     "design_trends",
     "duty_cycle",
     "dynamic_map",
+    "gearheads",
     "holding",
     "inspect_motion",
     "least_loss",
     "load_study",
+    "materials",
+    "motors",
     "parts",
     "plant_graph",
     "policies",
