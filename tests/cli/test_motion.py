@@ -126,7 +126,7 @@ def test_a_joint_is_shown_with_its_words(infinivar, tmp_path):
         (["log.csv", "--columns", "tme=Time (s)"], "tme"),
         (["log.csv", "--window", "2 s"], "must be a start and an end"),
         (["log.csv", "--window", "2 s, 90 s"], "outside"),
-        (["log.csv", "--cutoff", "0.01 Hz"], "one period in the recording"),
+        (["log.csv", "--cutoff", "0.01 Hz"], "to keep one cycle in a recording of 6 s"),
         (["log.csv", "--body-mass", "75 kg"], "per kilogram"),
         (["log.csv", "--load-mass", "3 N"], "--load-mass '3 N' must be a mass such as \"0.8 kg\""),
         (["none.csv"], "none.csv"),

@@ -135,9 +135,10 @@ def _lines(found: MotionSummary) -> Iterator[str]:
     yield f"  sampling      {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
     closes = "closes" if found.closed else "does not close"
     yield f"  end           {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
+    above, removed = (plain(round(100.0 * one, 4), 2) for one in (spectrum.above, spectrum.removed_speed))
     yield (
-        f"  cutoff        {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {plain(100.0 * spectrum.above, 2)} % of the "
-        f"power of the {axis.position} above it"
+        f"  cutoff        {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {above} % of the power of the {axis.position} "
+        f"above it; removes {removed} % of that of the {axis.speed}, without noise"
     )
     units = {"position": axis.position_unit, "speed": axis.speed_unit, "force": axis.force_unit}
     words = {"position": axis.position, "speed": axis.speed, "force": axis.force, "acceleration": "acceleration"}

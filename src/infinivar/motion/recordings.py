@@ -54,7 +54,8 @@ class Recording(HoldsArrays, PeriodicMotion):
     Raises
     ------
     ParameterError
-        If a field is outside its range, or the recording is shorter than one period of the cutoff.
+        If a field is outside its range, or the cutoff is too low for the recording: less than two periods of it
+        in a cycle, or one in a run.
     InputError
         If the data have too few rows, or do not end where they begin.
     """
