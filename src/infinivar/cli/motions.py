@@ -134,7 +134,7 @@ def _lines(found: MotionSummary) -> Iterator[str]:
     gaps = f"{len(sampling.gaps)} gaps" if sampling.gaps else "no gaps"
     yield f"  sampling      {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
     closes = "closes" if found.closed else "does not close"
-    yield f"  end           {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
+<<<<<<< HEAD
     above, removed = (plain(round(100.0 * one, 4), 2) for one in (spectrum.above, spectrum.removed_speed))
     yield (
         f"  cutoff        {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {above} % of the power of the {axis.position} "

@@ -24,6 +24,7 @@ import numpy as np
 from infinivar.axis import LINEAR, Axis
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
+from infinivar.motion.joins import joins
 from infinivar.motion.rest import (
     Masks,
     Resolution,
@@ -194,6 +195,9 @@ def smoothed(
     moved = "position" if "position" in columns else "speed"
     motion = made(moved)
     warnings += _cut_off(file, density(time, columns[moved], moved, closed=closed), cutoff, axis)
+    if closed:
+        speeds = float(np.ptp(motion.derivatives(span, 1)[1]))
+        warnings += joins(file, time, columns, speeds, cutoff, axis)
     if resolution is None:
         warnings += _slow(file, motion, span, period, cutoff, axis)
     return Cycle(period, motion, made("force") if "force" in columns else None, tuple(warnings))
