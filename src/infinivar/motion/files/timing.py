@@ -100,7 +100,10 @@ def _by_phase(table: RecordedTable, cycle_time: float) -> RecordedTable:
     remark = f"phase times a cycle of {plain(cycle_time)} s"
     if np.any(steps < 0.0):
         # A stride that ends at 100 % and the next one, which starts at 0 %, state the same instant.
-        table = _rows(table, np.append(np.diff(whole) > 0.0, True))
+        kept = np.append(np.diff(whole) > 0.0, True)
+        ends = {role: column.values[~kept] for role, column in table.columns.items()}
+        ends["time"] = whole[~kept] * cycle_time
+        table = dataclasses.replace(_rows(table, kept), ends={} if np.all(kept) else ends)
         remark += f", {1 + np.count_nonzero(steps < 0.0)} strides"
     missing = 1.0 - float(whole[-1] - whole[0])
     if missing > _WHOLE:
