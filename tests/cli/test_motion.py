@@ -9,6 +9,7 @@ import pytest
 import infinivar as iv
 from folders import results
 from infinivar.analysis.motion_summary import advice
+from infinivar.figures import motion_summary as motion_figure
 
 STUDY = """
 [requirement]
@@ -209,6 +210,7 @@ def test_keys_that_do_not_fit_are_refused(infinivar, tmp_path, more, message):
     assert message in outcome.err
 
 
+<<<<<<< HEAD
 def test_a_load_without_force_and_mass_is_an_oversight(infinivar, tmp_path):
     log(tmp_path / "log.csv", duration=5.1)
     text = STUDY.format(
@@ -218,3 +220,26 @@ def test_a_load_without_force_and_mass_is_an_oversight(infinivar, tmp_path):
     assert "the load has no force or mass, so that drives move only themselves" in infinivar("check", "study.toml").err
     (tmp_path / "study.toml").write_text(text.replace("0 kg", "1 kg"), "utf-8")
     assert "only themselves" not in infinivar("check", "study.toml").err
+=======
+def test_strides_are_not_called_a_cycle(infinivar, tmp_path):
+    """Five strides that close: time and work are those of the recording, and the work of a stride is a fifth."""
+    found = iv.inspect_motion(log(tmp_path / "log.csv"), load_mass=0.8)
+    assert found.closed
+    assert found.work_per_stride == pytest.approx([one / 5.0 for one in found.work], rel=1e-3)
+    assert found.to_dict()["power"]["work_on_load_per_stride_J"] == found.work_per_stride[0]
+    outcome = infinivar("motion", str(tmp_path / "log.csv"), "--load-mass", "0.8 kg", "--out", str(tmp_path / "out"))
+    assert "J of the load over the recording" in outcome.out
+    assert "per stride" in outcome.out
+    page = (tmp_path / "out" / "motion.html").read_text("utf-8")
+    assert "per stride, on average" in page
+    assert "per cycle" not in page
+    assert "time in the recording [s]" in [ax.get_xlabel() for ax in motion_figure.draw_all(found).axes]
+
+
+def test_one_cycle_has_no_strides_to_miss(infinivar, tmp_path):
+    found = iv.inspect_motion(log(tmp_path / "log.csv", duration=1.2))
+    assert found.strides is None
+    assert found.no_strides == "the recording is one cycle"
+    assert found.work_per_stride is None
+    assert "time in the cycle [s]" in [ax.get_xlabel() for ax in motion_figure.draw_all(found).axes]
+>>>>>>> af2aac3 (Numbers of several strides are said to be of the recording, with the work per stride; one cycle misses no strides)

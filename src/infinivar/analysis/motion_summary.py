@@ -23,6 +23,7 @@ _PASSED = 0.999
 """Share of the speed's power that an advised cutoff passes unchanged."""
 _FIRST = 3
 """First values shown of each column."""
+_PER_STRIDE = ("work_on_load_per_stride_J", "work_of_load_per_stride_J")
 _SAMPLES = 4000
 """Fewest instants at which the smoothed motion is evaluated."""
 _PER_WAVE = 40
@@ -161,6 +162,20 @@ class MotionSummary(Result):
         return float(np.mean(np.clip(power, 0.0, None))) * lasts, float(np.mean(np.clip(-power, 0.0, None))) * lasts
 
     @property
+    def one_cycle(self) -> bool:
+        """Whether the recording is one cycle, rather than several strides or a run."""
+        return self.closed and self.strides is None
+
+    @property
+    def work_per_stride(self) -> tuple[float, float] | None:
+        """Work as `work`, of a stride on average over the recording; None without strides or power. [J]"""
+        if self.strides is None or self.power is None:
+            return None
+        share = self.strides.period / self.sampling.duration
+        given, taken = self.work
+        return share * given, share * taken
+
+    @property
     def resting(self) -> float:
         """Share of the time at rest. [-]"""
         return float(np.mean(self.speed == 0.0))
@@ -184,7 +199,7 @@ class MotionSummary(Result):
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts; values are in SI."""
         given, taken = self.work
-        power = self.power
+        power, per_stride = self.power, self.work_per_stride
         sampling, spectrum = self.sampling, self.spectrum
         return {
             "file": self.table.file,
@@ -227,6 +242,7 @@ class MotionSummary(Result):
                 "mean_W": float(np.mean(power)),
                 "work_on_load_J": given,
                 "work_of_load_J": taken,
+                **({} if per_stride is None else dict(zip(_PER_STRIDE, per_stride, strict=True))),
             },
             "strides": self.no_strides if self.strides is None else self.strides.to_dict(),
         }
@@ -323,9 +339,13 @@ def summary(
     count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
     at = (np.arange(count) + 0.5) * (motion.period / count)
     position, speed, acceleration = motion.derivatives(at, 2)
+<<<<<<< HEAD
     strides, reason = _strides(table, stride_time)
     if closes and strides is None and stride_time is None and "no repeated stride" in reason:
         reason = "no stride repeats within the one cycle"
+=======
+    strides, reason = _strides(table, stride_time, closes)
+>>>>>>> af2aac3 (Numbers of several strides are said to be of the recording, with the work per stride; one cycle misses no strides)
     return MotionSummary(
         table=table,
         motion=motion,
@@ -354,10 +374,13 @@ def _drift(time: np.ndarray, values: np.ndarray, field: str) -> tuple[float, flo
     return float(values[-1] - values[0]), float(np.ptp(values)) or 1.0
 
 
-def _strides(table: RecordedTable, stride_time: float | None) -> tuple[Strides | None, str]:
+def _strides(table: RecordedTable, stride_time: float | None, closed: bool) -> tuple[Strides | None, str]:
+    """Strides, or why there are none."""
     try:
         found = strides_of(table, stride_time)
     except InputError as problem:
+        if closed and stride_time is None and "heel_strike" not in table.columns:
+            return None, "the recording is one cycle"
         return None, str(problem).removeprefix(f"{table.file}: ")
     return found, ""
 
