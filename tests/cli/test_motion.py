@@ -210,7 +210,6 @@ def test_keys_that_do_not_fit_are_refused(infinivar, tmp_path, more, message):
     assert message in outcome.err
 
 
-<<<<<<< HEAD
 def test_a_load_without_force_and_mass_is_an_oversight(infinivar, tmp_path):
     log(tmp_path / "log.csv", duration=5.1)
     text = STUDY.format(
@@ -220,7 +219,8 @@ def test_a_load_without_force_and_mass_is_an_oversight(infinivar, tmp_path):
     assert "the load has no force or mass, so that drives move only themselves" in infinivar("check", "study.toml").err
     (tmp_path / "study.toml").write_text(text.replace("0 kg", "1 kg"), "utf-8")
     assert "only themselves" not in infinivar("check", "study.toml").err
-=======
+
+
 def test_strides_are_not_called_a_cycle(infinivar, tmp_path):
     """Five strides that close: time and work are those of the recording, and the work of a stride is a fifth."""
     found = iv.inspect_motion(log(tmp_path / "log.csv"), load_mass=0.8)
@@ -239,7 +239,6 @@ def test_strides_are_not_called_a_cycle(infinivar, tmp_path):
 def test_one_cycle_has_no_strides_to_miss(infinivar, tmp_path):
     found = iv.inspect_motion(log(tmp_path / "log.csv", duration=1.2))
     assert found.strides is None
-    assert found.no_strides == "the recording is one cycle"
+    assert found.no_strides == "no stride repeats within the one cycle"
     assert found.work_per_stride is None
     assert "time in the cycle [s]" in [ax.get_xlabel() for ax in motion_figure.draw_all(found).axes]
->>>>>>> af2aac3 (Numbers of several strides are said to be of the recording, with the work per stride; one cycle misses no strides)

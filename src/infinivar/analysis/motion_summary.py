@@ -339,13 +339,9 @@ def summary(
     count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
     at = (np.arange(count) + 0.5) * (motion.period / count)
     position, speed, acceleration = motion.derivatives(at, 2)
-<<<<<<< HEAD
     strides, reason = _strides(table, stride_time)
     if closes and strides is None and stride_time is None and "no repeated stride" in reason:
         reason = "no stride repeats within the one cycle"
-=======
-    strides, reason = _strides(table, stride_time, closes)
->>>>>>> af2aac3 (Numbers of several strides are said to be of the recording, with the work per stride; one cycle misses no strides)
     return MotionSummary(
         table=table,
         motion=motion,
@@ -374,13 +370,11 @@ def _drift(time: np.ndarray, values: np.ndarray, field: str) -> tuple[float, flo
     return float(values[-1] - values[0]), float(np.ptp(values)) or 1.0
 
 
-def _strides(table: RecordedTable, stride_time: float | None, closed: bool) -> tuple[Strides | None, str]:
+def _strides(table: RecordedTable, stride_time: float | None) -> tuple[Strides | None, str]:
     """Strides, or why there are none."""
     try:
         found = strides_of(table, stride_time)
     except InputError as problem:
-        if closed and stride_time is None and "heel_strike" not in table.columns:
-            return None, "the recording is one cycle"
         return None, str(problem).removeprefix(f"{table.file}: ")
     return found, ""
 
