@@ -323,6 +323,12 @@ def signed(value: float, digits: int = 3) -> str:
     return ("+" if value > 0 else "") + plain(value, digits)
 
 
+def rounded_up(value: float, digits: int = 3) -> str:
+    """Format a positive number for people, rounded up: 16.667 as "16.7", 16.61 as "16.7"."""
+    unit = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
+    return plain(math.ceil(value * unit * (1.0 - 1e-9)) / unit, digits)
+
+
 def percent(share: float, places: int = 0, sign: str = "") -> str:
     """Format a fraction as a percentage: "4.2 %"; with its sign if `sign` is "+"."""
     return f"{100.0 * share:{sign}.{places}f} %"

@@ -9,6 +9,7 @@ import pytest
 import infinivar as iv
 from folders import results
 from infinivar.analysis.motion_summary import advice
+from infinivar.figures import motion_summary as motion_figure
 
 STUDY = """
 [requirement]
@@ -126,7 +127,7 @@ def test_a_joint_is_shown_with_its_words(infinivar, tmp_path):
         (["log.csv", "--columns", "tme=Time (s)"], "tme"),
         (["log.csv", "--window", "2 s"], "must be a start and an end"),
         (["log.csv", "--window", "2 s, 90 s"], "outside"),
-        (["log.csv", "--cutoff", "0.01 Hz"], "one period in the recording"),
+        (["log.csv", "--cutoff", "0.01 Hz"], "to keep one cycle in a recording of 6 s"),
         (["log.csv", "--body-mass", "75 kg"], "per kilogram"),
         (["log.csv", "--load-mass", "3 N"], "--load-mass '3 N' must be a mass such as \"0.8 kg\""),
         (["none.csv"], "none.csv"),
@@ -218,3 +219,26 @@ def test_a_load_without_force_and_mass_is_an_oversight(infinivar, tmp_path):
     assert "the load has no force or mass, so that drives move only themselves" in infinivar("check", "study.toml").err
     (tmp_path / "study.toml").write_text(text.replace("0 kg", "1 kg"), "utf-8")
     assert "only themselves" not in infinivar("check", "study.toml").err
+
+
+def test_strides_are_not_called_a_cycle(infinivar, tmp_path):
+    """Five strides that close: time and work are those of the recording, and the work of a stride is a fifth."""
+    found = iv.inspect_motion(log(tmp_path / "log.csv"), load_mass=0.8)
+    assert found.closed
+    assert found.work_per_stride == pytest.approx([one / 5.0 for one in found.work], rel=1e-3)
+    assert found.to_dict()["power"]["work_on_load_per_stride_J"] == found.work_per_stride[0]
+    outcome = infinivar("motion", str(tmp_path / "log.csv"), "--load-mass", "0.8 kg", "--out", str(tmp_path / "out"))
+    assert "J of the load over the recording" in outcome.out
+    assert "per stride" in outcome.out
+    page = (tmp_path / "out" / "motion.html").read_text("utf-8")
+    assert "per stride, on average" in page
+    assert "per cycle" not in page
+    assert "time in the recording [s]" in [ax.get_xlabel() for ax in motion_figure.draw_all(found).axes]
+
+
+def test_one_cycle_has_no_strides_to_miss(infinivar, tmp_path):
+    found = iv.inspect_motion(log(tmp_path / "log.csv", duration=1.2))
+    assert found.strides is None
+    assert found.no_strides == "no stride repeats within the one cycle"
+    assert found.work_per_stride is None
+    assert "time in the cycle [s]" in [ax.get_xlabel() for ax in motion_figure.draw_all(found).axes]

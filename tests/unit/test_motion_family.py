@@ -155,7 +155,7 @@ def test_a_recording_is_its_data():
         ({**WAVE, "speed": TIME}, "position or speed must be given, but not both"),
         ({**WAVE, "time": TIME[::-1]}, "time must increase from row to row"),
         ({**WAVE, "force": TIME[1:]}, "force must have as many numbers as time, 101, got shape"),
-        ({**WAVE, "cutoff": 0.5}, r"cutoff must be >= 1 Hz, one period in the recording, got 0\.5"),
+        ({**WAVE, "cutoff": 0.5}, r"cutoff must be >= 2 Hz, to keep one cycle in a recording of 1 s, got 0\.5"),
     ],
 )
 def test_recordings_that_cannot_be(columns, said):

@@ -209,3 +209,39 @@ def test_strides_do_not_go_with_a_run():
     with pytest.raises(ParameterError, match="stride_time does not apply with strides = 'one'"):
         Recording(file="walk", stride_time=1.0, time=found.time, position=found.position)
     assert iv.stride_energies(DRIVES["cobotic"], DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=1.0))) is None
+
+
+def separate(path, sizes, *, rows=150):
+    """Strides from 0 to 100 %, both included, each closed, of different sizes about an offset."""
+    share = np.linspace(0.0, 1.0, rows)
+    lines = []
+    for size in sizes:
+        place = size * (30.0 * np.sin(2 * math.pi * share) + 15.0)
+        push = size * (6.0 * np.cos(2 * math.pi * share) - 2.0)
+        lines += [f"{100 * one:.4f},{x:.6f},{force:.6f}" for one, x, force in zip(share, place, push, strict=True)]
+    path.write_text("phase (%),Pos (mm),Fz (N)\n" + "\n".join(lines) + "\n")
+    return str(path)
+
+
+def test_the_row_at_100_percent_belongs_to_its_stride(tmp_path):
+    """The next stride starts elsewhere; curves, mean and energies are nevertheless those of the strides alone."""
+    sizes = (0.8, 0.9, 1.0, 1.1, 1.2)
+    motion = Recording.read(separate(tmp_path / "all.csv", sizes), strides="average", cycle_time=1.1)
+    turn = 2 * math.pi * motion.averaged.share
+    assert_allclose(motion.averaged.curves["position"], 1e-3 * np.outer(sizes, 30.0 * np.sin(turn) + 15.0), atol=3e-7)
+    assert_allclose(motion.averaged.curves["force"], np.outer(sizes, 6.0 * np.cos(turn) - 2.0), atol=1e-4)
+    assert motion.warnings == ()
+    drive = DRIVES["motor2-gear4"]
+    alone = [
+        1.1 * iv.duty_cycle(drive, DutyCycle(motion=Recording.read(file, cycle_time=1.1), load_mass=0.8)).cold_power
+        for file in (separate(tmp_path / f"{size}.csv", [size]) for size in sizes)
+    ]
+    found = iv.stride_energies(drive, DutyCycle(motion=motion, load_mass=0.8))
+    assert_allclose(found.singles, alone, rtol=1e-4)
+
+
+def test_a_window_and_resampling_leave_the_ends_of_strides(tmp_path):
+    file = separate(tmp_path / "all.csv", (0.8, 1.0, 1.2))
+    for how in ({"window": (0.5, 3.3)}, {"sample_rate": 180.0, "resampling": "cubic"}):
+        motion = Recording.read(file, strides="average", cycle_time=1.1, **how)
+        assert_allclose(motion.averaged.curves["position"][-2:, -1], [0.015, 0.018], rtol=0.02)

@@ -14,18 +14,16 @@ from infinivar.errors import InputError
 from infinivar.motion.files.table import RecordedTable
 from infinivar.motion.files.timing import read_timed
 from infinivar.motion.recordings import CUTOFF, Recording
-from infinivar.motion.smoothing import DRIFT, GAP
+from infinivar.motion.smoothing import DRIFT, GAP, lowest_cutoff
+from infinivar.motion.spectrum import Density, density
 from infinivar.motion.strides import Strides, strides_of
-from infinivar.units import plain
+from infinivar.units import plain, rounded_up
 
 _PASSED = 0.999
 """Share of the speed's power that an advised cutoff passes unchanged."""
-_ABOVE_NOISE = 4.0
-"""Power of a frequency over the noise floor from which it counts as motion."""
-_BAND = 9
-"""Frequencies averaged in the spectrum."""
 _FIRST = 3
 """First values shown of each column."""
+_PER_STRIDE = ("work_on_load_per_stride_J", "work_of_load_per_stride_J")
 _SAMPLES = 4000
 """Fewest instants at which the smoothed motion is evaluated."""
 _PER_WAVE = 40
@@ -75,7 +73,8 @@ class Spectrum(Frozen):
     floor : float                   Noise floor: median of the upper half of the frequencies. [m^2/Hz, rad^2/Hz]
     above : float                   Share of the motion's power above the cutoff. [-]
     above_speed : float             Share of the speed's power above the cutoff. [-]
-    passed : float                  Frequency below which 99.9 % of the speed's power above the noise floor lies. [Hz]
+    removed_speed : float           Share of the speed's power above the noise floor that the smoothing removes. [-]
+    passed : float                  Frequency up to which 99.9 % of the speed's power above the noise floor lies. [Hz]
     """
 
     frequency: np.ndarray
@@ -83,6 +82,7 @@ class Spectrum(Frozen):
     floor: float
     above: float
     above_speed: float
+    removed_speed: float
     passed: float
 
 
@@ -162,6 +162,20 @@ class MotionSummary(Result):
         return float(np.mean(np.clip(power, 0.0, None))) * lasts, float(np.mean(np.clip(-power, 0.0, None))) * lasts
 
     @property
+    def one_cycle(self) -> bool:
+        """Whether the recording is one cycle, rather than several strides or a run."""
+        return self.closed and self.strides is None
+
+    @property
+    def work_per_stride(self) -> tuple[float, float] | None:
+        """Work as `work`, of a stride on average over the recording; None without strides or power. [J]"""
+        if self.strides is None or self.power is None:
+            return None
+        share = self.strides.period / self.sampling.duration
+        given, taken = self.work
+        return share * given, share * taken
+
+    @property
     def resting(self) -> float:
         """Share of the time at rest. [-]"""
         return float(np.mean(self.speed == 0.0))
@@ -185,7 +199,7 @@ class MotionSummary(Result):
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts; values are in SI."""
         given, taken = self.work
-        power = self.power
+        power, per_stride = self.power, self.work_per_stride
         sampling, spectrum = self.sampling, self.spectrum
         return {
             "file": self.table.file,
@@ -215,6 +229,7 @@ class MotionSummary(Result):
             "cutoff_from": self.cutoff_from,
             "power_above_cutoff": spectrum.above,
             "speed_power_above_cutoff": spectrum.above_speed,
+            "speed_power_removed": spectrum.removed_speed,
             "motion_below_Hz": spectrum.passed,
             "resting": self.resting,
             **{name: {"lowest": low, "highest": high, "rms": rms} for name, (low, high, rms) in self.extremes.items()},
@@ -227,6 +242,7 @@ class MotionSummary(Result):
                 "mean_W": float(np.mean(power)),
                 "work_on_load_J": given,
                 "work_of_load_J": taken,
+                **({} if per_stride is None else dict(zip(_PER_STRIDE, per_stride, strict=True))),
             },
             "strides": self.no_strides if self.strides is None else self.strides.to_dict(),
         }
@@ -314,10 +330,10 @@ def summary(
     time = values["time"]
     drift, span = _drift(time, values[field], field)
     closes = abs(drift) <= DRIFT * span if closed is None else closed
-    lowest = 1.0 / float(time[-1] - time[0])
+    lowest = lowest_cutoff(float(time[-1] - time[0]), closed=closes)
     used, chosen = (CUTOFF, "default of recordings in a study") if cutoff is None else (cutoff, "as given")
     if cutoff is None and lowest > CUTOFF:
-        used, chosen = lowest * (1.0 + 1e-9), "the lowest that so short a recording allows"
+        used, chosen = lowest, "the lowest that so short a recording allows"
     within = {"angle_resolution" if table.axis.rotary else "resolution": resolution}
     motion = Recording.of(table, cutoff=used, closed=closes, **within)
     count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
@@ -333,7 +349,8 @@ def summary(
         drift=drift,
         sampling=Sampling.of(time),
         cutoff_from=chosen,
-        spectrum=_spectrum(time, values[field], field, used),
+        # Where strides repeat, a cycle is not the whole recording, and its ends need not fit together.
+        spectrum=_spectrum(density(time, values[field], field, closed=closes and strides is None), used),
         strides=strides,
         no_strides=reason,
         time=at,
@@ -354,6 +371,7 @@ def _drift(time: np.ndarray, values: np.ndarray, field: str) -> tuple[float, flo
 
 
 def _strides(table: RecordedTable, stride_time: float | None) -> tuple[Strides | None, str]:
+    """Strides, or why there are none."""
     try:
         found = strides_of(table, stride_time)
     except InputError as problem:
@@ -361,36 +379,18 @@ def _strides(table: RecordedTable, stride_time: float | None) -> tuple[Strides |
     return found, ""
 
 
-def _spectrum(time: np.ndarray, values: np.ndarray, field: str, cutoff: float) -> Spectrum:
-    """Power spectral density of the position, from equal steps under a Hann window.
-
-    Source: welch1967, for one segment; means over neighbouring frequencies reduce its scatter.
-    """
-    count = len(time)
-    duration = float(time[-1] - time[0])
-    even = np.interp(time[0] + np.arange(count) * (duration / (count - 1)), time, values)
-    even = even - np.linspace(even[0], even[-1], count) if field == "position" else even - np.mean(even)
-    even = even - np.mean(even)
-    window = 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
-    step = duration / (count - 1)
-    power = 2.0 * step / np.sum(window**2) * np.abs(np.fft.rfft(even * window)) ** 2
-    frequency = np.fft.rfftfreq(count, step)[1:]
-    turn = 2.0 * np.pi * frequency
-    power = power[1:] / turn**2 if field == "speed" else power[1:]
-    floor = float(np.median(power[len(power) // 2 :]))
-    over = frequency > cutoff
-    speed = power * turn**2
-    band = min(_BAND, len(power))
-    smooth = np.convolve(power, np.ones(band) / band, mode="same")
-    moving = np.where(smooth > _ABOVE_NOISE * floor, np.maximum(power - floor, 0.0) * turn**2, 0.0)
-    share = np.cumsum(moving) / (np.sum(moving) or 1.0)
+def _spectrum(found: Density, cutoff: float) -> Spectrum:
+    """Spectrum with the shares above a cutoff [Hz]."""
+    over = found.frequency > cutoff * (1.0 + 1e-9)
+    speed = found.power * found.turn**2
     return Spectrum(
-        frequency=frequency,
-        power=power,
-        floor=floor,
-        above=float(np.sum(power[over]) / (np.sum(power) or 1.0)),
+        frequency=found.frequency,
+        power=found.power,
+        floor=found.floor,
+        above=float(np.sum(found.power[over]) / (np.sum(found.power) or 1.0)),
         above_speed=float(np.sum(speed[over]) / (np.sum(speed) or 1.0)),
-        passed=float(frequency[min(int(np.searchsorted(share, _PASSED)), len(frequency) - 1)]),
+        removed_speed=found.removed(cutoff),
+        passed=found.below(_PASSED),
     )
 
 
@@ -398,10 +398,10 @@ def advice(found: MotionSummary) -> tuple[str, ...]:
     """What to set in a study, as far as the recording decides it."""
     said = []
     spectrum, used = found.spectrum, found.motion.cutoff
-    if found.sampling.rate > 4.0 * spectrum.passed and not 2.0 * spectrum.passed <= used <= 8.0 * spectrum.passed:
+    if found.sampling.rate > 4.0 * spectrum.passed and not 1.99 * spectrum.passed <= used <= 8.0 * spectrum.passed:
         said.append(
-            f"99.9 % of the speed's power above the noise lies below {plain(spectrum.passed, 2)} Hz; a cutoff passes what is "
-            f'below half of it unchanged: cutoff = "{plain(2.0 * spectrum.passed, 2)} Hz" suffices'
+            f"99.9 % of the speed's power above the noise lies at or below {plain(spectrum.passed, 2)} Hz; a cutoff passes what "
+            f'is up to half of it unchanged: cutoff = "{rounded_up(2.0 * spectrum.passed)} Hz" suffices'
         )
     if found.strides is not None:
         said.append('strides = "average" gives their mean cycle')

@@ -135,9 +135,10 @@ def _lines(found: MotionSummary) -> Iterator[str]:
     yield f"  sampling      {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
     closes = "closes" if found.closed else "does not close"
     yield f"  end           {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
+    above, removed = (plain(round(100.0 * one, 4), 2) for one in (spectrum.above, spectrum.removed_speed))
     yield (
-        f"  cutoff        {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {plain(100.0 * spectrum.above, 2)} % of the "
-        f"power of the {axis.position} above it"
+        f"  cutoff        {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {above} % of the power of the {axis.position} "
+        f"above it; removes {removed} % of that of the {axis.speed}, without noise"
     )
     units = {"position": axis.position_unit, "speed": axis.speed_unit, "force": axis.force_unit}
     words = {"position": axis.position, "speed": axis.speed, "force": axis.force, "acceleration": "acceleration"}
@@ -147,10 +148,14 @@ def _lines(found: MotionSummary) -> Iterator[str]:
     power = found.power
     if power is not None:
         given, taken = found.work
+        whole = "" if found.one_cycle else " over the recording"
         yield (
             f"  power         {plain(float(np.min(power)), 3)} to {plain(float(np.max(power)), 3)} W, mean "
-            f"{plain(float(np.mean(power)), 3)} W; {plain(given, 3)} J on the load, {plain(taken, 3)} J of the load"
+            f"{plain(float(np.mean(power)), 3)} W; {plain(given, 3)} J on the load, {plain(taken, 3)} J of the load{whole}"
         )
+    if found.work_per_stride is not None:
+        given, taken = found.work_per_stride
+        yield f"  per stride    {plain(given, 3)} J on the load, {plain(taken, 3)} J of the load, on average"
     yield f"  at rest       {percent(found.resting, 1)} of the time"
     yield f"  strides       {found.strides.verdict if found.strides is not None else 'none: ' + found.no_strides}"
     for warning in found.warnings:

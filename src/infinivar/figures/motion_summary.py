@@ -61,7 +61,7 @@ def data(found: MotionSummary) -> dict[str, Any]:
     scales |= {} if "position" in curves else {"speed": (axis.speed, axis.speed_unit, 1.0)}
     loop = slice(None, None, max(1, len(found.time) // _MOST_LOOP))
     return {
-        "closed": found.closed,
+        "one_cycle": found.one_cycle,
         "panels": panels,
         "spectrum": _spectrum(found, factor),
         "spectrum_unit": f"{unit}/√Hz",
@@ -189,7 +189,7 @@ def draw_all(found: MotionSummary) -> Figure:
         for ax, panel in zip(axes, panels, strict=True):
             draw(ax, numbers, panel)
             ax.tick_params(labelbottom=ax is axes[-1])
-        axes[-1].set_xlabel("time in the cycle [s]" if numbers["closed"] else "time in the run [s]")
+        axes[-1].set_xlabel("time in the cycle [s]" if numbers["one_cycle"] else "time in the recording [s]")
         for ax in axes:
             ax.yaxis.set_label_coords(-0.045, 0.5)
         lower = made.add_gridspec(

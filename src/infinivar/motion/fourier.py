@@ -40,8 +40,7 @@ class Series:
         most = min(int(cutoff * period), (count - 1) // 2)
         spectrum = spectrum[: most + 1].copy()
         spectrum[1:] *= 2.0
-        share = np.clip(2.0 * np.arange(most + 1) / (period * cutoff) - 1.0, 0.0, 1.0)
-        spectrum *= 0.5 * (1.0 + np.cos(np.pi * share))
+        spectrum *= passed(np.arange(most + 1) / period, cutoff)
         return cls(period, spectrum.real, -spectrum.imag)
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
@@ -92,6 +91,12 @@ class Series:
     def scaled(self, factor: float) -> Series:
         """Multiply the series by a factor."""
         return Series(self.period, factor * np.asarray(self.cosine), factor * np.asarray(self.sine))
+
+
+def passed(frequency: np.ndarray, cutoff: float) -> np.ndarray:
+    """Share of an amplitude that a low-pass filter with a cutoff passes, at frequencies. [-], [Hz]"""
+    share = np.clip(2.0 * frequency / cutoff - 1.0, 0.0, 1.0)
+    return 0.5 * (1.0 + np.cos(np.pi * share))
 
 
 def _equal(time: np.ndarray) -> bool:

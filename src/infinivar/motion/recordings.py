@@ -54,7 +54,8 @@ class Recording(HoldsArrays, PeriodicMotion):
     Raises
     ------
     ParameterError
-        If a field is outside its range, or the recording is shorter than one period of the cutoff.
+        If a field is outside its range, or the cutoff is too low for the recording: less than two periods of it
+        in a cycle, or one in a run.
     InputError
         If the data have too few rows, or do not end where they begin.
     """
@@ -244,6 +245,21 @@ class Recording(HoldsArrays, PeriodicMotion):
             return None
         data: dict[str, Any] = {"position": None, "speed": None, "force": None, **self.averaged.record}
         return dataclasses.replace(self, closed=False, strides="one", stride_time=None, lines=(), averaged=None, **data)
+
+    @property
+    def as_cycles(self) -> tuple[Recording, ...]:
+        """Each averaged stride as a cycle, if strides end with values of their own; else none."""
+        found = self.averaged
+        if found is None or not found.separate:
+            return ()
+        cycles = []
+        for stride, lasts in enumerate(found.times):
+            data: dict[str, Any] = {
+                name: rows[stride] for name, rows in found.curves.items() if getattr(self, name) is not None
+            }
+            data |= {"time": found.share * lasts, "strides": "one", "stride_time": None, "lines": (), "averaged": None}
+            cycles.append(dataclasses.replace(self, **data))
+        return tuple(cycles)
 
     def derivatives(self, time: Any, orders: int) -> list[np.ndarray]:
         """Return position [m] and its time derivatives up to an order, at times in 0 to `period` [s]."""

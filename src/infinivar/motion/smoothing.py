@@ -24,6 +24,7 @@ import numpy as np
 from infinivar.axis import LINEAR, Axis
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.fourier import Series
+from infinivar.motion.joins import joins
 from infinivar.motion.rest import (
     Masks,
     Resolution,
@@ -37,7 +38,8 @@ from infinivar.motion.rest import (
     settled,
 )
 from infinivar.motion.runs import RunSeries, mirrored, odd_reflected
-from infinivar.units import percent, plain
+from infinivar.motion.spectrum import Density, density
+from infinivar.units import percent, plain, rounded_up
 
 _LEAST_ROWS = 8
 _PER_WAVE = 40
@@ -46,6 +48,13 @@ GAP = 5.0
 """Steps longer than the median step by more than this factor count as gaps."""
 DRIFT = 0.05
 """Largest difference between the start and the end of a recorded motion, as a share of its range."""
+
+_REMOVED = 0.05
+"""Largest share of the speed's power that smoothing removes without a warning. A motion at constant speed to and fro, whose
+reversals are rounded, loses 4 % if its cutoff is ten times its frequency."""
+
+_KEPT = 0.99
+"""Share of the speed's power that a cutoff advised by a warning passes unchanged."""
 
 _SLOW = 0.01
 """Share of the largest speed below which, for a while, the load may be meant to be at rest."""
@@ -160,15 +169,17 @@ def smoothed(
     InputError
         If the recording has too few rows, or a cycle does not end where it begins.
     ParameterError
-        If the recording is shorter than one period of the cutoff.
+        If a cycle is shorter than two periods of the cutoff, or a run than one.
     """
     time = columns["time"] - columns["time"][0]
     if len(time) < _LEAST_ROWS:
         raise InputError(f"{file}: line {lines[-1]}: must have at least {_LEAST_ROWS} rows of numbers, got {len(time)}")
     period, step = float(time[-1]), float(np.median(np.diff(time)))
-    if cutoff * period < 1.0:
+    if cutoff < lowest_cutoff(period, closed=closed) * (1.0 - 1e-9):
+        need = "to keep one cycle in" if closed else "one period in"
         raise ParameterError(
-            f"cutoff must be >= {plain(1.0 / period, 3)} Hz, one period in the recording, got {cutoff:g}"
+            f"cutoff must be >= {rounded_up(lowest_cutoff(period, closed=closed))} Hz, {need} a recording of "
+            f"{plain(period, 3)} s, got {cutoff:g} Hz"
         )
     warnings = _sampling(file, time, lines, step, cutoff)
     count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
@@ -181,10 +192,32 @@ def smoothed(
         drift = None if name == "force" else _closed(file, name, columns[name], time / period, warnings, axis)
         return _fit_cycle(name, time, columns[name], drift, count, cutoff, asked)
 
-    motion = made("position" if "position" in columns else "speed")
+    moved = "position" if "position" in columns else "speed"
+    motion = made(moved)
+    warnings += _cut_off(file, density(time, columns[moved], moved, closed=closed), cutoff, axis)
+    if closed:
+        speeds = float(np.ptp(motion.derivatives(span, 1)[1]))
+        warnings += joins(file, time, columns, speeds, cutoff, axis)
     if resolution is None:
         warnings += _slow(file, motion, span, period, cutoff, axis)
     return Cycle(period, motion, made("force") if "force" in columns else None, tuple(warnings))
+
+
+def lowest_cutoff(period: float, *, closed: bool) -> float:
+    """Lowest cutoff for a recording [s]: one that passes a cycle's lowest frequency unchanged, or fits in a run. [Hz]"""
+    return (2.0 if closed else 1.0) / period
+
+
+def _cut_off(file: str, found: Density, cutoff: float, axis: Axis) -> list[str]:
+    """Warn of a cutoff that removes a part of the motion itself."""
+    share = found.removed(cutoff)
+    if share <= _REMOVED:
+        return []
+    enough = rounded_up(2.0 * found.below(_KEPT))
+    return [
+        f"{file}: smoothing with a cutoff of {plain(cutoff, 3)} Hz removes {percent(share)} of the power of the recorded "
+        f'{axis.speed} above its noise; cutoff = "{enough} Hz" keeps it'
+    ]
 
 
 def _sampling(file: str, time: np.ndarray, lines: Sequence[int], step: float, cutoff: float) -> list[str]:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -64,6 +64,7 @@ class Strides(Result):
     outliers : mapping              Reasons for which strides are unusual, by their number from 1. They are part of the average.
     record : mapping                The recording from the start of the first stride to the end of the last: time [s], and
                                     position, speed and force as recorded, by field. (m,)
+    separate : bool                 Whether strides end with values of their own rather than with the start of the next.
     """
 
     method: str
@@ -72,6 +73,7 @@ class Strides(Result):
     curves: Mapping[str, np.ndarray]
     outliers: Mapping[int, str]
     record: Mapping[str, np.ndarray]
+    separate: bool = False
 
     def __len__(self) -> int:
         """Number of strides."""
@@ -149,6 +151,7 @@ def strides_of(table: RecordedTable, stride_time: float | None = None) -> Stride
         heel_strikes=None if marks is None else marks.values,
         phase=phase.values if phase is not None and wraps else None,
         period=stride_time,
+        ends=table.end_values,
     )
 
 
@@ -160,6 +163,7 @@ def find_strides(
     phase: Any = None,
     period: float | None = None,
     points: int | None = None,
+    ends: Mapping[str, np.ndarray] | None = None,
 ) -> Strides:
     """Find the strides of a recording.
 
@@ -171,6 +175,7 @@ def find_strides(
     phase : (n,) float           Share of the cycle for each row, which drops at the end of a stride. [-]
     period : float               Expected stride time, if there are neither heel strikes nor a phase; estimated by default. [s]
     points : int                 Points of a resampled stride; by default as many as rows in a stride, at least 201.
+    ends : mapping               "time" of edges at which a stride ends with values of its own, and these values. (m,)
 
     Returns
     -------
@@ -196,13 +201,17 @@ def find_strides(
             f"{name}: must have at least {_LEAST} whole strides to average, found {found} by {method} in "
             f"{plain(float(time[-1] - time[0]), 3)} s"
         )
+    edges = np.asarray(edges, dtype=float)
     count = points or max(POINTS, round(len(time) * float(np.median(np.diff(edges))) / float(time[-1] - time[0])) + 1)
     share = np.linspace(0.0, 1.0, count)
-    curves = {
-        field: resampled(time, np.asarray(columns[field], dtype=float), edges, share)
-        for field in ("position", "speed", "force")
-        if field in columns
-    }
+    parts = _parts(time, edges, ends or {})
+    curves = {}
+    for field in ("position", "speed", "force"):
+        if field in columns:
+            values = np.asarray(columns[field], dtype=float)
+            curves[field] = np.concatenate(
+                [resampled(*_with_end(time, values, part, field), part.edges, share) for part in parts]
+            )
     return Strides(
         method=method,
         edges=edges,
@@ -210,14 +219,44 @@ def find_strides(
         curves=FrozenDict(curves),
         outliers=FrozenDict(_outliers(np.diff(edges), curves)),
         record=FrozenDict(_between(time, columns, curves, edges)),
+        separate=len(parts) > 1,
     )
+
+
+class _Part(NamedTuple):
+    """Strides that follow one another: rows, edges, and the time and values with which the last one ends, if it states them."""
+
+    rows: slice
+    edges: np.ndarray
+    end: Mapping[str, float]
+
+
+def _parts(time: np.ndarray, edges: np.ndarray, ends: Mapping[str, np.ndarray]) -> list[_Part]:
+    """Divide strides where one ends with values of its own."""
+    found, first, start = [], 0, 0
+    near = 1e-3 * float(np.median(np.diff(edges)))
+    for place in range(1, len(edges)):
+        own = np.flatnonzero(np.abs(ends["time"] - edges[place]) < near) if ends else np.zeros(0, int)
+        if own.size or place == len(edges) - 1:
+            last = int(np.searchsorted(time, edges[place] - near)) if own.size else len(time)
+            end = {field: float(values[own[0]]) for field, values in ends.items()} if own.size else {}
+            found.append(_Part(slice(first, last), edges[start : place + 1], end))
+            first, start = last, place
+    return found
+
+
+def _with_end(time: np.ndarray, values: np.ndarray, part: _Part, field: str) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values of the rows of a part, with those of its end."""
+    time, values = time[part.rows], values[part.rows]
+    return (np.append(time, part.end["time"]), np.append(values, part.end[field])) if part.end else (time, values)
 
 
 def resampled(time: np.ndarray, values: np.ndarray, edges: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Values at shares of each interval between edges, by a cubic through the four nearest rows. (k, n)"""
     at = np.clip(edges[:-1, None] + np.diff(edges)[:, None] * share, time[0], time[-1])
-    first = np.clip(np.searchsorted(time, at, side="right") - 2, 0, len(time) - 4)
-    rows = [first + row for row in range(4)]
+    most = min(4, len(time))
+    first = np.clip(np.searchsorted(time, at, side="right") - 2, 0, len(time) - most)
+    rows = [first + row for row in range(most)]
     found = np.zeros(at.shape)
     for row in rows:
         weight = np.ones(at.shape)

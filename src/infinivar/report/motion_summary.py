@@ -50,11 +50,12 @@ def html(found: MotionSummary, image: str) -> str:
 
 
 def rows(found: MotionSummary) -> list[dict[str, Any]]:
-    """What each column was understood as, with its first values in the unit of the file."""
+    """What each column was understood as, with its first values: in SI units, a phase in percent."""
     listed = []
     for role, column in found.table.columns.items():
-        first = ", ".join(plain(float(value), 4) for value in column.values[:_FIRST])
-        first += f", ... {ROLES[role]}" if ROLES[role] not in ("", "1") else ", ..."
+        unit, scale = ("%", 100.0) if role == "phase" else (ROLES[role], 1.0)
+        first = ", ".join(plain(scale * float(value), 4) for value in column.values[:_FIRST])
+        first += f", ... {unit}".rstrip()
         listed.append({"role": role.replace("_", " "), "heading": column.heading, "unit": column.unit, "first": first})
     return listed
 

@@ -21,7 +21,8 @@ class StrideEnergies(Result):
     Attributes
     ----------
     mean_cycle : float      Energy of the mean cycle. [J]
-    singles : (k,) float    Energy of each stride, as part of the run of all strides. [J]
+    singles : (k,) float    Energy of each stride, as part of the run of all strides; as a cycle of its own if the
+                            recording states the end of each stride. [J]
     """
 
     mean_cycle: float
@@ -83,16 +84,20 @@ def stride_energies(drive: MovingDrive, duty: DutyCycle) -> StrideEnergies | Non
     run = motion.as_run if isinstance(motion, Recording) else None
     if not isinstance(motion, Recording) or motion.averaged is None or run is None:
         return None
-    instants = duty.instants(orders=orders_of(drive))
-    cycle = drive.follow(instants.course, load_mass=duty.moved_mass)
+    mean = float(np.sum(_drawn(drive, duty)))
+    if motion.averaged.separate:
+        singles = np.array([np.sum(_drawn(drive, replace(duty, motion=one))) for one in motion.as_cycles])
+        return StrideEnergies(mean_cycle=mean, singles=singles)
     whole = replace(duty, motion=run)
-    over = whole.instants(orders=orders_of(drive))
-    drawn = np.broadcast_to(drive.follow(over.course, load_mass=whole.moved_mass).power_in, over.time.shape)
-    step = whole.period / over.time.size
-    spent = np.concatenate([[0.0], np.cumsum(drawn) * step])
+    drawn = _drawn(drive, whole)
+    spent = np.concatenate([[0.0], np.cumsum(drawn)])
     edges = motion.averaged.edges - motion.averaged.edges[0]
-    passed = np.interp(edges, np.arange(over.time.size + 1) * step, spent)
-    return StrideEnergies(
-        mean_cycle=float(np.mean(np.broadcast_to(cycle.power_in, instants.time.shape))) * duty.period,
-        singles=np.diff(passed),
-    )
+    passed = np.interp(edges, np.arange(drawn.size + 1) * (whole.period / drawn.size), spent)
+    return StrideEnergies(mean_cycle=mean, singles=np.diff(passed))
+
+
+def _drawn(drive: MovingDrive, duty: DutyCycle) -> np.ndarray:
+    """Energy from the supply in each of the equal steps of a motion. [J]"""
+    over = duty.instants(orders=orders_of(drive))
+    power = np.broadcast_to(drive.follow(over.course, load_mass=duty.moved_mass).power_in, over.time.shape)
+    return power * (duty.period / over.time.size)

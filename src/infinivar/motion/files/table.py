@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 
 import numpy as np
 
@@ -61,6 +62,8 @@ class RecordedTable(Frozen):
     lines : (n,) int             Line of the file for each row, used in messages; the row, from 1, where there are no lines.
     place : str                  What `lines` count: "line" or "row".
     top : str                    Where the headings stand, for messages: "line 1".
+    ends : mapping               Values by role at 100 % of the strides whose next one starts with a row at 0 %, which stands for
+                                 the same instant in `columns`. A stride ends with its own row. (m,)
     remarks : tuple of str       What was done to the columns: a flipped sign, a window, resampling.
     """
 
@@ -72,6 +75,7 @@ class RecordedTable(Frozen):
     place: str = "line"
     top: str = "line 1"
     remarks: tuple[str, ...] = ()
+    ends: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -86,3 +90,8 @@ class RecordedTable(Frozen):
     def values(self) -> dict[str, np.ndarray]:
         """Values by field of a motion: angle, angular speed and moment stand as position, speed and force."""
         return {ABOUT_A_JOINT.get(role, role): column.values for role, column in self.columns.items()}
+
+    @property
+    def end_values(self) -> dict[str, np.ndarray]:
+        """Values of `ends` by field of a motion."""
+        return {ABOUT_A_JOINT.get(role, role): values for role, values in self.ends.items()}

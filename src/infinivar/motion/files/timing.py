@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.errors import InputError, ParameterError, require
+from infinivar.errors import InputError, ParameterError, printable, require
 from infinivar.motion.files.reading import read_table
 from infinivar.motion.files.sheet import shown
 from infinivar.motion.files.table import Column, RecordedTable
@@ -22,6 +22,11 @@ each new step, which keeps out what the new rate cannot resolve."""
 _MOST_ROWS = 2_000_000
 _DROP = 0.5
 """A phase that drops by more than this share of a cycle starts the next stride."""
+
+_LEFT_OUT = 0.02
+"""Share of the cycle that a phase may leave out in any case."""
+_MOST_STEPS = 2.5
+"""Usual steps of a phase that it may leave out at its end."""
 
 _WHOLE = 1e-6
 """A phase that covers the cycle to this share covers all of it."""
@@ -62,6 +67,7 @@ def timed(table: RecordedTable, *, cycle_time: float | None = None) -> RecordedT
         If the file has no time and no cycle time is given, has both, or the phase does not increase.
     """
     where = f"{table.file}: {table.top}"
+    _check_percent(table)
     if "time" in table.columns:
         if cycle_time is not None:
             heading = shown(table.columns["time"].heading)
@@ -100,13 +106,46 @@ def _by_phase(table: RecordedTable, cycle_time: float) -> RecordedTable:
     remark = f"phase times a cycle of {plain(cycle_time)} s"
     if np.any(steps < 0.0):
         # A stride that ends at 100 % and the next one, which starts at 0 %, state the same instant.
-        table = _rows(table, np.append(np.diff(whole) > 0.0, True))
+        kept = np.append(np.diff(whole) > 0.0, True)
+        ends = {role: column.values[~kept] for role, column in table.columns.items()}
+        ends["time"] = whole[~kept] * cycle_time
+        table = dataclasses.replace(_rows(table, kept), ends={} if np.all(kept) else ends)
         remark += f", {1 + np.count_nonzero(steps < 0.0)} strides"
+    _check_covered(table, whole)
     missing = 1.0 - float(whole[-1] - whole[0])
     if missing > _WHOLE:
         table = _closed(table)
         remark += f"; closed with the first row over the last {percent(missing, 1)}"
     return _with_time(table, unwrapped(table.columns["phase"].values) * cycle_time, phase.heading, remark)
+
+
+def _check_percent(table: RecordedTable) -> None:
+    """Refuse a phase in percent that never exceeds 1 %: it is a share from 0 to 1."""
+    phase = table.columns.get("phase")
+    if phase is not None and phase.unit != "1" and len(table) > 2 and 0.0 < np.max(phase.values) <= 0.01 + 1e-9:
+        raise InputError(
+            f"{table.file}: {table.top}, column {shown(phase.heading)}: is in %, but reaches only "
+            f"{plain(100.0 * float(np.max(phase.values)))} %; if it counts the cycle from 0 to 1, state its unit: "
+            f'columns = {{ phase = "{printable(phase.heading)} [1]", ... }}'
+        )
+
+
+def _check_covered(table: RecordedTable, whole: np.ndarray) -> None:
+    """Refuse a phase that leaves out a part of the cycle between a stride and the next, or before the first row again."""
+    phase = table.columns["phase"]
+    steps = np.diff(whole)
+    usual = float(np.median(steps[steps > 0.0]))
+    most = max(_LEFT_OUT, _MOST_STEPS * usual)
+    ends = np.append(np.flatnonzero(np.diff(phase.values) < -_DROP), len(whole) - 1)
+    left = np.append(steps[ends[:-1]], 1.0 - (whole[-1] - whole[0]))
+    wrong = np.flatnonzero(left > most + _WHOLE)
+    if wrong.size:
+        row, share = int(ends[wrong[0]]), float(left[wrong[0]])
+        raise InputError(
+            f"{table.file}: {table.place} {table.lines[row]}, column {shown(phase.heading)}: must cover the cycle, but ends at "
+            f"{percent(phase.values[row], 1)} and leaves out {percent(share, 1)} of it, where the rows are "
+            f"{percent(usual, 1)} apart; if the recording is no whole cycle, it needs a column of time and closed = false"
+        )
 
 
 def unwrapped(phase: np.ndarray) -> np.ndarray:

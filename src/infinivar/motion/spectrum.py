@@ -1,0 +1,77 @@
+"""Power of a recorded motion over frequency, as its smoothing finds it, and the share that a cutoff removes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from infinivar.motion.fourier import passed
+
+_ABOVE_NOISE = 4.0
+"""Power of a frequency over the noise floor from which it counts as motion."""
+_BAND = 9
+"""Frequencies averaged to tell motion from noise."""
+
+
+class Density(NamedTuple):
+    """Power spectral density of a position.
+
+    frequency, power : (n,) float   From the lowest frequency up. [Hz], [m^2/Hz, rad^2/Hz]
+    floor : float                   Noise floor: median of the upper half of the frequencies. [m^2/Hz, rad^2/Hz]
+    """
+
+    frequency: np.ndarray
+    power: np.ndarray
+    floor: float
+
+    @property
+    def turn(self) -> np.ndarray:
+        """Angular frequency. [rad/s]"""
+        return 2.0 * np.pi * self.frequency
+
+    @property
+    def motion(self) -> np.ndarray:
+        """Power of the speed above the noise floor. (n,) [m^2/s^2/Hz, rad^2/s^2/Hz]"""
+        band = min(_BAND, len(self.power))
+        smooth = np.convolve(self.power, np.ones(band) / band, mode="same")
+        return np.where(
+            smooth > _ABOVE_NOISE * self.floor, np.maximum(self.power - self.floor, 0.0) * self.turn**2, 0.0
+        )
+
+    def removed(self, cutoff: float) -> float:
+        """Share of the speed's power above the noise floor that smoothing with a cutoff [Hz] removes. [-]"""
+        motion = self.motion
+        return float(np.sum(motion * (1.0 - passed(self.frequency, cutoff) ** 2)) / (np.sum(motion) or 1.0))
+
+    def below(self, share: float) -> float:
+        """Frequency up to which a share of the speed's power above the noise floor lies. [Hz]"""
+        sums = np.cumsum(self.motion)
+        return float(self.frequency[min(int(np.searchsorted(sums, share * sums[-1])), len(sums) - 1)])
+
+
+def density(time: np.ndarray, values: np.ndarray, field: str, *, closed: bool) -> Density:
+    """Power spectral density of a recorded position, or of the position of a recorded speed, from equal steps.
+
+    A cycle is a whole period, so its harmonics are exact without a window. Anything else is taken without the straight line
+    through its ends, under a Hann window, which spreads a frequency to its two neighbours.
+
+    Parameters
+    ----------
+    time, values : (n,) float   Recorded rows. [s], [m, rad] or [m/s, rad/s]
+    field : str                 "position" or "speed".
+    closed : bool               Whether the rows are one cycle, both ends included.
+
+    Source: welch1967, for one segment.
+    """
+    count = len(time) - 1
+    lasts = float(time[-1] - time[0])
+    even = np.interp(time[0] + np.arange(count + 1) * (lasts / count), time, values)
+    if field == "position":
+        even = even - np.linspace(even[0], even[-1], count + 1)
+    rows = even[:-1] - np.mean(even[:-1])
+    window = np.ones(count) if closed else 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
+    power = 2.0 * lasts / count * np.abs(np.fft.rfft(rows * window)) ** 2 / np.sum(window**2)
+    frequency = np.arange(1, len(power)) / lasts
+    power = power[1:] / ((2.0 * np.pi * frequency) ** 2 if field == "speed" else 1.0)
+    return Density(frequency, power, float(np.median(power[len(power) // 2 :])))
