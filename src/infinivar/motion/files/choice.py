@@ -8,7 +8,16 @@ from typing import NamedTuple, NoReturn
 
 from infinivar import units
 from infinivar.errors import InputError, nearest, printable
-from infinivar.motion.files.headings import FAMILIES, Heading, bracketed, family_of, folded, role_by_name, spelt
+from infinivar.motion.files.headings import (
+    FAMILIES,
+    Heading,
+    bracketed,
+    family_of,
+    folded,
+    named_per_kg,
+    role_by_name,
+    spelt,
+)
 from infinivar.motion.files.sheet import Source, shown
 from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES
 
@@ -87,7 +96,7 @@ def _asked(source: Source, entry: str) -> tuple[int, str | None]:
         unit is not None
         and own is not None
         and spelt(own) != spelt(unit)
-        and asked.name != source.headings[places[0]].text
+        and (asked.name != source.headings[places[0]].text or spelt(own)[1])
     ):
         _refuse(source, places, f"states the unit {own!r}, but columns states {unit!r}; remove one of the two")
     return places[0], unit
@@ -101,7 +110,8 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     stated = unit or heading.unit or source.usual_unit(role, heading)
     written = stated or _LOCOHUB.get(heading.text) or usual.get(folded(heading.text))
     if not written:
-        example = f"{heading.name} [{_EXAMPLES.get(role, ROLES.get(role))}]"
+        per = "/kg" if role in SCALED and named_per_kg(heading.name) else ""
+        example = f"{heading.name} [{_EXAMPLES.get(role, ROLES.get(role))}{per}]"
         _refuse(
             source, [place],
             f"must state its unit, such as {shown(example)}, in the file or under columns in the study",
@@ -109,6 +119,12 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     base, per_kg = spelt(written)
     if per_kg and role not in SCALED:
         base, per_kg = written, False
+    if role in SCALED and named_per_kg(heading.name) and not per_kg:
+        _refuse(
+            source, [place],
+            f"is per kilogram by its name, but the unit {written!r} is not; state {shown(written + '/kg')}, or name the column "
+            "without it",
+        )  # fmt: skip
     try:
         return Chosen(place, written, units.parse(f"1 {base}", ROLES[role]), per_kg)
     except InputError as problem:
@@ -166,9 +182,14 @@ def _candidates(
             (exact if named else loose).append((role, _measured(source, role, place, None, usual)))
         except InputError as problem:
             # A name that ends with the quantity says what the column is; "moment cell supply (V)" may be anything.
-            if heading.unit is None or family_of(heading.name.split()[-1], None) == family:
+            if heading.unit is None or named_per_kg(heading.name) or _ends_with(heading.name, family):
                 faults.append(problem)
     return exact or loose, next(iter(faults), None)
+
+
+def _ends_with(name: str, family: str) -> bool:
+    """Whether the last word of a name speaks of a family of quantities."""
+    return family_of(name.split()[-1], None) == family
 
 
 def _role(source: Source, family: str, heading: Heading) -> str:

@@ -13,7 +13,7 @@ from infinivar.motion.files.text import Text
 _HEADED = re.compile(r"[^\s\[(]\S*?(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?(?=\s|$)")
 """A heading in a line of headings between blanks: a word, with its unit in brackets if it has one."""
 
-_COMMENT = re.compile(r"^\s*(?:#|//)\s*|^\s*%\s*(?!\s*(?:gait|stride|cycle|of)\b)", re.IGNORECASE)
+_COMMENT = re.compile(r"^\s*(?:#|//)\s*|^\s*%\s*(?!\s*(?:gait|stride|cycle|of|gc)\b)", re.IGNORECASE)
 """Sign of a comment at the start of a line; "% gait cycle" is a heading."""
 
 _MOST_COLUMNS = 10_000
