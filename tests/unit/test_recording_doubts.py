@@ -56,3 +56,100 @@ def test_a_sign_reversed_twice_over_is_said_once(tmp_path):
     found = iv.read_table(file, flip=("position", "position"))
     assert found.remarks == ("sign of the position reversed",)
     np.testing.assert_allclose(found.columns["position"].values, -1e-3 * WAVE, atol=1e-9)
+
+
+def test_joints_that_a_study_names_are_read(tmp_path):
+    """What the headings leave in doubt, a study decides."""
+    file = table(tmp_path / "two.csv", "Time (s),Knee angle (deg),Hip moment (Nm)", TIME, WAVE, WAVE)
+    for chosen in (None, {"time": "Time", "angle": "Knee angle", "moment": "Hip moment"}):
+        if chosen is None:
+            with pytest.raises(InputError, match="different joints"):
+                iv.read_table(file)
+        else:
+            assert set(iv.read_table(file, columns=chosen).columns) == set(chosen)
+
+
+TURN = 2.0 * np.pi
+
+
+@pytest.mark.parametrize("order", ["Pos (mm),Speed (mm/s)", "Angle (deg),Angular speed (deg/s)"])
+@pytest.mark.parametrize(("factor", "said"), [(1.0, None), (-1.0, "200 %"), (0.0, "100 %"), (0.5, "50 %"), (0.9, None)])
+def test_a_speed_beside_a_position_is_compared_and_not_used(tmp_path, order, factor, said):
+    """Amplitudes of 1 and f times the true speed differ by |1 - f| of the larger."""
+    rng = np.random.default_rng(7)
+    place = np.round(30.0 * WAVE, 1)  # counts of 0.1, whose slope from row to row is noise
+    speed = factor * 30.0 * TURN * np.cos(TURN * TIME) + rng.normal(0.0, 5.0, TIME.size)
+    file = table(tmp_path / "both.csv", f"Time (s),{order}", TIME, place, speed)
+    alone = table(tmp_path / "alone.csv", f"Time (s),{order.partition(',')[0]}", TIME, place)
+    read = iv.Recording.read(str(file))
+    assert read == iv.Recording.read(str(alone))
+    found = iv.inspect_motion(file)
+    other = order.partition(",")[2]
+    assert found.table.ignored == (other,)
+    assert any("is not used beside" in remark and other in remark for remark in found.table.remarks)
+    for warnings in (read.warnings, found.warnings):
+        doubts = [warning for warning in warnings if "contradict" in warning]
+        assert len(doubts) == (said is not None)
+        if said is not None:
+            share = float(doubts[0].partition(" is ")[2].partition(" %")[0])
+            assert share == pytest.approx(float(said.partition(" ")[0]), abs=5.0)
+
+
+def test_a_rested_load_with_a_speed_of_zero_agrees(tmp_path):
+    file = table(tmp_path / "rest.csv", "Time (s),Pos (mm),Speed (mm/s)", TIME, 0.0 * TIME, 0.0 * TIME)
+    assert not any("contradict" in warning for warning in iv.Recording.read(str(file)).warnings)
+
+
+def strides(path, times=True):
+    """Four strides of 1 s that a phase marks."""
+    time = np.arange(401) / 100.0
+    columns = [time] if times else []
+    angle = 20.0 * np.sin(TURN * time)
+    return table(path, "Time (s)," * times + "phase (%),Knee angle (deg)", *columns, 100.0 * (time % 1.0), angle)
+
+
+def test_strides_that_a_phase_marks_are_shown_whole(tmp_path):
+    found = iv.inspect_motion(strides(tmp_path / "long.csv"))
+    assert len(found.strides) == 4
+    assert found.strides.method == "phase"
+    assert found.motion.period == pytest.approx(4.0)
+    found = iv.inspect_motion(strides(tmp_path / "phase.csv", times=False), cycle_time=1.0)
+    assert len(found.strides) == 4
+    assert found.extremes["position"][1] == pytest.approx(np.radians(20.0), rel=1e-3)
+
+
+def test_strides_that_a_phase_marks_are_a_run_if_a_study_says_so(tmp_path):
+    file = str(strides(tmp_path / "long.csv"))
+    with pytest.raises(InputError, match=r"starts another stride; .* closed = false"):
+        iv.Recording.read(file)
+    assert iv.Recording.read(file, closed=False).period == pytest.approx(4.0)
+
+
+STUDY = """
+[requirement]
+base = "faulring2006"
+[drives.cobotic]
+base = "faulring2006.cobotic"
+[duty.fast]
+shape = "sinusoid"
+distance = "10 mm"
+frequency = "1 Hz"
+time_share = "60 %"
+[duty.slow]
+shape = "sinusoid"
+distance = "10 mm"
+frequency = "{frequency}"
+time_share = "{share}"
+"""
+
+
+def test_a_faulty_duty_table_is_one_fault(tmp_path):
+    """The shares are not added up while one is unknown."""
+    file = tmp_path / "mixed.toml"
+    file.write_text(STUDY.format(frequency="1 m", share="40 %"), "utf-8")
+    with pytest.raises(InputError, match=r"duty\.slow\.frequency") as fault:
+        iv.load_study(file)
+    assert len(str(fault.value).splitlines()) == 1
+    file.write_text(STUDY.format(frequency="1 Hz", share="30 %"), "utf-8")
+    with pytest.raises(InputError, match="add up to 90 %"):
+        iv.load_study(file)

@@ -71,6 +71,10 @@ _OF_A_ROLE = {
 }
 """Words that leave no choice between the roles of a family."""
 
+_JOINTS = {"hip", "knee", "ankle", "toe", "shoulder", "elbow", "wrist"}
+_SIDES = {"left": "left", "l": "left", "right": "right", "r": "right", "ipsi": "ipsi", "contra": "contra"}
+"""Words of the joints and sides of a body, by which columns belong together."""
+
 _OF_A_CYCLE = {"phase", "gait", "stride", "cycle", "gc"}
 _NOT_THE_MOTION = {
     "acceleration", "acc", "power", "work", "energy", "jerk", "error", "setpoint", "target", "reference", "desired",
@@ -143,6 +147,12 @@ def role_by_name(name: str, family: str) -> str | None:
     """Return the role among those of a family that a name leaves no choice of; None if the unit decides."""
     words = {word.lower() for word in _WORDS.findall(name)}
     return next((role for role in FAMILIES[family] if words & _OF_A_ROLE.get(role, set())), None)
+
+
+def places_of(name: str) -> list[set[str]]:
+    """Return the joint and the side that a name speaks of, each empty where it names none."""
+    words = {word.lower() for word in _WORDS.findall(name)}
+    return [words & _JOINTS, {_SIDES[word] for word in words & set(_SIDES)}]
 
 
 def folded(text: str) -> str:

@@ -62,6 +62,7 @@ class RecordedTable(Frozen):
     place : str                  What `lines` count: "line" or "row".
     top : str                    Where the headings stand, for messages: "line 1".
     remarks : tuple of str       What was done to the columns: a flipped sign, a window, resampling.
+    warnings : tuple of str      What in the file contradicts itself.
     """
 
     file: str
@@ -72,6 +73,7 @@ class RecordedTable(Frozen):
     place: str = "line"
     top: str = "line 1"
     remarks: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         """Number of rows."""
