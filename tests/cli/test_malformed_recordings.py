@@ -114,7 +114,7 @@ FAULTS = {
     "row of units with a fault": (
         at(1, "time,Pos,Fz\ns,V,N"),
         "",
-        "line 1, column 'Pos': has the unit 'V' where m is needed",
+        "line 2, column 'Pos': has the unit 'V' where m is needed",
     ),
     "row of units that contradicts": (
         at(1, "time [s],Pos (mm),Fz (N)\ns,m,N"),

@@ -153,3 +153,22 @@ def test_a_faulty_duty_table_is_one_fault(tmp_path):
     file.write_text(STUDY.format(frequency="1 Hz", share="30 %"), "utf-8")
     with pytest.raises(InputError, match="add up to 90 %"):
         iv.load_study(file)
+
+
+def test_comments_between_rows_are_said(tmp_path):
+    """A row behind a comment sign may be a comment by mistake; blank lines and comments above the rows are not."""
+    file = table(tmp_path / "log.csv", "Time (s),Pos (mm)", TIME, WAVE)
+    lines = file.read_text("utf-8").splitlines()
+    assert iv.read_table(file).remarks == ()
+    lines[50] = "# " + lines[50]
+    file.write_text("\n".join(["# a logger", *lines[:70], "", *lines[70:], "# the end"]), "utf-8")
+    found = iv.read_table(file)
+    assert len(found) == len(TIME) - 1
+    assert found.remarks == ("1 comment between the rows not read: line 52",)
+
+
+def test_a_faulty_unit_below_the_headings_is_found_where_it_stands(tmp_path):
+    file = tmp_path / "log.csv"
+    file.write_text("a logger\nTime,Pos,Fz\ns,mm,bananas\n" + "\n".join(f"{t:.2f},1,2" for t in TIME), "utf-8")
+    with pytest.raises(InputError, match=r"log\.csv: line 3, column 'Fz': has an unknown unit 'bananas'"):
+        iv.read_table(file)

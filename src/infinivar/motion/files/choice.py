@@ -19,7 +19,7 @@ from infinivar.motion.files.headings import (
     role_by_name,
     spelt,
 )
-from infinivar.motion.files.sheet import Source, shown
+from infinivar.motion.files.sheet import Source, fault, shown
 from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES, SIGNED
 
 _MOST_LISTED = 6
@@ -129,6 +129,8 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     try:
         return Chosen(place, written, units.parse(f"1 {base}", ROLES[role]), per_kg)
     except InputError as problem:
+        if heading.below and not unit:
+            fault(source, heading.below, place, str(problem))
         _refuse(source, [place], str(problem))
 
 

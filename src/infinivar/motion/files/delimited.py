@@ -186,5 +186,5 @@ def with_units_row(sheet: TextSheet, row: int) -> TextSheet:
                 sheet, row + 1, place,
                 f"must be a number, or repeat the unit {heading.unit!r}, got {shown(cell)}",
             )  # fmt: skip
-        made.append(heading if not cell else Heading(heading.text, heading.name, cell))
+        made.append(heading if not cell else Heading(heading.text, heading.name, cell, row + 1))
     return dataclasses.replace(sheet, headings=tuple(made), start=row + 1)

@@ -84,11 +84,15 @@ _NOT_THE_MOTION = {
 
 
 class Heading(NamedTuple):
-    """Heading of a column as written, its name without the unit, and the unit as written; None without one."""
+    """Heading of a column as written, its name without the unit, and the unit as written; None without one.
+
+    ``below`` is the line of the unit if it stands in a row of units below the headings, else 0.
+    """
 
     text: str
     name: str
     unit: str | None
+    below: int = 0
 
 
 def bracketed(text: str) -> Heading:

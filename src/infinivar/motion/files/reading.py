@@ -93,6 +93,7 @@ def read_table(
         place=source.place,
         top=source.top,
         remarks=(
+            *source.passed_over(lines),
             *(f"sign of the {spoken(role)} reversed" for role in flip),
             *(
                 f"{spoken(role)} per kilogram times {units.show(body_mass or 0.0, 'kg')}"
