@@ -114,7 +114,7 @@ FAULTS = {
     "row of units with a fault": (
         at(1, "time,Pos,Fz\ns,V,N"),
         "",
-        "line 1, column 'Pos': has the unit 'V' where m is needed",
+        "line 2, column 'Pos': has the unit 'V' where m is needed",
     ),
     "row of units that contradicts": (
         at(1, "time [s],Pos (mm),Fz (N)\ns,m,N"),
@@ -259,6 +259,39 @@ FAULTS = {
     ),
     "flip twice": (CSV, 'flip = ["force", "force"]', "must be different words, got 'force' twice"),
     "one end of a window": (CSV, 'window = ["1 s"]', "duty.recorded.window must be a start and a later end, got 1 s"),
+    "method without a rate": (
+        CSV,
+        'resampling = "cubic"',
+        "resampling = 'cubic' does not apply without sample_rate",
+    ),
+    "body mass of nothing": (GAIT, JOINT.replace("75", "0"), "duty.recorded.body_mass"),
+    "other joint": (
+        at(1, "time [s],Knee angle (deg),Hip moment (Nm)"),
+        "",
+        "line 1, columns 'Knee angle (deg)', 'Hip moment (Nm)': are of different joints or sides; choose in the study what "
+        'belongs together: columns = { time = "time [s]", angle = "Knee angle (deg)" } for the first alone, or columns = '
+        '{ time = "time [s]", angle = "Knee angle (deg)", moment = "Hip moment (Nm)" } to read both',
+    ),
+    "other side": (
+        at(1, "time [s],knee_angle_r_deg,knee_moment_l_Nm"),
+        "",
+        "columns 'knee_angle_r_deg', 'knee_moment_l_Nm': are of different joints or sides",
+    ),
+    "two angles and a moment": (
+        at(1, "time [s],Knee angle (deg),Hip angle (deg),Hip moment (Nm),Knee moment (Nm)").replace(
+            ",-4.0", ",1,-4.0,-4.0"
+        ),
+        "",
+        "line 1, columns 'Knee angle (deg)', 'Hip angle (deg)': could each be the angle; choose in the study with one line for "
+        'all columns, such as columns = { time = "time [s]", angle = "Knee angle (deg)", moment = "Knee moment (Nm)" }',
+    ),
+    "position of an unknown name": (
+        at(1, "t [s],F [N],x [mm]"),
+        "",
+        "line 1: must name a column of position or speed, or of angle or angular speed; found 't [s]' as time, 'F [N]' as "
+        "force; other headings: 'x [mm]'; if one of them is the motion, name it with columns, such as columns = "
+        '{ time = "t [s]", force = "F [N]", position = "x [mm]" }',
+    ),
     "unknown method": (
         CSV,
         'resampling = "spline"',

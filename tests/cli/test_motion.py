@@ -130,16 +130,23 @@ def test_a_joint_is_shown_with_its_words(infinivar, tmp_path):
         (["log.csv", "--cutoff", "0.01 Hz"], "to keep one cycle in a recording of 6 s"),
         (["log.csv", "--body-mass", "75 kg"], "per kilogram"),
         (["log.csv", "--load-mass", "3 N"], "--load-mass '3 N' must be a mass such as \"0.8 kg\""),
+        (["log.csv", "--load-mass", "0.8 kg m^2"], "is a moment of inertia, but the motion is along a line"),
+        (["log.csv", "--load-mass=-1 kg"], "--load-mass '-1 kg' must be >= 0"),
+        (["turn.csv", "--load-mass", "1 kg"], "is a mass, but the motion is about a joint"),
+        (["log.csv", "--stride-time", "0 s"], "stride_time must be > 0 s, got 0"),
+        (["log.csv", "--cutoff", "500 Hz"], "cutoff must be <= 100 Hz, half the sample rate, got 500"),
+        (["turn.csv", "--body-mass", "0 kg"], "body_mass must be > 0 kg"),
         (["none.csv"], "none.csv"),
     ],
 )
 def test_bad_input_is_one_message_and_writes_nothing(infinivar, tmp_path, arguments, message):
     log(tmp_path / "log.csv")
+    log(tmp_path / "turn.csv", heading="Time (s),Angle (deg),Moment (Nm)")
     outcome = infinivar("motion", *arguments, "--out", "out")
     assert outcome.code == 2
     assert message in outcome.err
     assert outcome.err.count("infinivar:") == 1
-    assert results(tmp_path) == ["log.csv"]
+    assert results(tmp_path) == ["log.csv", "turn.csv"]
 
 
 def test_a_gap_is_shown(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ import numpy as np
 
 from infinivar._core.result import Frozen, Result, result
 from infinivar.axis import Axis
-from infinivar.errors import InputError
+from infinivar.errors import InputError, require
+from infinivar.motion.files.agreement import one_course
 from infinivar.motion.files.table import RecordedTable
 from infinivar.motion.files.timing import read_timed
 from infinivar.motion.recordings import CUTOFF, Recording
@@ -320,12 +322,9 @@ def summary(
     closed: bool | None = None,
 ) -> MotionSummary:
     """Summarise a recording that is already read; arguments as of `inspect_motion`."""
+    table = one_course(table)
     values = table.values
-    if "position" not in values and "speed" not in values:
-        kind = table.axis
-        raise InputError(
-            f"{table.file}: must have a column of {kind.position} or {kind.speed}, found {', '.join(table.columns)}"
-        )
+    _check_asked(Sampling.of(values["time"]), cutoff, stride_time, load_mass)
     field = "position" if "position" in values else "speed"
     time = values["time"]
     drift, span = _drift(time, values[field], field)
@@ -335,7 +334,9 @@ def summary(
     if cutoff is None and lowest > CUTOFF:
         used, chosen = lowest, "the lowest that so short a recording allows"
     within = {"angle_resolution" if table.axis.rotary else "resolution": resolution}
-    motion = Recording.of(table, cutoff=used, closed=closes, **within)
+    # All strides are shown, so that a phase that starts again does not matter here.
+    whole = {role: column for role, column in table.columns.items() if role != "phase"}
+    motion = Recording.of(dataclasses.replace(table, columns=whole), cutoff=used, closed=closes, **within)
     count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
     at = (np.arange(count) + 0.5) * (motion.period / count)
     position, speed, acceleration = motion.derivatives(at, 2)
@@ -360,6 +361,16 @@ def summary(
         force=motion.push(at, 0)[0] if "force" in values else None,
         load_mass=load_mass,
     )
+
+
+def _check_asked(sampling: Sampling, cutoff: float | None, stride_time: float | None, load_mass: float) -> None:
+    """Refuse options outside their ranges, among them a cutoff of which the recording holds nothing."""
+    if cutoff is not None:
+        most = 0.5 * sampling.rate
+        require(cutoff <= most * (1.0 + 1e-9), "cutoff", plain(cutoff), f"<= {plain(most, 4)} Hz, half the sample rate")
+    if stride_time is not None:
+        require(stride_time > 0.0, "stride_time", plain(stride_time), "> 0", "s")
+    require(load_mass >= 0.0, "load_mass", plain(load_mass), ">= 0")
 
 
 def _drift(time: np.ndarray, values: np.ndarray, field: str) -> tuple[float, float]:

@@ -70,10 +70,11 @@ def motion(
                 window=None if window is None else _window(window),
                 cutoff=quantity("--cutoff", cutoff, "Hz"),
                 stride_time=quantity("--stride-time", stride_time, "s"),
-                load_mass=_load_mass(load_mass),
+                load_mass=_load_mass(load_mass)[0],
             )
         except ParameterError as problem:
             raise InputError(f"{printable(file)}: {problem}") from problem
+        _check_load_mass(load_mass, about_a_joint=found.axis.rotary)
         files = save(found, out)
     if as_json:
         print_json({**found.to_dict(), "files": [str(one) for one in files]})
@@ -101,16 +102,29 @@ def _window(text: str) -> tuple[float, ...]:
     return tuple(part for part in parts if part is not None)
 
 
-def _load_mass(text: str | None) -> float:
-    """Mass or moment of inertia of the load; 0 if none is given. [kg, kg m^2]"""
-    if text is None:
-        return 0.0
+def _load_mass(text: str | None) -> tuple[float, bool]:
+    """Mass or moment of inertia of the load, and whether it is the latter; 0 if none is given. [kg, kg m^2]"""
     for unit in ("kg", "kg m^2"):
         with contextlib.suppress(InputError):
-            return quantity("--load-mass", text, unit) or 0.0
-    raise InputError(
-        f'--load-mass {text!r} must be a mass such as "0.8 kg", or about a joint an inertia such as "0.1 kg m^2"'
-    )
+            found = quantity("--load-mass", text, unit) or 0.0
+            break
+    else:
+        raise InputError(
+            f'--load-mass {text!r} must be a mass such as "0.8 kg", or about a joint an inertia such as "0.1 kg m^2"'
+        )
+    if not found >= 0.0:
+        raise InputError(f"--load-mass {text!r} must be >= 0")
+    return found, unit != "kg"
+
+
+def _check_load_mass(text: str | None, *, about_a_joint: bool) -> None:
+    """Refuse a mass about a joint, and a moment of inertia along a line."""
+    if text is None or _load_mass(text)[1] == about_a_joint:
+        return
+    wrong = "is a mass, but the motion is about a joint; state a moment of inertia, such as '0.1 kg m^2'"
+    if not about_a_joint:
+        wrong = "is a moment of inertia, but the motion is along a line; state a mass, such as '0.8 kg'"
+    raise InputError(f"--load-mass {text!r} {wrong}")
 
 
 def _lines(found: MotionSummary) -> Iterator[str]:

@@ -15,8 +15,8 @@ from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_real, chosen_words, component, named_texts, quantities, quantity
 from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.errors import InputError, ParameterError, printable
+from infinivar.motion.files.agreement import one_course
 from infinivar.motion.files.fields import BODY_MASS, COLUMNS, CYCLE_TIME, FILE, FLIP, WINDOW, columns_of, how_read
-from infinivar.motion.files.reading import headings_in
 from infinivar.motion.files.table import ROLES, SIGNED, RecordedTable
 from infinivar.motion.files.timing import read_timed
 from infinivar.motion.fourier import Series
@@ -49,6 +49,7 @@ class Recording(HoldsArrays, PeriodicMotion):
                                    joint the moment on the load, positive along the angle. [N m]
     rotary : bool                  Whether the motion is about a joint.
     lines : (n,) int               Line of the file for each row, used in messages; defaults to counting from 1.
+    doubts : tuple of str          What in the file contradicts itself, for the warnings.
     averaged : Strides             The strides of which the cycle is the mean; None if it is not an average.
 
     Raises
@@ -96,6 +97,7 @@ class Recording(HoldsArrays, PeriodicMotion):
     force: np.ndarray | None = field(repr=False, default=None)
     rotary: bool = field(repr=False, default=False)
     lines: tuple[int, ...] = field(repr=False, compare=False, default=())
+    doubts: tuple[str, ...] = field(repr=False, compare=False, default=())
     averaged: Strides | None = field(repr=False, compare=False, default=None)
     _period: float = field(init=False, repr=False, compare=False, default=0.0)
     _motion: Smoothed = field(init=False, repr=False, compare=False, default=_NOT_READ)
@@ -145,30 +147,25 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @classmethod
     def of(cls, table: RecordedTable, **fields: Any) -> Recording:
-        """Make a recording of a table with times; a speed beside a position is not used.
+        """Make a recording of a table with times; a speed beside a position is compared with it, and not used.
 
         Raises
         ------
         InputError
             If the table has neither position nor speed, or fewer than two strides to average.
         """
+        table = one_course(table)
         values = table.values
-        if "position" in values:
-            values.pop("speed", None)
-        if "position" not in values and "speed" not in values:
-            raise InputError(
-                f"{table.file}: {table.top}: must name a column of position or speed, or of angle or angular speed; "
-                f"{headings_in(table)}"
-            )
         data: dict[str, Any] = {name: values[name] for name in ("time", "position", "speed", "force") if name in values}
         data["lines"] = tuple(table.lines.tolist())
         if fields.get("strides") != "average":
-            _check_one_stride(table)
+            if fields.get("closed", True):
+                _check_one_stride(table)
         else:
             found = strides_of(table, fields.get("stride_time"))
             data = {name: values for name, values in found.mean_cycle.items() if name in data}
             data["averaged"] = found
-        return cls(**{"file": table.file, **fields}, **data, rotary=table.axis.rotary)
+        return cls(**{"file": table.file, **fields}, **data, rotary=table.axis.rotary, doubts=table.warnings)
 
     def __post_init__(self) -> None:
         """Validate, copy, lock and smooth the data."""
@@ -222,10 +219,11 @@ class Recording(HoldsArrays, PeriodicMotion):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of gaps, drift, possibly unrecognised rest and unusual strides."""
+        """Warnings of columns that contradict each other, gaps, drift, possibly unrecognised rest and unusual strides."""
         unusual = {} if self.averaged is None else self.averaged.outliers
         name = printable(self.file)
         return (
+            *self.doubts,
             *self._warnings,
             *(
                 f"{name}: stride {number} is unusual: {reason}; it is averaged too"
@@ -286,5 +284,5 @@ def _check_one_stride(table: RecordedTable) -> None:
     if phase is not None and (drops.size > 1 or (drops.size and phase.values[-1] > phase.values[0])):
         raise InputError(
             f"{table.file}: {table.place} {table.lines[drops[0] + 1]}, column {phase.heading!r}: starts another stride; average "
-            'the strides with strides = "average", or choose one with a window'
+            'the strides with strides = "average", choose one with a window, or take all as a run with closed = false'
         )

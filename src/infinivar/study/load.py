@@ -157,7 +157,8 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
     duty = loading.tasks("duty", DutyCycle)
     rig = loading.rig()
     with loading.collecting():
-        _check_shares(duty)
+        if len(duty) == len(loading.raw.get("duty", {})):  # the share of an invalid table is not known
+            _check_shares(duty)
     uncertainty = loading.uncertainty(drives)
     if loading.faults:
         raise StudyError(*loading.faults)

@@ -8,9 +8,19 @@ from typing import NamedTuple, NoReturn
 
 from infinivar import units
 from infinivar.errors import InputError, nearest, printable
-from infinivar.motion.files.headings import FAMILIES, Heading, bracketed, family_of, folded, role_by_name, spelt
-from infinivar.motion.files.sheet import Source, shown
-from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES
+from infinivar.motion.files.headings import (
+    FAMILIES,
+    Heading,
+    bracketed,
+    family_of,
+    folded,
+    named_per_kg,
+    places_of,
+    role_by_name,
+    spelt,
+)
+from infinivar.motion.files.sheet import Source, fault, shown
+from infinivar.motion.files.table import ABOUT_A_JOINT, ROLES, SIGNED
 
 _MOST_LISTED = 6
 _ALONG_A_LINE = tuple(ABOUT_A_JOINT.values())
@@ -87,7 +97,7 @@ def _asked(source: Source, entry: str) -> tuple[int, str | None]:
         unit is not None
         and own is not None
         and spelt(own) != spelt(unit)
-        and asked.name != source.headings[places[0]].text
+        and (asked.name != source.headings[places[0]].text or spelt(own)[1])
     ):
         _refuse(source, places, f"states the unit {own!r}, but columns states {unit!r}; remove one of the two")
     return places[0], unit
@@ -101,7 +111,8 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     stated = unit or heading.unit or source.usual_unit(role, heading)
     written = stated or _LOCOHUB.get(heading.text) or usual.get(folded(heading.text))
     if not written:
-        example = f"{heading.name} [{_EXAMPLES.get(role, ROLES.get(role))}]"
+        per = "/kg" if role in SCALED and named_per_kg(heading.name) else ""
+        example = f"{heading.name} [{_EXAMPLES.get(role, ROLES.get(role))}{per}]"
         _refuse(
             source, [place],
             f"must state its unit, such as {shown(example)}, in the file or under columns in the study",
@@ -109,9 +120,17 @@ def _measured(source: Source, role: str, place: int, unit: str | None, usual: Ma
     base, per_kg = spelt(written)
     if per_kg and role not in SCALED:
         base, per_kg = written, False
+    if role in SCALED and named_per_kg(heading.name) and not per_kg:
+        _refuse(
+            source, [place],
+            f"is per kilogram by its name, but the unit {written!r} is not; state {shown(written + '/kg')}, or name the column "
+            "without it",
+        )  # fmt: skip
     try:
         return Chosen(place, written, units.parse(f"1 {base}", ROLES[role]), per_kg)
     except InputError as problem:
+        if heading.below and not unit:
+            fault(source, heading.below, place, str(problem))
         _refuse(source, [place], str(problem))
 
 
@@ -137,13 +156,42 @@ def by_heading(source: Source, usual: Mapping[str, str], roles: Container[str]) 
         if family in ("speed", "force") and rotary is not None:
             fitting = _about(source, fitting, rotary, found)
         if len(fitting) > 1:
-            _ask(source, family, fitting, found)
+            _ask(source, fitting, found, _rest(source, family, usual, roles))
         elif fitting:
             role, chosen = fitting[0]
             found[role] = chosen
         elif fault is not None and _INSTEAD.get(family) not in {_family(role) for role in found}:
             raise fault
+    _check_places(source, found)
     return found
+
+
+def _rest(source: Source, family: str, usual: Mapping[str, str], roles: Container[str]) -> list[tuple[str, Chosen]]:
+    """Return the columns that could be of the families after one, with their roles."""
+    families = list(FAMILIES)
+    later = [
+        other for other in families[families.index(family) + 1 :] if any(role in roles for role in FAMILIES[other])
+    ]
+    return [one for other in later for one in _candidates(source, other, usual)[0]]
+
+
+def _apart(source: Source, one: Chosen, other: Chosen) -> bool:
+    """Whether the headings of two columns name different joints or sides."""
+    pairs = zip(*(places_of(source.headings[chosen.place].text) for chosen in (one, other)), strict=True)
+    return any(first and second and not first & second for first, second in pairs)
+
+
+def _check_places(source: Source, found: Mapping[str, Chosen]) -> None:
+    """Refuse columns of different joints or sides, unless a study names them."""
+    moving = [one for role, one in found.items() if role in SIGNED]
+    for other in moving[1:]:
+        if _apart(source, moving[0], other):
+            alone = {role: one for role, one in found.items() if not _apart(source, moving[0], one)}
+            _refuse(
+                source, [moving[0].place, other.place],
+                "are of different joints or sides; choose in the study what belongs together: "
+                f"{_suggested(source, alone)} for the first alone, or {_suggested(source, found)} to read both",
+            )  # fmt: skip
 
 
 def _family(role: str) -> str:
@@ -166,9 +214,14 @@ def _candidates(
             (exact if named else loose).append((role, _measured(source, role, place, None, usual)))
         except InputError as problem:
             # A name that ends with the quantity says what the column is; "moment cell supply (V)" may be anything.
-            if heading.unit is None or family_of(heading.name.split()[-1], None) == family:
+            if heading.unit is None or named_per_kg(heading.name) or _ends_with(heading.name, family):
                 faults.append(problem)
     return exact or loose, next(iter(faults), None)
+
+
+def _ends_with(name: str, family: str) -> bool:
+    """Whether the last word of a name speaks of a family of quantities."""
+    return family_of(name.split()[-1], None) == family
 
 
 def _role(source: Source, family: str, heading: Heading) -> str:
@@ -200,11 +253,24 @@ def _about(
     return kept
 
 
-def _ask(source: Source, family: str, fitting: list[tuple[str, Chosen]], found: Mapping[str, Chosen]) -> NoReturn:
-    """Raise InputError about columns of which a study must choose one."""
+def _ask(
+    source: Source,
+    fitting: list[tuple[str, Chosen]],
+    found: Mapping[str, Chosen],
+    rest: Sequence[tuple[str, Chosen]],
+) -> NoReturn:
+    """Raise InputError about columns of which a study must choose one; the line it suggests loses none of the rest."""
     role, first = fitting[0]
     roles = " or the ".join(dict.fromkeys(spoken(one) for one, _ in fitting))
-    suggestion = _suggested(source, {**found, role: first})
+    line = {**found, role: first}
+    for other, chosen in rest:
+        families = {_family(one) for one in line}
+        if _family(other) not in families and _INSTEAD.get(_family(other)) not in families:
+            moving = {one: column for one, column in line.items() if one in SIGNED and other in SIGNED}
+            axes = {one in ABOUT_A_JOINT for one in moving} | {other in ABOUT_A_JOINT}
+            if not moving or (len(axes) == 1 and not any(_apart(source, one, chosen) for one in moving.values())):
+                line[other] = chosen
+    suggestion = _suggested(source, line)
     _refuse(
         source, [chosen.place for _, chosen in fitting],
         f"could each be the {roles}; choose in the study with one line for all columns, such as {suggestion}",

@@ -13,7 +13,7 @@ from infinivar.motion.files.text import Text
 _HEADED = re.compile(r"[^\s\[(]\S*?(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?(?=\s|$)")
 """A heading in a line of headings between blanks: a word, with its unit in brackets if it has one."""
 
-_COMMENT = re.compile(r"^\s*(?:#|//)\s*|^\s*%\s*(?!\s*(?:gait|stride|cycle|of)\b)", re.IGNORECASE)
+_COMMENT = re.compile(r"^\s*(?:#|//)\s*|^\s*%\s*(?!\s*(?:gait|stride|cycle|of|gc)\b)", re.IGNORECASE)
 """Sign of a comment at the start of a line; "% gait cycle" is a heading."""
 
 _MOST_COLUMNS = 10_000
@@ -186,5 +186,5 @@ def with_units_row(sheet: TextSheet, row: int) -> TextSheet:
                 sheet, row + 1, place,
                 f"must be a number, or repeat the unit {heading.unit!r}, got {shown(cell)}",
             )  # fmt: skip
-        made.append(heading if not cell else Heading(heading.text, heading.name, cell))
+        made.append(heading if not cell else Heading(heading.text, heading.name, cell, row + 1))
     return dataclasses.replace(sheet, headings=tuple(made), start=row + 1)

@@ -6,6 +6,9 @@ import functools
 import re
 from typing import NamedTuple
 
+from infinivar import units
+from infinivar.motion.files.table import ROLES
+
 _BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*", re.DOTALL)
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _PER_KG = re.compile(r"\s*(?:/\s*kg|[ *·⋅.]kg\^?-1|[ *·⋅.]kg⁻¹)")
@@ -15,10 +18,17 @@ _SUFFIXES = {
     **{unit: unit for unit in ("m", "cm", "mm", "um", "s", "ms", "us", "min", "rad", "mrad", "deg", "rev", "rpm")},
     **{unit: unit for unit in ("N", "mN", "kN", "Nm", "mNm", "kNm", "Nmm", "N_m", "mN_m", "kN_m", "N_mm")},
     **{f"{unit}_s": f"{unit}/s" for unit in ("m", "cm", "mm", "rad", "mrad", "deg", "rev")},
-    **{f"{unit}_kg": f"{unit}/kg" for unit in ("N", "Nm", "N_m")},
+    **{f"{unit}/s": f"{unit}/s" for unit in ("m", "cm", "mm", "rad", "mrad", "deg", "rev")},
+    **{f"{unit}{per}kg": f"{unit}/kg" for unit in ("N", "Nm", "N_m", "N-m", "N.m", "N·m") for per in ("_", "/")},
     **dict.fromkeys(("pct", "percent"), "%"),
 }
 """Units behind an underscore at the end of a heading."""
+
+_LOUD = {suffix.upper(): unit for suffix, unit in _SUFFIXES.items() if not suffix.startswith("mN")}
+"""The same for headings in capitals alone; "MN" could be a thousandth or a million of newtons."""
+
+_QUOTIENT = re.compile(r"(.+?)\s+/\s*(\S.*)")
+_NAMED_PER_KG = re.compile(r"(?:/|\bper|_per)[\s_]*kg|[\s_]kg$|kg\^?-1|kg⁻¹", re.IGNORECASE)
 
 _SPELT = {
     **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
@@ -61,7 +71,11 @@ _OF_A_ROLE = {
 }
 """Words that leave no choice between the roles of a family."""
 
-_OF_A_CYCLE = {"phase", "gait", "stride", "cycle"}
+_JOINTS = {"hip", "knee", "ankle", "toe", "shoulder", "elbow", "wrist"}
+_SIDES = {"left": "left", "l": "left", "right": "right", "r": "right", "ipsi": "ipsi", "contra": "contra"}
+"""Words of the joints and sides of a body, by which columns belong together."""
+
+_OF_A_CYCLE = {"phase", "gait", "stride", "cycle", "gc"}
 _NOT_THE_MOTION = {
     "acceleration", "acc", "power", "work", "energy", "jerk", "error", "setpoint", "target", "reference", "desired",
     "command", "cmd", "std", "sd", "deviation", "arm",
@@ -70,31 +84,39 @@ _NOT_THE_MOTION = {
 
 
 class Heading(NamedTuple):
-    """Heading of a column as written, its name without the unit, and the unit as written; None without one."""
+    """Heading of a column as written, its name without the unit, and the unit as written; None without one.
+
+    ``below`` is the line of the unit if it stands in a row of units below the headings, else 0.
+    """
 
     text: str
     name: str
     unit: str | None
+    below: int = 0
 
 
 def bracketed(text: str) -> Heading:
     """Take a heading apart whose unit, if any, stands in brackets."""
     text = text.strip()
     found = _BRACKETS.fullmatch(text)
-    return Heading(text, found[1].strip(), found[2].strip()) if found else Heading(text, text, None)
+    return Heading(text, found[1].rstrip("/ \t").strip(), found[2].strip()) if found else Heading(text, text, None)
 
 
 def heading_of(text: str) -> Heading:
-    """Take a heading apart: ``Pos (mm)``, ``pos [mm]``, ``pos_mm``, ``% gait cycle``."""
+    """Take a heading apart: ``Pos (mm)``, ``pos [mm]``, ``pos_mm``, ``POS_MM``, ``Pos / mm``, ``% gait cycle``."""
     found = bracketed(text)
     if found.unit is not None:
         return found
     text = found.text
     if text.startswith("%") or text.endswith("%"):
         return Heading(text, text.strip("% "), "%")
+    ratio = _QUOTIENT.fullmatch(text)
+    if ratio and any(units.measures(spelt(ratio[2])[0], unit) for unit in ROLES.values() if unit):
+        return Heading(text, ratio[1].strip(), ratio[2].strip())
     parts = text.split("_")
+    known = _LOUD if text.isupper() else _SUFFIXES
     for count in (3, 2, 1):
-        unit = _SUFFIXES.get("_".join(parts[-count:]))
+        unit = known.get("_".join(parts[-count:]))
         if unit is not None and len(parts) > count:
             return Heading(text, "_".join(parts[:-count]), unit)
     return Heading(text, text, None)
@@ -105,6 +127,11 @@ def spelt(unit: str) -> tuple[str, bool]:
     base = _PER_KG.sub("", unit)
     per_kg, unit = base != unit, base.strip()
     return _PRODUCT.sub(r"\1 \2", _SPELT.get(unit.lower(), unit)), per_kg
+
+
+def named_per_kg(name: str) -> bool:
+    """Whether the name of a column, without its unit, says that its values are per kilogram: "ankle moment Nm/kg"."""
+    return _NAMED_PER_KG.search(name) is not None
 
 
 @functools.lru_cache(maxsize=4096)
@@ -124,6 +151,12 @@ def role_by_name(name: str, family: str) -> str | None:
     """Return the role among those of a family that a name leaves no choice of; None if the unit decides."""
     words = {word.lower() for word in _WORDS.findall(name)}
     return next((role for role in FAMILIES[family] if words & _OF_A_ROLE.get(role, set())), None)
+
+
+def places_of(name: str) -> list[set[str]]:
+    """Return the joint and the side that a name speaks of, each empty where it names none."""
+    words = {word.lower() for word in _WORDS.findall(name)}
+    return [words & _JOINTS, {_SIDES[word] for word in words & set(_SIDES)}]
 
 
 def folded(text: str) -> str:

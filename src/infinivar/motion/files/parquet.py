@@ -58,6 +58,11 @@ class ParquetSheet:
         del role, heading
         return None
 
+    def passed_over(self, lines: np.ndarray) -> tuple[str, ...]:
+        """Return a remark about what was not read: none, as the format has no comments."""
+        del lines
+        return ()
+
     def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
         """Return the columns at some places, the number of each row, and the format in words."""
         names = [self.headings[place].text for place in places]

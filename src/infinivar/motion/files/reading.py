@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar import units
 from infinivar._core import files
-from infinivar.errors import InputError, ParameterError, nearest, printable
+from infinivar.errors import InputError, ParameterError, nearest, printable, require
 from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, spoken
 from infinivar.motion.files.delimited import delimited
 from infinivar.motion.files.headings import folded
@@ -60,6 +60,9 @@ def read_table(
     """
     _check_roles("columns", columns or {}, tuple(ROLES))
     _check_roles("flip", flip, SIGNED)
+    flip = tuple(dict.fromkeys(flip))
+    if body_mass is not None:
+        require(body_mass > 0.0, "body_mass", body_mass, "> 0", "kg")
     source = opened(file)
     chosen = by_map(source, columns, usual or {}) if columns is not None else by_heading(source, usual or {}, roles)
     if not chosen:
@@ -90,6 +93,7 @@ def read_table(
         place=source.place,
         top=source.top,
         remarks=(
+            *source.passed_over(lines),
             *(f"sign of the {spoken(role)} reversed" for role in flip),
             *(
                 f"{spoken(role)} per kilogram times {units.show(body_mass or 0.0, 'kg')}"

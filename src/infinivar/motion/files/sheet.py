@@ -18,6 +18,7 @@ MOST_ROWS = 1_000_000
 _SHOWN = 24
 """Characters of a cell shown in a message: enough to find it, without revealing much of a file given by mistake."""
 _LONGEST_HEADING = 60
+_MOST_LISTED = 5
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
 MARKS = {",": "commas", ";": "semicolons", "\t": "tabs", None: "blanks"}
@@ -59,6 +60,10 @@ class Source(Protocol):
 
     def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
         """Return the columns at some places, (rows, places), finite; the line of each row; and the format in words."""
+        ...
+
+    def passed_over(self, lines: np.ndarray) -> tuple[str, ...]:
+        """Return a remark about what stands between rows, given their lines, and was not read."""
         ...
 
 
@@ -180,6 +185,18 @@ class TextSheet:
             values = self._one_by_one(rows, kept, places, comma)
         said = f"{self.kind} with {MARKS[self.mark]}{' and decimal commas' if comma else ''}, {self.encoding}"
         return values, np.asarray(kept) + 1, said
+
+    def passed_over(self, lines: np.ndarray) -> tuple[str, ...]:
+        """Return a remark about comments between rows: a row of numbers may be one by mistake."""
+        if lines[-1] - lines[0] < len(lines):
+            return ()
+        inside = set(range(int(lines[0]), int(lines[-1]))) - set(lines.tolist())
+        found = sorted(number for number in inside if self.lines[number - 1].strip())
+        if not found:
+            return ()
+        listed = ", ".join(map(str, found[:_MOST_LISTED])) + (", ..." if len(found) > _MOST_LISTED else "")
+        plural = "" if len(found) == 1 else "s"
+        return (f"{len(found)} comment{plural} between the rows not read: line{plural} {listed}",)
 
     def _has_decimal_commas(self, rows: Iterable[str], places: Sequence[int]) -> bool:
         """Whether the first cell with a decimal mark, in columns that are read, has a comma."""

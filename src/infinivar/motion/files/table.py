@@ -65,6 +65,7 @@ class RecordedTable(Frozen):
     ends : mapping               Values by role at 100 % of the strides whose next one starts with a row at 0 %, which stands for
                                  the same instant in `columns`. A stride ends with its own row. (m,)
     remarks : tuple of str       What was done to the columns: a flipped sign, a window, resampling.
+    warnings : tuple of str      What in the file contradicts itself.
     """
 
     file: str
@@ -76,6 +77,7 @@ class RecordedTable(Frozen):
     top: str = "line 1"
     remarks: tuple[str, ...] = ()
     ends: Mapping[str, np.ndarray] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         """Number of rows."""

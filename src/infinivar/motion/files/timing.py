@@ -239,6 +239,11 @@ def resampled(table: RecordedTable, rate: float | None, method: str = "linear") 
     multiple of h^4. A mean over a new step H adds H^2/24 x'' to leading order.
     """
     if rate is None:
+        if method != RESAMPLING[0]:
+            raise ParameterError(
+                f"resampling = {method!r} does not apply without sample_rate, which sets the new rate; state it, or remove "
+                "resampling"
+            )
         return table
     require(rate > 0.0, "sample_rate", rate, "> 0", "Hz")
     require(method in RESAMPLING, "resampling", repr(method), f"one of {', '.join(RESAMPLING)}")
