@@ -179,17 +179,24 @@ class DutyResult(Result):
 
     @property
     def tightest(self) -> tuple[Demand, float]:
-        """The tightest limit and its margin, allowance over demand. [-]"""
-        place, margin = binding_demand({key: np.asarray(demand) for key, demand in self.demands.items()})
+        """The tightest limit and its margin, allowance over demand; for winding temperatures, of rises above ambient. [-]"""
+        demands = {
+            **self.demands,
+            **{(Limit.TEMPERATURE, what): hot.demand for what, hot in self._known_heat().items()},
+        }
+        place, margin = binding_demand({key: np.asarray(demand) for key, demand in demands.items()})
         if place:
-            return list(self.demands)[int(place) - 1], float(margin)
-        worst = max(self.demands, key=lambda key: self.demands[key])
+            return list(demands)[int(place) - 1], float(margin)
+        worst = max(demands, key=lambda key: demands[key])
         return worst, float(margin)
+
+    def _known_heat(self) -> dict[str, Heat]:
+        return {what: found for what, found in self.heat.items() if found is not None}
 
     @property
     def verdict(self) -> str:
         """One-line verdict: feasibility, tightest limit, energy, heating."""
-        known = {what: found for what, found in self.heat.items() if found is not None}
+        known = self._known_heat()
         hot = {what: found for what, found in known.items() if not found.within_limit}
         clauses = self._on_limits(hot)
         if math.isnan(self.power_in):
