@@ -12,7 +12,7 @@ from infinivar.analysis import least_loss as least
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study, path
 from infinivar.axis import LINEAR, ROTARY
 from infinivar.drivetrain.output import Output
-from infinivar.limits import Limit
+from infinivar.limits import Limit, words_of
 from infinivar.parts.linkage import Linkage
 from infinivar.study.load import study_from
 from infinivar.study.messages import StudyError
@@ -359,3 +359,40 @@ def test_outcomes_say_what_they_need():
         iv.sensitivity(MOVING, "geared", "loss", force=10.0)
     found = iv.sensitivity(MOVING, "geared", "loss", force=10.0, speed=0.2, samples=0)
     assert found.outcome.words == "loss at 10 N, 0.2 m/s"
+
+
+def unshared(forces, drives=DRIVES):
+    cycles = {f"h{k}": replace(HOLD, title=f"Hold {k}", force=force, time_share=None) for k, force in enumerate(forces)}
+    return iv.compare(replace(MOVING, drives=drives, duty=cycles), quick=True)
+
+
+def test_an_answer_of_no_names_the_closest_drive_and_its_limit():
+    alone = iv.compare(replace(MOVING, duty={"hold": replace(HOLD, force=-900.0, time_share=None)}), quick=True)
+    results = alone.duty["hold"].results
+    closest = max(results.values(), key=lambda result: result.tightest[1])
+    limit, margin = closest.tightest
+    assert margin < 1.0
+    said = f"none of the 2 drives is feasible; closest: {closest.title}, tightest limit: {words_of(limit)} (margin {margin:.2f})."
+    assert alone.verdict == f"hold: {said}"
+    one = unshared([-900.0], {"geared": DRIVES["geared"]})
+    assert one.verdict.startswith(f"Hold 0: {one.results['geared'].title} is infeasible; tightest limit: ")
+
+
+def test_several_cycles_have_one_answer_first():
+    both = unshared([-5.0, -900.0])
+    assert not both.feasible
+    first, *others = both.verdict.split(". Hold")
+    assert first.startswith("None of the 2 drives is feasible in all 2 duty cycles; closest: ")
+    assert first.endswith(" in Hold 1")
+    assert len(others) == 2
+    good = unshared([-5.0, -6.0])
+    assert good.verdict.startswith("2 of 2 drives are feasible in all 2 duty cycles; lowest energy in each: ")
+    assert good.results[good.best.name].title in good.verdict.split(".")[0]
+    one = unshared([-5.0, -900.0], {"geared": DRIVES["geared"]})
+    assert " is not feasible in all 2 duty cycles; tightest limit: " in one.verdict
+
+
+def test_many_cycles_have_a_short_answer():
+    many = unshared([-1.0 - k for k in range(10)])
+    assert many.verdict.startswith("2 of 2 drives are feasible in all 10 duty cycles; ")
+    assert len(many.verdict) < 150

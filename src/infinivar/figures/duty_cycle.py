@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.compare import DutyComparison
+from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.figures import losses, style
 from infinivar.limits import Limit
 

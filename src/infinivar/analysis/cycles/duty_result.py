@@ -190,6 +190,14 @@ class DutyResult(Result):
         worst = max(demands, key=lambda key: demands[key])
         return worst, float(margin)
 
+    @property
+    def tightest_words(self) -> str:
+        """The tightest limit and its margin as a clause."""
+        limit, margin = self.tightest
+        if margin == math.inf:
+            return "no limit is loaded"
+        return f"tightest limit: {words_of(limit)} (margin {margin:.2f})"
+
     def _known_heat(self) -> dict[str, Heat]:
         return {what: found for what, found in self.heat.items() if found is not None}
 
@@ -223,10 +231,7 @@ class DutyResult(Result):
     def _on_limits(self, hot: Mapping[str, Heat]) -> list[str]:
         """Name the exceeded limits and overheated windings, or the tightest limit if all are kept."""
         if self.feasible:
-            key, margin = self.tightest
-            if margin == math.inf:
-                return ["feasible; no limit is loaded"]
-            return [f"feasible; tightest limit: {words_of(key)} (margin {margin:.2f})"]
+            return [f"feasible; {self.tightest_words}"]
         overheating = [f"{what} {found.verdict}" for what, found in hot.items()]
         if not self.exceeded:
             infeasible = "infeasible in continuous operation" if self.duty.closed else "infeasible"
