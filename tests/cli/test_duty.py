@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -216,3 +217,15 @@ force = "-5 N"
     outcome = infinivar("compare", write(study))
     assert (outcome.code, outcome.out) == (2, "")
     assert "study.toml: drives.mine: output_inertia is missing: motion needs it, for duty.hold" in outcome.err
+
+
+def test_json_has_the_warnings_that_results_have(walked):
+    assert walked[2]["warnings"] == results(walked[1])["warnings"]
+
+
+def test_the_report_says_what_its_numbers_are(walked):
+    page = (walked[1] / "report.html").read_text("utf-8").replace("\xa0", " ")
+    (still,) = re.findall(r"<h3>Holding still</h3>\s*<p class=\"soft\">(.*?)</p>", page, re.DOTALL)
+    assert "with windings at 25 °C" in still
+    assert "root mean square of the current; peak " in page
+    assert not re.search(r"[a-z] 0 J[,<]", page)

@@ -511,3 +511,27 @@ def test_schedules_follow_their_derivatives():
         slope = (lower[2:] - lower[:-2]) / (2 * step)
         assert_allclose(slope, higher[1:-1], atol=1e-6 * np.max(np.abs(higher)))
     assert speed.value[0] == pytest.approx(speed.value[-1])
+
+
+@pytest.mark.parametrize("drive", [COBOTIC, GEARED])
+def test_peak_torques_are_torques_and_peak_currents_currents(drive):
+    found = duty_cycle(drive, duty("reaches"))
+    said, states = found.to_dict(), found.point.states
+    columns = {"motor": "motor", "steering motor": "steering"}
+    motors = {"motor" if role != "steering" else "steering motor": motor for role, motor in drive.motors.items()}
+    assert set(said["peak_torque_over_continuous"]) == set(said["peak_current_over_continuous"]) == set(motors)
+    for what, motor in motors.items():
+        torque = float(np.max(np.abs(states[f"{columns[what]}_torque_Nm"])))
+        current = float(np.max(np.abs(states[f"{columns[what]}_current_A"])))
+        assert said["peak_torque_over_continuous"][what] == pytest.approx(torque / motor.continuous_torque)
+        assert said["peak_current_over_continuous"][what] == pytest.approx(current / motor.continuous_current)
+        assert said["peak_torque_over_continuous"][what] != pytest.approx(said["peak_current_over_continuous"][what])
+
+
+def test_bars_of_losses_are_titled_so():
+    from infinivar.figures.duty_cycle import data
+
+    found = duty_cycle(GEARED, duty("reaches"), name="geared", title="Geared")
+    bars = data(iv.DutyComparison(duty=found.duty, results={"geared": found}, policies={}, two_ways={}))["losses"]
+    assert bars["title"] == "losses per cycle"
+    assert bars["losses"]["Geared"] == found.losses

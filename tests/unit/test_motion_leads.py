@@ -396,3 +396,28 @@ def test_many_cycles_have_a_short_answer():
     many = unshared([-1.0 - k for k in range(10)])
     assert many.verdict.startswith("2 of 2 drives are feasible in all 10 duty cycles; ")
     assert len(many.verdict) < 150
+
+
+def test_mixed_use_names_its_limit_and_the_energy_per_metre():
+    walk, stand = replace(REACH, title="Walk", distance_per_cycle=1.4), replace(HOLD, title="Stand")
+    found = iv.compare(replace(MIXED, duty={"walk": walk, "stand": stand}), quick=True)
+    use = found.mixed
+    metres = 0.25 * 3600.0 / found.duty["walk"].duty.period * 1.4
+    for name in DRIVES:
+        assert use.per_metre[name] == pytest.approx(use.power[name] * 3600.0 / metres)
+        assert use.to_dict()["drives"][name]["energy_per_distance_J_m"] == use.per_metre[name]
+        assert use.verdict_on(name).count(f"{use.power[name]:.3g} ") == 1
+        assert "Wh" not in use.verdict_on(name)
+    task, limit, margin = use.tightest[use.best]
+    drawn = f"{use.power[use.best]:.3g} W on average, {use.per_metre[use.best]:.3g} J/m"
+    assert use.verdict.endswith(f"{drawn}; tightest limit: {limit} in {use.cycles[task]} (margin {margin:.2f})")
+    assert not iv.compare(MIXED, quick=True).mixed.per_metre
+    hard = iv.compare(replace(MIXED, duty={"walk": walk, "stand": replace(stand, force=-900.0)}), quick=True)
+    assert "none of the 2 drives is feasible; closest: " in hard.verdict
+    assert " in Stand (margin 0." in hard.verdict
+
+
+def test_mixed_use_of_many_cycles_is_short():
+    duty = {f"h{k}": replace(HOLD, title=f"Hold {k}", force=-1.0 - k, time_share=0.1) for k in range(10)}
+    found = iv.compare(replace(MIXED, duty=duty), quick=True)
+    assert found.verdict.startswith("Mixed use of 10 duty cycles: 2 of 2 drives are feasible; ")

@@ -188,6 +188,7 @@ class Comparison(Result):
             **({"duty": {name: found.to_dict() for name, found in self.duty.items()}} if self.duty else {}),
             **({"builds": {name: found.to_dict() for name, found in self.builds.items()}} if self.builds else {}),
             "verdict": self.verdict,
+            "warnings": list(self.study.warnings),
             "feasible": self.feasible,
             "best": None if best is None else best.name,
             **({} if self.mixed is None else {"mixed_use": self.mixed.to_dict()}),

@@ -67,7 +67,7 @@ def data(found: DutyComparison) -> dict[str, Any]:
         "panels": panels,
         "heat": heat,
         "losses": {
-            "title": f"energy use {found.duty.per}",
+            "title": f"losses {found.duty.per}",
             "unit": "J",
             "losses": {result.title: result.losses for result in results},
             "power_in": {result.title: result.energy for result in results},

@@ -60,7 +60,6 @@ def results(comparison: Comparison) -> dict[str, Any]:
         }
     required = comparison.study.requirement
     content["requirement"] = None if required is None else required.to_dict()
-    content["warnings"] = comparison.study.warnings
     content["provenance"] = [asdict(row) for row in comparison.study.provenance]
     return content
 

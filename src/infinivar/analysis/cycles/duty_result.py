@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.result import Frozen, Result, result
+from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.cycles.single_strides import StrideEnergies
 from infinivar.drivetrain.drive import (
     MovingDrive,
@@ -22,13 +23,16 @@ from infinivar.units import celsius, plain
 POWERS = ("power_to_load_W", "power_from_supply_W")
 """Columns of powers, common to all drives."""
 
+_TORQUES = {"motor": "motor_torque_Nm", "steering motor": "steering_torque_Nm"}
+"""Columns of the torques at the motors' shafts."""
+
 _SAME = 1e-3
 """Relative difference below which energies count as equal in the verdict."""
 
 
 @result
 class Holding(Frozen):
-    """Power of a drive that holds a force at standstill.
+    """Power of a drive that holds a force at standstill, with its windings as given to it: cold, unless warmed.
 
     Attributes
     ----------
@@ -162,7 +166,17 @@ class DutyResult(Result):
 
     @property
     def peaks(self) -> dict[str, float]:
-        """Peak torque of each motor over its continuous torque, which limits only the RMS torque. [-]"""
+        """Peak torque at each motor's shaft over its continuous torque, which limits only the RMS; nan on slip. [-]"""
+        states, motors = self.point.states, motors_of(self.drive)
+        return {
+            what: float(np.max(np.abs(states[column]))) / motors[what].continuous_torque
+            for what, column in _TORQUES.items()
+            if what in motors and column in states
+        }
+
+    @property
+    def current_peaks(self) -> dict[str, float]:
+        """Peak current of each motor over its current at continuous torque, which includes no-load current. [-]"""
         found = self.point.utilisation.items()
         return {what: float(np.max(demand)) for (limit, what), demand in found if limit == Limit.THERMAL}
 
@@ -300,6 +314,7 @@ class DutyResult(Result):
             "losses_J": self.losses,
             "demands": {f"{limit.name} ({what})": demand for (limit, what), demand in self.demands.items()},
             "peak_torque_over_continuous": self.peaks,
+            "peak_current_over_continuous": self.current_peaks,
             "heat": {
                 what: None
                 if found is None
