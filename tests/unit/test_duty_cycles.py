@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Running, Sinusoid, Tremor, Walking
-from infinivar.analysis.cycles.cylinder_policy import _schedule, policies
+from infinivar.analysis.cycles.cylinder_policy import RANGE, _schedule, policies
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
 from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.motion.fourier import Series
@@ -395,6 +395,20 @@ def test_policies_gain(shape):
     assert scheduled.power_in <= chosen.power_in * (1 + 1e-3) <= own.power_in * (1 + 2e-3)
     assert scheduled.slowest < scheduled.fastest
     assert coasting.name == "inertia as a flywheel"
+
+
+@pytest.mark.parametrize("shape", ["hold", "sinusoid"])
+def test_constant_and_scheduled_speeds_search_the_same_range(shape):
+    """Holding pays best at the lowest speed of the range: no schedule is slower, and none that is constant is better."""
+    made = duty("hold", force=-10.0) if shape == "hold" else duty(shape)
+    own, chosen, scheduled, _ = policies(COBOTIC, made)
+    for policy in (chosen, scheduled):
+        assert policy.slowest >= RANGE[0] * own.slowest * (1 - 1e-9)
+        assert policy.fastest <= RANGE[1] * own.fastest * (1 + 1e-9)
+    if shape == "hold":
+        assert scheduled.slowest == pytest.approx(scheduled.fastest)
+        assert scheduled.slowest == pytest.approx(chosen.slowest)
+        assert scheduled.power_in == pytest.approx(chosen.power_in)
 
 
 @pytest.mark.slow
