@@ -134,7 +134,10 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
 
     def cost(parameters: np.ndarray) -> float:
         speed = _schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
-        drawn, course = _cost(drive, duty, instants, load, speed), swing(parameters)
+        return _cost(drive, duty, instants, load, speed)
+
+    def confined(parameters: np.ndarray) -> float:
+        drawn, course = cost(parameters), swing(parameters)
         return drawn + _STEEPNESS * abs(drawn) * max(0.0, float(np.max(course)) - high, low - float(np.min(course)))
 
     def within(parameters: np.ndarray) -> np.ndarray:
@@ -146,18 +149,24 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
 
     first = np.zeros(2 * _HARMONICS + 1)
     first[0] = level
-    bounds = [(max(level - 2.0, low), min(level + 2.0, high))] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
-    best = first
-    # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
-    for wave in range(3):
-        guess = first.copy()
-        if wave:
-            guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
-        found: Any = minimize(cost, guess, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
-        kept = within(found.x)
-        if cost(kept) < cost(best):
-            best = kept
-    if np.ptp(swing(best)) < _CONSTANT:
+
+    def search(function: Callable[[np.ndarray], float], bounds: tuple[float, float]) -> np.ndarray:
+        best = first
+        # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
+        for wave in range(3):
+            guess = first.copy()
+            if wave:
+                guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
+            every = [bounds] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
+            found: Any = minimize(function, guess, method="L-BFGS-B", bounds=every, options={"maxiter": 40})
+            if found.fun < function(best):
+                best = found.x
+        return best
+
+    best = search(cost, (level - 2.0, level + 2.0))
+    if within(best) is not best:  # few leave the range, so most need not be told to stay
+        best = within(search(confined, (max(level - 2.0, low), min(level + 2.0, high))))
+    if np.ptp(swing(best)) < _CONSTANT or cost(best) > cost(first):
         best = first
     return functools.partial(_schedule, drive.cylinder_speed, duty.period, best)
 
