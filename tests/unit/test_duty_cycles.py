@@ -549,3 +549,8 @@ def test_bars_of_losses_are_titled_so():
     bars = data(iv.DutyComparison(duty=found.duty, results={"geared": found}, policies={}, two_ways={}))["losses"]
     assert bars["title"] == "losses per cycle"
     assert bars["losses"]["Geared"] == found.losses
+
+
+def test_a_net_power_of_rounding_is_zero():
+    net = duty_cycle(GEARED, duty("sinusoid")).powers["power_to_load_net_W"]
+    assert net == 0.0 or abs(net) > 1e-9

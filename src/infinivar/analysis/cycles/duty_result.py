@@ -26,6 +26,9 @@ POWERS = ("power_to_load_W", "power_from_supply_W")
 _TORQUES = {"motor": "motor_torque_Nm", "steering motor": "steering_torque_Nm"}
 """Columns of the torques at the motors' shafts."""
 
+_ROUNDING = 1e-10
+"""Mean over peak power below which a mean is rounding."""
+
 _SAME = 1e-3
 """Relative difference below which energies count as equal in the verdict."""
 
@@ -141,7 +144,7 @@ class DutyResult(Result):
             "power_from_supply_net_W": self.power_in,
             "power_to_load_peak_W": float(np.max(np.clip(load, 0.0, None))),
             "power_of_load_peak_W": float(np.max(np.clip(-load, 0.0, None))),
-            "power_to_load_net_W": float(np.mean(load)),
+            "power_to_load_net_W": _net(load),
         }
         states = self.point.states
         if "motor_torque_Nm" in states and "motor_speed_rad_s" in states:
@@ -339,6 +342,12 @@ class DutyResult(Result):
             **({} if self.strides is None else {"single_strides": self.strides.to_dict()}),
             "closure": self.closure,
         }
+
+
+def _net(power: np.ndarray) -> float:
+    """Mean power, 0 where it is only rounding beside the powers that cancel."""
+    mean = float(np.mean(power))
+    return 0.0 if abs(mean) < _ROUNDING * float(np.max(np.abs(power))) else mean
 
 
 def _times(demand: float) -> str:
