@@ -3,9 +3,10 @@ from ._core.array_namespace import array_namespace
 from ._core.fields import check_fields, component, quantities, quantity
 from ._core.result import Result
 from .analysis import design_trends
-from .analysis.compare import Comparison, DriveResult, DutyComparison, compare
+from .analysis.compare import Comparison, DriveResult, compare
 from .analysis.contact_sheet import ContactSheet, contact_sheets
 from .analysis.cycles.cylinder_policy import Policy, policies
+from .analysis.cycles.duty_comparison import DutyComparison
 from .analysis.cycles.duty_cycle import duty_cycle, holding
 from .analysis.cycles.duty_result import DutyResult, Holding
 from .analysis.cycles.mixed_use import MixedUse

@@ -57,6 +57,8 @@ class Limit(IntEnum):
     """A screw under compression buckles."""
     LIFE = 20
     """The rolling-contact life of a screw is shorter than wanted."""
+    TEMPERATURE = 21
+    """The winding becomes hotter than permissible. Counts rises above ambient; only over a motion, never at a point."""
 
     @property
     def words(self) -> str:
@@ -126,6 +128,7 @@ _WORDS = {
     Limit.CRITICAL_SPEED: "critical speed",
     Limit.BUCKLING: "buckling",
     Limit.LIFE: "rated life",
+    Limit.TEMPERATURE: "motor winding temperature",
 }
 
 

@@ -52,7 +52,7 @@ def test_the_shipped_study_has_the_known_answer(compared):
 
 def test_json_has_the_promised_keys(compared):
     _, folder, said = compared
-    assert list(said) == ["study", "drives", "verdict", "feasible", "best", "least_loss", "files"]
+    assert list(said) == ["study", "drives", "verdict", "warnings", "feasible", "best", "least_loss", "files"]
     assert (said["feasible"], said["best"]) == (True, "cobotic-b")
     assert said["verdict"].startswith(
         "3 of 6 drives cover the requirement; lowest mean loss over the required region: "

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -198,21 +199,32 @@ def test_mistakes_in_the_table(infinivar, write, tmp_path, more, said):
     assert said in outcome.err
 
 
-def test_a_drive_without_inertia_is_refused(infinivar, write):
-    study = """
-[requirement]
-force = "20 N"
-speed = "0.4 m/s"
+@pytest.mark.parametrize("stated", ["", 'output_inertia = "0 g m^2"'])
+def test_the_rotor_is_inertia_enough(infinivar, write, stated):
+    study = f"""
 [drives.mine]
 type = "conventional"
-motor = { part = "dcx-26-l-24v" }
-gearhead = { part = "gpx-22-up-3-9" }
-pulley = { radius = "5 mm" }
+{stated}
+motor = {{ part = "dcx-26-l-24v" }}
+gearhead = {{ part = "gpx-22-up-3-9" }}
+pulley = {{ radius = "5 mm" }}
 [duty.hold]
 shape = "hold"
 time = "1 s"
 force = "-5 N"
 """
-    outcome = infinivar("compare", write(study))
-    assert (outcome.code, outcome.out) == (2, "")
-    assert "study.toml: drives.mine: output_inertia is missing: motion needs it, for duty.hold" in outcome.err
+    outcome = infinivar("compare", write(study), "--quick")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "is feasible with " in outcome.out
+
+
+def test_json_has_the_warnings_that_results_have(walked):
+    assert walked[2]["warnings"] == json.loads((walked[1] / "results.json").read_text("utf-8"))["warnings"]
+
+
+def test_the_report_says_what_its_numbers_are(walked):
+    page = (walked[1] / "report.html").read_text("utf-8").replace("\xa0", " ")
+    (still,) = re.findall(r"<h3>Holding still</h3>\s*<p class=\"soft\">(.*?)</p>", page, re.DOTALL)
+    assert "with windings at 25 °C" in still
+    assert "root mean square of the current; peak " in page
+    assert not re.search(r"[a-z] 0 J[,<]", page)

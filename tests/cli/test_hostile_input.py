@@ -240,11 +240,12 @@ def test_check_finds_what_motion_lacks(infinivar, write):
     """Named in under a second, and the same words by compare before it computes anything."""
     lacks = study(base="motor2-gear4", rest='[duty.d]\nshape = "hold"\ntime = "1 s"\n').replace(
         'base = "faulring2006.motor2-gear4"',
-        'type = "conventional"\n[drives.mine.motor]\npart = "dc-max-26-s-24v"\n[drives.mine.gearhead]\nratio = 4\n'
+        'type = "conventional"\n[drives.mine.motor]\nvoltage = "24 V"\nresistance = "1 ohm"\ntorque_constant = "25 mN m/A"\n'
+        'no_load_current = "50 mA"\ncontinuous_torque = "50 mN m"\n[drives.mine.gearhead]\nratio = 4\n'
         'efficiency = 0.9\n[drives.mine.pulley]\nradius = "5 mm"',
     )
     write(lacks)
-    words = "study.toml: drives.mine: output_inertia is missing: motion needs it, for duty.d"
+    words = "study.toml: drives.mine: motor.rotor_inertia is missing: motion needs it, for duty.d"
     for command in ("check", "compare"):
         start = time.monotonic()
         assert refused(infinivar(command, "study.toml"), words)

@@ -235,7 +235,7 @@ def test_strides_are_not_called_a_cycle(infinivar, tmp_path):
     assert found.work_per_stride == pytest.approx([one / 5.0 for one in found.work], rel=1e-3)
     assert found.to_dict()["power"]["work_on_load_per_stride_J"] == found.work_per_stride[0]
     outcome = infinivar("motion", str(tmp_path / "log.csv"), "--load-mass", "0.8 kg", "--out", str(tmp_path / "out"))
-    assert "J of the load over the recording" in outcome.out
+    assert "J from it over the recording" in outcome.out
     assert "per stride" in outcome.out
     page = (tmp_path / "out" / "motion.html").read_text("utf-8")
     assert "per stride, on average" in page

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Running, Sinusoid, Tremor, Walking
-from infinivar.analysis.cycles.cylinder_policy import _schedule, policies
+from infinivar.analysis.cycles.cylinder_policy import RANGE, _schedule, policies
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
 from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.motion.fourier import Series
@@ -397,6 +397,20 @@ def test_policies_gain(shape):
     assert coasting.name == "inertia as a flywheel"
 
 
+@pytest.mark.parametrize("shape", ["hold", "sinusoid"])
+def test_constant_and_scheduled_speeds_search_the_same_range(shape):
+    """Holding pays best at the lowest speed of the range: no schedule is slower, and none that is constant is better."""
+    made = duty("hold", force=-10.0) if shape == "hold" else duty(shape)
+    own, chosen, scheduled, _ = policies(COBOTIC, made)
+    for policy in (chosen, scheduled):
+        assert policy.slowest >= RANGE[0] * own.slowest * (1 - 1e-9)
+        assert policy.fastest <= RANGE[1] * own.fastest * (1 + 1e-9)
+    if shape == "hold":
+        assert scheduled.slowest == pytest.approx(scheduled.fastest)
+        assert scheduled.slowest == pytest.approx(chosen.slowest)
+        assert scheduled.power_in == pytest.approx(chosen.power_in)
+
+
 @pytest.mark.slow
 def test_best_speed_against_a_fine_scan():
     """Ten times as many speeds find nothing better than the search by more than a thousandth."""
@@ -511,3 +525,32 @@ def test_schedules_follow_their_derivatives():
         slope = (lower[2:] - lower[:-2]) / (2 * step)
         assert_allclose(slope, higher[1:-1], atol=1e-6 * np.max(np.abs(higher)))
     assert speed.value[0] == pytest.approx(speed.value[-1])
+
+
+@pytest.mark.parametrize("drive", [COBOTIC, GEARED])
+def test_peak_torques_are_torques_and_peak_currents_currents(drive):
+    found = duty_cycle(drive, duty("reaches"))
+    said, states = found.to_dict(), found.point.states
+    columns = {"motor": "motor", "steering motor": "steering"}
+    motors = {"motor" if role != "steering" else "steering motor": motor for role, motor in drive.motors.items()}
+    assert set(said["peak_torque_over_continuous"]) == set(said["peak_current_over_continuous"]) == set(motors)
+    for what, motor in motors.items():
+        torque = float(np.max(np.abs(states[f"{columns[what]}_torque_Nm"])))
+        current = float(np.max(np.abs(states[f"{columns[what]}_current_A"])))
+        assert said["peak_torque_over_continuous"][what] == pytest.approx(torque / motor.continuous_torque)
+        assert said["peak_current_over_continuous"][what] == pytest.approx(current / motor.continuous_current)
+        assert said["peak_torque_over_continuous"][what] != pytest.approx(said["peak_current_over_continuous"][what])
+
+
+def test_bars_of_losses_are_titled_so():
+    from infinivar.figures.duty_cycle import data
+
+    found = duty_cycle(GEARED, duty("reaches"), name="geared", title="Geared")
+    bars = data(iv.DutyComparison(duty=found.duty, results={"geared": found}, policies={}, two_ways={}))["losses"]
+    assert bars["title"] == "losses per cycle"
+    assert bars["losses"]["Geared"] == found.losses
+
+
+def test_a_net_power_of_rounding_is_zero():
+    net = duty_cycle(GEARED, duty("sinusoid")).powers["power_to_load_net_W"]
+    assert net == 0.0 or abs(net) > 1e-9

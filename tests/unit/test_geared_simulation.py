@@ -244,3 +244,20 @@ def test_a_geared_shaft_moves_a_joint_by_a_four_bar():
         replace(machine, output=Output(linkage=Linkage(shape="lever", arm=0.1)))
     with pytest.raises(iv.ParameterError, match="needs a drive that moves about a shaft"):
         replace(drive(belt=BELT), output=Output(linkage=linkage))
+
+
+@pytest.mark.parametrize("stage", [{"belt": BELT}, {"screw": BALL}])
+@pytest.mark.parametrize("inertia", [None, 0.0])
+def test_the_rotor_is_inertia_enough(stage, inertia):
+    """No inertia at the gear output is the limit of a small one, by inverse dynamics and in closed loop."""
+    bare = replace(drive(**stage), output_inertia=inertia)
+    small = replace(bare, output_inertia=1e-12)
+    duty = iv.DutyCycle(motion=SINUSOID, load_mass=2.0)
+    assert iv.duty_cycle(bare, duty).energy == pytest.approx(iv.duty_cycle(small, duty).energy, rel=1e-6)
+    scenario = Scenario(duration=0.1, motion=Reach(distance=5e-3, time=0.08), load_mass=2.0)
+    runs = [iv.simulate(one, scenario) for one in (bare, small)]
+    assert all(run.trajectory.closure < 1e-6 for run in runs)
+    ends = [run.trajectory.signals["l"][-1] for run in runs]
+    assert ends[0] == pytest.approx(ends[1], abs=1e-7)
+    with pytest.raises(iv.ParameterError, match=r"motor.rotor_inertia is missing"):
+        replace(bare, motor=replace(bare.motor, rotor_inertia=None)).check_motion()

@@ -12,7 +12,7 @@ from infinivar.analysis import least_loss as least
 from infinivar.analysis.plane import MAP_REACH, of_drives, of_study, path
 from infinivar.axis import LINEAR, ROTARY
 from infinivar.drivetrain.output import Output
-from infinivar.limits import Limit
+from infinivar.limits import Limit, words_of
 from infinivar.parts.linkage import Linkage
 from infinivar.study.load import study_from
 from infinivar.study.messages import StudyError
@@ -359,3 +359,65 @@ def test_outcomes_say_what_they_need():
         iv.sensitivity(MOVING, "geared", "loss", force=10.0)
     found = iv.sensitivity(MOVING, "geared", "loss", force=10.0, speed=0.2, samples=0)
     assert found.outcome.words == "loss at 10 N, 0.2 m/s"
+
+
+def unshared(forces, drives=DRIVES):
+    cycles = {f"h{k}": replace(HOLD, title=f"Hold {k}", force=force, time_share=None) for k, force in enumerate(forces)}
+    return iv.compare(replace(MOVING, drives=drives, duty=cycles), quick=True)
+
+
+def test_an_answer_of_no_names_the_closest_drive_and_its_limit():
+    alone = iv.compare(replace(MOVING, duty={"hold": replace(HOLD, force=-900.0, time_share=None)}), quick=True)
+    results = alone.duty["hold"].results
+    closest = max(results.values(), key=lambda result: result.tightest[1])
+    limit, margin = closest.tightest
+    assert margin < 1.0
+    said = f"none of the 2 drives is feasible; closest: {closest.title}, tightest limit: {words_of(limit)} (margin {margin:.2f})."
+    assert alone.verdict == f"hold: {said}"
+    one = unshared([-900.0], {"geared": DRIVES["geared"]})
+    assert one.verdict.startswith(f"Hold 0: {one.results['geared'].title} is infeasible; tightest limit: ")
+
+
+def test_several_cycles_have_one_answer_first():
+    both = unshared([-5.0, -900.0])
+    assert not both.feasible
+    first, *others = both.verdict.split(". Hold")
+    assert first.startswith("None of the 2 drives is feasible in all 2 duty cycles; closest: ")
+    assert first.endswith(" in Hold 1")
+    assert len(others) == 2
+    good = unshared([-5.0, -6.0])
+    assert good.verdict.startswith("2 of 2 drives are feasible in all 2 duty cycles; lowest energy in each: ")
+    assert good.results[good.best.name].title in good.verdict.split(".")[0]
+    one = unshared([-5.0, -900.0], {"geared": DRIVES["geared"]})
+    assert " is not feasible in all 2 duty cycles; tightest limit: " in one.verdict
+
+
+def test_many_cycles_have_a_short_answer():
+    many = unshared([-1.0 - k for k in range(10)])
+    assert many.verdict.startswith("2 of 2 drives are feasible in all 10 duty cycles; ")
+    assert len(many.verdict) < 150
+
+
+def test_mixed_use_names_its_limit_and_the_energy_per_metre():
+    walk, stand = replace(REACH, title="Walk", distance_per_cycle=1.4), replace(HOLD, title="Stand")
+    found = iv.compare(replace(MIXED, duty={"walk": walk, "stand": stand}), quick=True)
+    use = found.mixed
+    metres = 0.25 * 3600.0 / found.duty["walk"].duty.period * 1.4
+    for name in DRIVES:
+        assert use.per_metre[name] == pytest.approx(use.power[name] * 3600.0 / metres)
+        assert use.to_dict()["drives"][name]["energy_per_distance_J_m"] == use.per_metre[name]
+        assert use.verdict_on(name).count(f"{use.power[name]:.3g} ") == 1
+        assert "Wh" not in use.verdict_on(name)
+    task, limit, margin = use.tightest[use.best]
+    drawn = f"{use.power[use.best]:.3g} W on average, {use.per_metre[use.best]:.3g} J/m"
+    assert use.verdict.endswith(f"{drawn}; tightest limit: {limit} in {use.cycles[task]} (margin {margin:.2f})")
+    assert not iv.compare(MIXED, quick=True).mixed.per_metre
+    hard = iv.compare(replace(MIXED, duty={"walk": walk, "stand": replace(stand, force=-900.0)}), quick=True)
+    assert "none of the 2 drives is feasible; closest: " in hard.verdict
+    assert " in Stand (margin 0." in hard.verdict
+
+
+def test_mixed_use_of_many_cycles_is_short():
+    duty = {f"h{k}": replace(HOLD, title=f"Hold {k}", force=-1.0 - k, time_share=0.1) for k in range(10)}
+    found = iv.compare(replace(MIXED, duty=duty), quick=True)
+    assert found.verdict.startswith("Mixed use of 10 duty cycles: 2 of 2 drives are feasible; ")

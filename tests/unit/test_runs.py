@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import infinivar as iv
 from infinivar import DutyCycle, ParameterError, Recording
 from infinivar.analysis.cycles.cylinder_policy import policies
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
+from infinivar.analysis.cycles.mixed_use import mixed_use
 from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.analysis.robustness import outcomes
 from infinivar.motion.fourier import Series
@@ -265,3 +267,29 @@ def test_noise_counts_little_more_at_the_ends(name, usual, largest):
         worst.append(np.max(off) / np.sqrt(np.mean(off[inside] ** 2)))
     assert np.median(worst) < usual
     assert max(worst) < largest
+
+
+def test_the_temperature_of_a_winding_can_be_the_tightest_limit():
+    """A start 4 K below the limit leaves little: rises above ambient are compared."""
+    duty = DutyCycle(
+        motion=recording(4, closed=False), load_mass=0.8, start_temperature=MOTOR.max_winding_temperature - 4
+    )
+    found = duty_cycle(DRIVES["cobotic"], duty)
+    hot = found.heat["motor"]
+    allowed = hot.permissible - duty.ambient
+    assert found.feasible
+    assert found.tightest[0] == (iv.Limit.TEMPERATURE, "motor")
+    assert found.tightest[1] == pytest.approx(allowed / (hot.winding - duty.ambient))
+    assert 1.0 < found.tightest[1] < 1.06
+    assert found.verdict.startswith("feasible; tightest limit: motor winding temperature (margin 1.0")
+    beyond = duty_cycle(DRIVES["cobotic"], replace(duty, start_temperature=500.0))
+    assert not beyond.feasible
+    assert beyond.tightest[0] == (iv.Limit.TEMPERATURE, "motor")
+    assert beyond.tightest[1] == pytest.approx(allowed / (500.0 - duty.ambient), rel=1e-3)
+    mixed = mixed_use({"run": {"a": beyond}}, {"run": 1.0})
+    assert "infeasible; tightest limit: motor winding temperature in run (margin 0." in mixed.verdict_on("a")
+
+
+def test_no_ambient_above_the_limit_leaves_a_margin():
+    duty = DutyCycle(motion=recording(1, closed=True), load_mass=0.8, ambient=MOTOR.max_winding_temperature + 10.0)
+    assert duty_cycle(DRIVES["cobotic"], duty).tightest == ((iv.Limit.TEMPERATURE, "motor"), 0.0)

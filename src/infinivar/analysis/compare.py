@@ -12,6 +12,7 @@ from infinivar import power
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.cylinder_policy import Policy, policies
+from infinivar.analysis.cycles.duty_comparison import FEW, DutyComparison, over_all
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.mixed_use import MixedUse, mixed_use
@@ -19,12 +20,11 @@ from infinivar.analysis.least_loss import LeastLoss, least_loss
 from infinivar.analysis.plane import Plane, of_drives, place
 from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
-from infinivar.axis import Axis
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, MovingDrive, operated
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit, binding, words_of
+from infinivar.limits import Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.check import check_duty, check_spreads
 from infinivar.study.requirement import Requirement
@@ -125,79 +125,6 @@ class DriveResult(Result):
 
 
 @result
-class DutyComparison(Result):
-    """Results of all drives of a study in one duty cycle.
-
-    Attributes
-    ----------
-    results         By drive.
-    policies        Cylinder speed policies, by cobotic drive.
-    two_ways        Energy by inverse dynamics and by simulation, by drive, or why it was not simulated.
-    """
-
-    duty: DutyCycle
-    results: Mapping[str, DutyResult]
-    policies: Mapping[str, tuple[Policy, ...]]
-    two_ways: Mapping[str, TwoWays | str]
-
-    @property
-    def axis(self) -> Axis:
-        """Whether the load moves along a line or about a joint."""
-        return self.duty.axis
-
-    @property
-    def best(self) -> DutyResult | None:
-        """The feasible drive with the lowest energy; None if no drive is feasible."""
-        able = [result for result in self.results.values() if result.feasible]
-        return min(able, key=lambda result: result.energy, default=None)
-
-    @property
-    def verdict(self) -> str:
-        """One clause: how many drives are feasible, and the one with the lowest energy."""
-        best, count = self.best, len(self.results)
-        if best is None and count == 1:
-            return f"{next(iter(self.results.values())).title} is infeasible"
-        if best is None:
-            return f"none of the {count} drives is feasible"
-        (limit, margin), energy = best.tightest, f"{plain(best.energy, 3)} J {self.duty.per}"
-        tight = f"tightest limit: {words_of(limit)} (margin {margin:.2f})"
-        if count == 1:
-            return f"{best.title} is feasible with {energy}; {tight}"
-        able = sum(result.feasible for result in self.results.values())
-        shown = f"{able} of {count} drives {'is' if able == 1 else 'are'} feasible"
-        return f"{shown}; lowest energy: {best.title} with {energy}; {tight}"
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "title": self.duty.title,
-            "drives": {
-                name: {
-                    **result.to_dict(),
-                    "cylinder": [
-                        {
-                            "policy": policy.name,
-                            "power_W": policy.power_in,
-                            "slowest_rad_s": policy.slowest,
-                            "fastest_rad_s": policy.fastest,
-                            "feasible": policy.feasible,
-                        }
-                        for policy in self.policies.get(name, ())
-                    ],
-                    "simulated": _simulated(self.two_ways[name]),
-                }
-                for name, result in self.results.items()
-            },
-        }
-
-
-def _simulated(found: TwoWays | str) -> dict[str, Any]:
-    if isinstance(found, str):
-        return {"left_out": found}
-    return {"prescribed_J": found.prescribed, "followed_J": found.followed, "explanation": found.explanation}
-
-
-@result
 class Comparison(Result):
     """Results of all drives of a study, for its duty cycles and its requirement.
 
@@ -261,6 +188,7 @@ class Comparison(Result):
             **({"duty": {name: found.to_dict() for name, found in self.duty.items()}} if self.duty else {}),
             **({"builds": {name: found.to_dict() for name, found in self.builds.items()}} if self.builds else {}),
             "verdict": self.verdict,
+            "warnings": list(self.study.warnings),
             "feasible": self.feasible,
             "best": None if best is None else best.name,
             **({} if self.mixed is None else {"mixed_use": self.mixed.to_dict()}),
@@ -269,13 +197,16 @@ class Comparison(Result):
 
 
 def verdicts(comparison: Comparison) -> Iterator[str]:
-    """Yield the answer sentence by sentence: on mixed use or each duty cycle, then on the requirement."""
+    """Yield the answer sentence by sentence: on mixed use or all duty cycles, each of a few, then on the requirement."""
     count = len(comparison.results)
     if comparison.mixed is not None:
         yield f"{comparison.mixed.verdict}."
     else:
-        for found in comparison.duty.values():
-            yield f"{found.duty.title}: {found.verdict}."
+        if len(comparison.duty) > 1:
+            yield f"{over_all(comparison.duty, {name: result.title for name, result in comparison.results.items()})}."
+        if len(comparison.duty) <= FEW:
+            for found in comparison.duty.values():
+                yield f"{found.duty.title}: {found.verdict}."
     if comparison.study.requirement is None:
         return
     covering = [result for result in comparison.results.values() if result.covers]

@@ -145,7 +145,7 @@ def _lines(found: MotionSummary) -> Iterator[str]:
         yield f"  not used      {', '.join(map(printable, found.table.ignored))}"
     for remark in found.table.remarks:
         yield f"  remark        {remark}"
-    gaps = f"{len(sampling.gaps)} gaps" if sampling.gaps else "no gaps"
+    gaps = f"{len(sampling.gaps) or 'no'} gap{'' if len(sampling.gaps) == 1 else 's'}"
     yield f"  sampling      {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
     closes = "closes" if found.closed else "does not close"
     yield f"  end           {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
@@ -165,11 +165,11 @@ def _lines(found: MotionSummary) -> Iterator[str]:
         whole = "" if found.one_cycle else " over the recording"
         yield (
             f"  power         {plain(float(np.min(power)), 3)} to {plain(float(np.max(power)), 3)} W, mean "
-            f"{plain(float(np.mean(power)), 3)} W; {plain(given, 3)} J on the load, {plain(taken, 3)} J of the load{whole}"
+            f"{plain(float(np.mean(power)), 3)} W; {plain(given, 3)} J to the load, {plain(taken, 3)} J from it{whole}"
         )
     if found.work_per_stride is not None:
         given, taken = found.work_per_stride
-        yield f"  per stride    {plain(given, 3)} J on the load, {plain(taken, 3)} J of the load, on average"
+        yield f"  per stride    {plain(given, 3)} J to the load, {plain(taken, 3)} J from it, on average"
     yield f"  at rest       {percent(found.resting, 1)} of the time"
     yield f"  strides       {found.strides.verdict if found.strides is not None else 'none: ' + found.no_strides}"
     for warning in found.warnings:

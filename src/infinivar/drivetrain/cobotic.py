@@ -129,7 +129,11 @@ class SteeringPlant:
             electric.power,
             {**losses, "steering patch": patch * rate, "steering bearing": bell * rate},
             dict(electric.utilisation),
-            {"steering_current_A": electric.current, "steering_voltage_V": electric.voltage},
+            {
+                "steering_current_A": electric.current,
+                "steering_voltage_V": electric.voltage,
+                "steering_torque_Nm": torque,
+            },
             inertia * acceleration * rate,
         )
 

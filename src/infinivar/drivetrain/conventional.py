@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from annotated_types import Gt
+from annotated_types import Ge
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.fields import check, component, quantity
@@ -55,7 +55,10 @@ class ConventionalDrive:
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
     output: Output = component("Springs and linkage between the drive and its load", default_factory=Output)
     output_inertia: float | None = quantity(
-        "kg m^2", Gt(0), "Inertia of gear and output stage at the gear output", default=None
+        "kg m^2",
+        Ge(0),
+        "Inertia of gear and output stage at the gear output, beside theirs; none by default",
+        default=None,
     )
     control: ConventionalControl = component(
         "Controllers for time-domain simulation", default_factory=ConventionalControl
@@ -107,10 +110,10 @@ class ConventionalDrive:
         )
 
     @property
-    def gear_output_inertia(self) -> float | None:
-        """Inertia at the gear output, with that of the stage; None if neither is stated. [kg m^2]"""
+    def gear_output_inertia(self) -> float:
+        """Inertia at the gear output, with that of the stage; 0 if neither is stated, as the rotor has inertia. [kg m^2]"""
         known = [one for one in (self.output_inertia, self.stage.own_inertia) if one is not None]
-        return sum(known[1:], known[0]) if known else None
+        return sum(known[1:], known[0]) if known else 0.0
 
     @labelled
     def operate(self, *, speed: Array, force: Array, position: Array = 0.0) -> DrivePoint:
@@ -159,7 +162,6 @@ class ConventionalDrive:
 
     def check_motion(self) -> None:
         """Raise ParameterError if a value that motion requires is missing; the message names it."""
-        needed(self.gear_output_inertia, "output_inertia")
         needed(self.motor.rotor_inertia, "motor.rotor_inertia")
 
     def unheld(self) -> ConventionalDrive:
@@ -191,7 +193,7 @@ class ConventionalDrive:
 
         Source: faulring2006, section VI-C and Fig 14.
         """
-        inertia = needed(self.gear_output_inertia, "output_inertia")
+        inertia = self.gear_output_inertia
         stage = self.stage
         power_out = course.driving_force(load_mass).value * course.speed
         load = chain.inward(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.compare import DutyComparison
+from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.figures import losses, style
 from infinivar.limits import Limit
 
@@ -67,7 +67,7 @@ def data(found: DutyComparison) -> dict[str, Any]:
         "panels": panels,
         "heat": heat,
         "losses": {
-            "title": f"energy use {found.duty.per}",
+            "title": f"losses {found.duty.per}",
             "unit": "J",
             "losses": {result.title: result.losses for result in results},
             "power_in": {result.title: result.energy for result in results},

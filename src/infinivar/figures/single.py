@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.compare import DriveResult, DutyComparison
+from infinivar.analysis.compare import DriveResult
 from infinivar.analysis.cycles.cylinder_policy import Policy
+from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.analysis.cycles.tracking import TwoWays

@@ -86,6 +86,12 @@ class Heat(Result):
         return self.time_to_limit == math.inf
 
     @property
+    def demand(self) -> float:
+        """Highest rise of the winding above ambient over the permissible rise; inf if ambient leaves none. [-]"""
+        allowed = self.permissible - self.ambient
+        return (self.winding - self.ambient) / allowed if allowed > 0 else math.inf
+
+    @property
     def verdict(self) -> str:
         """Verdict in one clause."""
         limit = celsius(self.permissible)

@@ -9,6 +9,7 @@ from typing import Any
 
 from infinivar import units
 from infinivar.analysis.compare import Comparison
+from infinivar.analysis.cycles import cylinder_policy
 from infinivar.analysis.robustness.verdicts import band, percent
 from infinivar.figures import duty_cycle, least_loss, losses, operating_map, style
 from infinivar.limits import words_of
@@ -60,7 +61,6 @@ def results(comparison: Comparison) -> dict[str, Any]:
         }
     required = comparison.study.requirement
     content["requirement"] = None if required is None else required.to_dict()
-    content["warnings"] = comparison.study.warnings
     content["provenance"] = [asdict(row) for row in comparison.study.provenance]
     return content
 
@@ -83,6 +83,7 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
         duty=[(found, images[f"duty-{task}"]) for task, found in comparison.duty.items()],
         provenance=provenance_tables(study.provenance),
         words_of=words_of,
+        cylinder_range=cylinder_policy.RANGE,
         audit_tolerance=AUDIT_TOLERANCE,
         band=band,
         percent=percent,

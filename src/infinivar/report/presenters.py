@@ -14,7 +14,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "table": "report.tables:comparison",
     },
     "analysis.compare.DriveResult": {"plot": "figures.single:drive_result", "dataset": "report.datasets:drive_result"},
-    "analysis.compare.DutyComparison": {
+    "analysis.cycles.duty_comparison.DutyComparison": {
         "plot": "figures.duty_cycle:draw_all",
         "table": "report.tables:duty_comparison",
     },

@@ -7,8 +7,9 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from infinivar._core import extras
-from infinivar.analysis.compare import Comparison, DutyComparison
+from infinivar.analysis.compare import Comparison
 from infinivar.analysis.contact_sheet import ContactSheet
+from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.analysis.cycles.mixed_use import MixedUse
 from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.robustness.sensitivity import Sensitivity

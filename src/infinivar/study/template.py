@@ -53,7 +53,7 @@ friction_model = "coefficient"  # SKF's simple rule; "skf" is the full model and
 [drives.geared]
 type = "conventional"
 title = "Geared, large motor"
-output_inertia = "0.02 g m^2"  # pulley and cable; needed for motion only
+output_inertia = "0.02 g m^2"  # pulley and cable
 
 [drives.geared.motor]
 part = "dcx-32-l-24v"          # from the catalogue; override any of its values here

@@ -24,8 +24,14 @@ from infinivar.transmission.rates import Varying
 _LEAST, _PER_WAVE = 200, 10
 """Instants per cycle, and per shortest wave, during the search; the result is evaluated with all instants."""
 
-_FACTORS = np.geomspace(0.1, 4.0, 60)
-"""Speeds of the search, over the nominal speed."""
+RANGE = (0.1, 4.0)
+"""Lowest and highest speed of the search, constant or scheduled, over the nominal speed."""
+_FACTORS = np.geomspace(*RANGE, 60)
+"""Constant speeds of the search, over the nominal speed."""
+_DENSE, _BETWEEN = 500, 1e-4
+"""Instants at which a schedule is held against the range, and the most that it exceeds their values in between."""
+_CONSTANT = 1e-3
+"""Relative variation of a schedule below which it counts as a constant speed."""
 _HARMONICS = 3
 _LARGEST_SWING = 1.5
 """Largest harmonic amplitude of the logarithm of the speed."""
@@ -70,7 +76,8 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
     Returns
     -------
     tuple of Policy   The nominal speed; the constant speed of lowest power within limits; the periodic speed of lowest
-        power, its logarithm a series of three harmonics; and the inertia as a flywheel at the nominal mean speed.
+        power, its logarithm a series of three harmonics; and the inertia as a flywheel at the nominal mean speed. The search
+        for the second and third is confined to `RANGE` times the nominal speed.
 
     Raises
     ------
@@ -110,33 +117,57 @@ def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
 
 
 def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Callable[[np.ndarray], Varying]:
-    """Periodic cylinder speed of lowest mean power within limits, as a function of time [s].
+    """Periodic cylinder speed of lowest mean power within limits and `RANGE`, as a function of time [s].
 
-    The search starts from the constant speed `start`; its result is never worse.
+    The search starts from the constant speed `start`; its result is never worse, and `start` itself if it does not vary.
     """
     from scipy.optimize import minimize
 
     instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
     load = drive.inward(instants.course, duty.moved_mass)
-    level = np.log(start / drive.cylinder_speed)
+    low, high = np.log(RANGE)
+    level = np.clip(np.log(start / drive.cylinder_speed), low, high)
+
+    def swing(parameters: np.ndarray) -> np.ndarray:
+        """Logarithm of the speed over the nominal one."""
+        return np.log(_schedule(1.0, duty.period, parameters, np.linspace(0.0, duty.period, _DENSE)).value)
 
     def cost(parameters: np.ndarray) -> float:
-        return _cost(
-            drive, duty, instants, load, _schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
-        )
+        speed = _schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
+        return _cost(drive, duty, instants, load, speed)
+
+    def confined(parameters: np.ndarray) -> float:
+        drawn, course = cost(parameters), swing(parameters)
+        return drawn + _STEEPNESS * abs(drawn) * max(0.0, float(np.max(course)) - high, low - float(np.min(course)))
+
+    def within(parameters: np.ndarray) -> np.ndarray:
+        """The schedule drawn towards the middle of the range until it is inside; the same if it is."""
+        middle = np.zeros_like(parameters)
+        middle[0] = (low + high) / 2.0
+        share = ((high - low) / 2.0 - _BETWEEN) / float(np.max(np.abs(swing(parameters) - middle[0])))
+        return parameters if share >= 1.0 else middle + share * (parameters - middle)
 
     first = np.zeros(2 * _HARMONICS + 1)
     first[0] = level
-    bounds = [(level - 2.0, level + 2.0)] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
-    best = first
-    # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
-    for wave in range(3):
-        guess = first.copy()
-        if wave:
-            guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
-        found: Any = minimize(cost, guess, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40})
-        if found.fun < cost(best):
-            best = found.x
+
+    def search(function: Callable[[np.ndarray], float], bounds: tuple[float, float]) -> np.ndarray:
+        best = first
+        # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
+        for wave in range(3):
+            guess = first.copy()
+            if wave:
+                guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
+            every = [bounds] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
+            found: Any = minimize(function, guess, method="L-BFGS-B", bounds=every, options={"maxiter": 40})
+            if found.fun < function(best):
+                best = found.x
+        return best
+
+    best = search(cost, (level - 2.0, level + 2.0))
+    if within(best) is not best:  # few leave the range, so most need not be told to stay
+        best = within(search(confined, (max(level - 2.0, low), min(level + 2.0, high))))
+    if np.ptp(swing(best)) < _CONSTANT or cost(best) > cost(first):
+        best = first
     return functools.partial(_schedule, drive.cylinder_speed, duty.period, best)
 
 

@@ -12,6 +12,7 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.frozen import FrozenDict
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_result import DutyResult, Holding, WithoutHelp, within_limits
+from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.cycles.single_strides import stride_energies
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -186,15 +187,6 @@ def holding(drive: Drive, force: float, *, position: float = 0.0) -> Holding:
         parked=parked,
         run_up=run_up,
     )
-
-
-def motors_of(drive: Any) -> dict[str, Any]:
-    """Motors by their name in demands; none of a drive of another package that cannot be warmed."""
-    if not isinstance(drive, (CoboticDrive, ConventionalDrive)) and not hasattr(drive, "warmed"):
-        return {}
-    return {
-        "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
-    }
 
 
 def heating(point: MovingPoint, what: str) -> tuple[Array, Array]:

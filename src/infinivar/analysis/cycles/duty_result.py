@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.result import Frozen, Result, result
+from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.cycles.single_strides import StrideEnergies
 from infinivar.drivetrain.drive import (
     MovingDrive,
@@ -22,13 +23,19 @@ from infinivar.units import celsius, plain
 POWERS = ("power_to_load_W", "power_from_supply_W")
 """Columns of powers, common to all drives."""
 
+_TORQUES = {"motor": "motor_torque_Nm", "steering motor": "steering_torque_Nm"}
+"""Columns of the torques at the motors' shafts."""
+
+_ROUNDING = 1e-10
+"""Mean over peak power below which a mean is rounding."""
+
 _SAME = 1e-3
 """Relative difference below which energies count as equal in the verdict."""
 
 
 @result
 class Holding(Frozen):
-    """Power of a drive that holds a force at standstill.
+    """Power of a drive that holds a force at standstill, with its windings as given to it: cold, unless warmed.
 
     Attributes
     ----------
@@ -137,7 +144,7 @@ class DutyResult(Result):
             "power_from_supply_net_W": self.power_in,
             "power_to_load_peak_W": float(np.max(np.clip(load, 0.0, None))),
             "power_of_load_peak_W": float(np.max(np.clip(-load, 0.0, None))),
-            "power_to_load_net_W": float(np.mean(load)),
+            "power_to_load_net_W": _net(load),
         }
         states = self.point.states
         if "motor_torque_Nm" in states and "motor_speed_rad_s" in states:
@@ -162,7 +169,17 @@ class DutyResult(Result):
 
     @property
     def peaks(self) -> dict[str, float]:
-        """Peak torque of each motor over its continuous torque, which limits only the RMS torque. [-]"""
+        """Peak torque at each motor's shaft over its continuous torque, which limits only the RMS; nan on slip. [-]"""
+        states, motors = self.point.states, motors_of(self.drive)
+        return {
+            what: float(np.max(np.abs(states[column]))) / motors[what].continuous_torque
+            for what, column in _TORQUES.items()
+            if what in motors and column in states
+        }
+
+    @property
+    def current_peaks(self) -> dict[str, float]:
+        """Peak current of each motor over its current at continuous torque, which includes no-load current. [-]"""
         found = self.point.utilisation.items()
         return {what: float(np.max(demand)) for (limit, what), demand in found if limit == Limit.THERMAL}
 
@@ -179,17 +196,32 @@ class DutyResult(Result):
 
     @property
     def tightest(self) -> tuple[Demand, float]:
-        """The tightest limit and its margin, allowance over demand. [-]"""
-        place, margin = binding_demand({key: np.asarray(demand) for key, demand in self.demands.items()})
+        """The tightest limit and its margin, allowance over demand; for winding temperatures, of rises above ambient. [-]"""
+        demands = {
+            **self.demands,
+            **{(Limit.TEMPERATURE, what): hot.demand for what, hot in self._known_heat().items()},
+        }
+        place, margin = binding_demand({key: np.asarray(demand) for key, demand in demands.items()})
         if place:
-            return list(self.demands)[int(place) - 1], float(margin)
-        worst = max(self.demands, key=lambda key: self.demands[key])
+            return list(demands)[int(place) - 1], float(margin)
+        worst = max(demands, key=lambda key: demands[key])
         return worst, float(margin)
+
+    @property
+    def tightest_words(self) -> str:
+        """The tightest limit and its margin as a clause."""
+        limit, margin = self.tightest
+        if margin == math.inf:
+            return "no limit is loaded"
+        return f"tightest limit: {words_of(limit)} (margin {margin:.2f})"
+
+    def _known_heat(self) -> dict[str, Heat]:
+        return {what: found for what, found in self.heat.items() if found is not None}
 
     @property
     def verdict(self) -> str:
         """One-line verdict: feasibility, tightest limit, energy, heating."""
-        known = {what: found for what, found in self.heat.items() if found is not None}
+        known = self._known_heat()
         hot = {what: found for what, found in known.items() if not found.within_limit}
         clauses = self._on_limits(hot)
         if math.isnan(self.power_in):
@@ -216,10 +248,7 @@ class DutyResult(Result):
     def _on_limits(self, hot: Mapping[str, Heat]) -> list[str]:
         """Name the exceeded limits and overheated windings, or the tightest limit if all are kept."""
         if self.feasible:
-            key, margin = self.tightest
-            if margin == math.inf:
-                return ["feasible; no limit is loaded"]
-            return [f"feasible; tightest limit: {words_of(key)} (margin {margin:.2f})"]
+            return [f"feasible; {self.tightest_words}"]
         overheating = [f"{what} {found.verdict}" for what, found in hot.items()]
         if not self.exceeded:
             infeasible = "infeasible in continuous operation" if self.duty.closed else "infeasible"
@@ -288,6 +317,7 @@ class DutyResult(Result):
             "losses_J": self.losses,
             "demands": {f"{limit.name} ({what})": demand for (limit, what), demand in self.demands.items()},
             "peak_torque_over_continuous": self.peaks,
+            "peak_current_over_continuous": self.current_peaks,
             "heat": {
                 what: None
                 if found is None
@@ -312,6 +342,12 @@ class DutyResult(Result):
             **({} if self.strides is None else {"single_strides": self.strides.to_dict()}),
             "closure": self.closure,
         }
+
+
+def _net(power: np.ndarray) -> float:
+    """Mean power, 0 where it is only rounding beside the powers that cancel."""
+    mean = float(np.mean(power))
+    return 0.0 if abs(mean) < _ROUNDING * float(np.max(np.abs(power))) else mean
 
 
 def _times(demand: float) -> str:

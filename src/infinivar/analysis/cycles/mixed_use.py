@@ -7,6 +7,7 @@ from typing import Any
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
+from infinivar.analysis.cycles.duty_comparison import FEW
 from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.limits import words_of
 from infinivar.units import plain
@@ -24,6 +25,8 @@ class MixedUse(Result):
     power        Mean power from the supply, by drive; nan if the wheel slips in a cycle. [W]
     feasible     Whether the drive is feasible in every cycle, by drive.
     per_kilogram Mean power per kilogram, by drive; empty unless all cycles refer to the same mass. [W/kg]
+    per_metre    Energy per metre covered, by drive; empty unless a cycle states its distance. Cycles without one cover none,
+                 and their energy counts. [J/m]
     tightest     Cycle with the least margin, the limit and the margin, by drive.
     """
 
@@ -33,6 +36,7 @@ class MixedUse(Result):
     power: Mapping[str, float]
     feasible: Mapping[str, bool]
     per_kilogram: Mapping[str, float]
+    per_metre: Mapping[str, float]
     tightest: Mapping[str, tuple[str, str, float]]
 
     @property
@@ -53,27 +57,46 @@ class MixedUse(Result):
 
     @property
     def verdict(self) -> str:
-        """One clause: how many drives are feasible in every cycle, and the one with the lowest mean power."""
+        """One clause: how many drives are feasible in every cycle, and the one with the lowest mean power or the closest."""
         count, able = len(self.titles), sum(self.feasible.values())
-        head = f"Mixed use ({self.words})"
+        head = (
+            f"Mixed use ({self.words})" if len(self.shares) <= FEW else f"Mixed use of {len(self.shares)} duty cycles"
+        )
         if self.best is None:
-            alone = next(iter(self.titles.values()))
-            return f"{head}: {alone} is infeasible" if count == 1 else f"{head}: none of the {count} drives is feasible"
-        least = f"{self.titles[self.best]} with {plain(self.power[self.best], 3)} W on average"
+            closest = max(self.titles, key=lambda name: self.tightest[name][2])
+            tight = f"{self.titles[closest]}{' is infeasible; ' if count == 1 else ', '}{self._tight(closest)}"
+            return (
+                f"{head}: {tight}"
+                if count == 1
+                else f"{head}: none of the {count} drives is feasible; closest: {tight}"
+            )
+        drawn, tight = self._drawn(self.best), self._tight(self.best)
+        least = f"{self.titles[self.best]} with {drawn}"
         if count == 1:
-            return f"{head}: {least}, feasible in every cycle"
-        return f"{head}: {able} of {count} drives {'is' if able == 1 else 'are'} feasible; lowest energy: {least}"
+            return f"{head}: {least}, feasible in every cycle; {tight}"
+        return (
+            f"{head}: {able} of {count} drives {'is' if able == 1 else 'are'} feasible; lowest energy: {least}; {tight}"
+        )
 
     def verdict_on(self, name: str) -> str:
         """One clause on a drive: feasibility, tightest limit over all cycles, mean power."""
-        task, limit, margin = self.tightest[name]
-        drawn = f"{plain(self.power[name], 3)} W on average, {plain(self.watt_hours[name], 3)} Wh per hour"
+        drawn = self._drawn(name)
         if name in self.per_kilogram:
             drawn += f", {plain(self.per_kilogram[name], 3)} W/kg"
         if self.power[name] != self.power[name]:
             drawn = "power unknown: the wheel slips"
         able = "feasible" if self.feasible[name] else "infeasible"
-        return f"{able}; tightest limit: {limit} in {self.cycles[task]} (margin {margin:.2f}); {drawn}"
+        return f"{able}; {self._tight(name)}; {drawn}"
+
+    def _drawn(self, name: str) -> str:
+        """Mean power of a drive, and its energy per metre where known."""
+        power = f"{plain(self.power[name], 3)} W on average"
+        return f"{power}, {plain(self.per_metre[name], 3)} J/m" if name in self.per_metre else power
+
+    def _tight(self, name: str) -> str:
+        """Tightest limit of a drive over all cycles as a clause."""
+        task, limit, margin = self.tightest[name]
+        return f"tightest limit: {limit} in {self.cycles[task]} (margin {margin:.2f})"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
@@ -89,6 +112,7 @@ class MixedUse(Result):
                     "power_W": self.power[name],
                     "energy_per_hour_Wh": self.watt_hours[name],
                     "power_per_mass_W_kg": self.per_kilogram.get(name),
+                    "energy_per_distance_J_m": self.per_metre.get(name),
                     "tightest": dict(zip(("duty", "limit", "margin"), self.tightest[name], strict=True)),
                 }
                 for name, title in self.titles.items()
@@ -112,14 +136,17 @@ def mixed_use(results: Mapping[str, Mapping[str, DutyResult]], shares: Mapping[s
     first = next(iter(results.values()))
     masses = {found.duty.reference_mass for done in results.values() for found in done.values()}
     mass = masses.pop() if len(masses) == 1 else None
+    cycles = {task: next(iter(done.values())).duty for task, done in results.items()}
+    speed = sum(shares[task] * (cycle.distance_per_cycle or 0.0) / cycle.period for task, cycle in cycles.items())
     power = {name: sum(shares[task] * done[name].power_in for task, done in results.items()) for name in first}
     return MixedUse(
         shares=FrozenDict(shares),
         titles=FrozenDict({name: found.title for name, found in first.items()}),
-        cycles=FrozenDict({task: next(iter(done.values())).duty.title or task for task, done in results.items()}),
+        cycles=FrozenDict({task: cycle.title or task for task, cycle in cycles.items()}),
         power=FrozenDict(power),
         feasible=FrozenDict({name: all(done[name].feasible for done in results.values()) for name in first}),
         per_kilogram=FrozenDict({} if mass is None else {name: drawn / mass[0] for name, drawn in power.items()}),
+        per_metre=FrozenDict({name: drawn / speed for name, drawn in power.items()} if speed > 0.0 else {}),
         tightest=FrozenDict({name: _tightest(name, results) for name in first}),
     )
 

@@ -215,3 +215,12 @@ def audit(point: MovingPoint, where: str) -> float:
     if not worst <= AUDIT_TOLERANCE:
         raise AuditError(f"{where}: the energy balance of a cycle does not close; relative residual {plain(worst, 3)}")
     return worst
+
+
+def motors_of(drive: Any) -> dict[str, Any]:
+    """Motors by their name in demands; none of a drive of another package that cannot be warmed."""
+    if not isinstance(drive, (CoboticDrive, ConventionalDrive)) and not hasattr(drive, "warmed"):
+        return {}
+    return {
+        "motor" if role in ("motor", "cylinder") else f"{role} motor": motor for role, motor in drive.motors.items()
+    }

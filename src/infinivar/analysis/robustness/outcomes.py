@@ -16,8 +16,8 @@ import numpy as np
 from infinivar import power
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.analysis.cycles import performance
-from infinivar.analysis.cycles.duty_cycle import duty_cycle, heating, motors_of, warmed
-from infinivar.analysis.cycles.performance import AnyDrive
+from infinivar.analysis.cycles.duty_cycle import duty_cycle, heating, warmed
+from infinivar.analysis.cycles.performance import AnyDrive, motors_of
 from infinivar.analysis.plane import place
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.limits import Demand, Limit, binding, words_of

@@ -257,7 +257,7 @@ def _conventional_start(
     force = inertial = 0.0
     if follow:
         force = scenario.moved_mass * begin.acceleration - _outer_force(scenario)
-        inertial = (drive.gear_output_inertia or 0.0) * begin.acceleration / radius
+        inertial = drive.gear_output_inertia * begin.acceleration / radius
     position = begin.position if follow else 0.0
     if isinstance(path, Planned):
         force, position = path.force(0.0), begin.position
@@ -274,7 +274,7 @@ def _conventional_controller(
     drive: ConventionalDrive, scenario: Scenario, path: Motion, stick_speed: float
 ) -> controllers.ConventionalController:
     settings, motor, ratio, radius = drive.control, drive.motor, drive.gearhead.ratio, _travel(drive)
-    inertia, carried = (drive.gear_output_inertia or 0.0) / radius**2, scenario.moved_mass
+    inertia, carried = drive.gear_output_inertia / radius**2, scenario.moved_mass
     if isinstance(path, Planned):  # the planned force includes the load's inertia
         carried = output_start.carried(drive.output, scenario.path.at(0.0).position, carried)
     else:

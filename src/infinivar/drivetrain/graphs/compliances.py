@@ -117,7 +117,7 @@ def stage_stretch(drive: ConventionalDrive) -> Piece:
     stage = drive.stage
     if stage.stiffness is None:
         return RIGID
-    turning = rotor_inertia(drive) + (drive.gear_output_inertia or 0.0)
+    turning = rotor_inertia(drive) + drive.gear_output_inertia
     damping = 2.0 * DAMPING * math.sqrt(float(stage.stiffness) * turning) / float(stage.travel_per_radian)
     return _linear(stage.title, stage.title[0], stage.title, float(stage.stiffness), damping, ("m/N", "N s/m"))
 

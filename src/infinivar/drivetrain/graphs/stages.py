@@ -51,7 +51,7 @@ def output_stage(drive: ConventionalDrive, stick_speed: float) -> tuple[list[Ele
     attached, chains = pieces.attach(
         **{
             name: (
-                None if inertia is None else bg.inertia("J_gpc", "J_{gpc}", inertia, "kg m^2", title=name),
+                None if not inertia else bg.inertia("J_gpc", "J_{gpc}", inertia, "kg m^2", title=name),
                 pieces.friction(f"{name}_friction", f"T_{tag}", float(stage.friction_torque), "N m", stick, name),
                 loss,
             )
@@ -96,7 +96,7 @@ def check_jamming(drive: ConventionalDrive, carried_mass: float, imposed_motion:
         return
     if imposed_motion:
         raise ParameterError(f"link = 'imposed' cannot move a self-locking {stage.title}; use link = 'controlled'")
-    turning = drive.gear_output_inertia or 0.0
+    turning = drive.gear_output_inertia
     turning += 0.0 if drive.gearhead.stiffness is not None else compliances.rotor_inertia(drive)
     if turning + backward * carried_mass * travel**2 <= 0.0:
         most = turning / (-backward * travel**2)
