@@ -407,6 +407,121 @@ def test_the_audit_covers_a_drive_of_others(installed, change, error, message):
         iv.steady_map(Faulty(), [0.1, 0.2], [5.0, 10.0])
 
 
+STRIDE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.02, frequency=3.0), load_mass=1.0, title="stride")
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        (
+            lambda point: replace(point, power_in=point.power_in - 1.0, losses={**point.losses, "magic": -1.0}),
+            iv.AuditError,
+            "Faulty.follow: the magic loss is negative, down to -1 W",
+        ),
+        (
+            lambda point: replace(
+                point, power_in=point.power_in - 1.0, stored={**point.stored, "tank": -np.ones(point.power_in.shape)}
+            ),
+            iv.AuditError,
+            "Faulty.follow in stride: tank returns 1 W on average, cycle after cycle",
+        ),
+        (
+            lambda point: replace(point, power_in=np.nan * point.power_in),
+            iv.AuditError,
+            "Faulty.follow: power_in is not finite although the wheel does not slip",
+        ),
+        (
+            lambda point: replace(point, losses={**point.losses, "winding": np.nan}),
+            iv.AuditError,
+            "the winding loss is not finite",
+        ),
+        (
+            # Wrong at each instant, right on average.
+            lambda point: replace(point, power_in=point.power_in + np.resize([0.1, -0.1], point.power_in.shape)),
+            iv.AuditError,
+            "Faulty.follow: power_in differs from power_out, losses and stored powers together by up to 0.1 W",
+        ),
+        (
+            lambda point: replace(point, utilisation={iv.Limit.SPEED: 0.5}),
+            iv.ParameterError,
+            r"each key of utilisation must be a Limit and the name of a part, such as \(Limit.SPEED, 'motor'\), got <Limit",
+        ),
+        (
+            lambda point: replace(point, utilisation={"force": 0.5}),
+            iv.ParameterError,
+            "must be a Limit and the name of a part, .* got 'force'",
+        ),
+    ],
+)
+def test_the_audit_covers_each_instant_of_a_drive_of_others(installed, change, error, message):
+    class Faulty(installed.VoiceCoil):
+        def follow(self, course, *, load_mass=0.0):
+            return change(installed.VoiceCoil.follow(self, course, load_mass=load_mass))
+
+    coil = Faulty(constant=18.0, resistance=1.4, coil_mass=0.3, largest_force=60.0)
+    with pytest.raises(error, match=message):
+        iv.duty_cycle(coil, STRIDE)
+    mine = iv.Study(name="mine", drives={"coil": coil}, duty={"stride": STRIDE})
+    with pytest.raises(error, match=message):
+        iv.compare(mine, quick=True)
+
+
+def test_slip_excuses_powers_that_are_not_known(installed):
+    class Slippery(installed.VoiceCoil):
+        def follow(self, course, *, load_mass=0.0):
+            point = installed.VoiceCoil.follow(self, course, load_mass=load_mass)
+            lost = np.where(point.power_in > np.max(point.power_in) / 2.0, np.nan, 1.0)
+            slips = {(iv.Limit.SLIP, "roller"): np.where(np.isnan(lost), 2.0, 0.5)}
+            return replace(point, power_in=lost * point.power_in, utilisation=slips)
+
+    found = iv.duty_cycle(Slippery(constant=18.0, resistance=1.4, coil_mass=0.3, largest_force=60.0), STRIDE)
+    assert math.isnan(found.energy)
+    assert found.verdict.startswith("infeasible: roller: wheel slip, 2 times the allowance")
+
+
+def test_a_part_of_others_that_creates_energy_is_found_in_a_cycle(installed, study):
+    @dataclass(frozen=True, slots=True, kw_only=True)
+    class Source(iv.Gearhead):
+        def operate(self, *, output_torque, output_speed, motor_rated_torque):
+            true = iv.Gearhead.operate(
+                self, output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor_rated_torque
+            )
+            gained = 2.0 * true.loss + 0.01 * abs(true.motor_speed)
+            torque = true.motor_torque - gained / np.where(true.motor_speed == 0, np.inf, true.motor_speed)
+            return replace(true, motor_torque=torque, loss=true.loss - gained)
+
+    drive = study.drives["motor1-gear1"]
+    drive = replace(drive, gearhead=Source(ratio=drive.gearhead.ratio, efficiency=0.9))
+    with pytest.raises(iv.AuditError, match="the gearhead loss is negative"):
+        iv.duty_cycle(drive, STRIDE)
+
+
+def test_the_keys_of_a_steady_point_are_limits(installed):
+    class Faulty(installed.VoiceCoil):
+        def operate(self, *, speed, force):
+            point = installed.VoiceCoil.operate(self, speed=speed, force=force)
+            return replace(point, utilisation={"force": 0.5})
+
+    coil = Faulty(constant=18.0, resistance=1.4, coil_mass=0.3, largest_force=60.0)
+    with pytest.raises(
+        iv.ParameterError, match=r"Faulty.operate: each key of utilisation must be a Limit, got 'force'"
+    ):
+        iv.steady_map(coil, [0.1], [5.0])
+
+
+def test_a_drive_without_limits_in_a_cycle(installed):
+    class Strong(installed.VoiceCoil):
+        def follow(self, course, *, load_mass=0.0):
+            return replace(installed.VoiceCoil.follow(self, course, load_mass=load_mass), utilisation={})
+
+    coil = Strong(constant=18.0, resistance=1.4, coil_mass=0.3, largest_force=60.0)
+    found = iv.duty_cycle(coil, STRIDE)
+    assert found.tightest == ((iv.Limit.OK, "load"), math.inf)
+    assert found.verdict.startswith("feasible; no limit is loaded; ")
+    compared = iv.compare(iv.Study(name="mine", drives={"coil": coil}, duty={"stride": STRIDE}), quick=True)
+    assert "no limit is loaded" in compared.duty["stride"].verdict
+
+
 def test_what_a_drive_lacks_is_named(installed, study):
     class Steady:
         def operate(self, *, speed, force):

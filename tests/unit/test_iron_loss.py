@@ -119,3 +119,20 @@ def test_iron_loss_heats_the_housing():
     assert np.mean(result.point.losses["motor iron"]) > 0.05
     assert hot.housing - hot.ambient == pytest.approx(9.0 * power, rel=0.01)
     assert math.isclose(result.closure, 0.0, abs_tol=1e-9)
+
+
+@pytest.mark.parametrize("drag", [0.0, 0.5e-6])
+def test_iron_loss_in_a_cycle_with_rest(drag):
+    """Where the load rests, neither friction nor iron loss; the energy is that of a motor without the share, plus the share."""
+    drive = iv.load_study("hand_controller").drives["motor1-gear1"]
+    drive = replace(drive, motor=replace(drive.motor, viscous_friction=drag or None))
+    reaches = iv.DutyCycle(motion=iv.Reaches(distance=0.02, time=0.5, pause=0.5), load_mass=1.0, force=-3.0)
+    found = iv.duty_cycle(drive, reaches)
+    speed = found.point.states["motor_speed_rad_s"]
+    assert np.mean(speed == 0.0) == pytest.approx(0.5, abs=0.01)
+    iron = found.point.losses.get("motor iron", np.zeros_like(speed))
+    assert_allclose(iron, drag * speed**2, rtol=1e-12, atol=1e-18)
+    assert found.without_help.energy > found.energy
+    hold = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.Hold(time=1.0), force=-3.0, load_mass=1.0))
+    plain = iv.duty_cycle(replace(drive, motor=replace(drive.motor, viscous_friction=None)), hold.duty)
+    assert hold.without_help.energy == pytest.approx(plain.without_help.energy, rel=1e-12)

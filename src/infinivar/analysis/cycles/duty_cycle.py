@@ -14,6 +14,7 @@ from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_result import DutyResult, Holding, WithoutHelp, within_limits
 from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.cycles.single_strides import stride_energies
+from infinivar.drivetrain import own
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import (
@@ -68,7 +69,7 @@ def duty_cycle(
         If the drive lacks a value that motion requires, or its load moves along a line and the motion is about a joint or
         the reverse, or if the drive's speed would jump behind a series spring.
     AuditError
-        If the energy balance of the cycle does not close.
+        If the energy balance of the cycle does not close, or a loss is negative.
 
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
@@ -86,6 +87,12 @@ def duty_cycle(
         return followed(driven, course, load_mass=mass, **options)
 
     cold, point, found, lacking = _settled(drive, duty, instants, follow)
+    where = duty.title or duty.motion.shape
+    closure = performance.audit(point, where)
+    # Also of the program's own drives, in which a part may be of another package.
+    own.check_losses(point.losses, point.power_in, point.power_out, where)
+    if duty.closed and own.is_own(drive):
+        own.check_returned(point.stored, f"{type(drive).__name__}.follow in {where}")
     demands = _demands(point, instants, travel, duty, found)
     without_help = None
     rests = np.broadcast_to(course.at_rest, instants.time.shape)
@@ -106,7 +113,7 @@ def duty_cycle(
         demands=FrozenDict(demands),
         heat=FrozenDict(found),
         lacking=FrozenDict(lacking),
-        closure=performance.audit(point, duty.title or duty.motion.shape),
+        closure=closure,
         holding=_largest_hold(drive, instants, mass),
         without_help=without_help,
         strides=stride_energies(drive, duty),

@@ -201,6 +201,8 @@ class DutyResult(Result):
             **self.demands,
             **{(Limit.TEMPERATURE, what): hot.demand for what, hot in self._known_heat().items()},
         }
+        if not demands:
+            return (Limit.OK, "load"), math.inf
         place, margin = binding_demand({key: np.asarray(demand) for key, demand in demands.items()})
         if place:
             return list(demands)[int(place) - 1], float(margin)

@@ -1,0 +1,95 @@
+"""Checks of what drives of other packages return: type, keys, and a power balance that closes at every point."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.array_namespace import Array
+from infinivar.errors import AuditError, ParameterError
+from infinivar.limits import Limit
+from infinivar.power import AUDIT_TOLERANCE
+
+_KEPT = 0.01
+"""Largest mean of a stored power over a cycle, relative to the mean of its magnitude: sampling of jumps leaves 1e-3."""
+
+
+def is_own(thing: Any) -> bool:
+    """Whether a drive or part is of another package than this program."""
+    return type(thing).__module__.partition(".")[0] != __name__.partition(".")[0]
+
+
+def check_kind(point: Any, kind: type, where: str) -> None:
+    """Raise ParameterError unless a drive returned an operating point of that kind."""
+    if not isinstance(point, kind):
+        raise ParameterError(f"{where} must return a {kind.__name__}, got a {type(point).__name__}")
+
+
+def check_steady(point: Any, wanted: Array, where: str) -> None:
+    """Check the demands of a steady point and the power to the load, which must be `wanted` [W]."""
+    for key in point.utilisation:
+        if not isinstance(key, Limit):
+            raise ParameterError(f"{where}: each key of utilisation must be a Limit, got {key!r}")
+    _check_delivery(point.power_out, wanted, where)
+
+
+def check_moving(point: Any, wanted: Array, where: str) -> None:
+    """Check the demands of a moving point, the power to the load and, at each instant, losses and power balance."""
+    for key in point.utilisation:
+        if not (isinstance(key, tuple) and len(key) == 2 and isinstance(key[0], Limit) and isinstance(key[1], str)):
+            raise ParameterError(
+                f"{where}: each key of utilisation must be a Limit and the name of a part, such as (Limit.SPEED, 'motor'), "
+                f"got {key!r}"
+            )
+    slips = np.asarray(False)
+    for (limit, _), demand in point.utilisation.items():
+        slips = slips | ((limit == Limit.SLIP) & (np.asarray(demand) > 1.0))
+    flows = {"power_in": point.power_in, "power_out": point.power_out}
+    named = {
+        **flows,
+        **{f"the {name} loss": loss for name, loss in point.losses.items()},
+        **{f"the power stored in {name}": flow for name, flow in point.stored.items()},
+    }
+    for name, flow in named.items():
+        if np.any(~np.isfinite(np.asarray(flow, dtype=float)) & ~slips):
+            raise AuditError(f"{where}: {name} is not finite although the wheel does not slip")
+    _check_delivery(point.power_out, wanted, where)
+    check_losses(point.losses, point.power_in, point.power_out, where)
+    missing = np.asarray(point.power_in) - point.power_out
+    for flow in (*point.losses.values(), *point.stored.values()):
+        missing = missing - flow
+    off = np.fmax.reduce(np.abs(missing), axis=None, initial=0.0)
+    largest = max(np.fmax.reduce(np.abs(flow), axis=None, initial=0.0) for flow in named.values())
+    if off > AUDIT_TOLERANCE * largest:
+        raise AuditError(
+            f"{where}: power_in differs from power_out, losses and stored powers together by up to {off:.3g} W"
+        )
+
+
+def check_losses(losses: Mapping[str, Array], power_in: Array, power_out: Array, where: str) -> None:
+    """Raise AuditError if a loss is negative at any instant, by more than rounding of the largest power."""
+    scale = sum(np.fmax.reduce(np.abs(flow), axis=None, initial=0.0) for flow in (power_in, power_out))
+    for name, loss in losses.items():
+        least = np.fmin.reduce(loss, axis=None, initial=0.0)
+        if least < -AUDIT_TOLERANCE * scale:
+            raise AuditError(f"{where}: the {name} loss is negative, down to {least:.3g} W")
+
+
+def check_returned(stored: Mapping[str, Array], where: str) -> None:
+    """Raise AuditError if something stores or returns energy cycle after cycle."""
+    for name, flow in stored.items():
+        mean, size = float(np.mean(flow)), float(np.mean(np.abs(flow)))
+        if abs(mean) > _KEPT * size:
+            what = "stores" if mean > 0 else "returns"
+            raise AuditError(
+                f"{where}: {name} {what} {abs(mean):.3g} W on average, cycle after cycle; over a closed cycle what is stored is "
+                "returned"
+            )
+
+
+def _check_delivery(power_out: Array, wanted: Array, where: str) -> None:
+    off = np.abs(np.asarray(power_out) - wanted)
+    if np.any(off > AUDIT_TOLERANCE * np.max(np.abs(wanted), initial=0.0)):
+        raise AuditError(f"{where}: power_out differs from force times speed by up to {np.nanmax(off):.3g} W")
