@@ -259,13 +259,19 @@ def test_a_law_is_a_value(name):
 
 def test_a_wheel_takes_any_law():
     """Its formulas are used as they are, without being registered anywhere."""
-    softer = replace(creep.LINEAR, name="softer", creepage=lambda ratio: 2.0 * ratio, slope=lambda ratio: 2.0)
+    softer = creep.CreepLaw(
+        name="softer",
+        creepage=lambda ratio: ratio + ratio * np.abs(ratio),
+        slope=lambda ratio: 1.0 + 2.0 * np.abs(ratio),
+        force=lambda xi: np.sign(xi) * 0.5 * (np.sqrt(1.0 + 4.0 * np.minimum(np.abs(xi), 2.0)) - 1.0),
+        slip_creepage=2.0,
+    )
     element = replace(shipped_study("faulring2006").drives["cobotic"].transmission, creep_law=softer)
     linear = replace(element, creep_law="linear")
     setting = {"cylinder_speed": 14.0, "steering_angle": 0.0, "link_force": 30.0}
-    assert float(element.operate(**setting).link_speed) == pytest.approx(
-        2.0 * float(linear.operate(**setting).link_speed), rel=1e-9
-    )
+    point, plain = element.operate(**setting), linear.operate(**setting)
+    ratio = float(abs(point.lateral_force)) / (element.friction * element.preload)
+    assert float(point.link_speed) == pytest.approx((1.0 + ratio) * float(plain.link_speed), rel=1e-9)
 
 
 @pytest.mark.parametrize("wrong", ["polack", 5, None, ["linear"]])

@@ -16,6 +16,7 @@ from annotated_types import Gt
 import infinivar as iv
 import lab
 from infinivar._core import plugins
+from infinivar.contact import creep, probe
 from infinivar.drivetrain.drive import Drive, MovingDrive
 from infinivar.figures import style
 from infinivar.limits import binding, binding_demand, words_of
@@ -272,6 +273,94 @@ def test_a_creep_law_in_all_analyses(installed, study):
     assert two.lost_prescribed["creep"] == pytest.approx(two.lost_followed["creep"], rel=0.02)
     linear = study.drives["cobotic"].operate(speed=0.2, force=40.0)
     assert float(drive.operate(speed=0.2, force=40.0).losses["creep"]) > float(linear.losses["creep"])
+
+
+def odd(function):
+    return lambda x: np.sign(x) * function(np.abs(x))
+
+
+LAWS = {
+    "creates energy": ({"creepage": lambda x: -x, "slope": lambda x: -1.0, "force": lambda x: -x}, "creepage .* sign"),
+    "not odd": (
+        {"creepage": lambda x: x + 0.2 * x**2, "slope": lambda x: 1.0 + 0.4 * x, "slip_creepage": 1.2},
+        "creepage must be odd in the force ratio, got -0.77568 at the force ratio -0.96",
+    ),
+    "twice as soft": (
+        {
+            "creepage": lambda x: 2.0 * x,
+            "slope": lambda x: 2.0,
+            "force": lambda x: x / 2.0,
+            "slip_creepage": 2.0,
+        },
+        "slope must be 1, got 2 at the force ratio 0 instead of 1",
+    ),
+    "wrong slope": (
+        {"creepage": lambda x: x + 0.2 * x**3, "slope": lambda x: 1.0, "slip_creepage": 1.2},
+        "slope must be the derivative of creepage, got 1 at the force ratio -0.96",
+    ),
+    "falling": (
+        {
+            "creepage": odd(lambda x: x - 0.9 * x**2),
+            "slope": lambda x: 1.0 - 1.8 * np.abs(x),
+            "slip_creepage": 1.5,
+        },
+        "slope must be >= 0, got",
+    ),
+    "wrong inverse": (
+        {"creepage": lambda x: x + 0.2 * x**3, "slope": lambda x: 1.0 + 0.6 * x**2, "slip_creepage": 1.2},
+        "force must be the inverse of creepage, got -1 at the scaled creepage -1.137 instead of -0.96",
+    ),
+    "early slip": (
+        {"slip_creepage": 0.5},
+        "creepage must be at most slip_creepage, got -0.96 at the force ratio -0.96",
+    ),
+    "late slip": (
+        {"slip_creepage": 1.5, "force": lambda xi: np.clip(xi, -1.0, 1.0) * np.where(np.abs(xi) > 1.2, 0.9, 1.0)},
+        r"force must be \+-1 at slip_creepage, got -0.9",
+    ),
+    "not straight": (
+        {
+            "creepage": odd(lambda x: x + 0.1 * x * (1.0 - x)),
+            "slope": lambda x: 1.0 + 0.1 - 0.2 * np.abs(x),
+        },
+        "creepage must be equal to the force ratio, as slip_creepage is 1",
+    ),
+    "nan": ({"creepage": lambda x: np.nan * x}, "creepage must be odd in the force ratio, got nan"),
+    "of one number": (
+        {"force": lambda x: max(-1.0, min(1.0, x))},
+        "force must be a function of a NumPy array of floats",
+    ),
+    "taken name": (
+        {"name": "linear", "slope": lambda x: 1.0},
+        "name must be another than that of a built-in .* 'linear'",
+    ),
+    "creating flow": ({"flow_factor": lambda x: (1.0 + x * x, 2.0 * x)}, "flow_factor must be from 0 to 1, got 1.9216"),
+}
+
+
+@pytest.mark.parametrize("fault", LAWS)
+def test_a_law_that_cannot_be_is_refused_when_given(fault):
+    change, message = LAWS[fault]
+    right = {
+        "name": "mine",
+        "creepage": lambda x: x,
+        "slope": lambda x: 1.0,
+        "force": lambda x: np.clip(x, -1.0, 1.0),
+        "slip_creepage": 1.0,
+    }
+    assert iv.CreepLaw(**right).straight
+    with pytest.raises(iv.ParameterError, match=message):
+        iv.CreepLaw(**{**right, **change})
+
+
+@pytest.mark.parametrize("law", creep.LAWS.values(), ids=str)
+def test_the_laws_of_the_program_pass_the_probe(law):
+    probe.check_law(law.creepage, law.slope, law.force, law.slip_creepage)
+    if law.flow_factor is not None:
+        probe.check_flow(law.flow_factor)
+    renamed = replace(law, name="mine")
+    assert (renamed.straight, renamed.slip_creepage) == (law.straight, law.slip_creepage)
+    assert replace(law) == law
 
 
 def test_a_part_takes_the_place_of_a_shipped_one(installed, study):

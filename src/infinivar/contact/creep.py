@@ -16,7 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
-from infinivar.contact import fastsim, kalker
+from infinivar.contact import fastsim, kalker, probe
 from infinivar.contact.laws import (
     FASTSIM_SLIP,
     VERMEULEN_JOHNSON_SLIP,
@@ -36,6 +36,9 @@ from infinivar.contact.laws import (
 )
 from infinivar.errors import ParameterError, nearest, require
 
+LAWS: dict[str, CreepLaw] = {}
+"""The shipped laws by name."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class CreepLaw:
@@ -44,16 +47,17 @@ class CreepLaw:
     Attributes
     ----------
     name : for reports, and for studies if it is a shipped one
-    creepage : force ratio -> scaled creepage; finite beyond slip, too
-    slope : force ratio -> derivative of the scaled creepage, finite and >= 0
-    force : scaled creepage -> force ratio
+    creepage : force ratio -> scaled creepage; odd, of the sign of the force ratio, and finite beyond slip, too
+    slope : force ratio -> derivative of the scaled creepage, finite and >= 0, at 0 it is 1
+    force : scaled creepage -> force ratio, the inverse
     slip_creepage : scaled creepage at which gross slip begins, inf if the law reaches it only asymptotically
     flow_factor : force ratio -> factor on the link speed and its derivative, or None for a law without a flow loss
 
     Raises
     ------
     ParameterError
-        If the name is empty, a formula is not a function, or `slip_creepage` is not positive.
+        If the name is empty or that of a shipped law, a formula is not a function, or `slip_creepage` is not positive; if
+        the functions, evaluated at a few force ratios, do not have the properties above: see `contact.probe`.
     """
 
     name: str
@@ -80,6 +84,18 @@ class CreepLaw:
         slip = self.slip_creepage
         number = isinstance(slip, numbers.Real) and not isinstance(slip, bool)
         require(number and slip > 0, "slip_creepage", repr(slip), "a number > 0, or inf")
+        if LAWS:  # the shipped laws, which fill it, are tested
+            self._check_own()
+
+    def _check_own(self) -> None:
+        """Probe a law that is not one of the program."""
+        shipped = LAWS.get(self.name)
+        other = shipped is None or shipped == self
+        require(other, "name", repr(self.name), "another than that of a built-in creep law")
+        if shipped is None:
+            probe.check_law(self.creepage, self.slope, self.force, self.slip_creepage)
+        if shipped is None and self.flow_factor is not None:
+            probe.check_flow(self.flow_factor)
 
     @property
     def straight(self) -> bool:
@@ -111,8 +127,7 @@ FASTSIM = CreepLaw(
     name="fastsim", creepage=fastsim_creepage, slope=fastsim_slope, force=fastsim_force, slip_creepage=FASTSIM_SLIP
 )
 
-LAWS = {law.name: law for law in (LINEAR, FAULRING, VERMEULEN_JOHNSON, POLACH, FASTSIM)}
-"""The shipped laws by name."""
+LAWS.update({law.name: law for law in (LINEAR, FAULRING, VERMEULEN_JOHNSON, POLACH, FASTSIM)})
 
 
 def law(wanted: str | CreepLaw) -> CreepLaw:
