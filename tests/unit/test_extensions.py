@@ -20,6 +20,7 @@ from infinivar.contact import creep, probe
 from infinivar.drivetrain.drive import Drive, MovingDrive
 from infinivar.figures import style
 from infinivar.limits import binding, binding_demand, words_of
+from infinivar.motion.probe import check_motion
 from infinivar.report.datasets import steady_map as labelled_map
 from infinivar.study.extended_schema import extended_schema
 from infinivar.study.json_schema import json_schema
@@ -764,6 +765,70 @@ def test_a_motion_of_others_in_both_ways(installed, study):
     assert two.as_turning == pytest.approx(two.followed, rel=0.02)
     run = iv.simulate(study.drives["cobotic"], iv.Scenario(duration=0.2, motion=tones, load_mass=0.8))
     assert np.max(np.abs(run.position_error)) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"period": -1.0}, "Wrong.period must be > 0 s, got -1.0"),
+        ({"period": math.nan}, "Wrong.period must be > 0 s, got nan"),
+        ({"made": lambda time, made: made[:2]}, "Wrong.derivatives must return 5 values for 4 orders, .* got 2"),
+        (
+            {"made": lambda time, made: [made[0], 2.0 * made[1], *made[2:]]},
+            "Wrong.derivatives: order 1 must be the time derivative of order 0; at .* instead of",
+        ),
+        (
+            {"made": lambda time, made: [*made[:3], -made[3], made[4]]},
+            "Wrong.derivatives: order 3 must be the time derivative of order 2",
+        ),
+        (
+            {"made": lambda time, made: [np.nan * made[0], *made[1:]]},
+            "Wrong.derivatives: order 0 must be finite, got nan",
+        ),
+        (
+            {"made": lambda time, made: [made[0] + time, made[1] + 1.0, *made[2:]]},
+            "Wrong: a motion that repeats must end where it began, but its position is 0 at 0 s and 0.6",
+        ),
+        ({"made": lambda time, made: [made[0] + 0.1 * (time > 0.3), *made[1:]]}, "its position is 0 at 0 s and 0.1"),
+        ({"push": lambda time: [time, time, time]}, "Wrong.push: order 1 must be the time derivative of order 0"),
+    ],
+)
+def test_a_motion_that_cannot_be_is_refused_when_given(installed, change, message):
+    tones = {"distance": 0.02, "ripple": 0.002, "frequency": 1.5}
+
+    class Wrong(installed.TwoTones):
+        @property
+        def period(self):
+            return change.get("period", 1.0 / self.frequency)
+
+        def derivatives(self, time, orders):
+            made = installed.TwoTones.derivatives(self, time, orders)
+            return change["made"](time, made) if "made" in change else made
+
+        def push(self, time, orders):
+            if "push" in change:
+                return change["push"](time)
+            return installed.TwoTones.push(self, time, orders)
+
+    with pytest.raises(iv.ParameterError, match=message):
+        iv.DutyCycle(motion=Wrong(**tones), load_mass=1.0)
+    with pytest.raises(iv.ParameterError, match=message):
+        iv.Scenario(duration=1.0, motion=Wrong(**tones))
+
+
+MOTIONS = [
+    iv.Sinusoid(distance=0.02, frequency=3.0),
+    iv.Reaches(distance=0.1, time=0.3, pause=0.4),
+    iv.Reaches(distance=0.1, time=0.3, profile="smooth"),
+    iv.Tremor(distance=0.001, low_frequency=8.0, high_frequency=12.0),
+    iv.Walking(joint="knee", body_mass=70.0, stride_time=1.1),
+    iv.Hold(time=1.0),
+]
+
+
+@pytest.mark.parametrize("motion", MOTIONS, ids=lambda motion: type(motion).__name__)
+def test_the_motions_of_the_program_pass_the_probe(motion):
+    check_motion(motion)
 
 
 def test_a_field_of_an_own_class_is_checked(installed):

@@ -24,6 +24,11 @@ Check = Callable[[Any], str | None]
 """Returns what an extension must be if it is something else, such as "a CreepLaw"."""
 
 
+def is_own(thing: Any) -> bool:
+    """Whether a drive, part or motion is of another package than this program."""
+    return type(thing).__module__.partition(".")[0] != __name__.partition(".")[0]
+
+
 def names(group: str, known: Collection[str] = ()) -> tuple[str, ...]:
     """Words that installed packages add to a group.
 

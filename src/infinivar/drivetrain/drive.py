@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar, runtime_checkable
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given, missing_members
 from infinivar._core.labels import Labels
+from infinivar._core.plugins import is_own
 from infinivar._core.result import Result, result
 from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain import own
@@ -157,7 +158,7 @@ def operated(drive: Any, *, speed: Array, force: Array, position: Array = 0.0) -
     check_drive(drive, "drive")
     placed_at = {} if isinstance(position, (int, float)) and position == 0 else {"position": position}
     point = drive.operate(speed=speed, force=force, **placed_at)
-    if own.is_own(drive):
+    if is_own(drive):
         where = f"{type(drive).__name__}.operate"
         own.check_kind(point, DrivePoint, where)
         own.check_steady(point, speed * force, where)
@@ -177,7 +178,7 @@ def followed(drive: Any, course: Course, *, load_mass: Array = 0.0, **options: A
     """
     check_drive(drive, "drive", ("operate", "follow"))
     point = drive.follow(course, load_mass=load_mass, **options)
-    if own.is_own(drive):
+    if is_own(drive):
         where = f"{type(drive).__name__}.follow"
         own.check_kind(point, MovingPoint, where)
         own.check_moving(point, course.driving_force(load_mass).value * course.speed, where)
@@ -186,13 +187,13 @@ def followed(drive: Any, course: Course, *, load_mass: Array = 0.0, **options: A
 
 def check_graph(drive: Any, prefix: str = "") -> None:
     """Raise ParameterError if a drive or a part is of another package: the equations of a simulation lack its law."""
-    if own.is_own(drive):
+    if is_own(drive):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     for one in dataclasses.fields(drive):
         part = getattr(drive, one.name)
         if "meaning" not in one.metadata or isinstance(part, (float, int, str, tuple)) or part is None:
             continue
-        if own.is_own(part) and type(part).__module__ != "numpy":
+        if is_own(part) and type(part).__module__ != "numpy":
             raise ParameterError(
                 f"{prefix}{one.name} is of type {type(part).__name__}, whose law is in no bond graph, as simulation needs; "
                 "steady maps and duty cycles work without"

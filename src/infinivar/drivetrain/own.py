@@ -16,11 +16,6 @@ _KEPT = 0.01
 """Largest mean of a stored power over a cycle, relative to the mean of its magnitude: sampling of jumps leaves 1e-3."""
 
 
-def is_own(thing: Any) -> bool:
-    """Whether a drive or part is of another package than this program."""
-    return type(thing).__module__.partition(".")[0] != __name__.partition(".")[0]
-
-
 def check_kind(point: Any, kind: type, where: str) -> None:
     """Raise ParameterError unless a drive returned an operating point of that kind."""
     if not isinstance(point, kind):

@@ -11,12 +11,14 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_kind, check_real, given, quantity, tagged
+from infinivar._core.plugins import is_own
 from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.errors import InputError, ParameterError
 from infinivar.motion.course import Course
 from infinivar.motion.gait import Gait, Running, Walking
 from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor
+from infinivar.motion.probe import check_motion, enough
 from infinivar.motion.recordings import Recording
 from infinivar.motion.task import Task
 from infinivar.units import plain
@@ -52,7 +54,7 @@ class DutyCycle(Task):
     Raises
     ------
     ParameterError
-        If a field is outside its range.
+        If a field is outside its range, or the derivatives of a motion of another package are not those of its position.
     """
 
     motion: PeriodicMotion = tagged("Periodic motion of the load", CYCLES, flat=True)
@@ -76,6 +78,8 @@ class DutyCycle(Task):
         """Validate the fields."""
         check_real(self)
         check_kind("motion", self.motion, CYCLES, "derivatives")
+        if is_own(self.motion):
+            check_motion(self.motion)
         _ = self.axis  # refuses a mixture
         if self.closed and self.start_temperature is not None:
             raise ParameterError(
@@ -156,8 +160,8 @@ class DutyCycle(Task):
 
         The course has derivatives of the position up to `orders`, 4 to 6, and of the force up to two less.
         """
-        position, speed, acceleration, jerk, snap, *higher = self.motion.derivatives(time, orders)
-        force, rate, curvature, *higher_forces = self.motion.push(time, orders - 2)
+        position, speed, acceleration, jerk, snap, *higher = enough(self.motion, "derivatives", time, orders)
+        force, rate, curvature, *higher_forces = enough(self.motion, "push", time, orders - 2)
         return position, Course(
             **dict(zip(("fifth", "sixth"), higher, strict=False)),
             **dict(zip(("force_third", "force_fourth"), higher_forces, strict=False)),

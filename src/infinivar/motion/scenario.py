@@ -9,11 +9,13 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check_choice, check_kind, check_real, component, quantity, tagged
+from infinivar._core.plugins import is_own
 from infinivar.axis import LINEAR, Axis
 from infinivar.errors import ParameterError
 from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
-from infinivar.motion.motion import Force, Motion
+from infinivar.motion.motion import Force, Motion, PeriodicMotion
 from infinivar.motion.motions import Cruise, Reach, Rest, Sinusoid, Step
+from infinivar.motion.probe import check_motion
 from infinivar.motion.task import Task
 from infinivar.motion.waypoints import RecordedForce, Waypoints
 
@@ -70,6 +72,8 @@ class Scenario(Task):
         """Validate the fields and their combination."""
         check_real(self)
         check_kind("motion", self.path, MOTIONS, "at")
+        if is_own(self.path) and isinstance(self.path, PeriodicMotion):
+            check_motion(self.path)
         if self.force is not None:
             check_kind("force", self.force, FORCES, "value")
         _ = self.axis  # refuses a mixture

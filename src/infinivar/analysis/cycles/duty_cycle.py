@@ -10,6 +10,7 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.frozen import FrozenDict
+from infinivar._core.plugins import is_own
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_result import DutyResult, Holding, WithoutHelp, within_limits
 from infinivar.analysis.cycles.performance import motors_of
@@ -91,7 +92,7 @@ def duty_cycle(
     closure = performance.audit(point, where)
     # Also of the program's own drives, in which a part may be of another package.
     own.check_losses(point.losses, point.power_in, point.power_out, where)
-    if duty.closed and own.is_own(drive):
+    if duty.closed and is_own(drive):
         own.check_returned(point.stored, f"{type(drive).__name__}.follow in {where}")
     demands = _demands(point, instants, travel, duty, found)
     without_help = None
