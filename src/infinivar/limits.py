@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from enum import IntEnum, unique
 from typing import Any
 
 from infinivar._core import plugins
 from infinivar._core.array_namespace import Array, namespace
-from infinivar.errors import ParameterError, require
+from infinivar.errors import InputError, ParameterError, require
 
 
 @unique
@@ -95,8 +96,9 @@ class Limit(IntEnum):
     def _missing_(cls, value: object) -> Limit:
         """A limit of another package, by its code; packages may register it as an entry point."""
         if isinstance(value, int) and value not in _OWN:
-            for name in plugins.names("infinivar.limits"):
-                plugins.load("infinivar.limits", name, _not_a_limit)
+            for name in plugins.registered("infinivar.limits"):
+                with contextlib.suppress(InputError):  # of another limit than this one
+                    plugins.load("infinivar.limits", name, _not_a_limit)
         if value in _OWN:
             return _OWN[value]  # type: ignore[index]
         raise ValueError(f"{value!r} is not the code of a limit; {_HOW}")

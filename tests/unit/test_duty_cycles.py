@@ -554,3 +554,18 @@ def test_bars_of_losses_are_titled_so():
 def test_a_net_power_of_rounding_is_zero():
     net = duty_cycle(GEARED, duty("sinusoid")).powers["power_to_load_net_W"]
     assert net == 0.0 or abs(net) > 1e-9
+
+
+def test_policies_need_a_cylinder():
+    drive = shipped_study("faulring2006").drives["motor1-gear1"]
+    with pytest.raises(iv.ParameterError, match="a drive of type ConventionalDrive has no cylinder"):
+        policies(drive, DutyCycle(motion=Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("stiffness", [1e200, 1e300])
+def test_an_absurd_value_is_refused_without_warnings(stiffness):
+    drive = shipped_study("faulring2006").drives["motor1-gear1"]
+    drive = replace(drive, output=iv.Output(parallel_spring=iv.Spring(stiffness=stiffness)))
+    with pytest.raises(iv.ParameterError, match="shake: the power exceeds all numbers"):
+        duty_cycle(drive, DutyCycle(motion=Sinusoid(distance=0.01, frequency=1.0), load_mass=1.0, title="shake"))

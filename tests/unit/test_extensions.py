@@ -187,9 +187,14 @@ def test_packages_are_asked_only_for_unknown_words(monkeypatch, load):
         ),
         ("[infinivar.creep_laws]\nsoft = {0}:K", MINE, r"creep law 'soft' .* must be a CreepLaw, got a float"),
         (
-            "[infinivar.creep_laws]\nlinear = {0}:SOFT",
+            "[infinivar.drives]\nvoice-coil = {0}:VoiceCoil\n[infinivar.creep_laws]\nsofter = {0}:SOFT",
             MINE,
-            r"creep law 'linear' .* has the name of a built-in one; it must have another name",
+            r"creep_law = .soft. must be one of linear, .* fastsim, softer \(did you mean 'softer'\?\)",
+        ),
+        (
+            "[infinivar.drives]\nvoice-coils = {0}:VoiceCoil",
+            MINE,
+            r"type = .voice-coil. must be cobotic or conventional or voice-coils \(did you mean 'voice-coils'\?\)",
         ),
         (
             "[infinivar.drives]\nvoice-coil = {0}:SOFT",
@@ -233,6 +238,42 @@ def test_what_is_wrong_with_a_package_is_said(words, text, message, tmp_path, mo
         load(text)
     assert "mine.toml: " in str(found.value)
     sys.modules.pop("badlab", None)
+
+
+def test_a_faulty_package_is_in_nobodys_way(tmp_path, monkeypatch, load):
+    """Words that cannot be used, beside those that can: they matter only to a study that asks for them."""
+    faults = """
+[infinivar.creep_laws]
+linear = {0}:SOFT
+other = nowhere_at_all:LAW
+
+[infinivar.drives]
+aa-broken = {0}:TwoTones
+ab-missing = nowhere_at_all:Drive
+conventional = {0}:VoiceCoil
+
+[infinivar.motions]
+aa-broken = {0}:Once
+ab-missing = nowhere_at_all:Motion
+
+[infinivar.parts]
+aa-broken = nowhere_at_all:Part
+
+[infinivar.limits]
+aa-broken = nowhere_at_all:LIMIT
+"""
+    for package, words in (("badlab", faults), ("mylab", lab.WORDS)):
+        folder = tmp_path / package
+        folder.mkdir()
+        lab.install(folder, monkeypatch, words, package=package)
+    for study in (load(MINE), iv.load_study("hand_controller")):
+        path = study.save(tmp_path / f"{study.name}-again.toml")
+        assert iv.load_study(path) == study
+    assert iv.Limit(100).name == "MAGNETS"
+    with pytest.raises(iv.InputError, match=r"'other' .* cannot be loaded: ModuleNotFoundError"):
+        load(MINE.replace('creep_law = "soft"', 'creep_law = "other"'))
+    for package in ("badlab", "mylab"):
+        sys.modules.pop(package, None)
 
 
 def test_two_packages_with_one_word(tmp_path, monkeypatch, load):

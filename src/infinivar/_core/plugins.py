@@ -42,20 +42,29 @@ def names(group: str, known: Collection[str] = ()) -> tuple[str, ...]:
     InputError
         If a word is one of the program's own, or two packages register the same.
     """
-    found = _found(group, tuple(sys.path))
-    for name, points in found.items():
-        if name in known:
-            raise InputError(
-                f"{_described(group, points[0])} has the name of a built-in one; it must have another name"
-            )
-        if len({point.value for point in points}) > 1:
-            packages = " and ".join(_package(point) for point in points)
-            raise InputError(f"the {GROUPS[group]} {name!r} is registered by {packages}; remove one of them")
-    return tuple(found)
+    for name in registered(group):
+        _one(group, name, known)
+    return registered(group)
+
+
+def registered(group: str) -> tuple[str, ...]:
+    """Words that installed packages add to a group, whether or not they can be used."""
+    return tuple(_found(group, tuple(sys.path)))
+
+
+def _one(group: str, name: str, known: Collection[str]) -> metadata.EntryPoint:
+    """The one entry point of a registered word; raises InputError for the reasons of `names`."""
+    points = _found(group, tuple(sys.path))[name]
+    if name in known:
+        raise InputError(f"{_described(group, points[0])} has the name of a built-in one; it must have another name")
+    if len({point.value for point in points}) > 1:
+        packages = " and ".join(_package(point) for point in points)
+        raise InputError(f"the {GROUPS[group]} {name!r} is registered by {packages}; remove one of them")
+    return points[0]
 
 
 def load(group: str, name: str, check: Check, known: Collection[str] = ()) -> Any:
-    """Load an extension, or return None if no installed package registers the word.
+    """Load an extension, or return None if no installed package registers the word; other words may be faulty.
 
     Parameters
     ----------
@@ -67,11 +76,12 @@ def load(group: str, name: str, check: Check, known: Collection[str] = ()) -> An
     Raises
     ------
     InputError
-        If the extension cannot be imported or is not what the group asks for, or for the reasons of `names`.
+        If the extension cannot be imported or is not what the group asks for, has the name of a built-in one, or two
+        packages register it.
     """
-    if name not in names(group, known):
+    if name not in registered(group):
         return None
-    point = _found(group, tuple(sys.path))[name][0]
+    point = _one(group, name, known)
     try:
         loaded = point.load()
     except Exception as problem:  # the code of others may fail in any way

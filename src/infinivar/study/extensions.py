@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import functools
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from infinivar._core import plugins
@@ -54,7 +55,7 @@ def variant_of(base: type, table: Any, path: str) -> type:
     word = asked.get("value") if isinstance(asked, dict) else asked
     found = part(word) if isinstance(word, str) else None
     if found is None:
-        known = plugins.names("infinivar.parts")
+        known = plugins.registered("infinivar.parts")
         words = (
             f"one of {', '.join(known)}{nearest(str(word), known)}" if known else "removed: no package registers parts"
         )
@@ -64,10 +65,13 @@ def variant_of(base: type, table: Any, path: str) -> type:
     return found
 
 
-def parts_of(base: type) -> dict[str, type]:
-    """The registered parts that can stand for a part of the program, by word."""
-    found = {word: part(word) for word in plugins.names("infinivar.parts")}
-    return {word: one for word, one in found.items() if one is not None and issubclass(one, base)}
+def word_of(group: str, kind: type, find: Callable[[str], Any]) -> str | None:
+    """The word under which a package registers a class; None if none does. Packages that cannot be used do not matter."""
+    for word in plugins.registered(group):
+        with contextlib.suppress(InputError):
+            if find(word) is kind:
+                return word
+    return None
 
 
 def drive_types(known: Mapping[str, type]) -> dict[str, type]:

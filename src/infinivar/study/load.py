@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from infinivar._core import files
+from infinivar._core import files, plugins
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest, printable
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
@@ -349,7 +349,8 @@ def _type_of(tree: Raw, where: str) -> type:
     if found is not None:
         return found
     if kind is not None:
-        raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(DRIVES)}{nearest(kind, DRIVES)}")
+        words = [*DRIVES, *plugins.registered("infinivar.drives")]
+        raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(words)}{nearest(kind, words)}")
     known = dict.fromkeys(key for part in DRIVES.values() for key in keys(part))
     unknown = [f"{where}.{printable(key)} is not a known key{nearest(key, known)}" for key in tree if key not in known]
     missing = f"{where}.type is missing: write {' or '.join(DRIVES)}, or name a shipped drive as base"

@@ -24,7 +24,18 @@ from infinivar.study import extensions, toml
 from infinivar.study.load import study_from_dict
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.provenance import DEFAULT, Provenance, Rows, by_field, recorded, same, text_of, unscaled
-from infinivar.study.schema import ORIGIN, SHAPE, Key, described, drive_types, in_kinds, part_of, table_keys
+from infinivar.study.schema import (
+    DRIVES,
+    ORIGIN,
+    SHAPE,
+    Key,
+    described,
+    drive_type,
+    in_kinds,
+    kinds_for,
+    part_of,
+    table_keys,
+)
 from infinivar.study.spreads import DRAWS, Spread, Uncertainty
 from infinivar.study.study import Study
 from infinivar.study.toml import Inline
@@ -138,7 +149,9 @@ class _Writing:
 
     def _drive(self, name: str, rows: Rows) -> Raw:
         drive, path = self.study.drives[name], f"drives.{name}"
-        word = next((word for word, kind in drive_types().items() if kind is type(drive)), None)
+        kind = type(drive)
+        word = next((word for word, known in DRIVES.items() if known is kind), None)
+        word = word or extensions.word_of("infinivar.drives", kind, drive_type)
         if word is None:
             raise StudyError(
                 f"{path} is a {type(drive).__name__}, for which there is no type in study files; register it by the entry "
@@ -157,14 +170,18 @@ class _Writing:
             if value is None:
                 continue
             here = path if field.metadata["flat"] else f"{path}.{field.name}"
-            words = {kind: word for word, kind in extensions.kinds(field).items()}
-            if type(value) not in words:
+            kind, known = type(value), field.metadata["kinds"]
+            word = next((word for word, one in known.items() if one is kind), None)
+            word = word or extensions.word_of(
+                f"infinivar.{field.name}s", kind, lambda word, field=field: kinds_for(field, word)[word]
+            )
+            if word is None:
                 raise StudyError(
                     f"{here}: a {type(value).__name__} has no shape in study files; register it by the entry point group "
                     f"infinivar.{field.name}s"
                 )
             stored = hasattr(type(value), "read")
-            table = {SHAPE: words[type(value)], **_table(value, here, "", {}, skip="file" if stored else "")}
+            table = {SHAPE: word, **_table(value, here, "", {}, skip="file" if stored else "")}
             if stored:
                 table |= self._file(value, here, table)
             made = {**made, **table} if field.metadata["flat"] else {**made, field.name: table}
@@ -292,13 +309,13 @@ def _table(instance: Any, path: str, owner: str, rows: Rows, prefix: str = "", s
 def _part(value: Any, inner: type, path: str, owner: str, rows: Rows, prefix: str) -> Raw:
     if type(value) is inner:
         return _table(value, path, owner, rows, prefix)
-    words = {kind: word for word, kind in extensions.parts_of(inner).items()}
-    if type(value) not in words:
+    word = extensions.word_of("infinivar.parts", type(value), extensions.part)
+    if word is None or not issubclass(type(value), inner):
         raise StudyError(
             f"{path} is a {type(value).__name__}, which a study file cannot state, only a {inner.__name__}; register it by "
             "the entry point group infinivar.parts"
         )
-    return {extensions.VARIANT: words[type(value)], **_table(value, path, owner, rows, prefix)}
+    return {extensions.VARIANT: word, **_table(value, path, owner, rows, prefix)}
 
 
 def _field(field: dataclasses.Field[Any] | None, key: Key, value: Any, path: str, row: Provenance | None) -> Any:

@@ -17,6 +17,7 @@ from typing import Any, Literal
 from annotated_types import Gt
 
 from infinivar import units
+from infinivar._core import plugins
 from infinivar._core.bounds import Bound, fits, permitted, words
 from infinivar._core.fields import check_field, check_value, hints
 from infinivar.contact import creep
@@ -187,20 +188,24 @@ def _choice(
     options: tuple[Any, ...],
     values: Mapping[str, Any] | None = None,
     more: Callable[[str, Collection[str]], Any] | None = None,
+    others: Callable[[], Collection[str]] = tuple,
 ) -> Key:
     """Return the key of a choice between words.
 
-    `values` maps the words to what they stand for, if given; `more` finds what installed packages add to them.
+    `values` maps the words to what they stand for, if given; `more` finds what installed packages add to them, under the
+    words `others`.
     """
 
     def read(raw: Any, unit: str | None) -> Any:
+        known = options
         if more is not None and unit is None and isinstance(raw, str) and raw not in options:
             own = more(raw, options)
             if own is not None:
                 return own
+            known = (*known, *others())
         if unit is not None or raw not in options or isinstance(raw, bool):
-            hint = nearest(raw, [word for word in options if isinstance(word, str)]) if isinstance(raw, str) else ""
-            raise InputError(f"must be one of {', '.join(map(str, options))}{hint}")
+            hint = nearest(raw, [word for word in known if isinstance(word, str)]) if isinstance(raw, str) else ""
+            raise InputError(f"must be one of {', '.join(map(str, known))}{hint}")
         return raw if values is None else values[raw]
 
     return _leaf(read, {"enum": list(options)})
@@ -292,7 +297,8 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     if hint is bool:
         return _flag()
     if field.name in CHOICES:
-        return _choice(tuple(CHOICES[field.name]), CHOICES[field.name], extensions.creep_law)
+        words = functools.partial(plugins.registered, "infinivar.creep_laws")
+        return _choice(tuple(CHOICES[field.name]), CHOICES[field.name], extensions.creep_law, words)
     return _text()
 
 
@@ -340,11 +346,6 @@ def drive_type(word: Any) -> type | None:
     if not isinstance(word, str) or word in DRIVES:
         return DRIVES.get(word)
     return extensions.drive_type(word, DRIVES)
-
-
-def drive_types() -> dict[str, type]:
-    """Return all types of drives by word, those of installed packages included."""
-    return extensions.drive_types(DRIVES)
 
 
 @functools.cache

@@ -18,6 +18,7 @@ from infinivar.analysis.cycles import performance
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint
+from infinivar.errors import ParameterError
 from infinivar.motion.duty_cycles import DutyCycle, Instants
 from infinivar.transmission.rates import Varying
 
@@ -82,10 +83,12 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion requires.
+        If the drive has no cylinder, or lacks a value that motion requires.
 
     Source: lowest mean power by search (`scipy.optimize`); inverse dynamics as in faulring2006, section VI-C.
     """
+    if not isinstance(drive, CoboticDrive):
+        raise ParameterError(f"a drive of type {type(drive).__name__} has no cylinder whose speed could be chosen")
     fine = duty.instants(orders=drive.orders)
     own = _evaluated("as given", drive, duty, fine, None)
     speed = best_speed(drive, duty)

@@ -68,7 +68,7 @@ def duty_cycle(
     ------
     ParameterError
         If the drive lacks a value that motion requires, or its load moves along a line and the motion is about a joint or
-        the reverse, or if the drive's speed would jump behind a series spring.
+        the reverse, if the drive's speed would jump behind a series spring, or if a power exceeds all numbers.
     AuditError
         If the energy balance of the cycle does not close, or a loss is negative.
 
@@ -84,11 +84,16 @@ def duty_cycle(
     course, mass = instants.course, duty.moved_mass
     options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
 
+    where = duty.title or duty.motion.shape
+
     def follow(driven: MovingDrive) -> MovingPoint:
-        return followed(driven, course, load_mass=mass, **options)
+        with np.errstate(over="ignore", invalid="ignore"):  # refused just below
+            point = followed(driven, course, load_mass=mass, **options)
+        if np.any(np.isinf(point.power_in)):
+            raise ParameterError(f"{where}: the power exceeds all numbers; look for a value far too large or too small")
+        return point
 
     cold, point, found, lacking = _settled(drive, duty, instants, follow)
-    where = duty.title or duty.motion.shape
     closure = performance.audit(point, where)
     # Also of the program's own drives, in which a part may be of another package.
     own.check_losses(point.losses, point.power_in, point.power_out, where)
