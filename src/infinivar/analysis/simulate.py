@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Frozen, Result, result
-from infinivar.analysis import output_histories
+from infinivar.analysis import output_histories, sampled_springs
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
 from infinivar.bondgraph.solver import RTOL, solve
@@ -100,6 +100,11 @@ class Simulation(Result):
         return self.complete and not self.exceeded
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Resonances of springs that the sampled controllers can excite; see `analysis.sampled_springs`."""
+        return tuple(str(one) for one in sampled_springs.excited(self.drive, self.scenario))
+
+    @property
     def verdict(self) -> str:
         """One-line verdict: exceeded limits, position error, energy from the supply."""
         if not self.complete:
@@ -113,7 +118,8 @@ class Simulation(Result):
             most, last = (plain(scale * float(part), 2) for part in (np.max(error), error[-1]))
             limits += f"; {axis.position} error {most} {unit} at most, {last} {unit} at the end"
         spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
-        return f"{limits}; {plain(spent)} J from the supply; energy balance closed to {plain(CLOSURE, 1)}"
+        found = f"{limits}; {plain(spent)} J from the supply; energy balance closed to {plain(CLOSURE, 1)}"
+        return "; ".join([found, *self.warnings])
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events, verdict."""
@@ -128,6 +134,7 @@ class Simulation(Result):
             "drive": self.title,
             "scenario": self.scenario.title,
             "verdict": self.verdict,
+            **({"warnings": list(self.warnings)} if self.warnings else {}),
             "complete": self.complete,
             "feasible": self.feasible,
             f"largest_position_error_{self.drive.axis.position_unit}": float(np.max(self.position_error)),

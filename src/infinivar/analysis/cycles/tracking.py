@@ -73,7 +73,7 @@ class TwoWays(Result):
     def explanation(self) -> str:
         """Explanation of the difference between both energies."""
         total = self.followed - self.prescribed
-        why = [_error(self.rms_error, self.rotary)]
+        why = [*self.simulation.warnings, _error(self.rms_error, self.rotary)]
         if self.speed_ripple:
             why.append(
                 f"the cylinder speed, prescribed as constant, varies by {percent(self.speed_ripple, 1)} as the cylinder's "
