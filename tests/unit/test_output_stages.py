@@ -240,14 +240,14 @@ def test_inertia_of_a_screw_adds_to_that_of_the_gear_output():
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({}, "friction is missing: state one of"),
+        ({}, "friction of the thread is missing: state one of"),
         ({"friction_angle": 0.1, "efficiency": 0.4}, "friction_angle and efficiency are given"),
         ({"efficiency": 0.4, "flank_angle": 0.2}, "flank_angle does not apply with efficiency"),
         ({"friction_angle": 0.1, "shape": "ball", "flank_angle": 0.1}, "flank_angle does not apply"),
         ({"friction_angle": 0.1, "life": 1e6, "dynamic_load": 1e3}, "dynamic_load does not apply with shape = 'lead'"),
         ({"friction_angle": 0.1, "shape": "ball", "life": 1e6}, "dynamic_load is missing: life needs it"),
         ({"friction_angle": 0.1, "length": 1.0}, "root_diameter is missing: length needs it"),
-        ({"friction_angle": 0.1, "length": 1.0, "root_diameter": 10e-3}, "root_diameter must be <= diameter m, got 0.01"),
+        ({"friction_angle": 0.1, "length": 1.0, "root_diameter": 10e-3}, "root_diameter must be <= diameter = .* m, got 0.01"),
         ({"friction_angle": 1.49, "lead": 40e-3}, "friction_angle must be less"),
         ({"friction_angle": 0.1, "backdriving_efficiency": 1.1}, "backdriving_efficiency must be <= 1"),
     ],
@@ -336,3 +336,28 @@ def test_a_study_replaces_the_stage_of_its_base(tmp_path):
         'extends = "under.toml"\n[drives.mine.rack]\nmodule = "1 mm"\nteeth = 12\n',
     )
     assert over.drives["mine"].stage == iv.Rack(module=1e-3, teeth=12)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: iv.Belt(pitch=3e-3, teeth=20.5, efficiency=0.9), "teeth must be a whole number, got 20.5"),
+        (lambda: iv.Rack(module=1e-3, teeth=2.5, efficiency=0.9), "teeth must be a whole number, got 2.5"),
+        (lambda: iv.Screw(lead=5e-3, diameter=0.016), "the friction of the thread is missing: state one of"),
+        (
+            lambda: iv.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, root_diameter=0.02, length=0.3),
+            r"root_diameter must be <= diameter = 0.016 m, got 0.02",
+        ),
+        (
+            lambda: iv.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, buckling_safety=0.5),
+            "buckling_safety must be >= 1",
+        ),
+        (
+            lambda: iv.Output(series_spring=iv.Spring(stiffness=1e3, at="drive")),
+            "series_spring.at does not apply: only a parallel spring has a side",
+        ),
+    ],
+)
+def test_what_no_stage_can_have_is_refused(make, message):
+    with pytest.raises(iv.ParameterError, match=message):
+        make()

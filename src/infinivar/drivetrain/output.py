@@ -40,6 +40,10 @@ class Output:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        for name in ("series_spring", "series_torsion_spring"):
+            spring = getattr(self, name)
+            if spring is not None and spring.at != "load":
+                raise ParameterError(f"{name}.at does not apply: only a parallel spring has a side; remove it")
 
     @property
     def chain(self) -> tuple[Place, ...]:

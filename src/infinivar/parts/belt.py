@@ -10,9 +10,14 @@ from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check, given, quantity
-from infinivar.errors import ParameterError
+from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.stage import OutputStage, force_limit
+
+
+def _check_teeth(teeth: Array) -> None:
+    """Raise ParameterError unless a number of teeth is whole; arrays, such as those of derivatives, are left alone."""
+    require(not isinstance(teeth, float) or teeth.is_integer(), "teeth", teeth, "a whole number")
 
 
 def pitch_radius(pitch: Array, teeth: Array) -> Array:
@@ -70,6 +75,7 @@ class Belt(OutputStage):
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        _check_teeth(self.teeth)
         if self.specific_stiffness is not None and self.span is None:
             raise ParameterError("span is missing: specific_stiffness needs it")
         if self.specific_stiffness is None and (self.span is not None or self.other_span is not None):
@@ -119,6 +125,7 @@ class Rack(OutputStage):
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        _check_teeth(self.teeth)
 
     @property
     def travel_per_radian(self) -> float:

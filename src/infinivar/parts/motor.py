@@ -86,8 +86,7 @@ class Motor:
                 self.viscous_friction <= most * (1.0 + 1e-12),
                 "viscous_friction",
                 self.viscous_friction,
-                f"<= {plain(most, 3)} (all of the no-load torque)",
-                "N m s",
+                f"<= {plain(most, 3)} N m s, which is all of the no-load torque at no-load speed",
             )
 
     @property

@@ -225,7 +225,7 @@ class Screw(OutputStage):
     yield_strength: float | None = quantity(
         "Pa", Gt(0), "Yield strength, for short screws under compression", default=None
     )
-    buckling_safety: float = quantity("1", Gt(0), "Buckling load over permissible force", default=2.0)
+    buckling_safety: float = quantity("1", Ge(1), "Buckling load over permissible force", default=2.0)
     critical_share: float = quantity("1", Interval(gt=0, le=1), "Permissible speed over critical speed", default=0.8)
     max_speed: float | None = quantity(
         "rad/s", Gt(0), "Permissible speed, of a ball screw from its DN value", default=None
@@ -246,7 +246,7 @@ class Screw(OutputStage):
             name for name in ("friction_coefficient", "friction_angle", "efficiency") if getattr(self, name) is not None
         ]
         if len(stated) != 1:
-            how = f"{' and '.join(stated)} are given" if stated else "friction is missing"
+            how = f"{' and '.join(stated)} are given" if stated else "the friction of the thread is missing"
             raise ParameterError(f"{how}: state one of friction_coefficient, friction_angle and efficiency")
         if self.flank_angle is not None and self.friction_coefficient is None:
             raise ParameterError(f"flank_angle does not apply with {stated[0]}; remove it")
@@ -267,7 +267,12 @@ class Screw(OutputStage):
                 if getattr(self, has) is not None and getattr(self, lacks) is None:
                     raise ParameterError(f"{lacks} is missing: {has} needs it")
         if isinstance(self.root_diameter, float) and isinstance(self.diameter, float):
-            require(self.root_diameter <= self.diameter, "root_diameter", self.root_diameter, "<= diameter", "m")
+            require(
+                self.root_diameter <= self.diameter,
+                "root_diameter",
+                self.root_diameter,
+                f"<= diameter = {self.diameter:g} m",
+            )
 
     @property
     def travel_per_radian(self) -> Array:
