@@ -8,6 +8,7 @@ from designs import POINTS, seeds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.optimize import brentq
 from test_motion import cobotic_drives, conventional_drives
 
 import infinivar as iv
@@ -148,6 +149,49 @@ def test_series_hysteresis_is_that_of_the_deflection_it_finds(name, closes):
     assert np.max(np.abs(state)) <= 20.0
     if not closes:
         assert state[0] == 0.0
+
+
+def test_series_hysteresis_of_sampled_springs_is_that_of_each():
+    """Values of a sampled spring broadcast with forces that are the same, or differ, from one to the next."""
+    force = 60.0 * np.sin(2 * np.pi * (np.arange(50) + 0.5) / 50)
+    drawn = {"stiffness": np.array([[0.9e4], [1.0e4], [1.2e4]]), "hysteresis": np.array([[20.0], [15.0], [30.0]])}
+    springs = [replace(SPRINGS["linear"], **{key: row[k, 0] for key, row in drawn.items()}) for k in range(3)]
+    sampled = replace(SPRINGS["linear"], **drawn)
+    each = np.array([history.under_forces(one, force, True) for one in springs])
+    assert_allclose(history.under_forces(sampled, force, True), np.moveaxis(each, 1, 0), rtol=1e-14)
+    several = np.array([[[0.5]], [[1.0]]]) * force
+    both = history.under_forces(sampled, several, True)
+    assert both[0].shape == (2, 3, 50)
+    assert_allclose([both[0][1], both[1][1]], np.moveaxis(each, 1, 0), rtol=1e-14)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.125])
+@pytest.mark.parametrize(("largest", "presliding"), [(5.0, 0.1), (5000.0, 1.0), (5.0, 1e-9), (10.0, 1e-5), (2.0, 1e-6)])
+def test_series_hysteresis_repeats_itself_in_a_closed_cycle(largest, presliding, start):
+    """Against the closed loop of Dahl's law, also where a cycle forgets little of the state, from any start.
+
+    Between reversals z = F_c - (F_c + z_0) exp(-d/x_s), so a symmetric loop has z_0 = F_c tanh(D/2x_s) at its ends; the spring
+    itself makes k D + 2 z_0 = 2 A.
+    """
+    amplitude, stiffness = 3.16, 5e3
+    spring = Spring(stiffness=stiffness, hysteresis=largest, presliding=presliding)
+    force = 7.0 + amplitude * np.sin(2 * np.pi * ((np.arange(2000) + 0.5) / 2000 - start))
+    deflection, state = history.under_forces(spring, force, closes=True)
+    reach = np.ptp(force) / 2.0
+    stroke = brentq(
+        lambda d: stiffness * d + 2.0 * largest * np.tanh(d / (2.0 * presliding)) - 2.0 * reach,
+        0.0,
+        2.0 * reach / stiffness,
+        xtol=1e-24,
+        rtol=1e-14,
+    )
+    end = largest * np.tanh(stroke / (2.0 * presliding))
+    lost = 2.0 * (largest * stroke + (largest + end) * presliding * np.expm1(-stroke / presliding))
+    assert_allclose(deflection.max() - deflection.min(), stroke, rtol=1e-6 if presliding > 1e-8 else 1e-4)
+    assert_allclose([state.min(), state.max()], [-end, end], rtol=1e-6)
+    assert_allclose((deflection.max() + deflection.min()) / 2, 7.0 / stiffness, rtol=1e-9)
+    middle = 0.5 * (state + np.roll(state, 1))
+    assert_allclose(np.sum(middle * (deflection - np.roll(deflection, 1))), lost, rtol=1e-3)
 
 
 @pytest.mark.parametrize("name", LINKAGES)
