@@ -208,8 +208,12 @@ def test_derivatives_of_linkages(name):
 
 def test_a_linkage_ends_at_its_dead_centre():
     crank = LINKAGES["crank"]
-    assert_allclose(crank.demand(np.array([-1.5, np.pi / 2 - 1.5, np.pi - 1.5])), [1.0, 0.0, 1.0], atol=1e-12)
-    assert crank.demand(np.array([1.8]))[0] > 1
+    assert_allclose(crank.demand(np.array([-1.5, np.pi / 2 - 1.5, np.pi - 1.5])), [1.0, 0.0, 1.0], atol=1e-3)
+    assert list(crank.beyond_reach(np.array([-1.5, np.pi / 2 - 1.5, np.pi - 1.5]))) == [True, False, True]
+    # The demand says how far beyond, over 90 degrees.
+    beyond = np.radians([10.0, 45.0, 90.0])
+    assert_allclose(crank.demand(np.pi - 1.5 + beyond), 1.0 + np.array([10.0, 45.0, 90.0]) / 90.0, atol=1e-3)
+    assert_allclose(crank.demand(-1.5 - beyond), 1.0 + np.array([10.0, 45.0, 90.0]) / 90.0, atol=1e-3)
     assert_allclose(crank.position(np.array([-1.5, np.pi - 1.5])), [0.25, 0.35], rtol=1e-12)
     bars = LINKAGES["four-bar"]
     at = np.linspace(-1.5, 1.5, 301)
@@ -350,6 +354,42 @@ def test_motion_on_the_drives_side_has_its_own_derivatives(name):
             assert_allclose(row, truth, atol=1e-5 * np.max(np.abs(truth)))
 
 
+UNREACHABLE = {
+    "through its dead centre": Linkage(shape="crank", arm=0.05, base=0.2, offset=0.0),
+    "folded": Linkage(shape="crank", arm=0.2, base=0.2, offset=0.0),
+    "up to its dead centre": Linkage(shape="crank", arm=0.05, base=0.2, offset=np.radians(10.0)),
+    "too short": Linkage(shape="four-bar", crank=0.06, coupler=0.15, arm=0.08, base=0.2, offset=np.radians(50.0)),
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", UNREACHABLE)
+def test_out_of_reach_no_energy_is_stated(name):
+    """Where bars are in line no force of the drive moves the load: LINKAGE leads, and powers are nan, as in slip."""
+    linkage = UNREACHABLE[name]
+    geared = iv.load_study("studies/hand_controller.toml").drives["motor2-gear4"]
+    if linkage.rotary_drive:
+        geared = replace(geared, pulley=None, shaft=iv.Shaft())
+    drive = replace(geared, output=Output(linkage=linkage))
+    duty = iv.DutyCycle(motion=iv.Sinusoid(angle=np.radians(10.0), frequency=1.0), load_inertia=0.01)
+    found = iv.duty_cycle(drive, duty)
+    assert found.exceeded[0] == (Limit.LINKAGE, "linkage")
+    assert found.tightest[0] == (Limit.LINKAGE, "linkage")
+    assert np.isnan(found.energy)
+    assert " J" not in found.verdict
+    assert "linkage range" in found.verdict
+    if name != "too short":
+        lowest = 0.0 if name != "up to its dead centre" else -np.radians(10.0)
+        point = drive.operate(speed=1.0, force=1.0, position=lowest)
+        assert point.limit == Limit.LINKAGE
+        assert np.isnan(point.power_in)
+        assert np.isnan(point.power_out)
+        start = {"start": 0.25} if lowest else {}
+        motion = iv.Sinusoid(angle=np.radians(10.0), frequency=1.0, **start)
+        with pytest.raises(iv.ParameterError, match="at or beyond a dead centre of the drive's linkage"):
+            iv.simulate(drive, iv.Scenario(duration=0.5, motion=motion, load_inertia=0.01))
+
+
 def test_limits_name_spring_and_linkage():
     drive = iv.load_study("studies/hand_controller.toml").drives["cobotic"]
     joint = replace(drive, output=Output(linkage=LINKAGES["crank"]))
@@ -357,6 +397,7 @@ def test_limits_name_spring_and_linkage():
     found = iv.duty_cycle(joint, duty)
     assert not found.feasible
     assert found.demands[Limit.LINKAGE, "linkage"] > 1
+    assert found.exceeded[0][0] == Limit.LINKAGE
     stiff = replace(drive, output=Output(parallel_spring=Spring(shape="progressive", **TABLE)))
     found = iv.duty_cycle(stiff, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.1)))
     assert found.demands[Limit.SPRING, "parallel spring"] == pytest.approx(0.055 / 0.035, rel=1e-3)

@@ -4,7 +4,7 @@ Each element of `Output.chain` maps two rows of time derivatives inward, exactly
 force or moment that the drive's side exerts towards the load.
 
 - A parallel spring adds its force at x.
-- A linkage maps x to g(x) and F to F/g'(x).
+- A linkage maps x to g(x) and F to F/g'(x); beyond a dead centre there is no motion, and all but the position is nan.
 - A series spring adds its deflection under F to x. The drive's speed thus contains the rate of the force: with a load m and a
   spring k, ``x_drive' = x' + (m x''' - f')/k``, and the drive's acceleration contains the fourth derivative of x.
 
@@ -67,6 +67,9 @@ class _Rows:
         angle = self.position
         slopes = linkage.derivatives(angle[0], max(len(angle) - 1, len(self.force)))
         self.utilisation[Limit.LINKAGE, name] = linkage.demand(angle[0])
+        if linkage.dead_centres:
+            xp, lost = namespace(angle[0]), linkage.beyond_reach(angle[0])
+            slopes = [slopes[0], *(xp.where(lost, xp.nan, slope) for slope in slopes[1:])]
         self.states["lever_arm_m" if not linkage.rotary_drive else "linkage_ratio"] = slopes[1] + 0.0 * angle[0]
         self.position = chain_rule.composed(slopes, angle)
         self.force = chain_rule.quotient(self.force, chain_rule.composed(slopes[1:], angle))
@@ -226,6 +229,7 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
                 losses[f"{place.name} hysteresis"] = friction * v
             demand = part.demand(x)
         elif isinstance(part, Linkage):
+            power = xp.where(part.beyond_reach(rows.position[0]), xp.nan, power)
             rows.pass_through(place)
             demand = rows.utilisation[Limit.LINKAGE, place.name]
         else:
