@@ -369,7 +369,7 @@ def test_out_of_reach_no_energy_is_stated(name):
     linkage = UNREACHABLE[name]
     geared = iv.load_study("studies/hand_controller.toml").drives["motor2-gear4"]
     if linkage.rotary_drive:
-        geared = replace(geared, pulley=None, shaft=iv.Shaft())
+        geared = replace(geared, pulley=None, shaft=iv.Shaft(), guideway=iv.Guideway())
     drive = replace(geared, output=Output(linkage=linkage))
     duty = iv.DutyCycle(motion=iv.Sinusoid(angle=np.radians(10.0), frequency=1.0), load_inertia=0.01)
     found = iv.duty_cycle(drive, duty)

@@ -336,3 +336,45 @@ def test_a_study_replaces_the_stage_of_its_base(tmp_path):
         'extends = "under.toml"\n[drives.mine.rack]\nmodule = "1 mm"\nteeth = 12\n',
     )
     assert over.drives["mine"].stage == iv.Rack(module=1e-3, teeth=12)
+
+
+WRITTEN = """
+[requirement]
+force = "50 N"
+speed = "0.1 m/s"
+[drives.lift]
+type = "conventional"
+motor = {{ part = "dcx-32-l-24v" }}
+gearhead = {{ ratio = 2, efficiency = 0.9, loss_model = "proportional" }}
+{stage}
+"""
+
+
+@pytest.mark.parametrize("written", ['"5 mm"', '"5 mm/rev"', '"5 mm / rev"', '{ value = 5, unit = "mm/rev" }'])
+def test_a_lead_may_be_written_per_revolution(tmp_path, written):
+    path = tmp_path / "study.toml"
+    path.write_text(WRITTEN.format(stage=f'screw = {{ lead = {written}, diameter = "16 mm", efficiency = 0.9 }}'))
+    assert iv.load_study(path).drives["lift"].screw.lead == pytest.approx(5e-3, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "stage",
+    [
+        'screw = { lead = "5 mm/rad", diameter = "16 mm", efficiency = 0.9 }',
+        'screw = { lead = "5 mm", diameter = "16 mm/rev", efficiency = 0.9 }',
+        'belt = { pitch = "3 mm/rev", teeth = 20 }',
+        'rack = { module = "1 mm/rev", teeth = 20 }',
+        'pulley = { radius = "8 mm/rev" }',
+    ],
+)
+def test_other_lengths_are_not_per_angle(tmp_path, stage):
+    path = tmp_path / "study.toml"
+    path.write_text(WRITTEN.format(stage=stage))
+    with pytest.raises(iv.InputError, match="which names an angle, where a length is needed"):
+        iv.load_study(path)
+
+
+def test_a_shaft_has_no_guideway():
+    """Its friction is a torque; that of a guideway, in N, would be taken for N m."""
+    with pytest.raises(iv.ParameterError, match=r"guideway does not apply.*shaft\.friction_torque, in N m"):
+        replace(with_stage(shaft=iv.Shaft()), guideway=iv.Guideway(friction=2.0))

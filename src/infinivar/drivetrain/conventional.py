@@ -71,6 +71,11 @@ class ConventionalDrive:
         if len(given) != 1:
             had = f"{' and '.join(given)} are given" if given else "pulley is missing"
             raise ParameterError(f"{had}: the drive must have exactly one of {', '.join(STAGES)}")
+        if self.shaft is not None and self.guideway != Guideway():
+            raise ParameterError(
+                "guideway does not apply: the drive turns a shaft; state its friction as shaft.friction_torque, in N m, and leave "
+                "the guideway out, or without friction"
+            )
         self.output.check_axis(self.own_axis)
 
     @property
