@@ -378,3 +378,35 @@ def test_a_shaft_has_no_guideway():
     """Its friction is a torque; that of a guideway, in N, would be taken for N m."""
     with pytest.raises(iv.ParameterError, match=r"guideway does not apply.*shaft\.friction_torque, in N m"):
         replace(with_stage(shaft=iv.Shaft()), guideway=iv.Guideway(friction=2.0))
+
+
+@pytest.mark.parametrize(
+    ("elastic", "named"),
+    [
+        ({"output": iv.Output(series_spring=iv.Spring(stiffness=2e3))}, "behind its series spring"),
+        ({"belt": iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=800.0, span=0.4)}, "behind its belt stretch"),
+        ({"gearhead": iv.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0)}, "behind its elastic gearhead"),
+    ],
+)
+def test_a_jerk_that_jumps_is_refused_before_every_compliance(elastic, named):
+    """With any of them the motor's speed would jump; with a smooth reach it changes by no more than the sampling resolves."""
+    drive = replace(DRIVE, **elastic, **({"pulley": None} if "belt" in elastic else {}))
+    rough, smooth = (
+        iv.DutyCycle(motion=iv.Reaches(distance=0.1, time=0.4, pause=0.2, profile=profile), load_mass=2.0)
+        for profile in ("minimum-jerk", "smooth")
+    )
+    with pytest.raises(iv.ParameterError, match=f"the jerk of this motion jumps.*{named}.*set profile = 'smooth'"):
+        iv.duty_cycle(drive, rough)
+    speed = iv.duty_cycle(drive, smooth).point.states["motor_speed_rad_s"]
+    assert np.max(np.abs(np.diff(speed))) < 0.05 * np.max(np.abs(speed))
+
+
+def test_behind_spring_and_elastic_gear_the_fifth_derivative_counts():
+    output = iv.Output(series_spring=iv.Spring(stiffness=2e3))
+    drive = replace(DRIVE, output=output, gearhead=iv.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0))
+    reaches = iv.Reaches(distance=0.1, time=0.4, pause=0.2, profile="smooth")
+    with pytest.raises(iv.ParameterError, match=r"the fifth derivative.*its series spring and its elastic gearhead"):
+        iv.duty_cycle(drive, iv.DutyCycle(motion=reaches, load_mass=2.0))
+    waves = iv.Sinusoid(distance=0.1, frequency=1.0)
+    assert iv.duty_cycle(drive, iv.DutyCycle(motion=waves, load_mass=2.0)).energy > 0
+    assert iv.duty_cycle(drive, iv.DutyCycle(motion=reaches, force=-5.0)).energy > 0
