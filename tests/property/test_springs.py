@@ -401,3 +401,32 @@ def test_limits_name_spring_and_linkage():
     stiff = replace(drive, output=Output(parallel_spring=Spring(shape="progressive", **TABLE)))
     found = iv.duty_cycle(stiff, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.1)))
     assert found.demands[Limit.SPRING, "parallel spring"] == pytest.approx(0.055 / 0.035, rel=1e-3)
+
+
+def test_zero_stands_for_none():
+    """Hysteresis, backlash, iron loss and the stiffness of a parallel spring may be swept from zero on."""
+    drive = iv.load_study("studies/hand_controller.toml").drives["motor2-gear4"]
+    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.01, frequency=2.0), load_mass=1.0)
+
+    def energy(output=None, **changes):
+        return iv.duty_cycle(replace(drive, output=output or Output(), **changes), duty).energy
+
+    series = Spring(stiffness=5e3)
+    assert energy(Output(parallel_spring=Spring(stiffness=0.0))) == energy()
+    for spring in (series, Spring(stiffness=5e3, preload=2.0)):
+        none = replace(spring, hysteresis=0.0)
+        assert energy(Output(series_spring=none)) == energy(Output(series_spring=spring))
+        assert energy(Output(parallel_spring=none)) == energy(Output(parallel_spring=spring))
+    motor = replace(drive.motor, viscous_friction=0.0)
+    assert energy(motor=motor) == pytest.approx(energy(), rel=1e-14)
+    elastic = replace(drive.gearhead, stiffness=50.0)
+    scenario = iv.Scenario(duration=0.02, motion=duty.motion, load_mass=1.0)
+    one, other = (
+        iv.simulate(replace(drive, gearhead=gearhead, motor=each), scenario)
+        for gearhead, each in ((elastic, drive.motor), (replace(elastic, backlash=0.0), motor))
+    )
+    assert_allclose(other.columns["position_m"], one.columns["position_m"], rtol=1e-9, atol=1e-12)
+    with pytest.raises(iv.ParameterError, match=r"series_spring\.stiffness must be > 0, got 0"):
+        Output(series_spring=Spring(stiffness=0.0))
+    with pytest.raises(iv.ParameterError, match="stiffness must be > 0 with a preload or hysteresis"):
+        Spring(stiffness=0.0, preload=1.0)

@@ -81,7 +81,7 @@ class _Rows:
         self.stored[name] = force[0] * x[1]
         self.utilisation[Limit.SPRING, name] = spring.demand(x[0])
         self.force = chain_rule.total(self.force, force)
-        if spring.hysteresis is not None:
+        if spring.hysteretic:
             state = history.along_positions(spring, x[0], self.closes)
             friction = chain_rule.composed(spring.hysteresis_derivatives(state, x[1], len(self.force) - 1), x)
             self.force = chain_rule.total(self.force, friction)
@@ -90,7 +90,7 @@ class _Rows:
 
     def _series(self, spring: Elastic, name: str) -> None:
         force, orders = self.force, min(len(self.force), len(self.position)) - 1
-        if spring.hysteresis is None:
+        if not spring.hysteretic:
             row = spring.deflection_derivatives(force[0], orders)
             deflection = chain_rule.composed(row, force)
             self.stored[name] = force[0] * deflection[1]
@@ -223,7 +223,7 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
             power = power + elastic * v
             rows.force = [rows.force[0] + elastic]
             rows._state(place.name, "force", elastic, force=True)
-            if part.hysteresis is not None:
+            if part.hysteretic:
                 friction = part.hysteresis * xp.sign(v)
                 rows.force = [rows.force[0] + friction]
                 losses[f"{place.name} hysteresis"] = friction * v

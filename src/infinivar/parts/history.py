@@ -139,7 +139,7 @@ def _repeating(spring: Elastic, force: np.ndarray) -> float:
     # At an end without a change the force is fully built up; at both ends, the change is lost in rounding.
     rises, falls = change(-largest) > 0, change(largest) < 0
     if rises and falls:
-        return float(brentq(change, -largest, largest, xtol=_SETTLED * largest))
+        return float(brentq(change, -largest, largest, xtol=_SETTLED * largest))  # type: ignore[arg-type]
     return largest * (float(rises) - float(falls))
 
 
