@@ -88,7 +88,7 @@ def gear_torsion(drive: ConventionalDrive) -> Piece:
     if gear.stiffness is None:
         return RIGID
     damping = 2.0 * DAMPING * math.sqrt(gear.stiffness * rotor_inertia(drive))
-    if not gear.slack:
+    if gear.backlash is None or not gear.slack:
         return _linear("gear", "g", "gearhead", gear.stiffness, damping, ("rad/(N m)", "N m s"))
     free = Parameter(r"\beta_g", gear.backlash, "rad")
     spring = bg.compliance(
