@@ -175,7 +175,7 @@ class Linkage:
         a, b = self._lengths("arm", "base")
         cosine = _cosine(angle + self.offset, orders)
         square = [-2.0 * a * b * part for part in cosine]
-        square[0] = _above_zero(square[0] + a * a + b * b, a + b)
+        square[0] = _above_zero(square[0] + a * a + b * b, a, b)
         return chain_rule.root(square)
 
     def _bars(self, angle: Array, orders: int) -> _Bars:
@@ -188,7 +188,7 @@ class Linkage:
         x[0] = x[0] + d
         y = [c * part for part in _sine(turned, orders)]
         square = [2.0 * c * d * part for part in cosine]
-        square[0] = _above_zero(square[0] + c * c + d * d, c + d)
+        square[0] = _above_zero(square[0] + c * c + d * d, c, d)
         diagonal = chain_rule.root(square)
         raised = list(square)
         raised[0] = raised[0] + a * a - b * b
@@ -253,9 +253,11 @@ def _beyond(cosine: Array, sine: Array) -> Array:
     return xp.where(sine > _DEAD, xp.abs(cosine), 1.0 + beyond)
 
 
-def _above_zero(square: Array, length: float) -> Array:
-    """The square of a length, kept above 0: bars of equal length may fold onto each other."""
-    return namespace(square).maximum(square, (_CLOSEST * length) ** 2)
+def _above_zero(square: Array, one: float, other: float) -> Array:
+    """The square of the distance between the ends of two bars, kept above 0: only bars of equal length fold onto each other."""
+    if isinstance(one, (int, float)) and isinstance(other, (int, float)) and one != other:
+        return square
+    return namespace(square).maximum(square, (_CLOSEST * (one + other)) ** 2)
 
 
 def _inside(xp: object, cosine: Array) -> Array:
