@@ -134,6 +134,9 @@ _WORDS = {
 }
 
 
+LEADING = (Limit.SLIP, Limit.LINKAGE)
+"""Limits that take precedence where they are exceeded, the last one first: without motion other demands are undefined."""
+
 _OWN: dict[int, Limit] = {}
 """Limits of other packages, by code."""
 
@@ -186,12 +189,12 @@ def binding(utilisation: Mapping[Limit, Array]) -> tuple[Array, Array]:
     Parameters
     ----------
     utilisation : mapping of Limit to (...,) float   Demand over allowance for each limit; 1 is at the limit. nan where a
-        quantity is undefined because the wheel slips. [-]
+        quantity is undefined because the wheel slips or a linkage cannot reach. [-]
 
     Returns
     -------
-    limit : (...,) int8     The limit with the largest utilisation if that exceeds 1, else Limit.OK. Slip takes
-        precedence: without steady motion the other demands are undefined.
+    limit : (...,) int8     The limit with the largest utilisation if that exceeds 1, else Limit.OK. A linkage out of reach,
+        then slip take precedence: without motion the other demands are undefined.
     margin : (...,) float   Allowance over demand for the tightest limit; below 1 if infeasible, inf without any demand.
     """
     return _binding([(limit, int(limit), demand) for limit, demand in utilisation.items()])
@@ -210,10 +213,11 @@ def _binding(demands: Sequence[tuple[Limit, int, Array]]) -> tuple[Array, Array]
         tighter = demand > worst
         worst = xp.where(tighter, demand, worst)
         code = xp.where(tighter, xp.asarray(number, dtype=xp.int8), xp.asarray(code, dtype=xp.int8))
-    for limit, number, demand in demands:
-        if limit == Limit.SLIP:
-            slips = demand > 1.0
-            worst = xp.where(slips, demand, worst)
-            code = xp.where(slips, xp.asarray(number, dtype=xp.int8), code)
+    for leading in LEADING:
+        for limit, number, demand in demands:
+            if limit == leading:
+                leads = demand > 1.0
+                worst = xp.where(leads, demand, worst)
+                code = xp.where(leads, xp.asarray(number, dtype=xp.int8), code)
     margin = xp.where(worst > 0, 1.0 / xp.where(worst > 0, worst, 1.0), xp.inf)
     return xp.where(worst > 1.0, code, xp.asarray(0, dtype=xp.int8)), margin

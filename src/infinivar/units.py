@@ -280,6 +280,8 @@ def _misspelt(unit: str, si_unit: str) -> str | None:
         return "needs a unit"
     if _RUN_TOGETHER.search(unit):
         return f"has the unit {unit!r}: separate the units of a product"
+    if si_unit == "m" and _NAMES_AN_ANGLE.search(unit):
+        return f"has the unit {unit!r}, which names an angle, where a length is needed"
     if si_unit == "Hz":
         return "must count cycles, not an angle" if _NAMES_AN_ANGLE.search(unit) else None
     if re.search("[Hh](ert)?z", unit):

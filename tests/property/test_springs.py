@@ -8,6 +8,7 @@ from designs import POINTS, seeds
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
+from scipy.optimize import brentq
 from test_motion import cobotic_drives, conventional_drives
 
 import infinivar as iv
@@ -150,6 +151,49 @@ def test_series_hysteresis_is_that_of_the_deflection_it_finds(name, closes):
         assert state[0] == 0.0
 
 
+def test_series_hysteresis_of_sampled_springs_is_that_of_each():
+    """Values of a sampled spring broadcast with forces that are the same, or differ, from one to the next."""
+    force = 60.0 * np.sin(2 * np.pi * (np.arange(50) + 0.5) / 50)
+    drawn = {"stiffness": np.array([[0.9e4], [1.0e4], [1.2e4]]), "hysteresis": np.array([[20.0], [15.0], [30.0]])}
+    springs = [replace(SPRINGS["linear"], **{key: row[k, 0] for key, row in drawn.items()}) for k in range(3)]
+    sampled = replace(SPRINGS["linear"], **drawn)
+    each = np.array([history.under_forces(one, force, True) for one in springs])
+    assert_allclose(history.under_forces(sampled, force, True), np.moveaxis(each, 1, 0), rtol=1e-14)
+    several = np.array([[[0.5]], [[1.0]]]) * force
+    both = history.under_forces(sampled, several, True)
+    assert both[0].shape == (2, 3, 50)
+    assert_allclose([both[0][1], both[1][1]], np.moveaxis(each, 1, 0), rtol=1e-14)
+
+
+@pytest.mark.parametrize("start", [0.0, 0.125])
+@pytest.mark.parametrize(("largest", "presliding"), [(5.0, 0.1), (5000.0, 1.0), (5.0, 1e-9), (10.0, 1e-5), (2.0, 1e-6)])
+def test_series_hysteresis_repeats_itself_in_a_closed_cycle(largest, presliding, start):
+    """Against the closed loop of Dahl's law, also where a cycle forgets little of the state, from any start.
+
+    Between reversals z = F_c - (F_c + z_0) exp(-d/x_s), so a symmetric loop has z_0 = F_c tanh(D/2x_s) at its ends; the spring
+    itself makes k D + 2 z_0 = 2 A.
+    """
+    amplitude, stiffness = 3.16, 5e3
+    spring = Spring(stiffness=stiffness, hysteresis=largest, presliding=presliding)
+    force = 7.0 + amplitude * np.sin(2 * np.pi * ((np.arange(2000) + 0.5) / 2000 - start))
+    deflection, state = history.under_forces(spring, force, closes=True)
+    reach = np.ptp(force) / 2.0
+    stroke = brentq(
+        lambda d: stiffness * d + 2.0 * largest * np.tanh(d / (2.0 * presliding)) - 2.0 * reach,
+        0.0,
+        2.0 * reach / stiffness,
+        xtol=1e-24,
+        rtol=1e-14,
+    )
+    end = largest * np.tanh(stroke / (2.0 * presliding))
+    lost = 2.0 * (largest * stroke + (largest + end) * presliding * np.expm1(-stroke / presliding))
+    assert_allclose(deflection.max() - deflection.min(), stroke, rtol=1e-6 if presliding > 1e-8 else 1e-4)
+    assert_allclose([state.min(), state.max()], [-end, end], rtol=1e-6)
+    assert_allclose((deflection.max() + deflection.min()) / 2, 7.0 / stiffness, rtol=1e-9)
+    middle = 0.5 * (state + np.roll(state, 1))
+    assert_allclose(np.sum(middle * (deflection - np.roll(deflection, 1))), lost, rtol=1e-3)
+
+
 @pytest.mark.parametrize("name", LINKAGES)
 def test_derivatives_of_linkages(name):
     linkage = LINKAGES[name]
@@ -164,8 +208,12 @@ def test_derivatives_of_linkages(name):
 
 def test_a_linkage_ends_at_its_dead_centre():
     crank = LINKAGES["crank"]
-    assert_allclose(crank.demand(np.array([-1.5, np.pi / 2 - 1.5, np.pi - 1.5])), [1.0, 0.0, 1.0], atol=1e-12)
-    assert crank.demand(np.array([1.8]))[0] > 1
+    assert_allclose(crank.demand(np.array([-1.5, np.pi / 2 - 1.5, np.pi - 1.5])), [1.0, 0.0, 1.0], atol=1e-3)
+    assert list(crank.beyond_reach(np.array([-1.5, np.pi / 2 - 1.5, np.pi - 1.5]))) == [True, False, True]
+    # The demand says how far beyond, over 90 degrees.
+    beyond = np.radians([10.0, 45.0, 90.0])
+    assert_allclose(crank.demand(np.pi - 1.5 + beyond), 1.0 + np.array([10.0, 45.0, 90.0]) / 90.0, atol=1e-3)
+    assert_allclose(crank.demand(-1.5 - beyond), 1.0 + np.array([10.0, 45.0, 90.0]) / 90.0, atol=1e-3)
     assert_allclose(crank.position(np.array([-1.5, np.pi - 1.5])), [0.25, 0.35], rtol=1e-12)
     bars = LINKAGES["four-bar"]
     at = np.linspace(-1.5, 1.5, 301)
@@ -306,6 +354,42 @@ def test_motion_on_the_drives_side_has_its_own_derivatives(name):
             assert_allclose(row, truth, atol=1e-5 * np.max(np.abs(truth)))
 
 
+UNREACHABLE = {
+    "through its dead centre": Linkage(shape="crank", arm=0.05, base=0.2, offset=0.0),
+    "folded": Linkage(shape="crank", arm=0.2, base=0.2, offset=0.0),
+    "up to its dead centre": Linkage(shape="crank", arm=0.05, base=0.2, offset=np.radians(10.0)),
+    "too short": Linkage(shape="four-bar", crank=0.06, coupler=0.15, arm=0.08, base=0.2, offset=np.radians(50.0)),
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", UNREACHABLE)
+def test_out_of_reach_no_energy_is_stated(name):
+    """Where bars are in line no force of the drive moves the load: LINKAGE leads, and powers are nan, as in slip."""
+    linkage = UNREACHABLE[name]
+    geared = iv.load_study("studies/hand_controller.toml").drives["motor2-gear4"]
+    if linkage.rotary_drive:
+        geared = replace(geared, pulley=None, shaft=iv.Shaft(), guideway=iv.Guideway())
+    drive = replace(geared, output=Output(linkage=linkage))
+    duty = iv.DutyCycle(motion=iv.Sinusoid(angle=np.radians(10.0), frequency=1.0), load_inertia=0.01)
+    found = iv.duty_cycle(drive, duty)
+    assert found.exceeded[0] == (Limit.LINKAGE, "linkage")
+    assert found.tightest[0] == (Limit.LINKAGE, "linkage")
+    assert np.isnan(found.energy)
+    assert " J" not in found.verdict
+    assert "linkage range" in found.verdict
+    if name != "too short":
+        lowest = 0.0 if name != "up to its dead centre" else -np.radians(10.0)
+        point = drive.operate(speed=1.0, force=1.0, position=lowest)
+        assert point.limit == Limit.LINKAGE
+        assert np.isnan(point.power_in)
+        assert np.isnan(point.power_out)
+        start = {"start": 0.25} if lowest else {}
+        motion = iv.Sinusoid(angle=np.radians(10.0), frequency=1.0, **start)
+        with pytest.raises(iv.ParameterError, match="at or beyond a dead centre of the drive's linkage"):
+            iv.simulate(drive, iv.Scenario(duration=0.5, motion=motion, load_inertia=0.01))
+
+
 def test_limits_name_spring_and_linkage():
     drive = iv.load_study("studies/hand_controller.toml").drives["cobotic"]
     joint = replace(drive, output=Output(linkage=LINKAGES["crank"]))
@@ -313,6 +397,36 @@ def test_limits_name_spring_and_linkage():
     found = iv.duty_cycle(joint, duty)
     assert not found.feasible
     assert found.demands[Limit.LINKAGE, "linkage"] > 1
+    assert found.exceeded[0][0] == Limit.LINKAGE
     stiff = replace(drive, output=Output(parallel_spring=Spring(shape="progressive", **TABLE)))
     found = iv.duty_cycle(stiff, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.1)))
     assert found.demands[Limit.SPRING, "parallel spring"] == pytest.approx(0.055 / 0.035, rel=1e-3)
+
+
+def test_zero_stands_for_none():
+    """Hysteresis, backlash, iron loss and the stiffness of a parallel spring may be swept from zero on."""
+    drive = iv.load_study("studies/hand_controller.toml").drives["motor2-gear4"]
+    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.01, frequency=2.0), load_mass=1.0)
+
+    def energy(output=None, **changes):
+        return iv.duty_cycle(replace(drive, output=output or Output(), **changes), duty).energy
+
+    series = Spring(stiffness=5e3)
+    assert energy(Output(parallel_spring=Spring(stiffness=0.0))) == energy()
+    for spring in (series, Spring(stiffness=5e3, preload=2.0)):
+        none = replace(spring, hysteresis=0.0)
+        assert energy(Output(series_spring=none)) == energy(Output(series_spring=spring))
+        assert energy(Output(parallel_spring=none)) == energy(Output(parallel_spring=spring))
+    motor = replace(drive.motor, viscous_friction=0.0)
+    assert energy(motor=motor) == pytest.approx(energy(), rel=1e-14)
+    elastic = replace(drive.gearhead, stiffness=50.0)
+    scenario = iv.Scenario(duration=0.02, motion=duty.motion, load_mass=1.0)
+    one, other = (
+        iv.simulate(replace(drive, gearhead=gearhead, motor=each), scenario)
+        for gearhead, each in ((elastic, drive.motor), (replace(elastic, backlash=0.0), motor))
+    )
+    assert_allclose(other.columns["position_m"], one.columns["position_m"], rtol=1e-9, atol=1e-12)
+    with pytest.raises(iv.ParameterError, match=r"series_spring\.stiffness must be > 0, got 0"):
+        Output(series_spring=Spring(stiffness=0.0))
+    with pytest.raises(iv.ParameterError, match="stiffness must be > 0 with a preload or hysteresis"):
+        Spring(stiffness=0.0, preload=1.0)

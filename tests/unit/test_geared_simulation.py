@@ -31,9 +31,8 @@ STRETCH = {"specific_stiffness": 1e5, "span": 0.4, "other_span": 0.8}
 
 
 def drive(gearhead=GEAR, **stage):
-    return iv.ConventionalDrive(
-        motor=MOTOR, gearhead=gearhead, guideway=iv.Guideway(friction=4.0), output_inertia=2e-6, **stage
-    )
+    guideway = iv.Guideway(friction=0.0 if "shaft" in stage else 4.0)
+    return iv.ConventionalDrive(motor=MOTOR, gearhead=gearhead, guideway=guideway, output_inertia=2e-6, **stage)
 
 
 SINUSOID = Sinusoid(distance=0.03, frequency=1.0)
@@ -208,7 +207,6 @@ def test_limits_of_a_screw_over_time():
 
 def test_a_geared_shaft_turns_a_joint_over_time():
     machine = drive(shaft=iv.Shaft(friction_torque=0.05))
-    machine = replace(machine, guideway=iv.Guideway())
     run = iv.simulate(machine, Scenario(duration=0.6, motion=Reach(angle=0.5, time=0.4), load_inertia=0.02))
     assert run.trajectory.closure < 1e-6
     assert run.trajectory.signals["l"][-1] == pytest.approx(0.5, abs=1e-3)
@@ -235,8 +233,7 @@ def test_a_geared_shaft_moves_a_joint_by_a_four_bar():
     """Inverse dynamics and simulation of the same swing within 2 %; both audits close."""
     linkage = Linkage(shape="four-bar", base=0.2, arm=0.06, crank=0.05, coupler=0.2, offset=1.5)
     gear = replace(GEAR, loss_model="coulomb", backdriving_efficiency=None)
-    machine = replace(drive(gear, shaft=iv.Shaft(friction_torque=0.02)), guideway=iv.Guideway())
-    machine = replace(machine, output=Output(linkage=linkage))
+    machine = replace(drive(gear, shaft=iv.Shaft(friction_torque=0.02)), output=Output(linkage=linkage))
     ways = iv.two_ways(machine, iv.DutyCycle(motion=Sinusoid(angle=0.3, frequency=1.0), moment=-2.0, load_inertia=0.03))
     assert ways.followed == pytest.approx(ways.prescribed, rel=0.02)
     assert ways.simulation.trajectory.closure < 1e-6

@@ -361,3 +361,77 @@ def test_a_study_replaces_the_stage_of_its_base(tmp_path):
 def test_what_no_stage_can_have_is_refused(make, message):
     with pytest.raises(iv.ParameterError, match=message):
         make()
+
+
+WRITTEN = """
+[requirement]
+force = "50 N"
+speed = "0.1 m/s"
+[drives.lift]
+type = "conventional"
+motor = {{ part = "dcx-32-l-24v" }}
+gearhead = {{ ratio = 2, efficiency = 0.9, loss_model = "proportional" }}
+{stage}
+"""
+
+
+@pytest.mark.parametrize("written", ['"5 mm"', '"5 mm/rev"', '"5 mm / rev"', '{ value = 5, unit = "mm/rev" }'])
+def test_a_lead_may_be_written_per_revolution(tmp_path, written):
+    path = tmp_path / "study.toml"
+    path.write_text(WRITTEN.format(stage=f'screw = {{ lead = {written}, diameter = "16 mm", efficiency = 0.9 }}'))
+    assert iv.load_study(path).drives["lift"].screw.lead == pytest.approx(5e-3, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "stage",
+    [
+        'screw = { lead = "5 mm/rad", diameter = "16 mm", efficiency = 0.9 }',
+        'screw = { lead = "5 mm", diameter = "16 mm/rev", efficiency = 0.9 }',
+        'belt = { pitch = "3 mm/rev", teeth = 20 }',
+        'rack = { module = "1 mm/rev", teeth = 20 }',
+        'pulley = { radius = "8 mm/rev" }',
+    ],
+)
+def test_other_lengths_are_not_per_angle(tmp_path, stage):
+    path = tmp_path / "study.toml"
+    path.write_text(WRITTEN.format(stage=stage))
+    with pytest.raises(iv.InputError, match="which names an angle, where a length is needed"):
+        iv.load_study(path)
+
+
+def test_a_shaft_has_no_guideway():
+    """Its friction is a torque; that of a guideway, in N, would be taken for N m."""
+    with pytest.raises(iv.ParameterError, match=r"guideway does not apply.*shaft\.friction_torque, in N m"):
+        replace(with_stage(shaft=iv.Shaft()), guideway=iv.Guideway(friction=2.0))
+
+
+@pytest.mark.parametrize(
+    ("elastic", "named"),
+    [
+        ({"output": iv.Output(series_spring=iv.Spring(stiffness=2e3))}, "behind its series spring"),
+        ({"belt": iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=800.0, span=0.4)}, "behind its belt stretch"),
+        ({"gearhead": iv.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0)}, "behind its elastic gearhead"),
+    ],
+)
+def test_a_jerk_that_jumps_is_refused_before_every_compliance(elastic, named):
+    """With any of them the motor's speed would jump; with a smooth reach it changes by no more than the sampling resolves."""
+    drive = replace(DRIVE, **elastic, **({"pulley": None} if "belt" in elastic else {}))
+    rough, smooth = (
+        iv.DutyCycle(motion=iv.Reaches(distance=0.1, time=0.4, pause=0.2, profile=profile), load_mass=2.0)
+        for profile in ("minimum-jerk", "smooth")
+    )
+    with pytest.raises(iv.ParameterError, match=f"the jerk of this motion jumps.*{named}.*set profile = 'smooth'"):
+        iv.duty_cycle(drive, rough)
+    speed = iv.duty_cycle(drive, smooth).point.states["motor_speed_rad_s"]
+    assert np.max(np.abs(np.diff(speed))) < 0.05 * np.max(np.abs(speed))
+
+
+def test_behind_spring_and_elastic_gear_the_fifth_derivative_counts():
+    output = iv.Output(series_spring=iv.Spring(stiffness=2e3))
+    drive = replace(DRIVE, output=output, gearhead=iv.Gearhead(ratio=2.0, efficiency=1.0, stiffness=1.0))
+    reaches = iv.Reaches(distance=0.1, time=0.4, pause=0.2, profile="smooth")
+    with pytest.raises(iv.ParameterError, match=r"the fifth derivative.*its series spring and its elastic gearhead"):
+        iv.duty_cycle(drive, iv.DutyCycle(motion=reaches, load_mass=2.0))
+    waves = iv.Sinusoid(distance=0.1, frequency=1.0)
+    assert iv.duty_cycle(drive, iv.DutyCycle(motion=waves, load_mass=2.0)).energy > 0
+    assert iv.duty_cycle(drive, iv.DutyCycle(motion=reaches, force=-5.0)).energy > 0

@@ -47,6 +47,8 @@ def test_reads(text, unit, value):
         ("5 kg", "N", "has the unit 'kg' where N is needed"),
         ("5 parsnips", "m/s", "has an unknown unit 'parsnips'"),
         ("5 mNm", "N m", "has the unit 'mNm': separate the units of a product"),
+        ("5 mm/rev", "m", "names an angle, where a length is needed"),
+        ("5 mm/rad", "m", "names an angle, where a length is needed"),
         ("14 Hz", "rad/s", "must name the angle"),
         ("14 1/s", "rad/s", "must name the angle"),
         ("1,5 N", "N", "not a comma"),

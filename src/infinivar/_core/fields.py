@@ -17,7 +17,9 @@ from infinivar._core.bounds import FINITE, Bound, NonZero, fits, within, words
 from infinivar.errors import ParameterError, nearest, require
 
 
-def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
+def quantity(
+    unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING, per: str = "", **options: Any
+) -> Any:
     """Dataclass field for a physical quantity in SI.
 
     Parameters
@@ -26,9 +28,11 @@ def quantity(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasse
     bound           Of `annotated_types`, such as ``Gt(0)``, or of `infinivar._core.bounds`.
     meaning : str   One-line description for schemas and reference pages.
     default         Default value; without one the field is required. None means "not given".
+    per : str       What a study may name in the denominator although the unit here does not: "rev" of a lead in mm/rev.
     options         Of `dataclasses.field`.
     """
-    return dataclasses.field(default=default, metadata={"unit": unit, "bound": bound, "meaning": meaning}, **options)
+    metadata = {"unit": unit, "bound": bound, "meaning": meaning, **({"per": per} if per else {})}
+    return dataclasses.field(default=default, metadata=metadata, **options)
 
 
 def quantities(unit: str, bound: Bound, meaning: str, *, default: Any = dataclasses.MISSING, **options: Any) -> Any:

@@ -24,7 +24,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, MovingDrive, operated
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit, binding
+from infinivar.limits import LEADING, Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.check import check_duty, check_spreads
 from infinivar.study.requirement import Requirement
@@ -291,8 +291,9 @@ def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
     }
     if not demands:
         return Limit.OK
-    if demands.get(Limit.SLIP, 0.0) > 1.0:
-        return Limit.SLIP
+    for leading in reversed(LEADING):
+        if demands.get(leading, 0.0) > 1.0:
+            return leading
     return max(demands, key=lambda limit: -1.0 if np.isnan(demands[limit]) else demands[limit])
 
 

@@ -4,7 +4,7 @@ Each element of `Output.chain` maps two rows of time derivatives inward, exactly
 force or moment that the drive's side exerts towards the load.
 
 - A parallel spring adds its force at x.
-- A linkage maps x to g(x) and F to F/g'(x).
+- A linkage maps x to g(x) and F to F/g'(x); beyond a dead centre there is no motion, and all but the position is nan.
 - A series spring adds its deflection under F to x. The drive's speed thus contains the rate of the force: with a load m and a
   spring k, ``x_drive' = x' + (m x''' - f')/k``, and the drive's acceleration contains the fourth derivative of x.
 
@@ -67,6 +67,9 @@ class _Rows:
         angle = self.position
         slopes = linkage.derivatives(angle[0], max(len(angle) - 1, len(self.force)))
         self.utilisation[Limit.LINKAGE, name] = linkage.demand(angle[0])
+        if linkage.dead_centres:
+            xp, lost = namespace(angle[0]), linkage.beyond_reach(angle[0])
+            slopes = [slopes[0], *(xp.where(lost, xp.nan, slope) for slope in slopes[1:])]
         self.states["lever_arm_m" if not linkage.rotary_drive else "linkage_ratio"] = slopes[1] + 0.0 * angle[0]
         self.position = chain_rule.composed(slopes, angle)
         self.force = chain_rule.quotient(self.force, chain_rule.composed(slopes[1:], angle))
@@ -78,7 +81,7 @@ class _Rows:
         self.stored[name] = force[0] * x[1]
         self.utilisation[Limit.SPRING, name] = spring.demand(x[0])
         self.force = chain_rule.total(self.force, force)
-        if spring.hysteresis is not None:
+        if spring.hysteretic:
             state = history.along_positions(spring, x[0], self.closes)
             friction = chain_rule.composed(spring.hysteresis_derivatives(state, x[1], len(self.force) - 1), x)
             self.force = chain_rule.total(self.force, friction)
@@ -87,7 +90,7 @@ class _Rows:
 
     def _series(self, spring: Elastic, name: str) -> None:
         force, orders = self.force, min(len(self.force), len(self.position)) - 1
-        if spring.hysteresis is None:
+        if not spring.hysteretic:
             row = spring.deflection_derivatives(force[0], orders)
             deflection = chain_rule.composed(row, force)
             self.stored[name] = force[0] * deflection[1]
@@ -220,12 +223,13 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
             power = power + elastic * v
             rows.force = [rows.force[0] + elastic]
             rows._state(place.name, "force", elastic, force=True)
-            if part.hysteresis is not None:
+            if part.hysteretic:
                 friction = part.hysteresis * xp.sign(v)
                 rows.force = [rows.force[0] + friction]
                 losses[f"{place.name} hysteresis"] = friction * v
             demand = part.demand(x)
         elif isinstance(part, Linkage):
+            power = xp.where(part.beyond_reach(rows.position[0]), xp.nan, power)
             rows.pass_through(place)
             demand = rows.utilisation[Limit.LINKAGE, place.name]
         else:

@@ -71,6 +71,11 @@ class ConventionalDrive:
         if len(given) != 1:
             had = f"{' and '.join(given)} are given" if given else "pulley is missing"
             raise ParameterError(f"{had}: the drive must have exactly one of {', '.join(STAGES)}")
+        if self.shaft is not None and self.guideway != Guideway():
+            raise ParameterError(
+                "guideway does not apply: the drive turns a shaft; state its friction as shaft.friction_torque, in N m, and "
+                "leave the guideway out, or without friction"
+            )
         self.output.check_axis(self.own_axis)
 
     @property
@@ -96,8 +101,12 @@ class ConventionalDrive:
     @property
     def orders(self) -> int:
         """Highest time derivative of the load's position that `follow` needs; that of the force is two less."""
-        elastic = self.gearhead.stiffness is not None and any(place.kind == "series" for place in self.chain)
-        return 6 if elastic else 4
+        return 6 if self.elastic_gear and any(place.kind == "series" for place in self.chain) else 4
+
+    @property
+    def elastic_gear(self) -> bool:
+        """Whether the gearhead twists under its load."""
+        return self.gearhead.stiffness is not None
 
     @property
     def chain(self) -> tuple[Place, ...]:

@@ -212,18 +212,32 @@ def axis_fault(drive: Drive, axis: Axis, name: str, task: str) -> str | None:
 
 
 def smoothness_fault(drive: Drive, task: DutyCycle, name: str, where: str) -> str | None:
-    """Say what does not fit if a motion would make a drive's speed jump behind its series spring; else None."""
+    """Say what does not fit if a motion would make a drive's speed jump behind a series compliance; else None.
+
+    A compliance that carries the load's inertia needs a jerk without jumps, and so does an elastic gearhead, which carries the
+    inertia at the gear output. Behind both, an inertia is moved by what already contains the jerk's rate.
+    """
     output = getattr(drive, "output", None)
-    if output is None or not output.has_series_spring or not task.moved_mass or task.motion.continuous >= _JERK:
+    passed = getattr(drive, "chain", () if output is None else output.chain)
+    behind = [f"its {place.name}" for place in passed if place.kind == "series"] if task.moved_mass else []
+    needed_order = _JERK if behind else 0
+    if getattr(drive, "elastic_gear", False):
+        needed_order = needed_order + 2 if behind else _JERK
+        behind.append("its elastic gearhead")
+    if task.motion.continuous >= needed_order:
         return None
+    if needed_order == _JERK:
+        what, how = "jerk", "set profile = 'smooth'"
+    else:
+        what, how = "fifth derivative", "use a sinusoid or a recording, or leave gearhead.stiffness out"
     return (
-        f"{where}: the jerk of this motion jumps, and with it the speed of {name} behind its series spring, by way of the "
-        "load's inertia; set profile = 'smooth'"
+        f"{where}: the {what} of this motion jumps, and with it the speed of {name} behind {' and '.join(behind)}, by way of the "
+        f"inertia that they carry; {how}"
     )
 
 
 _JERK = 3
-"""Order of the derivative of the load's position that sets the drive's speed behind a series spring."""
+"""Order of the derivative of the load's position that sets the drive's speed behind a series compliance."""
 
 
 class MotorSide(NamedTuple):

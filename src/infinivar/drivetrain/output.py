@@ -40,10 +40,16 @@ class Output:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        for name in ("series_spring", "series_torsion_spring"):
-            spring = getattr(self, name)
-            if spring is not None and spring.at != "load":
-                raise ParameterError(f"{name}.at does not apply: only a parallel spring has a side; remove it")
+        for key in ("series_spring", "series_torsion_spring"):
+            spring = getattr(self, key)
+            if spring is None:
+                continue
+            if spring.at != "load":
+                raise ParameterError(f"{key}.at does not apply: only a parallel spring has a side; remove it")
+            if spring.absent:
+                raise ParameterError(
+                    f"{key}.stiffness must be > 0, got 0: nothing would carry the load; leave {key} out"
+                )
 
     @property
     def chain(self) -> tuple[Place, ...]:
@@ -94,6 +100,6 @@ _WHY = {
 
 def _layer(parallel: Spring | TorsionSpring | None, series: Spring | TorsionSpring | None, name: str) -> list[Place]:
     """Springs of one line or joint, from the load to the drive."""
-    beside = [] if parallel is None else [Place("parallel", parallel, f"parallel {name}")]
+    beside = [] if parallel is None or parallel.absent else [Place("parallel", parallel, f"parallel {name}")]
     within = [] if series is None else [Place("series", series, f"series {name}")]
     return [*within, *beside] if parallel is not None and parallel.at == "drive" else [*beside, *within]

@@ -110,6 +110,8 @@ class Elastic:
         check_choice(self, "shape", NEEDS, MAY)
         if self.hysteresis is None and self.presliding is not None:
             raise ParameterError("presliding does not apply without hysteresis; remove it")
+        if self.absent and (self.hysteretic or not is_zero(self.preload)):
+            raise ParameterError("stiffness must be > 0 with a preload or hysteresis, got 0")
         if self.shape == "one-sided":
             check_value("preload of a one-sided spring", self.preload, "N m" if unit == "rad" else "N", Ge(0))
         if self.deflections is None:
@@ -130,6 +132,16 @@ class Elastic:
         raise NotImplementedError
 
     @property
+    def hysteretic(self) -> bool:
+        """Whether the spring has hysteresis."""
+        return self.hysteresis is not None and not is_zero(self.hysteresis)
+
+    @property
+    def absent(self) -> bool:
+        """Whether the spring exerts no force anywhere: a stiffness of 0 stands for no spring."""
+        return self.stiffness is not None and is_zero(self.stiffness)
+
+    @property
     def _sign(self) -> float:
         """1, or -1 for a one-sided spring on the negative side."""
         return -1.0 if self.side == "negative" else 1.0
@@ -140,7 +152,7 @@ class Elastic:
 
         0 without hysteresis.
         """
-        if self.hysteresis is None or self.presliding is not None:
+        if not self.hysteretic or self.presliding is not None:
             return given(self.presliding, 0.0)
         if self.deflections is not None:
             return self.hysteresis * (self.deflections[-1] - self.deflections[0]) / (self.forces[-1] - self.forces[0])

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
-from annotated_types import Gt, Interval
+from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.chain_rule import is_zero
 from infinivar._core.fields import check, check_choice, component, given, quantity
 from infinivar.contact.friction import coulomb
 from infinivar.errors import ParameterError
@@ -118,7 +119,7 @@ class Gearhead:
     inertia: float | None = quantity("kg m^2", Gt(0), "Inertia on the motor side", default=None)
     stiffness: float | None = quantity("N m/rad", Gt(0), "Torsional stiffness at the output", default=None)
     backlash: float | None = quantity(
-        "rad", Gt(0), "Free angle at the output between both flanks, for simulation; needs `stiffness`", default=None
+        "rad", Ge(0), "Free angle at the output between both flanks, for simulation; needs `stiffness`", default=None
     )
     mass: float | None = quantity("kg", Gt(0), "Mass", default=None)
 
@@ -131,8 +132,13 @@ class Gearhead:
             {"coulomb": ("efficiency",), "proportional": ("efficiency",), "stribeck": ("friction",)},
             {"proportional": ("backdriving_efficiency",)},
         )
-        if self.backlash is not None and self.stiffness is None:
+        if self.slack and self.stiffness is None:
             raise ParameterError("stiffness is missing: backlash needs it")
+
+    @property
+    def slack(self) -> bool:
+        """Whether the gear has backlash."""
+        return self.backlash is not None and not is_zero(self.backlash)
 
     @property
     def lossless(self) -> bool:

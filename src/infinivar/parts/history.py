@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -14,11 +15,11 @@ from infinivar._core.array_namespace import Array, bisect, namespace, newton
 from infinivar.errors import ParameterError
 from infinivar.parts.elastic import Elastic
 
-_ROUNDS = 50
-"""Most cycles until the state repeats itself; each forgets it by the share of the way that is one-way."""
+_SETTLED = 1e-14
+"""Precision of the state that repeats itself, relative to the largest hysteresis force."""
 
-_SETTLED = 1e-12
-"""Change of the state over a cycle, relative to the largest hysteresis force, at which it has settled."""
+_FINE = 0.01
+"""Unit of travel over the sizes that round it."""
 
 _HALVINGS, _POLISH = 8, 60
 """Steps of bisection, and most steps of Newton's method."""
@@ -83,18 +84,23 @@ def under_forces(spring: Elastic, force: np.ndarray, closes: bool) -> tuple[np.n
     """
     if namespace(spring, force).__name__ != "numpy":
         raise ParameterError("hysteresis of a series spring has no derivatives: compute without it")
-    force = np.asarray(force, dtype=float)
-    rows = force.reshape(-1, force.shape[-1])
-    found = [_one(one, row, closes) for one, row in zip(_each(spring, force.shape[:-1]), rows, strict=True)]
-    deflection, hysteresis = (np.array(part).reshape(force.shape) for part in zip(*found, strict=True))
+    force, drawn = np.asarray(force, dtype=float), _drawn(spring)
+    shape = np.broadcast_shapes(force.shape[:-1], *(np.shape(value)[:-1] for value in drawn.values()))
+    rows = np.broadcast_to(force, (*shape, force.shape[-1])).reshape(-1, force.shape[-1])
+    found = [_one(one, row, closes) for one, row in zip(_each(spring, drawn, shape), rows, strict=True)]
+    deflection, hysteresis = (np.array(part).reshape(*shape, -1) for part in zip(*found, strict=True))
     return deflection, hysteresis
 
 
-def _each(spring: Elastic, shape: tuple[int, ...]) -> list[Elastic]:
+def _drawn(spring: Elastic) -> dict[str, np.ndarray]:
+    """Values of a sampled spring: arrays that broadcast with the forces, the same at all instants."""
+    values = {one.name: getattr(spring, one.name) for one in dataclasses.fields(spring) if "unit" in one.metadata}  # type: ignore[arg-type]
+    return {name: value for name, value in values.items() if np.ndim(value)}
+
+
+def _each(spring: Elastic, drawn: Mapping[str, np.ndarray], shape: tuple[int, ...]) -> list[Elastic]:
     """A spring for each row of forces; those of a sampled spring differ."""
     count = math.prod(shape)
-    values = {one.name: getattr(spring, one.name) for one in dataclasses.fields(spring) if "unit" in one.metadata}  # type: ignore[arg-type]
-    drawn = {name: value for name, value in values.items() if np.ndim(value)}
     if not drawn:
         return [spring] * count
     columns = {name: np.broadcast_to(value, (*shape, 1)).ravel().tolist() for name, value in drawn.items()}
@@ -103,64 +109,95 @@ def _each(spring: Elastic, shape: tuple[int, ...]) -> list[Elastic]:
 
 
 def _one(spring: Elastic, force: np.ndarray, closes: bool) -> tuple[np.ndarray, np.ndarray]:
-    assert spring.hysteresis is not None
-    deflection, hysteresis = float(spring.deflection(force[:1])[0]), 0.0
-    if not closes:
-        return _branches(spring, force[0], force, deflection, hysteresis)
-    last, before = float(force[-1]), hysteresis
-    deflection = float(spring.deflection(force[-1:])[0])
-    found, state = np.empty(0), np.empty(0)
-    for _ in range(_ROUNDS):
-        found, state = _branches(spring, last, force, deflection, before)
-        deflection, settled = float(found[-1]), abs(state[-1] - before) <= _SETTLED * spring.hysteresis
-        before = float(state[-1])
-        if settled:
-            break
-    return found, state
+    start = float(force[-1] if closes else force[0])
+    hysteresis = _repeating(spring, force) if closes else 0.0
+    return _branches(spring, start, force, _deflection(spring, start - hysteresis), hysteresis)
+
+
+def _deflection(spring: Elastic, elastic: float) -> float:
+    return float(spring.deflection(np.array([elastic]))[0])
+
+
+def _repeating(spring: Elastic, force: np.ndarray) -> float:
+    """Hysteresis force at the last instant of a cycle that repeats itself; 0 if the force never changes.
+
+    A cycle maps the state at its end to that at its next end, and keeps the order of states and the range of the hysteresis
+    force: its fixed point lies between the signs of the change over a cycle. Where a cycle forgets little of the state, it
+    would take thousands of cycles to come near.
+    """
+    from scipy.optimize import brentq
+
+    last, largest = float(force[-1]), float(spring.hysteresis or 0.0)
+    heading, ends = _headings(last, force)
+    turns = force[ends[heading[ends - 1] != 0] - 1]
+
+    def change(state: float) -> float:
+        return float(_branches(spring, last, turns, _deflection(spring, last - state), state)[1][-1]) - state
+
+    if not len(turns):
+        return 0.0
+    # At an end without a change the force is fully built up; at both ends, the change is lost in rounding.
+    rises, falls = change(-largest) > 0, change(largest) < 0
+    if rises and falls:
+        return float(brentq(change, -largest, largest, xtol=_SETTLED * largest))  # type: ignore[arg-type]
+    return largest * (float(rises) - float(falls))
+
+
+def _headings(start: float, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Direction in which the force changes last at each instant, 0 before it changes; and ends of each direction's branch."""
+    direction = np.sign(np.diff(force, prepend=start))
+    moving = np.where(direction == 0, 0, np.arange(len(force)) + 1)
+    heading = np.append(0.0, direction)[np.maximum.accumulate(moving)]
+    return heading, np.append(np.flatnonzero(np.diff(heading)) + 1, len(force))
 
 
 def _branches(
     spring: Elastic, start: float, force: np.ndarray, deflection: float, hysteresis: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Deflection and hysteresis from a state under the force `start` on."""
-    direction = np.sign(np.diff(force, prepend=start))
-    moving = np.where(direction == 0, 0, np.arange(len(force)) + 1)
-    heading = np.append(0.0, direction)[np.maximum.accumulate(moving)]
-    ends = np.append(np.flatnonzero(np.diff(heading)) + 1, len(force))
+    heading, ends = _headings(start, force)
     found, state = np.empty(len(force)), np.empty(len(force))
     begin = 0
     for end in ends:
         branch, sign = slice(begin, end), float(heading[begin])
         if sign:
-            way = _deflected(spring, force[branch], deflection, hysteresis, sign)
-            state[branch] = spring.hysteresis_after(hysteresis, way - deflection)
+            way = _travelled(spring, force[branch], deflection, hysteresis, sign)
+            state[branch] = spring.hysteresis_after(hysteresis, way)
         else:
-            way = np.full(end - begin, deflection)
+            way = np.zeros(end - begin)
             state[branch] = hysteresis
-        found[branch] = way
-        deflection, hysteresis, begin = float(way[-1]), float(state[end - 1]), end
+        found[branch] = deflection + way
+        deflection, hysteresis, begin = float(found[end - 1]), float(state[end - 1]), end
     return found, state
 
 
-def _deflected(spring: Elastic, force: np.ndarray, start: float, hysteresis: float, sign: float) -> np.ndarray:
-    """Deflections on a branch without reversal: up with `sign` 1, down with -1."""
+def _travelled(spring: Elastic, force: np.ndarray, start: float, hysteresis: float, sign: float) -> np.ndarray:
+    """Changes of the deflection on a branch without reversal: up with `sign` 1, down with -1."""
     largest = sign * float(spring.hysteresis or 0.0)
 
-    def excess(x: np.ndarray) -> np.ndarray:
-        return spring.force(x) + spring.hysteresis_after(hysteresis, x - start) - force
+    # Travels from the start are solved for, as a presliding of nanometres would drown in the position. Their unit is small
+    # for precision, and large beside the rounding of forces.
+    forces = np.max(np.abs(force)) + abs(spring.preload) + abs(largest)
+    unit = _FINE * (abs(start) + forces / float(np.ravel(spring.derivatives(np.array([start]), 1)[1])[0]))
 
-    def step(x: np.ndarray) -> np.ndarray:
-        state = spring.hysteresis_after(hysteresis, x - start)
-        stiffness = spring.derivatives(x, 1)[1] + spring.hysteresis_derivatives(state, np.float64(sign), 1)[1]
-        return x - (spring.force(x) + state - force) / stiffness
+    def excess(travel: np.ndarray) -> np.ndarray:
+        return spring.force(start + travel) + spring.hysteresis_after(hysteresis, travel) - force
+
+    def step(share: np.ndarray) -> np.ndarray:
+        travel = unit * share
+        state = spring.hysteresis_after(hysteresis, travel)
+        stiffness = (
+            spring.derivatives(start + travel, 1)[1] + spring.hysteresis_derivatives(state, np.float64(sign), 1)[1]
+        )
+        return share - excess(travel) / (stiffness * unit)
 
     # The hysteresis force lies between its value at the start and its largest.
-    ends = spring.deflection(force - largest), spring.deflection(force - hysteresis)
+    ends = spring.deflection(force - largest) - start, spring.deflection(force - hysteresis) - start
     low, high = ends if sign > 0 else ends[::-1]
-    low, high = (np.maximum(low, start), high) if sign > 0 else (low, np.minimum(high, start))
+    low, high = (np.maximum(low, 0.0), high) if sign > 0 else (low, np.minimum(high, 0.0))
     # The sum of a straight line and the exponential is concave along the way, so that Newton's method, started short of the
     # solution, converges; other springs are first bisected.
     straight = spring.shape == "linear"
     near = (low if sign > 0 else high) if straight else bisect(np, excess, low, high, _HALVINGS)
-    found = newton(np, step, near, _POLISH)
-    return np.maximum(found, start) if sign > 0 else np.minimum(found, start)
+    found = unit * newton(np, step, near / unit, _POLISH)
+    return np.maximum(found, 0.0) if sign > 0 else np.minimum(found, 0.0)

@@ -18,6 +18,7 @@ With :math:`\psi = \theta + \theta_0`, the angle between arm and base:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -44,6 +45,10 @@ NEEDS = {
 
 _CLOSEST = 1e-9
 """How close to a dead centre, as a sine or cosine, the formulas are evaluated."""
+
+_DEAD = 1e-3
+_IN_LINE = math.sqrt(1.0 - _DEAD**2)
+"""Sine of the angle between two bars, and its cosine, from which they count as in line: there is hardly a lever arm left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,6 +114,11 @@ class Linkage:
         """Whether the drive's side turns; else it moves along a line."""
         return self.shape == "four-bar"
 
+    @property
+    def dead_centres(self) -> bool:
+        """Whether bars can come into line, so that the joint has a range of its own."""
+        return self.shape in ("crank", "four-bar")
+
     def position(self, angle: Array) -> Array:
         """Position of the drive at a joint angle.
 
@@ -138,8 +148,9 @@ class Linkage:
     def demand(self, angle: Array) -> Array:
         """Nearness to a dead centre or to the end of the table: 1 there, above 1 beyond; 0 for a lever. [-]
 
-        For a crank and a four-bar it is the cosine of the angle between the bars that come into line: actuator and arm stay
-        effective in between.
+        For a crank and a four-bar it is the cosine of the angle between the bars that come into line, up to 1 mrad before they
+        do. From there on it is 1 plus the angle beyond, over 90 degrees; where the crank of a four-bar cannot reach the
+        coupler, the cosine that this would take. Of a table it is the angle from its middle over half its range.
         """
         xp = namespace(angle)
         if self.shape == "lever":
@@ -151,14 +162,20 @@ class Linkage:
         if self.shape == "crank":
             return _beyond(xp.cos(turned), xp.sin(turned))
         bars = self._bars(angle, 0)
-        return xp.where(abs(bars.at_crank) > bars.at_rocker, abs(bars.at_crank), bars.at_rocker)
+        at_crank = abs(bars.at_crank)
+        at_crank = xp.where(at_crank > _IN_LINE, at_crank + (1.0 - _IN_LINE), at_crank)
+        return xp.where(at_crank > bars.at_rocker, at_crank, bars.at_rocker)
+
+    def beyond_reach(self, angle: Array) -> Array:
+        """Whether a joint angle is at or beyond a dead centre, so that no force of the drive moves the joint."""
+        return self.demand(angle) > (1.0 if self.dead_centres else math.inf)
 
     def _crank(self, angle: Array, orders: int) -> list[Array]:
         """Length of the actuator and its derivatives."""
         a, b = self._lengths("arm", "base")
         cosine = _cosine(angle + self.offset, orders)
         square = [-2.0 * a * b * part for part in cosine]
-        square[0] = square[0] + a * a + b * b
+        square[0] = _above_zero(square[0] + a * a + b * b, a, b)
         return chain_rule.root(square)
 
     def _bars(self, angle: Array, orders: int) -> _Bars:
@@ -171,7 +188,7 @@ class Linkage:
         x[0] = x[0] + d
         y = [c * part for part in _sine(turned, orders)]
         square = [2.0 * c * d * part for part in cosine]
-        square[0] = square[0] + c * c + d * d
+        square[0] = _above_zero(square[0] + c * c + d * d, c, d)
         diagonal = chain_rule.root(square)
         raised = list(square)
         raised[0] = raised[0] + a * a - b * b
@@ -230,9 +247,17 @@ def _sine(angle: Array, orders: int) -> list[Array]:
 
 
 def _beyond(cosine: Array, sine: Array) -> Array:
-    """Magnitude of a cosine while the sine is positive, continued above 1 where it is not."""
+    """Magnitude of a cosine while the sine is clearly positive; 1 plus the angle beyond, over 90 degrees, where it is not."""
     xp = namespace(cosine, sine)
-    return xp.where(sine > 0, xp.abs(cosine), 2.0 - xp.abs(cosine))
+    beyond = (math.asin(_DEAD) - xp.atan2(sine, xp.abs(cosine))) / (0.5 * math.pi)
+    return xp.where(sine > _DEAD, xp.abs(cosine), 1.0 + beyond)
+
+
+def _above_zero(square: Array, one: float, other: float) -> Array:
+    """The square of the distance between the ends of two bars, kept above 0: only bars of equal length fold onto each other."""
+    if isinstance(one, (int, float)) and isinstance(other, (int, float)) and one != other:
+        return square
+    return namespace(square).maximum(square, (_CLOSEST * (one + other)) ** 2)
 
 
 def _inside(xp: object, cosine: Array) -> Array:

@@ -47,7 +47,7 @@ class Motor:
     torque_constant: float = quantity("N m/A", Gt(0), "Torque constant K, also the back-emf constant in V s/rad")
     no_load_current: float = quantity("A", Ge(0), "No-load current; the friction torque is K times this current")
     viscous_friction: float | None = quantity(
-        "N m s", Gt(0), "Part of the no-load torque that grows with speed, per speed: iron loss", default=None
+        "N m s", Ge(0), "Part of the no-load torque that grows with speed, per speed: iron loss", default=None
     )
     continuous_torque: float = quantity("N m", Gt(0), "Continuous torque at the shaft")
     peak_torque: float | None = quantity(

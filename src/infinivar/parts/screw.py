@@ -198,7 +198,7 @@ class Screw(OutputStage):
     title: ClassVar[str] = "screw"
 
     shape: ScrewKind = component("lead (sliding) or ball (rolling)", default="lead")
-    lead: float = quantity("m", Gt(0), "Travel of the nut per revolution")
+    lead: float = quantity("m", Gt(0), "Travel of the nut per revolution", per="rev")
     diameter: float = quantity("m", Gt(0), "Pitch diameter of the thread, or diameter of the ball centres")
     friction_coefficient: float | None = quantity("1", Ge(0), "Friction coefficient of the thread", default=None)
     flank_angle: float | None = quantity(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from annotated_types import Gt
+from annotated_types import Ge, Gt
 
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import component, given, quantities, quantity
@@ -36,7 +36,9 @@ class Spring(Elastic):
 
     shape: SpringShape = component(_SHAPE, default="linear")
     at: SpringPlace = component(_AT, default="load")
-    stiffness: float | None = quantity("N/m", Gt(0), "Stiffness of a linear or one-sided spring", default=None)
+    stiffness: float | None = quantity(
+        "N/m", Ge(0), "Stiffness of a linear or one-sided spring; 0: no spring", default=None
+    )
     rest: float = quantity("m", FINITE, "Position at rest; of a one-sided spring: position of contact", default=0.0)
     preload: float = quantity("N", FINITE, "Force at the rest position", default=0.0)
     deflections: tuple[float, ...] | None = quantities(
@@ -47,7 +49,7 @@ class Spring(Elastic):
     contact_width: float | None = quantity(
         "m", Gt(0), "Width of the smooth transition at the contact of a one-sided spring; default: 0.1 mm", default=None
     )
-    hysteresis: float | None = quantity("N", Gt(0), "Half the width of the force loop", default=None)
+    hysteresis: float | None = quantity("N", Ge(0), "Half the width of the force loop", default=None)
     presliding: float | None = quantity(
         "m",
         Gt(0),
@@ -77,7 +79,9 @@ class TorsionSpring(Elastic):
 
     shape: SpringShape = component(_SHAPE, default="linear")
     at: SpringPlace = component(_AT, default="load")
-    stiffness: float | None = quantity("N m/rad", Gt(0), "Stiffness of a linear or one-sided spring", default=None)
+    stiffness: float | None = quantity(
+        "N m/rad", Ge(0), "Stiffness of a linear or one-sided spring; 0: no spring", default=None
+    )
     rest: float = quantity("rad", FINITE, "Angle at rest; of a one-sided spring: angle of contact", default=0.0)
     preload: float = quantity("N m", FINITE, "Moment at the rest angle", default=0.0)
     deflections: tuple[float, ...] | None = quantities(
@@ -93,7 +97,7 @@ class TorsionSpring(Elastic):
         "Width of the smooth transition at the contact of a one-sided spring; default: 1 mrad",
         default=None,
     )
-    hysteresis: float | None = quantity("N m", Gt(0), "Half the width of the moment loop", default=None)
+    hysteresis: float | None = quantity("N m", Ge(0), "Half the width of the moment loop", default=None)
     presliding: float | None = quantity(
         "rad",
         Gt(0),

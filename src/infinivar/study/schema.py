@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import re
 import types
 import typing
 from collections.abc import Callable, Collection, Mapping
@@ -142,15 +143,16 @@ def example(unit: str, bound: Bound) -> str:
     return units.show(0.1 * permitted(bound, 1.0)[1], unit)
 
 
-def _quantity(unit: str, bound: Bound) -> Key:
+def _quantity(unit: str, bound: Bound, per: str = "") -> Key:
     well = example(unit, bound)
+    behind = re.compile(rf"\s*/\s*{per}\s*$")
 
     def read(raw: Any, written_unit: str | None) -> float:
         if written_unit is not None:
             if isinstance(raw, bool) or not isinstance(raw, (int, float)):
                 raise InputError("must have a plain number as value when unit is given")
             raw = f"{raw!r} {written_unit}"
-        value = units.parse(raw, unit, well)
+        value = units.parse(behind.sub("", raw) if per and isinstance(raw, str) else raw, unit, well)
         try:
             check_value("", value, unit, bound)
         except ParameterError as problem:
@@ -282,7 +284,7 @@ def _text() -> Key:
 def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     """Return the table key of a dataclass field."""
     if "unit" in field.metadata:
-        return _quantity(field.metadata["unit"], field.metadata["bound"])
+        return _quantity(field.metadata["unit"], field.metadata["bound"], field.metadata.get("per", ""))
     if "row of" in field.metadata:
         return _row(field.metadata["row of"], field.metadata["bound"])
     if "texts of" in field.metadata:

@@ -61,8 +61,8 @@ def duty_cycle(
 
     Returns
     -------
-    DutyResult   An exceeded limit is a result, not an error. Where the wheel slips, powers, energies and heat are nan. In
-        a run, the continuous torque of a motor does not count where its temperature is known.
+    DutyResult   An exceeded limit is a result, not an error. Where the wheel slips or a linkage cannot reach, powers,
+        energies and heat are nan. In a run, the continuous torque of a motor does not count where its temperature is known.
 
     Raises
     ------

@@ -15,7 +15,7 @@ from infinivar.drivetrain.drive import (
     MovingDrive,
     MovingPoint,
 )
-from infinivar.limits import Demand, Limit, binding_demand, words_of
+from infinivar.limits import LEADING, Demand, Limit, binding_demand, words_of
 from infinivar.motion.duty_cycles import DutyCycle, Instants
 from infinivar.parts.heat import Heat
 from infinivar.units import celsius, plain
@@ -136,7 +136,7 @@ class DutyResult(Result):
 
     @property
     def powers(self) -> dict[str, float]:
-        """Peak and net powers of the cycle, by the names of their keys in `to_dict`; nan where the wheel slips. [W]"""
+        """Peak and net powers of the cycle, by their keys in `to_dict`; nan in slip or where a linkage cannot reach. [W]"""
         supply, load = np.asarray(self.point.power_in), np.asarray(self.point.power_out)
         found = {
             "power_from_supply_peak_W": float(np.max(supply)),
@@ -185,9 +185,11 @@ class DutyResult(Result):
 
     @property
     def exceeded(self) -> tuple[Demand, ...]:
-        """Exceeded limits: slip first, then by decreasing demand."""
+        """Exceeded limits: a linkage out of reach, then slip, then the others by decreasing demand."""
         found = [key for key, demand in self.demands.items() if demand > 1.0]
-        return tuple(sorted(found, key=lambda key: (key[0] != Limit.SLIP, -self.demands[key])))
+        return tuple(
+            sorted(found, key=lambda key: (-LEADING.index(key[0]) if key[0] in LEADING else 1, -self.demands[key]))
+        )
 
     @property
     def feasible(self) -> bool:

@@ -88,7 +88,7 @@ def gear_torsion(drive: ConventionalDrive) -> Piece:
     if gear.stiffness is None:
         return RIGID
     damping = 2.0 * DAMPING * math.sqrt(gear.stiffness * rotor_inertia(drive))
-    if gear.backlash is None:
+    if gear.backlash is None or not gear.slack:
         return _linear("gear", "g", "gearhead", gear.stiffness, damping, ("rad/(N m)", "N m s"))
     free = Parameter(r"\beta_g", gear.backlash, "rad")
     spring = bg.compliance(
@@ -146,6 +146,6 @@ def at_rest(drive: ConventionalDrive, force: float, inertial_torque: float = 0.0
     if gear.stiffness is not None:
         torque = force * float(stage.travel_per_radian) + inertial_torque
         found["gear_spring"] = torque / gear.stiffness + math.copysign(0.5 * (gear.backlash or 0.0), torque)
-        if gear.backlash is not None:
+        if gear.slack:
             found["gear_twist_angle"] = found["gear_spring"]
     return found

@@ -59,7 +59,7 @@ def names(place: Place) -> Held:
     """Names of the elements of a spring of the chain."""
     name = place.name.replace(" ", "_")
     assert not isinstance(place.part, Linkage)
-    if place.part.hysteresis is None:
+    if not place.part.hysteretic:
         return Held(name, "", "")
     return Held(name, f"{name}_hysteresis", f"{name}_yield")
 
@@ -157,7 +157,7 @@ def _elastic(place: Place) -> Element:
 def _hysteresis(spliced: Spliced, place: Place, at: str) -> None:
     """Dahl's friction at the 1-junction of the deflection speed."""
     spring, held, tag = place.part, names(place), _TAGS[place.name]
-    if isinstance(spring, Linkage) or spring.hysteresis is None:
+    if isinstance(spring, Linkage) or spring.hysteresis is None or not spring.hysteretic:
         return
     node, rate = f"{held.elastic}_friction", f"{held.elastic}_rate"
     turning = isinstance(spring, TorsionSpring)

@@ -13,16 +13,24 @@ from infinivar.motion.motion import MotionState
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.spring import TorsionSpring
+from infinivar.units import show_in
 
 
 def check(output: Output, scenario: Scenario) -> None:
-    """Refuse a load without mass where it would determine a deflection that only a mass can.
+    """Refuse a start at a dead centre, and a load without mass where it would determine a deflection that only a mass can.
 
     Raises
     ------
     ParameterError
-        If the force on a massless load would have to set the deflection of a spring that is not linear, or the force jumps.
+        If the linkage cannot move the load at its start, if the force on a massless load would have to set the deflection of a
+        spring that is not linear, or the force jumps.
     """
+    start = scenario.path.at(0.0).position
+    if output.linkage is not None and bool(output.linkage.beyond_reach(start)):
+        raise ParameterError(
+            f"the motion starts at {show_in(start, 'rad', 'deg')}, at or beyond a dead centre of the drive's linkage: change "
+            "the linkage's offset, or where the motion starts"
+        )
     if scenario.moved_mass or scenario.link == "imposed":
         return
     first = next((place for place in output.chain if place.kind == "series"), None)

@@ -53,7 +53,7 @@ def motor_terminals(
     constant = Parameter(f"K_{tag}", motor.torque_constant, "N m/A")
     lost = friction("motor_friction", f"T_{{m,{tag}}}", motor.friction_torque, "N m", stick, f"{named}motor friction")
     iron = None
-    if motor.viscous_friction is not None:
+    if motor.viscous_friction:
         iron = bg.resistance(
             "motor_iron", f"c_{{m,{tag}}}", motor.viscous_friction, "N m s", title=f"{named}motor iron"
         )

@@ -159,13 +159,13 @@ def at_drive(output: Output, position: np.ndarray, force: np.ndarray) -> Side:
 
 def _over_parallel(spring: Any, side: Side) -> Side:
     force = side.force + spring.force(side.position)
-    if spring.hysteresis is not None:
+    if spring.hysteretic:
         force = force + history.along_positions(spring, side.position, closes=False)
     return Side(side.position, force)
 
 
 def _over_series(spring: Any, side: Side) -> Side:
-    if spring.hysteresis is None:
+    if not spring.hysteretic:
         return Side(side.position + spring.deflection(side.force), side.force)
     return Side(side.position + history.under_forces(spring, side.force, closes=False)[0], side.force)
 
