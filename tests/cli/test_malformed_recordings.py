@@ -223,7 +223,7 @@ FAULTS = {
     "mapped with a wrong unit": (
         at(1, "t,x,F"),
         'columns = { time = "t [s]", position = "x [deg]" }',
-        "line 1, column 'x': has the unit 'deg' where m is needed",
+        "line 1, column 'x': has the unit 'deg', which names an angle, where a length is needed",
     ),
     "two axes": (
         at(1, "t,x,M"),

@@ -21,7 +21,8 @@ def drives(draw, stages=None):
         motor=with_rotor(draw(motors()), draw(inertias)),
         gearhead=replace(draw(gearheads()), inertia=draw(inertias)),
         amplifier=draw(amplifiers()),
-        guideway=iv.Guideway(friction=draw(st.floats(0, 10))),
+        # A shaft has friction of its own.
+        guideway=iv.Guideway(friction=0.0 if stage.axis.rotary else draw(st.floats(0, 10))),
         output_inertia=draw(inertias),
         **{stage.title: stage},
     )

@@ -232,7 +232,7 @@ def springs(draw, kind=Spring, series=False):
     stiffness = scale / length * draw(st.floats(0.3, 30))
     hysteresis = draw(st.one_of(st.none(), st.floats(0.01, 0.3).map(lambda share: share * scale)))
     shape = draw(st.sampled_from(["linear", "progressive"] + ([] if series else ["one-sided"])))
-    at = draw(st.sampled_from(["load", "drive"]))
+    at = "load" if series else draw(st.sampled_from(["load", "drive"]))
     rest = length * draw(st.floats(-0.5, 0.5))
     if shape == "linear":
         preload = 0.0 if series else scale * draw(st.floats(-0.5, 0.5))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 import re
 import types
 import typing
@@ -140,7 +141,8 @@ def example(unit: str, bound: Bound) -> str:
     usual = units.EXAMPLES.get(unit, f"1 {unit}")
     if fits(bound, units.parse(usual, unit)):
         return usual
-    return units.show(0.1 * permitted(bound, 1.0)[1], unit)
+    low, high = permitted(bound, 1.0)
+    return units.show(0.1 * high if high < math.inf else 2.0 * low, unit)
 
 
 def _quantity(unit: str, bound: Bound, per: str = "") -> Key:
