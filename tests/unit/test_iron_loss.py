@@ -138,3 +138,13 @@ def test_iron_loss_in_a_cycle_with_rest(drag):
     hold = iv.duty_cycle(drive, iv.DutyCycle(motion=iv.Hold(time=1.0), force=-3.0, load_mass=1.0))
     plain = iv.duty_cycle(replace(drive, motor=replace(drive.motor, viscous_friction=None)), hold.duty)
     assert hold.without_help.energy == pytest.approx(plain.without_help.energy, rel=1e-12)
+
+
+def test_rounding_leaves_no_negative_friction():
+    """All of the no-load torque grows with speed: the rest is 0 to rounding, which may be on either side."""
+    for current in np.random.default_rng(1).uniform(1e-4, 0.1, 200).tolist():
+        motor = iv.Motor(
+            voltage=24.0, resistance=2.1, torque_constant=0.031, no_load_current=current, continuous_torque=0.1
+        )
+        drag = motor.no_load_torque / motor.no_load_speed
+        assert replace(motor, viscous_friction=drag).friction_torque >= 0.0

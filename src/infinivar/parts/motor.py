@@ -102,7 +102,9 @@ class Motor:
         """
         if self.viscous_friction is None:
             return self.no_load_torque
-        return self.no_load_torque - self.viscous_friction * self.no_load_speed
+        rest = self.no_load_torque - self.viscous_friction * self.no_load_speed
+        # Where all of it grows with speed, rounding must not leave a negative rest.
+        return max(rest, 0.0) if isinstance(rest, float) else rest
 
     @property
     def continuous_current(self) -> float:
