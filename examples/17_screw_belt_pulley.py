@@ -49,7 +49,9 @@ def drive(stage):
 # Up and down by 0.3 m four times a minute with 12 kg, and a rest at both ends: energy per cycle, and the current that holds
 # the load.
 
-lift = iv.Reaches(distance=0.3, time=2.5, pause=5.0)
+lift = iv.Reaches(
+    distance=0.3, time=2.5, pause=5.0, profile="smooth"
+)  # no jumps of the jerk, which the belt would pass on
 duty = iv.DutyCycle(motion=lift, force=-12.0 * 9.81, load_mass=12.0)
 results = {name: iv.duty_cycle(drive(stage), duty) for name, stage in stages.items()}
 for name, result in results.items():
