@@ -58,7 +58,7 @@ class Mapper:
 
     Parameters
     ----------
-    drive : drive             Provides the fields that do not vary.
+    drive : Drive             Provides the fields that do not vary.
     paths : sequence of str   Dotted paths of the fields that vary.
     speed, force : float      Axes of the map. [m/s], [N]
     method : str              numpy, on all processors, or jax, compiled at the first call.
