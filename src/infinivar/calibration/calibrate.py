@@ -47,7 +47,7 @@ def calibrate(
     ----------
     study : Study           Study with the drive, as starting point, and the rig.
     name : str              Name of the drive in the study.
-    data : RigData, BenchData or path Measured data, or a CSV file of them.
+    data : RigData, BenchData or path  Measured data, or a CSV file of them.
     parameters : sequence   Parameters to fit; None for those that such data usually determine.
     leave_out : sequence    Lines of the file to exclude.
     creep_laws : sequence   Candidate creep laws of a cobotic drive.

@@ -36,7 +36,7 @@ def calibrate_geared(
     ----------
     study : Study           Study with the drive, as starting point, and the rig.
     name : str              Name of the drive in the study.
-    data : BenchData or path Points of a dynamometer, or the windows of a pendulum's recording; or a CSV file of either.
+    data : BenchData or path  Points of a dynamometer, or the windows of a pendulum's recording; or a CSV file of either.
     parameters : sequence   Parameters to fit, from `infinivar.calibration.geared.model.PARAMETERS`; the others keep the values
         of the study. None for all that data of this kind usually determine.
     leave_out : sequence    Lines of the file to exclude.
