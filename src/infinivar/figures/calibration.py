@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -129,13 +129,19 @@ def draw_correlations(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 def draw_all(calibration: Calibration) -> Figure:
     """Draw all three panels."""
-    numbers = data(calibration)
+    return three_panels(data(calibration), draw_efficiency, draw_residuals)
+
+
+def three_panels(
+    numbers: dict[str, Any], draw_readings: Callable[..., None], draw_residuals: Callable[..., None]
+) -> Figure:
+    """Draw readings above residuals and correlations."""
     with style.styled():
         made, axes = style.figure(10.5, 7.6, 2, 2, height_ratios=(1.25, 1.0), width_ratios=(1.6, 1.0))
         grid = axes[0, 0].get_gridspec()
         axes[0, 0].remove()
         axes[0, 1].remove()
-        draw_efficiency(made.add_subplot(grid[0, :]), numbers)
+        draw_readings(made.add_subplot(grid[0, :]), numbers)
         draw_residuals(axes[1, 0], numbers)
         draw_correlations(axes[1, 1], numbers)
     return made

@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.figures import style
-from infinivar.figures.calibration import draw_correlations
+from infinivar.figures.calibration import three_panels
 from infinivar.study.spreads import NORMAL_95
 
 if TYPE_CHECKING:
@@ -67,13 +67,4 @@ def draw_residuals(ax: Axes, numbers: Mapping[str, Any]) -> None:
 
 def draw_all(calibration: GearedCalibration) -> Figure:
     """Draw all three panels."""
-    numbers = data(calibration)
-    with style.styled():
-        made, axes = style.figure(10.5, 7.6, 2, 2, height_ratios=(1.25, 1.0), width_ratios=(1.6, 1.0))
-        grid = axes[0, 0].get_gridspec()
-        axes[0, 0].remove()
-        axes[0, 1].remove()
-        draw_readings(made.add_subplot(grid[0, :]), numbers)
-        draw_residuals(axes[1, 0], numbers)
-        draw_correlations(axes[1, 1], numbers)
-    return made
+    return three_panels(data(calibration), draw_readings, draw_residuals)

@@ -113,6 +113,12 @@ def missing(motor: Motor) -> list[str]:
     return [name for name in NEEDED if getattr(motor, name) is None]
 
 
+def _check(motor: Motor) -> None:
+    """Raise ParameterError if the motor lacks a value that the model requires."""
+    for name in missing(motor):
+        raise ParameterError(f"{name} is missing: the thermal model needs it")
+
+
 def warm(motor: Motor, temperature: float) -> Motor:
     """The motor with its winding at a given temperature [K]; only the resistance changes.
 
@@ -176,9 +182,7 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
 
     Source: maxon2020; see the module.
     """
-    lacking = missing(motor)
-    if lacking:
-        raise ParameterError(f"{lacking[0]} is missing: the thermal model needs it")
+    _check(motor)
     steps = _steps(motor, current, friction_power, period, ambient)
     cycle = _cycle(steps.maps)
     limit = float(motor.max_winding_temperature or math.nan)
@@ -237,9 +241,7 @@ def heat_over_run(
 
     Source: maxon2020; see the module.
     """
-    lacking = missing(motor)
-    if lacking:
-        raise ParameterError(f"{lacking[0]} is missing: the thermal model needs it")
+    _check(motor)
     steps = _steps(motor, current, friction_power, duration, ambient)
     limit = float(motor.max_winding_temperature or math.nan)
     begin = ambient if start is None else start

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +28,16 @@ from infinivar.study.spreads import NORMAL_95
 
 def save(calibration: Calibration, directory: Path) -> list[Path]:
     """Write report, figures, results and calibrated study; `calibration.html` comes first."""
+    return write(calibration, directory, figure.draw_all, html)
+
+
+def write(
+    calibration: Calibration | GearedCalibration, directory: Path, draw: Callable[..., Any], page: Callable[..., str]
+) -> list[Path]:
+    """Write what every calibration leaves; `page` makes the report of the calibration and the drawn figure."""
     with all_or_nothing(directory, "calibrate") as scratch:
-        figures = style.write(figure.draw_all(calibration), scratch / "calibration-figure")
-        (scratch / "calibration.html").write_text(html(calibration, style.inline_svg(figures)), "utf-8")
+        figures = style.write(draw(calibration), scratch / "calibration-figure")
+        (scratch / "calibration.html").write_text(page(calibration, style.inline_svg(figures)), "utf-8")
         (scratch / "calibration.json").write_text(to_json(calibration.to_dict()), "utf-8")
         (scratch / "calibrated.toml").write_text(toml(calibration, directory), "utf-8")
     names = ["calibration.html", "calibrated.toml", "calibration.json", *(file.name for file in figures)]
