@@ -114,9 +114,9 @@ def test_types_of_public_names_are_complete():
     """97.7 % by pyright's count when this was written; what is missing are attributes of internal classes."""
     pytest.importorskip("pyright")
     command = [sys.executable, "-m", "pyright", "--verifytypes", "infinivar", "--ignoreexternal", "--outputjson"]
-    # Pyright does not follow the path file of an editable install here.
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
-    command += ["--pythonpath", sys.executable]
+    # Pyright does not follow the path file of an editable install here, and looks for packages with the first Python on the PATH.
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "src"), "PATH": path}
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     found = json.loads(done.stdout)["typeCompleteness"]
     assert found["completenessScore"] >= 0.97
