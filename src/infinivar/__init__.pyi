@@ -27,6 +27,7 @@ from .calibration.geared.result import GearedCalibration
 from .calibration.result import Calibration
 from .contact.bodies import Material
 from .contact.creep import CreepLaw
+from .contact.exact.patch import RollingPatch, SteadyRolling
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
@@ -131,6 +132,7 @@ __all__ = [
     "Rest",
     "Result",
     "Rig",
+    "RollingPatch",
     "RotaryLinearIVT",
     "Running",
     "Scenario",
@@ -142,6 +144,7 @@ __all__ = [
     "SinusoidalForce",
     "Spring",
     "SteadyMap",
+    "SteadyRolling",
     "SteeringPlant",
     "Step",
     "StepForce",

@@ -1,8 +1,9 @@
-from . import bodies, creep, exact_tables, fastsim, friction, hertz, hysteresis, kalker, spin, wear
+from . import bodies, creep, exact, exact_tables, fastsim, friction, hertz, hysteresis, kalker, spin, wear
 
 __all__ = [
     "bodies",
     "creep",
+    "exact",
     "exact_tables",
     "fastsim",
     "friction",

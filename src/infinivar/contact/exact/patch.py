@@ -1,0 +1,176 @@
+"""Steady rolling of an elliptical patch: tractions, slip, forces and their derivatives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from annotated_types import Interval
+
+from infinivar._core.fields import check_value
+from infinivar.contact.exact.equations import Equations, equations, totals
+from infinivar.contact.exact.grid import FEWEST, Floats, Grid, grid
+from infinivar.contact.exact.newton import Change, Outcome, Solution
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SteadyRolling:
+    """Steady state of one patch. Forces and tractions act on the track: a positive creepage causes a positive force.
+
+    Attributes
+    ----------
+    outcome : str                 "converged", or "not converged": then every number is nan.
+    fx, fy, mz : float            Forces over mu N, and moment about the normal over mu N c. [-]
+    power : float                 Frictional power over mu N V with the rolling speed V, from tractions and slip. [-]
+    traction : (2, rows, cells)   x and y, times c^2/(mu N). [-]
+    slip : (2, rows, cells)       Slip of the wheel on the track in the middle of each cell, times G c^2/(mu N V). [-]
+    slides : (rows, cells) bool   Cells on their friction bound.
+    grid : Grid                   The cells.
+    steps : int                   Newton steps.
+    gradient : (3, 3) or None     Derivatives of fx, fy, mz (rows) by longitudinal and lateral creepage and spin, exact for the
+        grid, if asked for. [-]
+    """
+
+    outcome: Outcome
+    fx: float
+    fy: float
+    mz: float
+    power: float
+    traction: Floats
+    slip: Floats
+    slides: np.ndarray
+    grid: Grid
+    steps: int
+    gradient: Floats | None = None
+
+    @property
+    def forces(self) -> Floats:
+        """fx, fy and mz, (3,). [-]"""
+        return np.array([self.fx, self.fy, self.mz])
+
+    @property
+    def slip_share(self) -> float:
+        """Fraction of the patch's area that slides, in whole cells. [-]"""
+        area = np.broadcast_to(self.grid.area, self.slides.shape)
+        return float(area[self.slides].sum() / area.sum())
+
+
+@dataclass(frozen=True, slots=True)
+class RollingPatch:
+    """An elliptical patch of two half-spaces of one isotropic material under Hertz pressure, on a grid of cells.
+
+    Creepages are scaled: c = sqrt(a b) is the unit of length, mu N of force, and the shear modulus G of stress, so that a
+    creepage is given as G c^2 upsilon/(mu N) and a spin, the relative turning about the normal per distance rolled, as
+    G c^3 phi/(mu N). Kalker's linear theory is then fx = C11 upsilon_x, fy = C22 upsilon_y + C23 phi and
+    mz = C33 phi - C23 upsilon_y.
+
+    Attributes
+    ----------
+    a_over_b : float   Semi-axis along the rolling direction over the other, before the turn, 0.05 to 20. [-]
+    poisson : float    Poisson ratio, 0 to 0.5. [-]
+    turned : float     Angle from the rolling direction to the semi-axis a, positive towards +y. [rad]
+    cells : int        Rows, and cells in each; even, 4 to 60. At 20 the forces err by about 0.002 of mu N.
+
+    Raises
+    ------
+    ParameterError
+        If a value is out of range.
+
+    Source: kalker1990 for the problem; `contact.exact.grid` and `contact.exact.newton` for the method.
+    """
+
+    a_over_b: float
+    poisson: float = 0.3
+    turned: float = 0.0
+    cells: int = 20
+
+    def __post_init__(self) -> None:
+        """Validate the fields; plain floats serve as keys of the stored grids."""
+        check_value("a_over_b", self.a_over_b, "1", Interval(ge=0.05, le=20.0))
+        check_value("poisson", self.poisson, "1", Interval(ge=0.0, le=0.5))
+        check_value("turned", self.turned, "rad", Interval())
+        for name in ("a_over_b", "poisson", "turned"):
+            object.__setattr__(self, name, float(getattr(self, name)))
+        self.grid  # noqa: B018  Raises if the others are out of range.
+
+    @property
+    def grid(self) -> Grid:
+        """The cells."""
+        return grid(self.a_over_b, self.turned, self.cells)
+
+    def steady(
+        self,
+        longitudinal: float = 0.0,
+        lateral: float = 0.0,
+        spin: float = 0.0,
+        *,
+        start: SteadyRolling | None = None,
+        gradient: bool = False,
+    ) -> SteadyRolling:
+        """Steady state under constant creepages.
+
+        Parameters
+        ----------
+        longitudinal, lateral, spin : float   Scaled creepages of the wheel on the track. [-]
+        start : SteadyRolling                 State to begin with, of a patch with as many cells; by default that of a
+            coarser grid.
+        gradient : bool                       Whether to compute the derivatives of the forces, too.
+
+        Returns
+        -------
+        SteadyRolling
+
+        Raises
+        ------
+        ParameterError
+            If a creepage is not finite.
+        """
+        creepage = _checked(longitudinal, lateral, spin)
+        rolling = equations(self.grid, self.poisson, self.grid.symmetric and longitudinal == 0.0)
+        begin = None
+        if start is not None and start.outcome == "converged" and start.grid.cells == self.cells:
+            begin = rolling.folded(-start.traction)
+        elif self.cells >= 2 * FEWEST:
+            begin = self._from_coarser(creepage, rolling)
+        found = rolling.friction.solve(np.tensordot(creepage, rolling.ahead, axes=1), begin)
+        traction, slip = rolling.unfolded(-found.traction), rolling.unfolded(rolling.slip(creepage, found.traction))
+        fx, fy, mz = totals(self.grid, traction).tolist()
+        return SteadyRolling(
+            outcome=found.outcome,
+            fx=fx,
+            fy=fy,
+            mz=mz,
+            power=float(np.sum(self.grid.area * traction * slip)),
+            traction=traction,
+            slip=slip,
+            slides=rolling.unfolded_scalar(found.slides),
+            grid=self.grid,
+            steps=found.steps,
+            gradient=self._gradient(rolling, found) if gradient and found.outcome == "converged" else None,
+        )
+
+    def _from_coarser(self, creepage: Floats, rolling: Equations) -> Floats | None:
+        """Tractions with the shares of the bound that a grid of half as many cells has."""
+        cells = self.cells // 4 * 2
+        coarse = replace(self, cells=cells).steady(*creepage)
+        if coarse.outcome != "converged":
+            return None
+        nearest = np.arange(self.cells) * cells // self.cells
+        share = (coarse.traction / coarse.grid.bound)[:, nearest[:, None], nearest]
+        return rolling.folded(-share * self.grid.bound)
+
+    def _gradient(self, rolling: Equations, found: Solution) -> Floats:
+        """Derivatives of the forces on the track by the creepages, (3, 3)."""
+        whole = equations(self.grid, self.poisson, False)
+        traction, slip = (rolling.unfolded(part).reshape(2, -1) for part in (found.traction, found.slip))
+        slides = rolling.unfolded_scalar(found.slides).ravel()
+        change = Change(whole.friction, traction, slip, slides)
+        steps = change.solve(-np.array([change.by_slip(one) for one in whole.ahead]).T)
+        return np.array([totals(self.grid, -whole.unfolded(change.tractions(step))) for step in steps.T]).T
+
+
+def _checked(*creepages: float) -> Floats:
+    """Creepages as an array, all finite."""
+    for name, value in zip(("longitudinal", "lateral", "spin"), creepages, strict=True):
+        check_value(name, value, "1", Interval())
+    return np.array(creepages, dtype=float)
