@@ -33,6 +33,10 @@ class Equations:
     ahead: Floats
     behind: Floats
 
+    def free_slip(self, creepage: Floats) -> Floats:
+        """Slip of rigid bodies half a cell ahead of the cells' middles, (2, n)."""
+        return np.tensordot(creepage, self.ahead, axes=1)
+
     def slip(self, creepage: Floats, traction: Floats) -> Floats:
         """Steady slip in the middle of each cell, the mean of that ahead and behind, (2, n)."""
         rigid = np.tensordot(creepage, self.ahead + self.behind, axes=1)

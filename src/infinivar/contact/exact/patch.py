@@ -12,6 +12,9 @@ from infinivar.contact.exact.equations import Equations, equations, totals
 from infinivar.contact.exact.grid import FEWEST, Floats, Grid, grid
 from infinivar.contact.exact.newton import Change, Outcome, Solution
 
+_HALVINGS = 4
+"""Times that the step from no creepage to the given one is halved if the iteration does not converge."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SteadyRolling:
@@ -112,8 +115,7 @@ class RollingPatch:
         Parameters
         ----------
         longitudinal, lateral, spin : float   Scaled creepages of the wheel on the track. [-]
-        start : SteadyRolling                 State to begin with, of a patch with as many cells; by default that of a
-            coarser grid.
+        start : SteadyRolling                 State to begin with, of any patch; by default that of a coarser grid.
         gradient : bool                       Whether to compute the derivatives of the forces, too.
 
         Returns
@@ -127,12 +129,11 @@ class RollingPatch:
         """
         creepage = _checked(longitudinal, lateral, spin)
         rolling = equations(self.grid, self.poisson, self.grid.symmetric and longitudinal == 0.0)
-        begin = None
-        if start is not None and start.outcome == "converged" and start.grid.cells == self.cells:
-            begin = rolling.folded(-start.traction)
-        elif self.cells >= 2 * FEWEST:
-            begin = self._from_coarser(creepage, rolling)
-        found = rolling.friction.solve(np.tensordot(creepage, rolling.ahead, axes=1), begin)
+        if start is None and self.cells >= 2 * FEWEST:
+            start = replace(self, cells=self.cells // 4 * 2).steady(*creepage)
+        found = rolling.friction.solve(rolling.free_slip(creepage), self._begin(rolling, start))
+        if found.outcome != "converged":
+            found = _by_steps(rolling, creepage)
         traction, slip = rolling.unfolded(-found.traction), rolling.unfolded(rolling.slip(creepage, found.traction))
         fx, fy, mz = totals(self.grid, traction).tolist()
         return SteadyRolling(
@@ -149,14 +150,12 @@ class RollingPatch:
             gradient=self._gradient(rolling, found) if gradient and found.outcome == "converged" else None,
         )
 
-    def _from_coarser(self, creepage: Floats, rolling: Equations) -> Floats | None:
-        """Tractions with the shares of the bound that a grid of half as many cells has."""
-        cells = self.cells // 4 * 2
-        coarse = replace(self, cells=cells).steady(*creepage)
-        if coarse.outcome != "converged":
+    def _begin(self, rolling: Equations, start: SteadyRolling | None) -> Floats | None:
+        """Tractions with the shares of the bound that another state has, on whatever grid."""
+        if start is None or start.outcome != "converged":
             return None
-        nearest = np.arange(self.cells) * cells // self.cells
-        share = (coarse.traction / coarse.grid.bound)[:, nearest[:, None], nearest]
+        nearest = np.arange(self.cells) * start.grid.cells // self.cells
+        share = (start.traction / start.grid.bound)[:, nearest[:, None], nearest]
         return rolling.folded(-share * self.grid.bound)
 
     def _gradient(self, rolling: Equations, found: Solution) -> Floats:
@@ -167,6 +166,20 @@ class RollingPatch:
         change = Change(whole.friction, traction, slip, slides)
         steps = change.solve(-np.array([change.by_slip(one) for one in whole.ahead]).T)
         return np.array([totals(self.grid, -whole.unfolded(change.tractions(step))) for step in steps.T]).T
+
+
+def _by_steps(rolling: Equations, creepage: Floats) -> Solution:
+    """Solution reached from no creepage in steps, ever shorter ones until all converge."""
+    for halving in range(1, _HALVINGS + 1):
+        traction = None
+        for share in np.linspace(0.0, 1.0, 2**halving + 1)[1:]:
+            found = rolling.friction.solve(rolling.free_slip(share * creepage), traction)
+            if found.outcome != "converged":
+                break
+            traction = found.traction
+        else:
+            break
+    return found  # pyright: ignore[reportPossiblyUnboundVariable]
 
 
 def _checked(*creepages: float) -> Floats:

@@ -1,0 +1,118 @@
+"""Forces of many rolling patches, extrapolated to infinitely many cells, with an estimate of their error."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar.contact.exact.grid import Floats
+from infinivar.contact.exact.patch import RollingPatch, SteadyRolling
+from infinivar.errors import ParameterError, require
+
+ORDER = 1.5
+"""Observed order of the forces' error in the length of a cell, which the border between stick and slip limits."""
+
+_PIECE = 32
+"""Contacts that one process computes in a row, each from the state before."""
+
+
+class RollingForces(NamedTuple):
+    """Forces on the track of many patches; inputs broadcast. A positive creepage causes a positive force.
+
+    Attributes
+    ----------
+    fx, fy : (...,) float   Forces over mu N. [-]
+    mz : (...,) float       Moment about the normal over mu N c. [-]
+    error : (..., 3) float  Estimated error of fx, fy and mz on the finer grid: the change by the extrapolation. [-]
+    converged : (...,) bool   Where False, all numbers are nan.
+    """
+
+    fx: Floats
+    fy: Floats
+    mz: Floats
+    error: Floats
+    converged: np.ndarray
+
+
+def rolling_forces(
+    a_over_b: Any,
+    longitudinal: Any = 0.0,
+    lateral: Any = 0.0,
+    spin: Any = 0.0,
+    *,
+    poisson: Any = 0.3,
+    turned: Any = 0.0,
+    cells: int = 20,
+    workers: int = 1,
+    progress: Callable[[float], None] | None = None,
+) -> RollingForces:
+    """Forces of exact rolling contact in steady state, from two grids.
+
+    Patches are computed with `cells` and half as many cells, and extrapolated at the order 1.5.
+
+    Parameters
+    ----------
+    a_over_b, poisson, turned : (...,) float     As for `RollingPatch`. [-], [-], [rad]
+    longitudinal, lateral, spin : (...,) float   Scaled creepages, as for `RollingPatch.steady`. [-]
+    cells : int       Cells along each side of the finer grid, a multiple of 4 from 8 to 60.
+    workers : int     Processes. With more than one, a script that calls this needs the usual
+        ``if __name__ == "__main__":``.
+    progress          Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    RollingForces
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+
+    Source: kalker1990 for the problem; `contact.exact.patch` for the method.
+    """
+    require(isinstance(workers, int) and workers >= 1, "workers", repr(workers), "a whole number >= 1")
+    if cells % 4 or cells < 8:
+        raise ParameterError(f"cells must be a multiple of 4 from 8 to 60, got {cells!r}")
+    columns = np.broadcast_arrays(a_over_b, poisson, turned, longitudinal, lateral, spin)
+    shape = columns[0].shape
+    cases = np.stack([np.asarray(column, dtype=float).ravel() for column in columns], axis=1)
+    # Neighbours in these orders share grids, and are good starts for each other.
+    order = np.lexsort(cases.T[::-1])
+    pieces = [order[start : start + _PIECE] for start in range(0, len(order), _PIECE)]
+    found = np.empty((len(cases), 6))
+    tasks = zip((cases[piece] for piece in pieces), itertools.repeat(cells))
+    for done, (piece, forces) in enumerate(zip(pieces, _each(tasks, workers), strict=True), start=1):
+        found[piece] = forces
+        if progress is not None:
+            progress(done / len(pieces))
+    found = found.reshape(*shape, 6)
+    fx, fy, mz = (found[..., place] for place in range(3))
+    return RollingForces(fx, fy, mz, found[..., 3:], np.isfinite(fx))
+
+
+def _each(tasks: Iterator[tuple[Floats, int]], workers: int) -> Iterator[Floats]:
+    """Forces of each task, in order."""
+    if workers == 1:
+        yield from itertools.starmap(_forces, tasks)
+        return
+    import multiprocessing
+    from concurrent.futures import ProcessPoolExecutor
+
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        yield from pool.map(_forces, *zip(*tasks, strict=True))
+
+
+def _forces(cases: Floats, cells: int) -> Floats:
+    """Extrapolated forces and estimated errors of some cases, (n, 6)."""
+    found = np.empty((len(cases), 6))
+    last: SteadyRolling | None = None
+    for place, case in enumerate(cases):
+        coarse, fine = (RollingPatch(*case[:3], cells=count) for count in (cells // 2, cells))
+        last = coarse.steady(*case[3:], start=last)
+        better = fine.steady(*case[3:], start=last).forces
+        change = (better - last.forces) / (2.0**ORDER - 1.0)
+        found[place] = np.concatenate([better + change, np.abs(change)])
+    return found
