@@ -1,17 +1,17 @@
 """Creep laws against exact rolling theory (kalker1990), and FASTSIM against what it must tend to.
 
 Largest error of each law in units of mu N: of the lateral force under lateral creep (a/b = 0.2, 1, 5), of the lateral
-force with spin psi (circular patch), of the force vector under creep at 0, 30, 45, 60 degrees (circular patch).
+force with spin psi, of the force vector under creep at 0, 30, 45, 60 degrees, for the same three shapes.
 
 | law               | lateral | psi = 0.3 | psi = 1 | slanting |
 |-------------------|---------|-----------|---------|----------|
-| linear            | 0.235   | 0.321     | 0.560   | 0.190    |
-| vermeulen-johnson | 0.032   | 0.078     | 0.306   | 0.070    |
-| polach            | 0.058   | 0.115     | 0.335   | 0.070    |
-| fastsim           | 0.043   | 0.047     | 0.081   | 0.039    |
+| linear            | 0.235   | 0.359     | 0.708   | 0.150    |
+| vermeulen-johnson | 0.032   | 0.153     | 0.508   | 0.150    |
+| polach            | 0.058   | 0.174     | 0.492   | 0.150    |
+| fastsim           | 0.043   | 0.089     | 0.138   | 0.043    |
 
 "faulring" is as "linear". Only "fastsim" is meant for any spin, "vermeulen-johnson" for a little. Under slanting creep
-the two closed forms err by 0.07 at gross slip: they keep the direction of the linear force, but slip opposes the creepage.
+the closed forms err by 0.15 at gross slip: they keep the direction of the linear force, but slip opposes the creepage.
 """
 
 import numpy as np
@@ -21,56 +21,61 @@ from numpy.testing import assert_allclose
 from infinivar.contact import creep, exact_tables, fastsim, laws
 
 LARGEST = {
-    "linear": (0.235, 0.321, 0.560, 0.190),
-    "faulring": (0.235, 0.321, 0.560, 0.190),
-    "vermeulen-johnson": (0.032, 0.078, 0.306, 0.070),
-    "polach": (0.058, 0.115, 0.335, 0.070),
-    "fastsim": (0.043, 0.047, 0.081, 0.039),
+    "linear": (0.235, 0.359, 0.708, 0.150),
+    "faulring": (0.235, 0.359, 0.708, 0.150),
+    "vermeulen-johnson": (0.032, 0.153, 0.508, 0.150),
+    "polach": (0.058, 0.174, 0.492, 0.150),
+    "fastsim": (0.043, 0.089, 0.138, 0.043),
 }
 
 
 @pytest.mark.parametrize("law", creep.LAWS)
 def test_largest_errors(law):
-    """The errors of the table, whose last digit is the tolerance; the exact curves are good to 0.001, with spin 0.01."""
+    """The errors of the table, whose last digit is the tolerance; the exact curves are good to 0.001, with spin 0.002."""
     lateral = [
         np.abs(creep.lateral_force(law, curve["scaled_creepage"], curve["a_over_b"]) - curve["force_ratio"])
         for curve in exact_tables.lateral_creep()
     ]
-    spin = [
-        np.abs(creep.planar_force(law, 0.0, curve["scaled_creepage"], curve["spin"])[1] - curve["lateral_force"])
-        for curve in exact_tables.spin_creep()
-    ]
+    spin: dict[float, float] = {}
+    for curve in exact_tables.spin_creep():
+        psi, ratio = float(curve["spin"]), curve["a_over_b"]
+        error = np.abs(creep.planar_force(law, 0.0, curve["scaled_creepage"], psi, ratio)[1] - curve["lateral_force"])
+        spin[psi] = max(spin.get(psi, 0.0), np.max(error))
     slanting = []
     for curve in exact_tables.combined_creep():
         angle, k = np.radians(curve["direction"]), curve["scaled_creepage"]
-        fx, fy = creep.planar_force(law, k * np.cos(angle), k * np.sin(angle))
+        fx, fy = creep.planar_force(law, k * np.cos(angle), k * np.sin(angle), 0.0, curve["a_over_b"])
         slanting.append(np.hypot(fx - curve["longitudinal_force"], fy - curve["lateral_force"]))
-    largest = [np.max(lateral), np.max(spin[0]), np.max(spin[1]), np.max(slanting)]
+    largest = [np.max(lateral), spin[0.3], spin[1.0], np.max(slanting)]
     assert_allclose(largest, LARGEST[law], rtol=0, atol=0.0006, err_msg=f"{law}: {largest}")
 
 
 def test_fastsim_points_the_right_way_at_gross_slip():
     """Under slanting creep of 5 times the scale the exact force is 0.9999 and opposes the sliding.
 
-    The direction that FASTSIM finds is exact but for its being taken to first order, which costs 0.002.
+    The direction that FASTSIM finds is exact but for its being taken to first order, which costs 0.007 where C11 and C22
+    differ most.
     """
     for curve in exact_tables.combined_creep():
         angle, k = np.radians(curve["direction"]), curve["scaled_creepage"][-1]
-        fx, fy = creep.planar_force("fastsim", k * np.cos(angle), k * np.sin(angle))
-        assert np.hypot(fx, fy) == pytest.approx(1.0, abs=1e-4)
-        assert (fx, fy) == pytest.approx((curve["longitudinal_force"][-1], curve["lateral_force"][-1]), abs=0.0025)
+        fx, fy = creep.planar_force("fastsim", k * np.cos(angle), k * np.sin(angle), 0.0, curve["a_over_b"])
+        assert np.hypot(fx, fy) == pytest.approx(1.0, abs=2e-4)
+        assert (fx, fy) == pytest.approx((curve["longitudinal_force"][-1], curve["lateral_force"][-1]), abs=0.007)
 
 
 def test_moment_has_the_right_sense():
-    """The simplified theory is known for too small a moment: within 0.09 mu N sqrt(ab) of up to 0.50."""
+    """The simplified theory is known for too small a moment: within 0.11 mu N sqrt(ab) of up to 0.86."""
     for curve in exact_tables.spin_creep():
-        moment = fastsim.forces(0.0, curve["scaled_creepage"], curve["spin"]).mz
-        assert np.max(np.abs(moment - curve["moment"])) < 0.09
-        assert np.all(moment > 0)
-    for curve in exact_tables.combined_creep()[1:]:
+        moment = fastsim.forces(0.0, curve["scaled_creepage"], curve["spin"], curve["a_over_b"]).mz
+        assert np.max(np.abs(moment - curve["moment"])) < 0.11
+        large = np.abs(curve["moment"]) > 0.14
+        assert np.all(moment[large] * curve["moment"][large] > 0)
+    for curve in exact_tables.combined_creep():
         angle, k = np.radians(curve["direction"]), curve["scaled_creepage"]
-        assert np.all(fastsim.forces(k * np.cos(angle), k * np.sin(angle)).mz[:3] < 0)
-        assert np.all(curve["moment"] < 0)
+        if angle > 0:
+            moment = fastsim.forces(k * np.cos(angle), k * np.sin(angle), 0.0, curve["a_over_b"]).mz
+            assert np.all(moment[:2] < 0)
+            assert np.all(curve["moment"][:2] < 0)
 
 
 def test_fastsim_tends_to_the_closed_form():

@@ -1,11 +1,18 @@
 """The solver of exact rolling contact against kalker1990: coefficients, reference curves, closed forms."""
 
+import math
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.integrate import quad
 
 import infinivar as iv
 from infinivar.contact import exact_tables, kalker
+from infinivar.contact.exact import grid as cells_of
+from infinivar.contact.exact.influence import influence
+from infinivar.contact.exact.many import rolling_forces
+from infinivar.contact.exact.newton import Friction
 
 
 def _lateral(curve, cells):
@@ -60,3 +67,113 @@ def test_strips_of_carter(poisson):
         differences.append(np.max(np.abs(np.subtract(forces, strips))))
     assert differences[0] < 0.005
     assert differences[0] < differences[1]
+
+
+def _spinning(curve):
+    """Creepages of a curve with spin."""
+    linear = kalker.coefficients(curve["a_over_b"], 0.3)
+    k = curve["scaled_creepage"]
+    return np.zeros_like(k), 3.0 * k / linear.c22, curve["spin"] / linear.c23 + 0.0 * k
+
+
+def _slanting(curve):
+    """Creepages of a curve with longitudinal and lateral creepage."""
+    linear = kalker.coefficients(curve["a_over_b"], 0.3)
+    k, angle = curve["scaled_creepage"], np.radians(curve["direction"])
+    return 3.0 * k * np.cos(angle) / linear.c11, 3.0 * k * np.sin(angle) / linear.c22, 0.0 * k
+
+
+@pytest.mark.parametrize("curve", exact_tables.spin_creep(), ids=lambda c: f"a/b={c['a_over_b']},psi={c['spin']}")
+def test_lateral_creep_with_spin(curve):
+    """Force and moment within 0.005 of curves that are good to 0.002."""
+    found = rolling_forces(curve["a_over_b"], *_spinning(curve))
+    assert_allclose(found.fy, curve["lateral_force"], rtol=0, atol=0.005)
+    assert_allclose(found.mz, curve["moment"], rtol=0, atol=0.005)
+
+
+@pytest.mark.parametrize(
+    "curve", exact_tables.combined_creep(), ids=lambda c: f"a/b={c['a_over_b']},at={c['direction']}"
+)
+def test_creep_in_both_directions(curve):
+    """Forces and moment within 0.005 of curves that are good to 0.001."""
+    found = rolling_forces(curve["a_over_b"], *_slanting(curve))
+    assert_allclose(found.fx, curve["longitudinal_force"], rtol=0, atol=0.005)
+    assert_allclose(found.fy, curve["lateral_force"], rtol=0, atol=0.005)
+    assert_allclose(found.mz, curve["moment"], rtol=0, atol=0.005)
+
+
+@pytest.mark.slow
+def test_self_convergence():
+    """From 20 x 20 to 40 x 40 cells the extrapolated forces change by less than 0.003, those of 20 x 20 by less than 0.006."""
+    for curves, creepages in ((exact_tables.spin_creep(), _spinning), (exact_tables.combined_creep()[1::2], _slanting)):
+        for curve in curves:
+            given = [part[::3] for part in creepages(curve)]
+            twenty, forty = (rolling_forces(curve["a_over_b"], *given, cells=cells) for cells in (20, 40))
+            change = np.abs(np.stack(twenty[:3], axis=-1) - np.stack(forty[:3], axis=-1))
+            assert np.max(change) < 0.003
+            assert np.max(change + twenty.error) < 0.006
+
+
+@pytest.mark.slow
+def test_order_of_convergence():
+    """The error of the lateral force against 48 x 48 cells falls with an order above 1.2 from 8 to 24 cells."""
+    linear = kalker.coefficients(1.0, 0.3)
+    forces = {}
+    for cells in (8, 24, 48):
+        patch = iv.RollingPatch(1.0, 0.3, 0.0, cells)
+        forces[cells] = np.array([patch.steady(0.0, 3.0 * k / linear.c22).fy for k in np.linspace(0.1, 0.8, 8)])
+    errors = {cells: np.sqrt(np.mean((forces[cells] - forces[48]) ** 2)) for cells in (8, 24)}
+    order = math.log(errors[8] / errors[24]) / math.log(3.0)
+    print(f"errors {errors}, order {order:.2f}")
+    assert order > 1.2
+
+
+@pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])
+def test_turning_moment_without_slip(ratio):
+    """C33, extrapolated from 20 and 40 cells, within 2 % of other boundary elements, which err where patches are slender."""
+    coarse, fine = (_coefficients(ratio, 0.3, cells)[4] for cells in (20, 40))
+    assert_allclose(2.0 * fine - coarse, kalker.coefficients(ratio, 0.3).c33, rtol=0.02)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 3.0])
+def test_onset_of_full_slip(ratio):
+    r"""Without lateral contraction the last point sticks up to the lateral creepage D a.
+
+    There the displacement's gradient of the fully sliding patch is D, of the traction :math:`\mu p`. The last cell lets go
+    earlier by a part that falls with its length: extrapolated to none it is within 2 %.
+    """
+    a, b = math.sqrt(ratio), 1.0 / math.sqrt(ratio)
+    onset = (
+        a
+        * 1.5
+        / np.pi
+        * quad(lambda t: math.sin(t) ** 2 * (math.cos(t) ** 2 / a**2 + math.sin(t) ** 2 / b**2) ** -1.5, 0, np.pi)[0]
+    )
+    shares = []
+    for cells in (10, 20):
+        patch = iv.RollingPatch(ratio, 0.0, 0.0, cells)
+        low, high = 0.0, 2.0 * onset
+        while high - low > 1e-3 * onset:
+            middle = 0.5 * (low + high)
+            low, high = (low, middle) if patch.steady(0.0, middle).slip_share == 1.0 else (middle, high)
+        shares.append(high / onset)
+    assert 0.85 < shares[0] < shares[1] < 1.0
+    assert_allclose(2.0 * shares[1] - shares[0], 1.0, atol=0.02)
+
+
+@pytest.mark.parametrize("shift", [0.25, 0.5, 0.75, 0.9])
+def test_cattaneo(monkeypatch, shift):
+    """Shifted without rolling, a sphere's force is 1 - (1 - d/d_most)^(3/2): 7/8 at three quarters. nu = 0, so it is exact.
+
+    Cells lie in the middle here, and displacements take the place of slip. 20 x 20 cells err by up to 0.003.
+    """
+    monkeypatch.setattr(cells_of, "AHEAD", 0.0)
+    patch = cells_of.grid.__wrapped__(1.0, 0.0, 20)
+    friction = Friction.of(influence.__wrapped__(patch, 0.0, False).displacement, patch.bound)
+    most = 3.0 * 2.0 / 8.0
+    free = np.zeros((2, 400))
+    free[0] = shift * most
+    found = friction.solve(free)
+    assert found.outcome == "converged"
+    force = -np.sum(patch.area * found.traction[0].reshape(20, 20))
+    assert_allclose(force, 1.0 - (1.0 - shift) ** 1.5, atol=0.003)
