@@ -20,6 +20,7 @@ NAMES = (
     "compare_cold",
     "element_curves",
     "fastsim",
+    "exact_contact",
     "simulation",
     "dynamic",
     "recording",

@@ -27,6 +27,7 @@ from .calibration.geared.result import GearedCalibration
 from .calibration.result import Calibration
 from .contact.bodies import Material
 from .contact.creep import CreepLaw
+from .contact.exact.many import RollingForces, rolling_forces
 from .contact.exact.patch import RollingPatch, SteadyRolling
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
@@ -132,6 +133,7 @@ __all__ = [
     "Rest",
     "Result",
     "Rig",
+    "RollingForces",
     "RollingPatch",
     "RotaryLinearIVT",
     "Running",
@@ -188,6 +190,7 @@ __all__ = [
     "quantity",
     "read_table",
     "reproduce",
+    "rolling_forces",
     "save",
     "save_study",
     "sensitivity",
