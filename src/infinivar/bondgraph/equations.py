@@ -404,8 +404,12 @@ class _Derivation:
             formula = trace(element.law, *arguments, **self._parameters(element))
             formulas = formula if isinstance(formula, tuple) else (formula,)
             pairs = tuple(zip(arguments, map(plain, given), strict=True))
+            solution = None
+            if element.solved is not None:
+                gain = sympy.Dummy("g", real=True)
+                solution = gain, trace(element.solved, *arguments, gain=gain, **self._parameters(element))
             for symbol, one in zip(symbols, formulas, strict=True):
-                values.append(LawValue(symbol, name, pairs, one, one.xreplace(dict(pairs)), element.nearly_linear))
+                values.append(LawValue(symbol, name, pairs, one, one.xreplace(dict(pairs)), solution))
         return values
 
     def _at_ports(self, element: Element) -> list[Expression]:

@@ -64,8 +64,9 @@ class Element:
                      name. None: one loss under the element's title. For a source: maps its power and ``parameters`` to
                      losses upstream of it, which it must supply as well.
     title            Name in reports, and key of its loss in results. Default: `name`.
-    nearly_linear    Whether one secant step may solve an algebraic loop through the law, although it is not proportional to the
-                     looped signal.
+    solved           For an R whose law has one signal: the law where that signal depends on the law's own value, in an algebraic
+                     loop. Maps flows, the signal without the law's effect, `parameters` and ``gain``, the change of the signal
+                     per effort, to the effort. Not needed for laws that are proportional to their signal on each side of zero.
     """
 
     name: str
@@ -79,7 +80,7 @@ class Element:
     energy: Law | None = None
     of_effort: bool = False
     title: str = ""
-    nearly_linear: bool = False
+    solved: Law | None = None
 
     @property
     def modulated(self) -> bool:

@@ -3,9 +3,8 @@
 A law whose argument depends on its own value forms an algebraic loop; an example is a gear with load-proportional friction
 between two inertias. If the law is proportional to that argument on each side of zero, as such friction is, one Newton step
 from zero is the exact solution. Several such laws that depend on each other, as of a gear and a screw in one drive, are solved
-for every combination of signs; the combination whose solution has these signs is the solution. A law that is nearly linear,
-as load-dependent friction with a constant part, says so, and takes one secant step: exact unless the arguments with and without
-the law's own effect lie on different sides of a kink. The energy balance closes all the same, as one value brakes and heats.
+for every combination of signs; the combination whose solution has these signs is the solution. Any other law, such as friction
+with a constant part and squares of the load, must state its own solution of the loop.
 """
 
 from __future__ import annotations
@@ -35,8 +34,9 @@ class LawValue:
     formula: Any
     value: Any
     """The formula with the arguments substituted; in an algebraic loop, the solution of the loop."""
-    nearly_linear: bool = False
-    """Whether one secant step may solve a loop, although the law is not proportional to the looped argument."""
+    solution: tuple[sympy.Symbol, Any] | None = None
+    """Symbol of the gain of the argument per value of the law, and the law's own solution of a loop, in its arguments and this
+    gain; None if the law states none."""
 
 
 def ordered(graph: str, laws: Iterable[LawValue]) -> tuple[LawValue, ...]:
@@ -76,7 +76,7 @@ def _jointly(graph: str, laws: Sequence[LawValue]) -> list[LawValue]:
     """
     symbols = [law.symbol for law in laws]
     parts = [_affine(law, symbols) for law in laws]
-    if len(laws) > _MOST_JOINT or any(part is None for part in parts) or any(law.nearly_linear for law in laws):
+    if len(laws) > _MOST_JOINT or any(part is None for part in parts) or any(law.solution is not None for law in laws):
         names = ", ".join(dict.fromkeys(law.element for law in laws))
         raise BondGraphError(f"{graph}: the laws of {names} depend on each other in an algebraic loop")
     size = len(laws)
@@ -109,7 +109,7 @@ def _jointly(graph: str, laws: Sequence[LawValue]) -> list[LawValue]:
 
 
 def _step(law: LawValue, mark: str, value: Any) -> LawValue:
-    """An intermediate value of a law's solution: its argument without the laws, or its slope on one side of zero."""
+    """An intermediate value of a law's solution: its argument without the laws, its gain, or its slope on one side of zero."""
     symbol = sympy.Symbol(rf"{{{law.symbol.name}}}^{{{mark}}}", real=True)
     return LawValue(symbol, law.element, (), value, value)
 
@@ -123,7 +123,7 @@ def _affine(law: LawValue, symbols: Sequence[sympy.Symbol]) -> tuple[Any, Any, l
     gains = [value.coeff(symbol, 1) for symbol in symbols]
     rest = sympy.expand(value - sum(gain * symbol for gain, symbol in zip(gains, symbols, strict=True)))
     left = rest.free_symbols.union(*(gain.free_symbols for gain in gains))
-    solvable = law.nearly_linear or _proportional(law.formula, argument)
+    solvable = law.solution is not None or _proportional(law.formula, argument)
     return (argument, rest, gains) if solvable and not left & set(symbols) else None
 
 
@@ -138,8 +138,11 @@ def _solved(graph: str, law: LawValue) -> list[LawValue]:
     looped = _affine(law, [law.symbol])
     if looped is not None:
         argument, rest, (gain,) = looped
-        if law.nearly_linear:
-            return _by_secant(law, argument, rest, gain)
+        if law.solution is not None:
+            own, formula = law.solution
+            steps = [_step(law, "a", rest), _step(law, "g", gain)]
+            here = {**dict(law.arguments), argument: steps[0].symbol, own: steps[1].symbol}
+            return [*steps, replace(law, value=formula.xreplace(here))]
         at_rest = {symbol: expression for symbol, expression in law.arguments if symbol != argument} | {argument: rest}
         slope = law.formula.diff(argument).xreplace(at_rest)
         return [replace(law, value=law.formula.xreplace(at_rest) / (1 - gain * slope))]
@@ -147,23 +150,6 @@ def _solved(graph: str, law: LawValue) -> list[LawValue]:
         f"{graph}: the law of {law.element!r} depends on its own value in an algebraic loop and is not proportional to "
         f"that argument; add a storage to break the loop"
     )
-
-
-def _by_secant(law: LawValue, argument: Any, rest: Any, gain: Any) -> list[LawValue]:
-    """Solve a loop by the secant through the law's values without its own effect, and with that of the first value.
-
-    Source: Steffensen's step from zero, exact for a straight line.
-    """
-    others = {symbol: expression for symbol, expression in law.arguments if symbol != argument}
-    first, second = (sympy.Symbol(f"{{{law.symbol.name}}}^{{({i})}}", real=True) for i in (1, 2))
-    steps = []
-    for symbol, passed in ((first, rest), (second, rest + gain * first)):
-        here = {**others, argument: passed}
-        value = law.formula.xreplace(here)
-        steps.append(replace(law, symbol=symbol, arguments=tuple(here.items()), value=value, nearly_linear=False))
-    # At rest, 0/0; added, because SymPy would move a power into the branches, where they are evaluated all.
-    still = sympy.Piecewise((1, sympy.Eq(first, 0)), (0, sympy.true), evaluate=False)
-    return [*steps, replace(law, value=first * first / (2 * first - second + still))]
 
 
 def _proportional(formula: Any, argument: Any) -> bool:

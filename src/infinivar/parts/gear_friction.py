@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 
 from annotated_types import Ge, Gt
 
@@ -76,16 +77,19 @@ class GearFriction:
             )
 
     @property
-    def load_factors(self) -> tuple[Array, Array]:
-        """Motor torque per load torque well above the Stribeck speed, while the motor drives and while the load drives. [-]"""
-        both = self.load_motor + self.load_output
-        return 1.0 + both / (1.0 - self.load_motor), 1.0 - both / (1.0 + self.load_motor)
+    def largest_returned(self) -> float:
+        """Smallest `returned` at which `friction_budget` has no unique solution: the gear jams. Infinity if there is none. [-]
 
-    @property
-    def evenly_loaded(self) -> GearFriction:
-        """The friction without the load terms that depend on speed: its load factors hold at any speed."""
-        dropped = ("load_motor_stribeck", "load_output_stribeck", "load_motor_squared", "load_output_squared")
-        return replace(self, **dict.fromkeys(dropped, 0.0))
+        It exists where friction grows faster with the load than the load that drives the gear. Source: definition of f.
+        """
+        found = [math.inf]
+        for one, other in itertools.product((1.0, -1.0), repeat=2):
+            slope = one * self.load_motor + other * self.load_motor_stribeck
+            fall = -one * (self.load_motor + self.load_output)
+            fall -= other * (self.load_motor_stribeck + self.load_output_stribeck)
+            if fall > 0.0:
+                found.append((1.0 - slope) / fall)
+        return min(found)
 
     @property
     def is_zero(self) -> bool:
@@ -131,12 +135,15 @@ def friction_budget(
     load_output_stribeck: Array,
     load_motor_squared: Array,
     load_output_squared: Array,
+    returned: Array = 0.0,
 ) -> Array:
     """Friction torque of a gear in motion, or the largest at rest, for the torque that leaves it.
 
     Parameters
     ----------
     speed, torque : (...,) float   Output speed, and torque on the load; at rest, the load is about to drive. [rad s^-1], [N m]
+    returned : (...,) float        Fall of the torque that leaves the gear from `torque` per f, in the direction of motion, as
+        friction between two inertias slows both; 0 to 1, and below `GearFriction.largest_returned`. [-]
     others : (...,) float          Fields of `GearFriction`.
 
     Returns
@@ -159,31 +166,35 @@ def friction_budget(
         load_motor_squared,
         load_output_squared,
     )
-    xp = namespace(speed, torque, friction, viscous, friction_stribeck, stribeck_speed, stribeck_exponent, *loads)
+    xp = namespace(
+        speed, torque, friction, viscous, friction_stribeck, stribeck_speed, stribeck_exponent, *loads, returned
+    )
     share = stribeck_factor(speed, stribeck_speed, stribeck_exponent)
     base = friction + viscous * xp.abs(speed) + share * friction_stribeck
     load = xp.abs(torque)
-    sliding, slow = (load_motor + load_output) * load, share * (load_motor_stribeck + load_output_stribeck) * load
-    slope, slope_slow = load_motor, share * load_motor_stribeck
-    driving = (base + sliding + slow + share * load_output_squared * load * load) / (1.0 - slope - slope_slow)
-    squared = share * load_motor_squared
-    # Each absolute value is the larger of two straight lines, so the solution is the largest of those of the pieces.
-    driven = base
+    ahead = xp.where(torque * speed > 0, load, -load)
+    both, both_slow = load_motor + load_output, share * (load_motor_stribeck + load_output_stribeck)
+    slope, slope_slow = load_motor - returned * both, share * load_motor_stribeck - returned * both_slow
+    out, entering = share * load_output_squared, share * load_motor_squared
+    # Each absolute value is the larger of two straight lines, and one of the squares is zero, so the solution is the largest of
+    # those of the pieces.
+    found = base
     for one, other in itertools.product((1.0, -1.0), repeat=2):
-        left, piece = 1.0 - one * slope - other * slope_slow, base - one * sliding - other * slow
-        driven = xp.clip(driven, _backdriven(xp, left, piece, squared, load), _UNBOUNDED)
-    return xp.where(torque * speed > 0, driving, driven)
+        left, piece = 1.0 - one * slope - other * slope_slow, base + (one * both + other * both_slow) * ahead
+        for square in ((out, ahead, returned), (entering, -ahead, 1.0 - returned)):
+            found = xp.clip(found, _piece(xp, left, piece, *square), _UNBOUNDED)
+    return found
 
 
-def _backdriven(xp: Array, left: Array, piece: Array, squared: Array, load: Array) -> Array:
-    """Solution f of ``left f = piece + squared max(load - f, 0)^2``."""
-    room = xp.clip(left * load - piece, 0.0, _UNBOUNDED)
-    motor = 2.0 * room / (left + xp.sqrt(left * left + 4.0 * squared * room))
-    return (piece + squared * motor * motor) / left
+def _piece(xp: Array, left: Array, piece: Array, squared: Array, load: Array, returned: Array) -> Array:
+    """Solution f of ``left f = piece + squared max(load - returned f, 0)^2``."""
+    room = xp.clip(left * load - returned * piece, 0.0, _UNBOUNDED)
+    torque = 2.0 * room / (left + xp.sqrt(left * left + 4.0 * returned * squared * room))
+    return (piece + squared * torque * torque) / left
 
 
 def stribeck_friction(
-    speed: Array, torque: Array, ratio: Array, stick_speed: Array | None = None, **terms: Array
+    speed: Array, torque: Array, ratio: Array, stick_speed: Array | None = None, *, gain: Array = 0.0, **terms: Array
 ) -> Array:
     """Friction torque at the motor of a gear with load-dependent Stribeck friction.
 
@@ -193,6 +204,7 @@ def stribeck_friction(
     torque : (...,) float        Torque that the gear transmits, at the motor and without friction. [N m]
     ratio : (...,) float         Motor speed over output speed. [-]
     stick_speed : (...,) float   As in `infinivar.contact.friction.coulomb`. [rad s^-1]
+    gain : (...,) float          Change of the transmitted torque from `torque` per friction torque, -1 to 0. [-]
     terms                        Fields of `GearFriction`, at the output.
 
     Returns
@@ -201,7 +213,9 @@ def stribeck_friction(
 
     Source: duclusaud2025, model M6.
     """
-    size = friction_budget(speed / ratio, torque * ratio, **terms) / ratio
+    xp = namespace(speed, torque, ratio, stick_speed, gain, *terms.values())
+    acting = 1.0 if stick_speed is None else xp.abs(coulomb(speed, 1.0, stick_speed))
+    size = friction_budget(speed / ratio, torque * ratio, returned=-gain * acting, **terms) / ratio
     return coulomb(speed, size, stick_speed, held=torque)
 
 

@@ -149,17 +149,11 @@ class Gearhead:
 
     @property
     def load_factors(self) -> tuple[Array, Array]:
-        """Motor torque per load torque, both at the motor: while the motor drives, and while the load drives. [-]"""
-        if self.friction is not None:
-            return self.friction.load_factors
-        if self.loss_model == "coulomb":
+        """Motor torque per load torque, both at the motor, without constant and measured friction: while the motor drives, and
+        while the load drives. [-]"""
+        if self.loss_model != "proportional":
             return 1.0, 1.0
         return 1.0 / self._forward, given(self.backdriving_efficiency, self._forward)
-
-    @property
-    def evenly_loaded(self) -> Gearhead:
-        """The gearhead without load terms of measured friction that depend on speed: its load factors hold at any speed."""
-        return self if self.friction is None else replace(self, friction=self.friction.evenly_loaded)
 
     @property
     def _forward(self) -> float:

@@ -111,7 +111,7 @@ def _outliers(found: Any, used: BenchData, rows: np.ndarray) -> dict[int, str]:
     """Reasons why plausible rows do not fit, by row of the data."""
     said = {}
     whole = found.problem.about(used)
-    off = whole.of_runs(whole.residuals(found.unknowns))
+    off = whole.off(found.unknowns)
     told = whole.expected(found.unknowns)
     for place in found.outliers:
         worst = int(np.argmax(np.abs(off[place]) > OUTLIER)) if np.any(np.abs(off[place]) > OUTLIER) else 0

@@ -60,6 +60,9 @@ class Dynamometer(Frozen):
     kind = "dynamometer"
     """Word for this kind of data."""
 
+    shared_errors = False
+    """Each reading has the error of its own sensor; errors of speed and torque count with them."""
+
     def __len__(self) -> int:
         """Number of points."""
         return len(self.lines)

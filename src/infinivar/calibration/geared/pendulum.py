@@ -88,6 +88,9 @@ class Pendulum(Frozen):
     geared = True
     """The gearhead is always on the bench."""
 
+    shared_errors = True
+    """Noise of the angle is in the expected current, and thus in the expected voltage."""
+
     def __len__(self) -> int:
         """Number of windows."""
         return len(self.lines)

@@ -37,6 +37,9 @@ _LEAST = 1e-7
 _ROUNDS = 4
 """Refits with the noise that the residuals show."""
 
+_MOST_ALIKE = 0.9999
+"""Factor on correlations of signals, which keeps their matrix invertible."""
+
 _NORMAL = 0.6745
 """Median of the absolute value of a standard normal variable."""
 _MORE = 5.0
@@ -69,6 +72,11 @@ class BenchData(Protocol):
     @property
     def read(self) -> np.ndarray:
         """Readings, (n, m)."""
+        ...
+
+    @property
+    def shared_errors(self) -> bool:
+        """Whether an error of one sensor is in the expected readings of several signals."""
         ...
 
     @property
@@ -112,6 +120,7 @@ class Problem(Frozen):
     scales : scales of the fitted parameters. [SI]
     errors : names of the gains among the unknowns.
     noise : (m,) standard deviation of each signal.
+    whitening : (m, m) matrix that maps the signals' residuals over their noise to independent ones; None if they are.
     """
 
     drive: ConventionalDrive
@@ -122,6 +131,7 @@ class Problem(Frozen):
     scales: np.ndarray
     errors: tuple[str, ...]
     noise: np.ndarray
+    whitening: np.ndarray | None = None
 
     @classmethod
     def of(cls, drive: ConventionalDrive, rig: Rig, data: BenchData, names: tuple[str, ...]) -> Problem:
@@ -179,11 +189,17 @@ class Problem(Frozen):
         return self.data.expected(self.drive, self.values(unknowns), self.gains(unknowns))
 
     def residuals(self, unknowns: np.ndarray) -> np.ndarray:
-        """Residuals of all readings and of the gains, in standard deviations. (..., n m + errors)"""
-        off = (self.data.read - self.expected(unknowns)) / self.noise
-        off = np.where(np.isfinite(off), off, _UNPREDICTED)
+        """Independent residuals of all readings and of the gains, in standard deviations. (..., n m + errors)"""
+        off = self.off(unknowns)
+        if self.whitening is not None:
+            off = off @ self.whitening.T
         flat = off.reshape(*off.shape[:-2], -1)
         return np.concatenate([flat, unknowns[..., len(self.names) :]], axis=-1)
+
+    def off(self, unknowns: np.ndarray) -> np.ndarray:
+        """Residuals of the readings, each over the noise of its signal. (..., n, m)"""
+        off = (self.data.read - self.expected(unknowns)) / self.noise
+        return np.where(np.isfinite(off), off, _UNPREDICTED)
 
     def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
         """Derivatives of the residuals, by central differences in one pass."""
@@ -210,6 +226,15 @@ class Problem(Frozen):
         """The problem with other noise."""
         return replace(self, noise=np.maximum(noise, _LEAST * _size(self.data)))
 
+    def decorrelated(self, off: np.ndarray) -> Problem:
+        """The problem with signals as correlated as residuals (n, m) of the readings, if the data share errors."""
+        if not self.data.shared_errors or off.shape[1] < 2:
+            return self
+        products = off.T @ off
+        size = np.sqrt(np.diag(products))
+        together = _MOST_ALIKE * products / (size[:, None] * size) + (1.0 - _MOST_ALIKE) * np.eye(len(size))
+        return replace(self, whitening=np.linalg.inv(np.linalg.cholesky(together)))
+
 
 def _size(data: BenchData) -> np.ndarray:
     """Root mean square of each signal, a positive number. (m,)"""
@@ -220,7 +245,8 @@ def _size(data: BenchData) -> np.ndarray:
 def fit(problem: Problem) -> Fit:
     """Fit a geared drive: noise and outliers by robust fits, then weighted least squares with the noise that is left.
 
-    The noise of each signal is that of its residuals, so errors of the model count as noise.
+    The noise of each signal is that of its residuals, so errors of the model count as noise. An error of a sensor on which the
+    expected readings of several signals depend makes their residuals alike; the last fits count it once.
 
     Raises
     ------
@@ -241,9 +267,9 @@ def fit(problem: Problem) -> Fit:
     done = fitting.estimate(problem, found.unknowns, found.beyond)
     for _ in range(_ROUNDS):
         kept: Problem = done.problem
-        off = kept.of_runs(kept.residuals(done.unknowns))
+        off = kept.off(done.unknowns)
         freedom = 1.0 - min((len(problem.names) - done.untold.shape[1]) / kept.readings, 0.9)
-        problem = problem.heard(kept.noise * np.sqrt(np.mean(off**2, axis=0) / freedom))
+        problem = problem.heard(kept.noise * np.sqrt(np.mean(off**2, axis=0) / freedom)).decorrelated(off)
         done = fitting.estimate(problem, done.unknowns, found.beyond)
     # With few rows the noise itself is uncertain: intervals of Student's distribution.
     wider = float(stdtrit(max(done.freedom, 1), 0.975)) / NORMAL_95

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from infinivar._core.fields import given
 from infinivar.bondgraph.causality import assign
@@ -21,6 +23,7 @@ from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
 from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
+from infinivar.parts.gear_friction import friction_budget, terms
 from infinivar.parts.motor import Motor
 
 _MOST_SAMPLES = 1e7
@@ -31,6 +34,9 @@ _HEAVY = 1e6
 
 _CRAWL = 1e-9
 """Speed at which viscous friction is negligible. [m s^-1]"""
+
+_SLIGHT = 1e-6
+"""Torque over which slopes are taken, relative to the continuous torque. [-]"""
 
 _TRUSTED = 0.99
 """Fraction of the friction at rest that a controller relies on; with all of it the load would begin to slide."""
@@ -122,6 +128,8 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
 
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
     stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
+    turning = drive.gearhead.ratio**2 * _motor_inertia(drive)
+    stages.check_gear_jamming(drive.gearhead, turning, drive.cylinder_inertia or 0.0, "cylinder_inertia")
     graph = plants.cobotic_graph(
         drive,
         load_mass=scenario.moved_mass or None,
@@ -281,7 +289,7 @@ def _conventional_controller(
         inertia, carried = carried + inertia, 0.0
     rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
     gain = motor.torque_constant * ratio / radius
-    gear = _gear_friction(drive, gain)
+    gear = _gear_friction(_without_measured_friction(drive), gain)
     # Sampled controllers cannot resolve lower speeds, regardless of the stick speed.
     hardly = max(stick_speed, plants.STICK_SPEED)
     return controllers.ConventionalController(
@@ -296,12 +304,15 @@ def _conventional_controller(
         motor_friction=gear.motor_friction,
         driving=gear.driving,
         driven=gear.driven,
+        gear_friction=_measured_friction(drive),
         full_speed=hardly,
         path=path if scenario.link != "free" else None,
         planned=functools.partial(_planned_current, path, gain) if isinstance(path, Planned) else _no_current,
         standstill=_standstill(settings.rest_error, hardly, 0.5),
         holding=functools.partial(_holding, drive),
         encoder=_encoder(drive, scenario, path),
+        # A gear that locks hardly shows which way its load acts.
+        started=0.0 if drive.gearhead.friction is None or isinstance(path, Planned) else -_outer_force(scenario) / gain,
         output="I_n" if scenario.electrical == "voltage" else "source",
     )
 
@@ -326,13 +337,35 @@ class _GearFriction(NamedTuple):
 def _gear_friction(drive: ConventionalDrive, gain: float) -> _GearFriction:
     """Friction on either side of the gear, from currents while the load is moved and while it moves the motor."""
     driving, driven = _passed(drive)
-    bare = _bare(replace(drive, gearhead=drive.gearhead.evenly_loaded))
+    bare = _bare(drive)
     # So slow that nothing but friction takes current.
     raised = float(bare.operate(speed=_CRAWL, force=0.0).states["motor_current_A"])
     lowered = driven * _HEAVY / gain - float(bare.operate(speed=-_CRAWL, force=_HEAVY).states["motor_current_A"])
     # What the gear passes on differently in the two directions lies behind it.
     friction = (raised - lowered) / (driving - driven) if driving != driven else 0.0
     return _GearFriction(driving, driven, friction, raised - driving * friction)
+
+
+def _without_measured_friction(drive: ConventionalDrive) -> ConventionalDrive:
+    """The drive without measured friction of its gearhead, which has no factor per load."""
+    return drive if drive.gearhead.friction is None else replace(drive, gearhead=drive.gearhead.without_friction())
+
+
+def _measured_friction(drive: ConventionalDrive) -> Callable[[float, float], tuple[float, float]]:
+    """What measured friction of the gearhead takes; see `ConventionalController.gear_friction`."""
+    if drive.gearhead.friction is None:
+        return _no_friction
+    torque_constant = drive.motor.torque_constant * drive.gearhead.ratio
+    least = _SLIGHT * drive.motor.continuous_torque * drive.gearhead.ratio
+    return functools.partial(_friction_current, terms(drive.gearhead.friction), torque_constant, _travel(drive), least)
+
+
+def _friction_current(
+    friction: Mapping[str, float], torque_constant: float, travel: float, step: float, current: float, speed: float
+) -> tuple[float, float]:
+    torque = current * torque_constant
+    lost, more = friction_budget(speed / travel, np.array([torque, torque + step]), **friction).tolist()
+    return lost / torque_constant, (more - lost) / step
 
 
 def _passed(drive: ConventionalDrive) -> tuple[float, float]:
@@ -369,6 +402,10 @@ def _holding(drive: ConventionalDrive, current: float) -> float:
 def _planned_current(path: Planned, gain: float, time: float) -> float:
     """Current for the planned force at the drive's side of its output. [A]"""
     return path.force(time) / gain
+
+
+def _no_friction(current: float, speed: float) -> tuple[float, float]:
+    return 0.0, 0.0
 
 
 def _no_current(time: float) -> float:

@@ -183,10 +183,11 @@ class ConventionalController:
     """Position loop of the load with an inner speed loop.
 
     Inertia and friction of the load (`inertia` [A s^2 m^-1], `friction` [A]) and of the motor (`rotor`, `motor_friction`) are
-    fed forward, multiplied by the gear's factors while it drives and while it is backdriven (`driving`, `driven` [-]), so that
-    the integral converges to the external force. While the load is left at rest, the motor supplies what friction does not
-    hold. Springs and linkages between drive and load make a planned force there (`planned` [A] over time), which is fed forward
-    as well; it then includes the inertia of the load and the external force.
+    fed forward, multiplied by the gear's factors while it drives and while it is backdriven (`driving`, `driven` [-]), and so
+    is measured friction of a gear, at the wanted speed and the known load (`gear_friction`). The integral, which begins with
+    `started` [A], thus converges to the external force. While the load is left at rest, the motor supplies what friction does
+    not hold. Springs and linkages between drive and load make a planned force there (`planned` [A] over time), which is fed
+    forward as well; it then includes the inertia of the load and the external force.
     """
 
     sample_time: float
@@ -198,19 +199,23 @@ class ConventionalController:
     motor_friction: float
     driving: float
     driven: float
+    gear_friction: Callable[[float, float], tuple[float, float]]
+    """Maps the current for the torque behind the gear [A] and the wanted speed [m s^-1] to the current for friction [A] that
+    depends on both, and its slope over the first. [-]"""
     full_speed: float
     path: Motion | None
     standstill: Standstill
     holding: Callable[[float], float]
     """Maps the holding current without friction to the holding current with it. [A]"""
     encoder: Encoder
+    started: float
     output: str
     planned: Callable[[float], float]
     """Maps time to the current for the planned force at the drive's output. [A]"""
 
     def start(self, measured: Mapping[str, float]) -> tuple[float, float | None]:
         """Integral of the speed loop, and the current that holds a load left at rest."""
-        return 0.0, None
+        return self.started, None
 
     def sample(
         self, time: float, measured: Mapping[str, float], memory: tuple[float, float | None]
@@ -234,15 +239,16 @@ class ConventionalController:
         effort = integral + known
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
+        lost, slope = self.gear_friction(passed * (effort + self.friction * share), wanted)
         # While a self-locking gear holds the load, the integral does not grow; a self-locking screw turns its sign.
         current, integral = self.speed.act(
             wanted - speed,
             integral,
-            min(max(passed, -1.0), 1.0) * self.sample_time,
+            min(max(passed * (1.0 + share * slope), -1.0), 1.0) * self.sample_time,
             lambda grown: (
                 passed * (grown + known + self.friction * share)
                 + self.rotor * goal.acceleration
-                + self.motor_friction * share
+                + (self.motor_friction + lost) * share
             ),
         )
         return {self.output: current}, (integral, None)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Literal
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import given
@@ -131,9 +131,14 @@ def gearhead(
         signals.append(Signal(name=passed, symbol=f"T_{{{tag}}}", of="gear"))
         law, parameters = _load_friction(gearhead, tag)
         parameters["stick_speed"] = stick
-        bent: dict[str, Any] = {"nearly_linear": True} if gearhead.friction is not None else {}
         loss = bg.resistance(
-            "gear_loss", symbol, law, signals=(passed,), parameters=parameters, title="gearhead", **bent
+            "gear_loss",
+            symbol,
+            law,
+            signals=(passed,),
+            parameters=parameters,
+            solved=None if gearhead.friction is None else stribeck_friction,
+            title="gearhead",
         )
     if loss is not None and not gearhead.lossless:
         elements.append(loss)

@@ -7,7 +7,7 @@ from infinivar.bondgraph.graph import Element, Parameter, Signal
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.graphs import compliances, pieces
 from infinivar.errors import ParameterError
-from infinivar.parts.gearhead import proportional_friction
+from infinivar.parts.gearhead import Gearhead, proportional_friction
 from infinivar.units import plain
 
 SYMBOLS = {"pulley": "p", "screw": "s", "belt": "b", "rack": "r", "shaft": "o"}
@@ -78,8 +78,37 @@ def check_inertias(drive: ConventionalDrive, load_mass: float, imposed_motion: b
         raise ParameterError("output_inertia is missing: gearhead.stiffness needs it")
 
 
+def check_gear_jamming(
+    gear: Gearhead, turning: float, carried: float, field: str, imposed_motion: bool = False
+) -> None:
+    """Refuse a gearhead whose measured friction jams when the load drives it, by the inertias on both sides.
+
+    Parameters
+    ----------
+    gear : Gearhead
+    turning, carried : float   Inertia that turns rigidly with the motor, and with the output; both at the output. [kg m^2]
+    field : str                Of the inertia of the load, for the message.
+    imposed_motion : bool      Whether the motion of the output is imposed.
+
+    Raises
+    ------
+    ParameterError
+        If it jams; the message states the largest inertia.
+    """
+    if gear.friction is None:
+        return
+    most = gear.friction.largest_returned
+    if imposed_motion and most <= 1.0:
+        raise ParameterError("link = 'imposed' cannot move a self-locking gearhead; use link = 'controlled'")
+    if carried >= most * (turning + carried):
+        raise ParameterError(
+            f"{field} is too large: inertias at the gearhead's output must be < {plain(turning * most / (1.0 - most), 3)} kg m^2 "
+            f"in all, got {plain(carried, 3)}; with more, the self-locking gearhead jams when the load drives it"
+        )
+
+
 def check_jamming(drive: ConventionalDrive, carried_mass: float, imposed_motion: bool) -> None:
-    """Refuse a self-locking stage that jams when the load drives it.
+    """Refuse a self-locking stage or gearhead that jams when the load drives it.
 
     Friction of a self-locking stage grows faster with the load's force than the torque of that force. If the load's inertia at
     the shaft, times how much the stage locks, exceeds the inertia that turns rigidly with the shaft, rigid bodies have no unique
@@ -91,8 +120,13 @@ def check_jamming(drive: ConventionalDrive, carried_mass: float, imposed_motion:
         If the drive jams; the message names the largest mass.
     """
     stage, travel = drive.stage, float(drive.stage.travel_per_radian)
+    soft = stage.stiffness is not None or drive.output.has_series_spring
+    if drive.gearhead.stiffness is None:
+        rigid = drive.gear_output_inertia + (0.0 if soft else carried_mass * travel**2)
+        field = "load_inertia" if stage.axis.rotary else "load_mass"
+        check_gear_jamming(drive.gearhead, compliances.rotor_inertia(drive), rigid, field, imposed_motion and not soft)
     backward = 1.0 if stage.efficiencies is None else float(stage.efficiencies[1])
-    if backward >= 0.0 or stage.stiffness is not None or drive.output.has_series_spring:
+    if backward >= 0.0 or soft:
         return
     if imposed_motion:
         raise ParameterError(f"link = 'imposed' cannot move a self-locking {stage.title}; use link = 'controlled'")
