@@ -38,9 +38,8 @@ class Pieces:
         -------
         list of (...,) float
         """
-        xp = namespace(x)
-        since = x - self._selected(xp, x, self.anchors)
-        terms = [self._selected(xp, x, row) for row in self.coefficients]
+        anchor, *terms = self._selected(x)
+        since = x - anchor
         found = []
         for order in range(orders + 1):
             value: Array = 0.0 * since
@@ -49,11 +48,18 @@ class Pieces:
             found.append(value)
         return found
 
-    def _selected(self, xp: object, x: Array, values: tuple[float, ...]) -> Array:
-        """The value of the piece that contains x."""
-        found: Array = values[0]
-        for place, edge in enumerate(self.edges, 1):
-            found = xp.where(x > edge, values[place], found)  # type: ignore[attr-defined]
+    def _selected(self, x: Array) -> list[Array]:
+        """Anchor and coefficients of the piece that contains x."""
+        xp = namespace(x)
+        if xp is np:  # a hysteresis that is inverted asks this hundreds of thousands of times
+            edges, rows = _table(self)
+            return list(rows[:, np.searchsorted(edges, x)])
+        found: list[Array] = []
+        for values in (self.anchors, *self.coefficients):
+            one: Array = values[0]
+            for place, edge in enumerate(self.edges, 1):
+                one = xp.where(x > edge, values[place], one)
+            found.append(one)
         return found
 
     def integral(self) -> Pieces:
@@ -82,6 +88,12 @@ class Pieces:
                 if value < least[1]:
                     least = (x, value)
         return least
+
+
+@functools.lru_cache(maxsize=64)
+def _table(pieces: Pieces) -> tuple[np.ndarray, np.ndarray]:
+    """Edges, and a row of anchors above one row for each power."""
+    return np.array(pieces.edges), np.array([pieces.anchors, *pieces.coefficients])
 
 
 @functools.lru_cache(maxsize=64)

@@ -173,11 +173,19 @@ class _Constants:
     def __init__(self, parameters: set[Any]) -> None:
         self.parameters = parameters
         self.found: dict[Any, Any] = {}
+        # Expressions share most of their parts, and SymPy collects symbols anew at each level.
+        self._free: dict[Any, frozenset[Any]] = {}
+        self._done: dict[Any, Any] = {}
 
     def out_of(self, expression: Any) -> Any:
+        if expression not in self._done:
+            self._done[expression] = self._without(expression)
+        return self._done[expression]
+
+    def _without(self, expression: Any) -> Any:
         if self.constant(expression):
             return self.named(expression)
-        if not expression.args or not expression.free_symbols & self.parameters:
+        if not expression.args or not self.free(expression) & self.parameters:
             return expression
         if expression.is_Mul or expression.is_Add:
             fixed = [part for part in expression.args if self.constant(part)]
@@ -190,7 +198,17 @@ class _Constants:
     def constant(self, expression: Any) -> bool:
         import sympy
 
-        return isinstance(expression, sympy.Expr) and not expression.free_symbols - self.parameters
+        return isinstance(expression, sympy.Expr) and self.free(expression) <= self.parameters
+
+    def free(self, expression: Any) -> frozenset[Any]:
+        """Symbols of the expression."""
+        import sympy
+
+        if expression not in self._free:
+            plain = type(expression).free_symbols is sympy.Basic.free_symbols
+            found = map(self.free, expression.args) if plain else [expression.free_symbols]
+            self._free[expression] = frozenset().union(*found)
+        return self._free[expression]
 
     def named(self, expression: Any) -> Any:
         import sympy

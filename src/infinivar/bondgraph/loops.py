@@ -159,7 +159,7 @@ def _proportional(formula: Any, argument: Any) -> bool:
     for _ in range(8):
         point = {symbol: sympy.Float(chance.uniform(-2.0, 2.0)) for symbol in others}
         size = sympy.Float(chance.choice((-1, 1)) * chance.uniform(0.1, 2.0))
-        one, two = (formula.subs({**point, argument: factor * size}) for factor in (1, 3))
+        one, two = (formula.xreplace({**point, argument: factor * size}) for factor in (1, 3))
         if abs(two - 3 * one) > 1e-9 * (abs(two) + abs(one)):
             return False
     return True

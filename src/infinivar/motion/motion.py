@@ -64,8 +64,9 @@ class AlongOrAbout:
     @property
     def magnitude(self) -> float:
         """The value along the line [m, m s^-1, N], or about the joint [rad, rad s^-1, N m]."""
-        line, joint = (getattr(self, name) for name in self.either)
-        return joint if line is None else line
+        line, joint = self.either
+        value = getattr(self, line)
+        return getattr(self, joint) if value is None else value
 
     @property
     def axis(self) -> Axis:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import typing
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,7 +14,7 @@ from infinivar.parts import catalogue
 from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, part_of
-from infinivar.study.shipped import parameter_set
+from infinivar.study.shipped import shared_set
 from infinivar.transmission.rotary_linear import MEASURED
 
 LONGEST_TITLE = 120
@@ -85,7 +86,7 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
         return tree
     name, _, member = base.partition(".")
     try:
-        shipped = parameter_set(name)
+        shipped = shared_set(name)
         group, _, _ = path.partition(".")
         if group == "requirement":
             if member or "requirement" not in shipped:
@@ -102,7 +103,7 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
         raise StudyError(f"{path}.base = {quoted(base)}: {problem}") from None
     if "reconstruction" in shipped and group not in ("scenarios", "duty"):
         remarks.reconstruction[name] = shipped["reconstruction"]
-    under = annotated(under, path, shipped["source"])
+    under = annotated(copy.deepcopy(under), path, shipped["source"])
     if "type" in tree and tree["type"] != under.get("type", tree["type"]):
         raise StudyError(
             f"{path}.type = {tree['type']!r} must be {under['type']!r} like base {base!r}; correct or remove it"

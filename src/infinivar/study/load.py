@@ -23,7 +23,7 @@ from infinivar.study.provenance import Provenance
 from infinivar.study.requirement import JOINT_ONLY, LINE_ONLY, JointRequirement, Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, drive_type, keys
-from infinivar.study.shipped import parameter_set, study_file
+from infinivar.study.shipped import shared_set, study_file
 from infinivar.study.spreads import Uncertainty, uncertainty_from
 from infinivar.study.study import Study
 
@@ -365,7 +365,7 @@ def shipped_study(name: str) -> Study:
     InputError
         If no set has that name.
     """
-    shipped = parameter_set(name)
+    shipped = shared_set(name)
     drives = {drive: {"base": f"{name}.{drive}"} for drive in shipped["drives"]}
     tasks = {
         group: {task: {"base": f"{name}.{task}"} for task in shipped.get(group, {})} for group in ("scenarios", "duty")

@@ -21,6 +21,7 @@ from infinivar.drivetrain.graphs import compliances, controllers, output_start, 
 from infinivar.drivetrain.graphs.planned import Planned
 from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
+from infinivar.motion.forces import ConstantForce
 from infinivar.motion.motion import Motion
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.gear_friction import friction_budget, terms
@@ -123,7 +124,8 @@ def _bare(drive: _Driven) -> _Driven:
 def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
     if scenario.link == "imposed":
         return {"motion": _Speed(scenario.path)}
-    return {"force": scenario.force or 0.0}
+    force = scenario.force
+    return {"force": force.magnitude if isinstance(force, ConstantForce) else force or 0.0}
 
 
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
