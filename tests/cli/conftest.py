@@ -1,5 +1,6 @@
 """The command line run inside the test process, and one shared run of each slow command."""
 
+import contextlib
 import json
 from pathlib import Path
 
@@ -18,15 +19,10 @@ BLANK = {
 }
 
 
-@pytest.fixture
-def infinivar(tmp_path, request, monkeypatch):
-    """`infinivar(...)` runs the command line in a fresh folder, which is `tmp_path`, or in the `folder` given.
-
-    Rendering takes most of the time of most commands. Figures are drawn in every test, but rendered only where the test has
-    the mark `renders`, in the formats that it names, or in all; the other files are blank.
-    """
-    mark, write = request.node.get_closest_marker("renders"), style._write_one
-    formats = () if mark is None else mark.args or style.FORMATS
+@contextlib.contextmanager
+def rendered(formats):
+    """Figures are rendered in these formats only; the other files are blank."""
+    write = style._write_one
 
     def write_or_leave_blank(made, path, kind):
         if kind in formats:
@@ -34,8 +30,21 @@ def infinivar(tmp_path, request, monkeypatch):
         path.write_bytes(BLANK[kind])
         return path
 
-    monkeypatch.setattr(style, "_write_one", write_or_leave_blank)
-    return lambda *arguments, folder=tmp_path: run(*arguments, folder=folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "_write_one", write_or_leave_blank)
+        yield
+
+
+@pytest.fixture
+def infinivar(tmp_path, request):
+    """`infinivar(...)` runs the command line in a fresh folder, which is `tmp_path`, or in the `folder` given.
+
+    Rendering takes most of the time of most commands. Figures are drawn in every test, but rendered only where the test has
+    the mark `renders`, in the formats that it names, or in all; the other files are blank.
+    """
+    mark = request.node.get_closest_marker("renders")
+    with rendered(() if mark is None else mark.args or style.FORMATS):
+        yield lambda *arguments, folder=tmp_path: run(*arguments, folder=folder)
 
 
 @pytest.fixture
@@ -69,9 +78,13 @@ def reproduced(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def walked(tmp_path_factory):
-    """One `infinivar compare` of the shipped knee study, with its duty cycle: outcome, folder, printed JSON."""
+    """One `infinivar compare` of the shipped knee study, with its duty cycle: outcome, folder, printed JSON.
+
+    Of the figures only those of the page are rendered, here and in `pressed`.
+    """
     folder = tmp_path_factory.mktemp("walked")
-    outcome = run("compare", STUDY.with_name("knee_walking.toml"), "--out", folder, "--json", folder=folder)
+    with rendered(("svg",)):
+        outcome = run("compare", STUDY.with_name("knee_walking.toml"), "--out", folder, "--json", folder=folder)
     return outcome, folder, json.loads(outcome.out)
 
 
@@ -119,8 +132,9 @@ def pressed(tmp_path_factory):
     """`infinivar compare` and `sensitivity` of a press with large forces: the outcomes, and the folder of reports."""
     folder = tmp_path_factory.mktemp("pressed")
     (folder / "press.toml").write_text(LARGE, "utf-8")
-    outcomes = [
-        run("compare", "press.toml", "--out", "out", folder=folder),
-        run("sensitivity", "press.toml", "--of", "energy", "--out", "out", folder=folder),
-    ]
+    with rendered(("svg",)):
+        outcomes = [
+            run("compare", "press.toml", "--out", "out", folder=folder),
+            run("sensitivity", "press.toml", "--of", "energy", "--out", "out", folder=folder),
+        ]
     return outcomes, folder / "out"

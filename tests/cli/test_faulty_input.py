@@ -92,7 +92,14 @@ def code_of(infinivar, folder, rig_data, seed):
     return done.code
 
 
-@pytest.mark.parametrize("seeds", [range(6), pytest.param(range(2000, 2060), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "seeds",
+    [
+        range(6),
+        pytest.param(range(2000, 2030), marks=pytest.mark.slow),
+        pytest.param(range(2030, 2100), marks=pytest.mark.full),
+    ],
+)
 @pytest.mark.renders("svg")
 def test_exit_codes_of_faulty_studies(infinivar, tmp_path, rig_data, seeds):
     codes = [code_of(infinivar, tmp_path / str(seed), rig_data, seed) for seed in seeds]

@@ -13,6 +13,8 @@ import infinivar as iv
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.study.load import shipped_study
 
+SHIPPED = shipped_study("faulring2006")
+
 
 @st.composite
 def drives(draw, stages=None):
@@ -101,7 +103,7 @@ def moving_drive(random):
         iv.Shaft(friction_torque=friction),
     ]
     stage = stages[random.integers(len(stages))]
-    base = shipped_study("faulring2006").drives["motor2-gear4"]
+    base = SHIPPED.drives["motor2-gear4"]
     model = ["coulomb", "proportional"][random.integers(2)]
     gear = replace(base.gearhead, ratio=random.uniform(2, 20), loss_model=model)
     if random.random() < 0.5:
@@ -126,7 +128,14 @@ def run_of(random, rotary):
     )
 
 
-@pytest.mark.parametrize("seed", [*range(8), *(pytest.param(s, marks=pytest.mark.slow) for s in range(8, 150))])
+@pytest.mark.parametrize(
+    "seed",
+    [
+        *range(8),
+        *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(8, 50)),
+        *(pytest.param(seed, marks=pytest.mark.full) for seed in range(50, 150)),
+    ],
+)
 def test_energy_over_time_closes(seed):
     random = np.random.default_rng(seed)
     drive = moving_drive(random)

@@ -1,5 +1,6 @@
 """Duty cycles: motions, recordings, energy and verdicts of drives that repeat them, and what the cylinder's speed is worth."""
 
+import functools
 import math
 import pickle
 import re
@@ -382,12 +383,18 @@ def test_unknown_heat_is_said():
     assert found.lacking == {"motor": ("housing_time_constant",)}
 
 
+@functools.cache
+def policies_of(shape):
+    """Of the shipped drive, for the tests that look at the same."""
+    return policies(COBOTIC, duty(shape))
+
+
 @pytest.mark.parametrize(
     "shape", ["sinusoid", *(pytest.param(shape, marks=pytest.mark.slow) for shape in ("reaches", "walking"))]
 )  # tests/cli/test_duty.py has the walking of a shipped study
 def test_policies_gain(shape):
     """A speed chosen is no worse than the one given, a schedule no worse than the best constant speed, all within limits."""
-    own, chosen, scheduled, coasting = policies(COBOTIC, duty(shape))
+    own, chosen, scheduled, coasting = policies_of(shape)
     assert own.power_in == pytest.approx(duty_cycle(COBOTIC, duty(shape)).cold_power, rel=1e-12)
     assert own.feasible
     assert chosen.feasible
@@ -400,8 +407,7 @@ def test_policies_gain(shape):
 @pytest.mark.parametrize("shape", ["hold", "sinusoid"])
 def test_constant_and_scheduled_speeds_search_the_same_range(shape):
     """Holding pays best at the lowest speed of the range: no schedule is slower, and none that is constant is better."""
-    made = duty("hold", force=-10.0) if shape == "hold" else duty(shape)
-    own, chosen, scheduled, _ = policies(COBOTIC, made)
+    own, chosen, scheduled, _ = policies(COBOTIC, duty("hold", force=-10.0)) if shape == "hold" else policies_of(shape)
     for policy in (chosen, scheduled):
         assert policy.slowest >= RANGE[0] * own.slowest * (1 - 1e-9)
         assert policy.fastest <= RANGE[1] * own.fastest * (1 + 1e-9)
@@ -415,7 +421,7 @@ def test_constant_and_scheduled_speeds_search_the_same_range(shape):
 def test_best_speed_against_a_fine_scan():
     """Ten times as many speeds find nothing better than the search by more than a thousandth."""
     made = duty("walking")
-    _, chosen, *_ = policies(COBOTIC, made)
+    _, chosen, *_ = policies_of("walking")
     scanned = [
         duty_cycle(replace(COBOTIC, cylinder_speed=14.0 * factor), made, samples=400)
         for factor in np.geomspace(0.1, 2, 150)

@@ -31,8 +31,8 @@ def changed(data, name, rows, change):
     ("readings", "sessions", "low", "high"),
     [
         (tuple(READINGS), 6, 0.6, 1.0),
-        pytest.param(("motor_current",), 80, 0.9, 1.0, marks=pytest.mark.slow),
-        pytest.param(tuple(READINGS), 80, 0.9, 1.0, marks=pytest.mark.slow),
+        pytest.param(("motor_current",), 40, 0.9, 1.0, marks=pytest.mark.slow),
+        pytest.param(tuple(READINGS), 40, 0.9, 1.0, marks=pytest.mark.slow),
         pytest.param(("motor_current",), 400, 0.93, 0.97, marks=pytest.mark.full),
         pytest.param(tuple(READINGS), 400, 0.93, 0.97, marks=pytest.mark.full),
     ],

@@ -13,8 +13,6 @@ import infinivar as iv
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.presentation import presenter
 from infinivar._core.result import Result
-from infinivar.analysis.cycles.cylinder_policy import policies
-from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.analysis.design_trends import Duty, sweep
 from infinivar.analysis.robustness.derivatives import jax_with_float64
 from infinivar.calibration import virtual_rig
@@ -64,10 +62,6 @@ def _calibrated_gear(drive, study):
     return iv.calibrate(study, "motor1-gear1", virtual_bench.dynamometer(geared, study.rig, noise=noise, **points))
 
 
-def _ways(drive, study):
-    return two_ways(drive, next(iter(study.duty.values())))
-
-
 def _dynamic(drive):
     return iv.dynamic_map(drive, np.geomspace(1.0, 4.0, 4), np.linspace(0.2, 1.0, 3), power=5.0, load_mass=0.8)
 
@@ -80,10 +74,6 @@ MAKE = {
     "duty": _shaken,
     "moving": lambda d, s: _shaken(d, s).point,
     "heat": lambda d, s: next(found for found in _shaken(d, s).heat.values() if found is not None),
-    "policy": lambda d, s: policies(d, next(iter(s.duty.values())))[0],
-    "two ways": _ways,
-    "simulation": lambda d, s: _ways(d, s).simulation,
-    "trajectory": lambda d, s: _ways(d, s).simulation.trajectory,
     "dynamic map": lambda d, s: _dynamic(d),
     "trend": lambda d, s: sweep(d.transmission, "preload", [600.0, 700.0], [DUTY])[0],
     "sheet": lambda d, s: iv.contact_sheets(s)[0],
@@ -98,6 +88,10 @@ FROM_COMPARISON = {
     "comparison": lambda c: c,
     "drive result": lambda c: c.results["cobotic"],
     "duty comparison": lambda c: c.duty["shake"],
+    "policy": lambda c: c.duty["shake"].policies["cobotic"][0],
+    "two ways": lambda c: c.duty["shake"].two_ways["cobotic"],
+    "simulation": lambda c: c.duty["shake"].two_ways["cobotic"].simulation,
+    "trajectory": lambda c: c.duty["shake"].two_ways["cobotic"].simulation.trajectory,
     "builds": lambda c: c.builds["cobotic"],
     "builds map": lambda c: c.builds["cobotic"].map,
     "duty builds": lambda c: c.builds["cobotic"].duty["shake"],
