@@ -19,6 +19,7 @@ NAMES = (
     "steady_map",
     "compare_cold",
     "element_curves",
+    "exact_law",
     "fastsim",
     "exact_contact",
     "simulation",

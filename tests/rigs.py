@@ -63,4 +63,4 @@ def exact_law(a_over_b):
     curve = next(one for one in exact_tables.lateral_creep() if one["a_over_b"] == a_over_b)
     ratio, creepage = curve["force_ratio"], 3.0 * curve["scaled_creepage"]
     count = int(np.argmax(ratio > 0.999)) + 1
-    return law_of(ratio[:count] / ratio[count - 1], creepage[:count], "exact")
+    return law_of(ratio[:count] / ratio[count - 1], creepage[:count], "theory")

@@ -162,6 +162,7 @@ def test_measured_groups_of_a_geometry_are_that_geometry(element, seed):
         creep_stiffness=groups.creep_stiffness,
         rolling_torque=groups.rolling_torque,
         bearing_torque=groups.bearing_torque,
+        creep_law=creep.pinned(element.creep_law, groups.axis_ratio, groups.poisson),
     )
     _, angle, force = points(element, seed)
     one, other = (

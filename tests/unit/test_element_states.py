@@ -120,7 +120,8 @@ def test_equation_17_never_creates_power_when_the_load_drives(element):
         (
             "creep_law",
             "liner",
-            "creep_law must be one of linear, faulring, vermeulen-johnson, polach, fastsim, got 'liner' (did you mean 'linear'?)",
+            "creep_law must be one of linear, faulring, vermeulen-johnson, polach, fastsim, exact, got 'liner' "
+            "(did you mean 'linear'?)",
         ),
     ],
 )

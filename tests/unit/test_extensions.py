@@ -189,7 +189,7 @@ def test_packages_are_asked_only_for_unknown_words(monkeypatch, load):
         (
             "[infinivar.drives]\nvoice-coil = {0}:VoiceCoil\n[infinivar.creep_laws]\nsofter = {0}:SOFT",
             MINE,
-            r"creep_law = .soft. must be one of linear, .* fastsim, softer \(did you mean 'softer'\?\)",
+            r"creep_law = .soft. must be one of linear, .* exact, softer \(did you mean 'softer'\?\)",
         ),
         (
             "[infinivar.drives]\nvoice-coils = {0}:VoiceCoil",

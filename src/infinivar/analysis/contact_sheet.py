@@ -251,7 +251,7 @@ def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> N
         if law.flow_factor is not None:
             continue  # below 70 % of the slip force it is the linear law
         how = f"at half the slip force, law {name}{', in use' if law == element.creep_law else ''}"
-        creepage = law.creepage(HALF) / groups.creep_group
+        creepage = groups.formulas(law).creepage(HALF) / groups.creep_group
         add("creepage", "u/|v|", creepage, "1", "‰", how)
 
 
@@ -330,7 +330,7 @@ def _life(
     hardness = min((body.hardness for body in geometry.bodies.values() if body.hardness is not None), default=None)
     if geometry.wear_coefficient is None or hardness is None:
         return
-    creepage = element.creep_law.creepage(HALF) / groups.creep_group
+    creepage = groups.formulas(element.creep_law).creepage(HALF) / groups.creep_group
     distance = wear.rolling_distance(
         depth=WORN,
         track_radius=element.wheel_radius,

@@ -158,6 +158,8 @@ class TracingNamespace:
     sqrt = _function(sympy.sqrt)
     exp = _function(sympy.exp)
     log = _function(sympy.log)
+    expm1 = _function(lambda value: sympy.exp(value) - 1)
+    log1p = _function(lambda value: sympy.log(1 + value))
     sin = _function(sympy.sin)
     cos = _function(sympy.cos)
     tan = _function(sympy.tan)

@@ -87,8 +87,9 @@ def calibrate_cobotic(
     data : RigData or path  Runs, or a CSV file of runs.
     parameters : sequence   Parameters to fit, from `model.PARAMETERS`; the others keep the values of the study.
     leave_out : sequence    Lines of the file to exclude.
-    creep_laws : sequence   Candidate creep laws. None for all laws, or for the study's law alone if the creep stiffness is
-        not fitted, as an error in the stiffness would be mistaken for another law.
+    creep_laws : sequence   Candidate creep laws. None for the study's and all that do not depend on the shape of the patch
+        (all but "exact"), or for the study's law alone if the creep stiffness is not fitted, as an error in the stiffness
+        would be mistaken for another law.
 
     Returns
     -------

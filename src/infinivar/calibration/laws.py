@@ -26,6 +26,9 @@ Fitted to exact rolling theory from 8 to 75 % of slip, the curved laws have a cu
 on average for vermeulen-johnson and fastsim, 0.18 with polach.
 """
 
+FITTED_LAW_ERROR = 0.01
+"""The same for a law fitted to exact rolling theory on the shape of the patch."""
+
 _FREE = 1.0
 """The same if no law fits: the data alone determine the curvature."""
 
@@ -101,8 +104,9 @@ def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust,
     Parameters
     ----------
     problem : Problem   Problem with the study's law.
-    laws : sequence     Names of the candidates. None for all laws, or for the study's law alone if the creep stiffness is
-        not fitted, as an error in the stiffness would be mistaken for another law.
+    laws : sequence     Names of the candidates. None for all laws that do not depend on the shape of the patch and the study's,
+        or for the study's law alone if the creep stiffness is not fitted, as an error in the stiffness would be mistaken for
+        another law.
 
     Returns
     -------
@@ -111,7 +115,8 @@ def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust,
     fits : dict         Fits by law, best first.
     """
     if laws is None:
-        laws = tuple(creep.LAWS) if "creep_stiffness" in problem.names else (problem.law,)
+        usual = (name for name, law in creep.LAWS.items() if law.on_patch is None or name == problem.law)
+        laws = tuple(usual) if "creep_stiffness" in problem.names else (problem.law,)
     found = {law: robust(problem.under(law)) for law in laws}
     starts = {law: found[law].unknowns for law in sorted(found, key=lambda law: found[law].cost)}
     best, fits, tried = next(iter(found.values())), {}, set()
@@ -201,7 +206,8 @@ def _with_error(fit: Fit, ranked: Sequence[str], *, free: bool) -> Fit:
     beside = _beside(fit.law, ranked)
     if beside is None or (creep.LAWS[fit.law].straight and not free):
         return fit
-    return _bent(fit, beside, _FREE if free else LAW_ERROR)
+    error = LAW_ERROR if creep.LAWS[fit.law].on_patch is None else FITTED_LAW_ERROR
+    return _bent(fit, beside, _FREE if free else error)
 
 
 def _bent(fit: Fit, beside: str, deviation: float) -> Fit:

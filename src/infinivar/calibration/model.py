@@ -10,6 +10,8 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array
 from infinivar.calibration.data import RigData
+from infinivar.contact import creep
+from infinivar.contact.creep import CreepLaw
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.rig import Rig
@@ -105,6 +107,12 @@ def load_on_wheel(
     return (data.mass + errors.mass) * rig.gravity + coulomb(data.link_travel, size)
 
 
+def _law_on_patch(known: RotaryLinearIVT) -> CreepLaw:
+    """The creep law of the patch, as the element that is fitted has measured values and no geometry."""
+    contact = known.contact
+    return known.creep_law if contact is None else creep.pinned(known.creep_law, contact.axis_ratio, contact.poisson)
+
+
 def _growth(element: RotaryLinearIVT, preload: Array, speed: float) -> dict[str, Array]:
     """Loss factors relative to the study's preload; for bearings by their model, if given."""
     share = preload / element.preload
@@ -150,7 +158,7 @@ def predict(
         wheel_radius=known.wheel_radius,
         preload=preload,
         friction=known.friction,
-        creep_law=known.creep_law,
+        creep_law=_law_on_patch(known),
         **groups,
     )
     speed = data.cylinder_angle / data.duration

@@ -5,18 +5,21 @@ equal. All laws are odd, passive (``x xi >= 0``) and saturate at ``|x| = 1``, th
 asymptotically. Rolling theory uses ``k = C22 G a b upsilon/(3 mu N)``, which is ``xi/3``.
 
 The laws are "linear", proportional up to slip; "faulring", linear with a loss of link speed above 70 % of the slip force;
-"vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory. Only "fastsim" is valid for
-any spin; "vermeulen-johnson", in the form of shen1983, is valid for small spin.
+"vermeulen-johnson", a cubic; "polach", a closed form; "fastsim", Kalker's simplified theory; "exact", a fit to exact rolling
+theory, which depends on the shape of the patch and on Poisson's ratio. Only "fastsim" is valid for any spin;
+"vermeulen-johnson", in the form of shen1983, is valid for small spin.
 """
 
 from __future__ import annotations
 
+import functools
 import numbers
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
-from infinivar.contact import fastsim, kalker, probe
+from infinivar.contact import exact_law, fastsim, kalker, probe
 from infinivar.contact.laws import (
     FASTSIM_SLIP,
     VERMEULEN_JOHNSON_SLIP,
@@ -39,6 +42,24 @@ from infinivar.errors import ParameterError, nearest, require
 LAWS: dict[str, CreepLaw] = {}
 """The shipped laws by name."""
 
+_PROBED = (0.4, 0.2)
+"""a/b and Poisson's ratio at which an own law that depends on them is probed."""
+
+
+class Formulas(NamedTuple):
+    """The formulas of a law on one patch, as in `CreepLaw`."""
+
+    creepage: Callable[[Array], Array]
+    slope: Callable[[Array], Array]
+    force: Callable[[Array], Array]
+    slip_creepage: Array
+    flow_factor: Callable[[Array], tuple[Array, Array]] | None = None
+
+    @property
+    def straight(self) -> bool:
+        """Whether force and creepage are proportional up to slip."""
+        return isinstance(self.slip_creepage, (int, float)) and self.slip_creepage == 1.0
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, repr=False)
 class CreepLaw:
@@ -52,6 +73,8 @@ class CreepLaw:
     force : scaled creepage -> force ratio, the inverse
     slip_creepage : scaled creepage at which gross slip begins, inf if the law reaches it only asymptotically
     flow_factor : force ratio -> factor on the link speed and its derivative, or None for a law without a flow loss
+    on_patch : a/b (rolling over lateral semi-axis) and Poisson's ratio -> `Formulas`, for a law that depends on them; the
+        other formulas are then those of a circular patch with Poisson's ratio 0.3. None for a law that does not
 
     Raises
     ------
@@ -66,6 +89,7 @@ class CreepLaw:
     force: Callable[[Array], Array]
     slip_creepage: float
     flow_factor: Callable[[Array], tuple[Array, Array]] | None = None
+    on_patch: Callable[[Array, Array], Formulas] | None = None
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -75,12 +99,9 @@ class CreepLaw:
         for name in ("creepage", "slope", "force"):
             said = getattr(self, name)
             require(callable(said), name, repr(said), "a function")
-        require(
-            self.flow_factor is None or callable(self.flow_factor),
-            "flow_factor",
-            repr(self.flow_factor),
-            "a function or None",
-        )
+        for name in ("flow_factor", "on_patch"):
+            said = getattr(self, name)
+            require(said is None or callable(said), name, repr(said), "a function or None")
         slip = self.slip_creepage
         number = isinstance(slip, numbers.Real) and not isinstance(slip, bool)
         require(number and slip > 0, "slip_creepage", repr(slip), "a number > 0, or inf")
@@ -96,6 +117,14 @@ class CreepLaw:
             probe.check_law(self.creepage, self.slope, self.force, self.slip_creepage)
         if shipped is None and self.flow_factor is not None:
             probe.check_flow(self.flow_factor)
+        if shipped is None and self.on_patch is not None:
+            probe.check_law(*self.on_patch(*_PROBED)[:4])
+
+    def on(self, a_over_b: Array, poisson: Array) -> Formulas:
+        """The formulas on a patch: rolling over lateral semi-axis, > 0, and Poisson's ratio, 0 to 0.5. [-]"""
+        if self.on_patch is not None:
+            return self.on_patch(a_over_b, poisson)
+        return Formulas(self.creepage, self.slope, self.force, self.slip_creepage, self.flow_factor)
 
     @property
     def straight(self) -> bool:
@@ -127,7 +156,28 @@ FASTSIM = CreepLaw(
     name="fastsim", creepage=fastsim_creepage, slope=fastsim_slope, force=fastsim_force, slip_creepage=FASTSIM_SLIP
 )
 
-LAWS.update({law.name: law for law in (LINEAR, FAULRING, VERMEULEN_JOHNSON, POLACH, FASTSIM)})
+
+def _exact_on_patch(a_over_b: Array, poisson: Array) -> Formulas:
+    """Law "exact" on a patch."""
+    curve = exact_law.curve(a_over_b, poisson)
+    return Formulas(
+        functools.partial(exact_law.exact_creepage, curve=curve),
+        functools.partial(exact_law.exact_slope, curve=curve),
+        functools.partial(exact_law.exact_force, curve=curve),
+        curve.full_slip,
+    )
+
+
+EXACT = CreepLaw(
+    name="exact",
+    creepage=exact_law.exact_creepage,
+    slope=exact_law.exact_slope,
+    force=exact_law.exact_force,
+    slip_creepage=exact_law.STEEL_CIRCLE_SLIP,
+    on_patch=_exact_on_patch,
+)
+
+LAWS.update({law.name: law for law in (LINEAR, FAULRING, VERMEULEN_JOHNSON, POLACH, FASTSIM, EXACT)})
 
 
 def law(wanted: str | CreepLaw) -> CreepLaw:
@@ -144,6 +194,14 @@ def law(wanted: str | CreepLaw) -> CreepLaw:
         hint = nearest(wanted, LAWS) if isinstance(wanted, str) else ""
         raise ParameterError(f"creep_law must be one of {', '.join(LAWS)}, got {wanted!r}{hint}")
     return LAWS[wanted]
+
+
+@functools.lru_cache(maxsize=16)
+def pinned(law: CreepLaw, a_over_b: float, poisson: float) -> CreepLaw:
+    """A law of one patch only, as a law of its own; a law that does not depend on the patch as it is."""
+    if law.on_patch is None:
+        return law
+    return CreepLaw(name=f"{law.name}, a/b = {a_over_b:.6g}", **law.on(a_over_b, poisson)._asdict())
 
 
 def law_in_motion(found: CreepLaw) -> CreepLaw:
@@ -177,18 +235,18 @@ def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson:
 
     Returns
     -------
-    (...,) float   |Fy|/(mu N) with the sign of k; inputs broadcast. Shape and material enter only through C22 in k, so
-        `a_over_b` and `poisson` only broadcast. [-]
+    (...,) float   |Fy|/(mu N) with the sign of k; inputs broadcast. Except in "exact", shape and material enter only
+        through C22 in k, so `a_over_b` and `poisson` only broadcast. [-]
 
     Raises
     ------
     ParameterError
         If the law is unknown.
 
-    Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
+    Source: faulring2006, vermeulen1964, polach2005, kalker1982, kalker1990, by law.
     """
     found = _find(law)
-    return found.force(3.0 * _broadcast(k, a_over_b, poisson))
+    return found.on(a_over_b, poisson).force(3.0 * _broadcast(k, a_over_b, poisson))
 
 
 def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
@@ -210,9 +268,9 @@ def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0
     ParameterError
         If the law is unknown.
 
-    Source: faulring2006, vermeulen1964, polach2005, kalker1982, by law.
+    Source: faulring2006, vermeulen1964, polach2005, kalker1982, kalker1990, by law.
     """
-    found = _find(law)
+    found = _find(law).on(a_over_b, poisson)
     ratio = _broadcast(force_ratio, a_over_b, poisson)
     xp = namespace(ratio)
     size = xp.abs(ratio)
@@ -235,8 +293,8 @@ def planar_force(
     k_x : (...,) float        C11 G a b ux/(3 mu N), finite. [-]
     k_y : (...,) float        C22 G a b uy/(3 mu N), finite. [-]
     psi : (...,) float        C23 G (a b)^1.5 phi/(mu N), finite. [-]
-    a_over_b : (...,) float   Rolling over lateral semi-axis of the patch, > 0; only "fastsim" depends on it. [-]
-    poisson : (...,) float    Poisson ratio of the bodies, 0 to 0.5; only "fastsim" depends on it, little. [-]
+    a_over_b : (...,) float   Rolling over lateral semi-axis of the patch, > 0; only "fastsim" and "exact" depend on it. [-]
+    poisson : (...,) float    Poisson ratio of the bodies, 0 to 0.5; only they depend on it, little. [-]
 
     Returns
     -------
@@ -246,9 +304,9 @@ def planar_force(
     Raises
     ------
     ParameterError
-        If the law is unknown; with "fastsim", if `a_over_b` or `poisson` is out of range.
+        If the law is unknown; with "fastsim" and "exact", if `a_over_b` or `poisson` is out of range.
 
-    Source: shen1983, kalker1982, vermeulen1964, polach2005, by law.
+    Source: shen1983, kalker1982, vermeulen1964, polach2005, kalker1990, by law.
     """
     found = _find(law)
     if found == FASTSIM:
@@ -257,6 +315,7 @@ def planar_force(
         return patch.fx, patch.fy
     others = (k_x, k_y, psi, a_over_b, poisson)
     k_x, k_y, psi = (_broadcast(value, *others) for value in (k_x, k_y, psi))
+    found = found.on(a_over_b, poisson)
     xp = namespace(k_x)
     linear_x, linear_y = 3.0 * k_x, 3.0 * k_y + psi
     square = linear_x * linear_x + linear_y * linear_y
@@ -272,7 +331,7 @@ def _broadcast(value: Array, *others: Array) -> Array:
     return xp.broadcast_arrays(*as_floats(xp, value, *others))[0]
 
 
-def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Array:
+def directed_flow_factor(law: CreepLaw | Formulas, ratio: Array, link_speed: Array) -> Array:
     """Factor on the link speed that always removes power; 0 at and beyond slip.
 
     Where the lateral force drives the link (``-fu ldot > 0``), the paper's factor slows the link. Where the load drives,
@@ -298,7 +357,7 @@ def directed_flow_factor(law: CreepLaw, ratio: Array, link_speed: Array) -> Arra
     return xp.where(rolls, xp.where(drives, factor, 1.0 / xp.where(rolls, factor, 1.0)), 0.0)
 
 
-def before_flow_loss(law: CreepLaw, ratio: Array, slope: Array) -> tuple[Array, Array]:
+def before_flow_loss(law: CreepLaw | Formulas, ratio: Array, slope: Array) -> tuple[Array, Array]:
     """Speed ratio that `directed_flow_factor` maps to `slope`, and its derivative by the force ratio; nan beyond slip.
 
     Parameters

@@ -22,7 +22,7 @@ FASTSIM_SLIP = 32.0 / (3.0 * math.pi)
 _POLACH_SERIES = (1 / 60, 1 / 1400, 1 / 25200, 43 / 17248000, 1213 / 7207200000)
 """Series of psi in s = (6 M)^(1/3), where psi - sin psi = M, after the first term psi = s."""
 
-_RESOLUTION = 2.0**-53
+RESOLUTION = 2.0**-53
 """Distance of the largest float64 below 1 from 1."""
 
 
@@ -105,9 +105,9 @@ def vermeulen_johnson_force(creepage: Array) -> Array:
     Source: vermeulen1964, with the initial slope from kalker1990 as in shen1983.
     """
     xp = namespace(creepage)
-    k = _size(xp, creepage) / VERMEULEN_JOHNSON_SLIP
+    k = size_of(xp, creepage) / VERMEULEN_JOHNSON_SLIP
     k = xp.where(k >= 1.0, 1.0, k)
-    return _signed(xp, creepage, k * (3.0 - k * (3.0 - k)))
+    return signed(xp, creepage, k * (3.0 - k * (3.0 - k)))
 
 
 def vermeulen_johnson_creepage(force_ratio: Array) -> Array:
@@ -124,10 +124,10 @@ def vermeulen_johnson_creepage(force_ratio: Array) -> Array:
     Source: vermeulen1964, solved for the creepage.
     """
     xp = namespace(force_ratio)
-    size = _size(xp, force_ratio)
+    size = size_of(xp, force_ratio)
     slips = size >= 1.0
     creepage = -VERMEULEN_JOHNSON_SLIP * xp.expm1(xp.log1p(-xp.where(slips, 0.0, size)) / 3.0)
-    return _signed(xp, force_ratio, xp.where(slips, VERMEULEN_JOHNSON_SLIP, creepage))
+    return signed(xp, force_ratio, xp.where(slips, VERMEULEN_JOHNSON_SLIP, creepage))
 
 
 def vermeulen_johnson_slope(force_ratio: Array) -> Array:
@@ -144,8 +144,8 @@ def vermeulen_johnson_slope(force_ratio: Array) -> Array:
     Source: vermeulen1964, derivative.
     """
     xp = namespace(force_ratio)
-    size = _size(xp, force_ratio)
-    return xp.where(size > 1.0, 0.0, _rest(xp, size) ** (-2.0 / 3.0))
+    size = size_of(xp, force_ratio)
+    return xp.where(size > 1.0, 0.0, rest_of(xp, size) ** (-2.0 / 3.0))
 
 
 def polach_force(creepage: Array) -> Array:
@@ -184,7 +184,7 @@ def polach_creepage(force_ratio: Array) -> Array:
     Source: polach2005, solved for the creepage (derivation in the code).
     """
     xp = namespace(force_ratio)
-    return _signed(xp, force_ratio, 4.0 / math.pi * _polach_epsilon(xp, _size(xp, force_ratio)))
+    return signed(xp, force_ratio, 4.0 / math.pi * _polach_epsilon(xp, size_of(xp, force_ratio)))
 
 
 def polach_slope(force_ratio: Array) -> Array:
@@ -201,7 +201,7 @@ def polach_slope(force_ratio: Array) -> Array:
     Source: polach2005, derivative.
     """
     xp = namespace(force_ratio)
-    size = _size(xp, force_ratio)
+    size = size_of(xp, force_ratio)
     root = 1.0 + _polach_epsilon(xp, size) ** 2
     return xp.where(size > 1.0, 0.0, root * root)
 
@@ -212,7 +212,7 @@ def _polach_epsilon(xp, size: Array) -> Array:
     The series of the second form is accurate to 5e-4 over the whole range. One step of fourth order, which needs no more
     sines than a step of second order, leaves only rounding. The step is so small that a short series gives its tangent.
     """
-    rest = _rest(xp, size)
+    rest = rest_of(xp, size)
     root = (6.0 * math.pi * rest) ** (1.0 / 3.0)
     angle = math.pi - _start(root, _POLACH_SERIES, (6.0 * math.pi) ** (1.0 / 3.0), math.pi)
     half_sine, half_cosine = xp.sin(0.5 * angle), xp.cos(0.5 * angle)
@@ -244,13 +244,13 @@ def fastsim_force(creepage: Array) -> Array:
     Source: kalker1982, integrated over an elliptic patch with a parabolic bound.
     """
     xp = namespace(creepage)
-    w = _size(xp, creepage) / FASTSIM_SLIP
+    w = size_of(xp, creepage) / FASTSIM_SLIP
     slips = w >= 1.0
     angle = xp.asin(xp.where(slips, 0.0, w))
     force, rest, _, _ = _fastsim(xp, angle)
     # The condition must not use `rest`: SymPy would move the choice above out of it and evaluate asin beyond 1.
     force = xp.where(w < 0.5, force, 1.0 - xp.clip(rest, 0.0, 1.0))
-    return _signed(xp, creepage, xp.where(slips, 1.0, force))
+    return signed(xp, creepage, xp.where(slips, 1.0, force))
 
 
 def fastsim_creepage(force_ratio: Array) -> Array:
@@ -269,9 +269,9 @@ def fastsim_creepage(force_ratio: Array) -> Array:
     Source: kalker1982, `fastsim_force` solved for the creepage.
     """
     xp = namespace(force_ratio)
-    size = _size(xp, force_ratio)
+    size = size_of(xp, force_ratio)
     creepage = FASTSIM_SLIP * xp.sin(_fastsim_angle(xp, size))
-    return _signed(xp, force_ratio, xp.where(size >= 1.0, FASTSIM_SLIP, creepage))
+    return signed(xp, force_ratio, xp.where(size >= 1.0, FASTSIM_SLIP, creepage))
 
 
 def fastsim_slope(force_ratio: Array) -> Array:
@@ -288,7 +288,7 @@ def fastsim_slope(force_ratio: Array) -> Array:
     Source: kalker1982, derivative.
     """
     xp = namespace(force_ratio)
-    size = _size(xp, force_ratio)
+    size = size_of(xp, force_ratio)
     angle = _fastsim_angle(xp, size)
     _, _, slope, _ = _fastsim(xp, angle)
     return xp.where(size > 1.0, 0.0, FASTSIM_SLIP * xp.cos(angle) / slope)
@@ -296,7 +296,7 @@ def fastsim_slope(force_ratio: Array) -> Array:
 
 def _fastsim_angle(xp, size: Array) -> Array:
     """Angle asin(w) of a force ratio >= 0."""
-    rest = _rest(xp, size)
+    rest = rest_of(xp, size)
     # With A = pi/2 - asin(w), 1 - x is 32 A^7/(105 pi) near slip.
     scale = 105.0 * math.pi / 32.0
     angle = 0.5 * math.pi - _start((scale * rest) ** (1.0 / 7.0), (1.0 / 21.0,), scale ** (1.0 / 7.0), 0.5 * math.pi)
@@ -338,15 +338,16 @@ def _halley(value: Array, excess: Array, slope: Array, curvature: Array) -> Arra
     return value - step / (1.0 - 0.5 * step * curvature / slope)
 
 
-def _size(xp, value: Array) -> Array:
+def size_of(xp, value: Array) -> Array:
     """Absolute value with derivative 1 at 0, as an odd law requires."""
     return xp.where(value < 0, -value, value)
 
 
-def _signed(xp, value: Array, size: Array) -> Array:
+def signed(xp, value: Array, size: Array) -> Array:
+    """`size` with the sign of `value`."""
     return xp.where(value < 0, -size, size)
 
 
-def _rest(xp, size: Array) -> Array:
+def rest_of(xp, size: Array) -> Array:
     """1 - |x|, but at least the resolution of float64."""
-    return xp.where(size >= 1.0, _RESOLUTION, 1.0 - size)
+    return xp.where(size >= 1.0, RESOLUTION, 1.0 - size)

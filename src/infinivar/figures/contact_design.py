@@ -38,7 +38,7 @@ def data(sheet: ContactSheet, count: int = 41) -> dict[str, Any]:
         )
         patches[degrees] = (1e3 * turned.patch.a, 1e3 * turned.patch.b, turned.rotation)
     scaled = np.linspace(0.0, 4.0, 301)
-    laws = {name: law.force(scaled) for name, law in creep.LAWS.items() if law.flow_factor is None}
+    laws = {name: groups.formulas(law).force(scaled) for name, law in creep.LAWS.items() if law.flow_factor is None}
     duty = Duty(cylinder_speed=drive.cylinder_speed, link_force=HALF * float(groups.slip_force), ratio=RATIO)
     preload = np.linspace(0.45, 2.0, count) * element.preload
     return {

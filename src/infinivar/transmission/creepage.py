@@ -10,11 +10,11 @@ Source: faulring2006, sections II and III, in passive form.
 from __future__ import annotations
 
 from infinivar._core.array_namespace import Array, namespace
-from infinivar.contact.creep import CreepLaw
+from infinivar.contact.creep import CreepLaw, Formulas
 
 
 def lateral_force(
-    law: CreepLaw,
+    law: CreepLaw | Formulas,
     creep_speed: Array,
     rolling_speed: Array,
     slip_force: Array,
@@ -27,7 +27,7 @@ def lateral_force(
 
     Parameters
     ----------
-    law : CreepLaw                   A law without a flow loss.
+    law : CreepLaw or Formulas       A law without a flow loss.
     creep_speed : (...,) float       u. [m s^-1]
     rolling_speed : (...,) float     v. [m s^-1]
     slip_force : (...,) float        mu P. [N]

@@ -14,7 +14,8 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, hysteresis, kalker
 from infinivar.contact.bodies import Cylinder, Material, Wheel
-from infinivar.contact.creep import CreepLaw
+from infinivar.contact.creep import CreepLaw, Formulas
+from infinivar.contact.exact_law import STEEL_CIRCLE
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
@@ -35,13 +36,21 @@ class LossGroups(NamedTuple):
     """r. [m]"""
     full_slip: Array
     """Scaled creepage C u/(mu P |v|) at which the whole patch slips by exact theory. [-]"""
+    axis_ratio: Array = STEEL_CIRCLE[0]
+    """a/b, rolling over lateral semi-axis of the patch; assumed if only measured values are known. [-]"""
+    poisson: Array = STEEL_CIRCLE[1]
+    """Combined nu; assumed if only measured values are known. [-]"""
+
+    def formulas(self, law: CreepLaw) -> Formulas:
+        """The law's formulas on this patch."""
+        return law.on(self.axis_ratio, self.poisson)
 
     def slip_creepage(self, law: CreepLaw) -> Array:
         """Scaled creepage at the slip limit: where the creep law saturates, or full slip by exact theory if lower. [-]"""
-        full = self.full_slip
-        if isinstance(full, (int, float)):
-            return min(full, law.slip_creepage)
-        return namespace(full).where(full < law.slip_creepage, full, law.slip_creepage)
+        full, saturated = self.full_slip, self.formulas(law).slip_creepage
+        if isinstance(full, (int, float)) and isinstance(saturated, (int, float)):
+            return min(full, saturated)
+        return namespace(full, saturated).where(full < saturated, full, saturated)
 
     @property
     def rolling_force(self) -> Array:
@@ -237,6 +246,8 @@ class ContactGeometry:
             ),
             wheel_radius=wheel_radius,
             full_slip=contact.full_slip,
+            axis_ratio=contact.axis_ratio,
+            poisson=contact.poisson,
         )
 
     def axle_friction(self, *, wheel_radius: Array, preload: Array, slip_force: Array, surface_speed: Array) -> Array:

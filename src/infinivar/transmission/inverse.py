@@ -15,7 +15,7 @@ from typing import Any
 
 from infinivar._core.array_namespace import Array, newton
 from infinivar.contact import creep
-from infinivar.contact.creep import CreepLaw
+from infinivar.contact.creep import CreepLaw, Formulas
 from infinivar.transmission.geometry import LossGroups
 
 _STEPS = 24
@@ -41,7 +41,8 @@ def steering_tangent(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, l
 
     Source: inverse of `RotaryLinearIVT.operate`; derivation in the theory page.
     """
-    return (_by_angle if law.straight else _by_creepage)(xp, law, groups, slope, load)
+    formulas = groups.formulas(law)
+    return (_by_angle if formulas.straight else _by_creepage)(xp, formulas, groups, slope, load)
 
 
 def _ratio(xp: Any, groups: LossGroups, load: Array, tangent: Array) -> tuple[Array, Array]:
@@ -50,7 +51,7 @@ def _ratio(xp: Any, groups: LossGroups, load: Array, tangent: Array) -> tuple[Ar
     return groups.rolling_group * tangent - load * root, groups.rolling_group - load * (tangent / root)
 
 
-def _by_angle(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
+def _by_angle(xp: Any, law: Formulas, groups: LossGroups, slope: Array, load: Array) -> Array:
     """For linear laws: Newton's method for T (1 + e q) - e + q = 0 in T, nearly linear since e is at most 1/K."""
     stiffness = groups.creep_group
 
@@ -74,7 +75,7 @@ def _by_angle(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Ar
     return newton(xp, step, start, _STEPS)
 
 
-def _by_creepage(xp: Any, law: CreepLaw, groups: LossGroups, slope: Array, load: Array) -> Array:
+def _by_creepage(xp: Any, law: Formulas, groups: LossGroups, slope: Array, load: Array) -> Array:
     """For nonlinear laws: Newton's method for force(K e) = x(T(e)) in e, with T = (e - q)/(1 + e q).
 
     The force is a concave function of creepage and flat at slip, whereas the inverse function is steep there. Started to the

@@ -93,10 +93,11 @@ def tangent_rates(
     Source: time derivatives of `inverse.steering_tangent`; derivation in the theory page.
     """
     stiffness, group = groups.creep_group, groups.rolling_group
+    formulas = groups.formulas(law)
     q, f = slope, load
     root = xp.sqrt(1.0 + tangent * tangent)
     ratio = group * tangent - f.value * root
-    creepage, give = law.creepage(ratio) / stiffness, law.slope(ratio) / stiffness
+    creepage, give = formulas.creepage(ratio) / stiffness, formulas.slope(ratio) / stiffness
     by_tangent = group - f.value * tangent / root  # dx/dT
     with_e, with_q = tangent * q.value - 1.0, 1.0 + tangent * creepage  # dG/de, dG/dq
     stretch = 1.0 + creepage * q.value + with_e * give * by_tangent  # dG/dT in all
@@ -110,8 +111,8 @@ def tangent_rates(
         -(f.value / (root * root) * rate * rate + 2.0 * tangent * rate * f.rate) / root - root * f.curvature
     )  # second derivative of x, without the term in the second derivative of T
     swell = give * bend
-    if not law.straight:
-        curve = (law.slope(ratio + _PROBE) - law.slope(ratio - _PROBE)) / (2.0 * _PROBE * stiffness)
+    if not formulas.straight:
+        curve = (formulas.slope(ratio + _PROBE) - formulas.slope(ratio - _PROBE)) / (2.0 * _PROBE * stiffness)
         swell = swell + curve * ratio_rate * ratio_rate
     curvature = (
         -(

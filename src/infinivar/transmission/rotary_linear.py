@@ -94,7 +94,7 @@ class RotaryLinearIVT:
         "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle in either direction", default=math.pi / 2
     )
     creep_law: CreepLaw = component(
-        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach or fastsim",
+        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach, fastsim or exact",
         default=creep.LINEAR,
     )
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
@@ -317,7 +317,7 @@ class RotaryLinearIVT:
         lateral = -(link_force + against_rolling * sine) * steering.secant
         ratio = lateral / slip_force
 
-        law = self.creep_law
+        law = groups.formulas(self.creep_law)
         rolls = possible & (xp.abs(ratio) <= 1.0)
         safe = xp.where(rolls, ratio, 0.0)
         creepage = law.creepage(safe) / groups.creep_group
@@ -381,7 +381,7 @@ class RotaryLinearIVT:
         creepage = safe_divide(xp, creep_speed, xp.abs(rolling_speed), 0.0)
         slides = (rolling_speed == 0) & (creep_speed != 0)
         creepage = xp.where(slides, signed_infinity(xp, creep_speed), creepage)
-        law = self.creep_law
+        law = groups.formulas(self.creep_law)
         ratio = law.force(creepage * groups.creep_group)
         slip_demand = self._slip_demand(xp, groups, ratio, creep_speed, rolling_speed)
         if law.flow_factor is not None:
@@ -424,7 +424,7 @@ class RotaryLinearIVT:
         cosine, sine = steering.cosine, steering.sine
         spin = xp.sign(omega)
         surface_speed = self.cylinder_radius * xp.abs(omega)
-        law = self.creep_law
+        law = groups.formulas(self.creep_law)
 
         def excess(ratio: Array) -> Array:
             creepage = law.creepage(ratio) / groups.creep_group

@@ -49,9 +49,9 @@ def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
     )
 
 
-def _lateral(law: creep.CreepLaw, u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
+def _lateral(law: creep.Formulas, u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
     """Lateral force of the contact under a creep law."""
-    return creepage.lateral_force(creep.law_in_motion(law), u, v, **given)
+    return creepage.lateral_force(law, u, v, **given)
 
 
 def _shares(u: Array, v: Array, effort: Array, **given: Array) -> dict[str, Array]:
@@ -124,7 +124,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
             bg.resistance(
                 "creep",
                 "f_u",
-                functools.partial(_lateral, ivt.creep_law),
+                functools.partial(_lateral, groups.formulas(law)),
                 signals=("v",),
                 parameters=contact,
                 losses=_shares,
