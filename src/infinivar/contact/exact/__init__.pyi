@@ -1,3 +1,3 @@
-from . import equations, grid, influence, newton, patch
+from . import equations, grid, influence, newton, patch, spin_map, spin_nodes
 
-__all__ = ["equations", "grid", "influence", "newton", "patch"]
+__all__ = ["equations", "grid", "influence", "newton", "patch", "spin_map", "spin_nodes"]
