@@ -29,6 +29,7 @@ from .contact.bodies import Material
 from .contact.creep import CreepLaw
 from .contact.exact.many import RollingForces, rolling_forces
 from .contact.exact.patch import RollingPatch, SteadyRolling
+from .contact.exact.spin_map import SpinMap, spin_map
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
@@ -144,6 +145,7 @@ __all__ = [
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",
+    "SpinMap",
     "Spring",
     "SteadyMap",
     "SteadyRolling",
@@ -196,6 +198,7 @@ __all__ = [
     "sensitivity",
     "shaking",
     "simulate",
+    "spin_map",
     "steady_map",
     "stride_energies",
     "two_ways",

@@ -13,6 +13,12 @@ SETTLED = 1e-12
 _USUAL_STEPS = 2
 """Number of steps after which the iterations here have nearly always converged."""
 
+_LEAST_MOVE = 1e-15
+"""Step below which a bracketed iteration ends."""
+
+_Bracket = tuple[Any, Any, Any, Any]
+"""Lower and upper end, place, and size of the last move."""
+
 _PLAIN = frozenset({float, int, str, bool, type(None)})
 """Types of no array library: most fields of a part are of these."""
 
@@ -169,3 +175,70 @@ def bisect(xp: Any, function: Callable[[Array], Array], low: Array, high: Array,
 
     low, high = _repeat(xp, halve, (low, high), steps)
     return 0.5 * (low + high)
+
+
+def rising_root(
+    xp: Any, function: Callable[[Array], tuple[Array, Array]], low: Array, high: Array, steps: int
+) -> Array:
+    """Root of a rising function between `low` and `high`, by Newton's method within a bracket that shrinks.
+
+    Parameters
+    ----------
+    function             Maps places to values and slopes.
+    low, high : (...,)   Ends of the bracket, of one shape; without a root in it, the result is near one of them.
+    steps : int          Most steps; the bracket is halved where a step would not be half the last one or leaves the bracket.
+
+    Returns
+    -------
+    (...,)   Its derivatives are those of the root.
+    """
+
+    def narrow(state: _Bracket, function: Callable[..., tuple[Array, Array]], *held: Any) -> _Bracket:
+        low, high, place, moved = state
+        value, slope = function(place, *held)
+        low, high = xp.where(value < 0, place, low), xp.where(value > 0, place, high)
+        new = _newton_place(xp, place, value, slope)
+        quick = (
+            (new >= low) & (new <= high) & (xp.abs(new - place) <= xp.maximum(0.5 * moved, _LEAST_MOVE + 0.0 * moved))
+        )
+        new = xp.where(quick, new, 0.5 * (low + high))
+        return low, high, new, xp.abs(new - place)
+
+    state: _Bracket = (low, high, 0.5 * (low + high), high - low)
+    if xp.__name__ == "jax.numpy":
+        place = _narrowed_in_jax(xp, function, narrow, state, steps)
+    else:
+        for _ in range(steps):
+            state = narrow(state, function)
+            if xp.all(state[3] <= _LEAST_MOVE):
+                break
+        place = state[2]
+    value, slope = function(place)
+    new = _newton_place(xp, place, value, slope)
+    return xp.where((new >= low) & (new <= high), new, place)
+
+
+def _newton_place(xp: Any, place: Array, value: Array, slope: Array) -> Array:
+    """Place after a Newton step; nan where the function does not rise, except at a root."""
+    rises = slope > 0
+    return place - xp.where(rises, value / xp.where(rises, slope, 1.0), xp.where(value == 0, 0.0, xp.nan))
+
+
+def _narrowed_in_jax(xp: Any, function: Any, narrow: Any, state: Any, steps: int) -> Array:
+    """Place after the steps, excluded from differentiation."""
+    import jax
+
+    state = tuple(map(jax.lax.stop_gradient, state))
+    pure, held = jax.closure_convert(function, state[2])
+    held = [jax.lax.stop_gradient(part) for part in held]
+
+    def goes_on(state: Any) -> Any:
+        count, moves, _ = state
+        return moves & (count < steps)
+
+    def forth(state: Any) -> Any:
+        count, _, places = state
+        new = narrow(places, pure, *held)
+        return count + 1, xp.any(new[3] > _LEAST_MOVE), new
+
+    return jax.lax.while_loop(goes_on, forth, (0, True, state))[2][2]

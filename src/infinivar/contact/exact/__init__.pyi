@@ -1,3 +1,13 @@
-from . import equations, fit, grid, influence, newton, patch
+from . import equations, fit, grid, influence, many, newton, patch, spin_map, spin_nodes
 
-__all__ = ["equations", "fit", "grid", "influence", "newton", "patch"]
+__all__ = [
+    "equations",
+    "fit",
+    "grid",
+    "influence",
+    "many",
+    "newton",
+    "patch",
+    "spin_map",
+    "spin_nodes",
+]

@@ -1,0 +1,281 @@
+r"""Steady rolling with lateral creepage and spin, from a table of the solver's results.
+
+The map serves where thousands of points are needed: microseconds each instead of several milliseconds. It covers a
+patch whose axes lie along and across the rolling direction, without longitudinal creepage; `RollingPatch` has no such limits.
+
+Creepages are scaled as there: c = sqrt(a b), mu N and G are the units of length, force and stress, the creepage is that of the
+wheel on the track and the force that on the track, so that for small ones, with Kalker's coefficients,
+
+.. math:: f_y = C_{22}\upsilon + C_{23}\varphi, \qquad m_z = C_{33}\varphi - C_{23}\upsilon .
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from importlib import resources
+from typing import Any, NamedTuple
+
+import numpy as np
+from annotated_types import Interval
+
+from infinivar._core.array_namespace import Array, as_floats, namespace, rising_root
+from infinivar._core.fields import check_value
+from infinivar.contact.exact.grid import Floats
+from infinivar.contact.exact.spin_nodes import A_OVER_B, ANGLES, HALF, SIZES, Scales, linear_part, scales
+
+REACH = 0.995
+"""Largest rho/(rho + 2) of the lateral creepage that the inverse looks for: 150 times that of full slip."""
+
+_STEPS = 100
+"""Most steps of the inverse; 4 to 8 suffice, but near full slip each gains only half a digit."""
+
+_CLOSE = 1e-11
+"""Largest error of the force at a creepage that the inverse has found. [-]"""
+
+
+class SpinForces(NamedTuple):
+    """Forces of the wheel on the track: a positive creepage causes a positive force. [-]"""
+
+    fy: Array
+    """Lateral force over mu N."""
+    mz: Array
+    """Moment about the normal over mu N c."""
+
+
+class SpinGradient(NamedTuple):
+    """Derivatives of the forces by the scaled creepages. [-]"""
+
+    fy_by_lateral: Array
+    fy_by_spin: Array
+    mz_by_lateral: Array
+    mz_by_spin: Array
+
+
+class SpinMap(NamedTuple):
+    """The map for one shape and material, or for arrays of them: see `spin_map`."""
+
+    scale: Scales
+    coefficients: Array
+    """Of cubic B-splines in u and alpha, for both forces: (..., SIZES + 3, ANGLES + 3, 2). [-]"""
+
+    def forces(self, lateral: Array, spin: Array) -> SpinForces:
+        """Forces under lateral creepage and spin, both scaled; see `forces`."""
+        return self.forces_and_gradient(lateral, spin)[0]
+
+    def forces_and_gradient(self, lateral: Array, spin: Array) -> tuple[SpinForces, SpinGradient]:
+        """Forces, and their derivatives by both creepages.
+
+        Parameters
+        ----------
+        lateral, spin : (...,) float   Scaled creepage and spin. [-]
+
+        Returns
+        -------
+        SpinForces, SpinGradient   of (...,) float. [-]
+        """
+        xp = namespace(lateral, spin, self.coefficients)
+        lateral, spin = as_floats(xp, lateral, spin)
+        lever, c22 = self.scale.lever, self.scale.c22
+        x, y = xp.broadcast_arrays(c22 * lateral, c22 * lever * spin)
+        (force, by_x, by_y), (moment, moment_by_x, moment_by_y) = self._polar(xp, x, y)
+        turn = c22 * lever
+        return SpinForces(force, lever * moment), SpinGradient(
+            c22 * by_x, turn * by_y, turn * moment_by_x, turn * lever * moment_by_y
+        )
+
+    def lateral_creepage(self, force: Array, spin: Array) -> Array:
+        """Lateral creepage that a lateral force needs under a spin: the inverse of `forces`.
+
+        Parameters
+        ----------
+        force : (...,) float   Lateral force over mu N. [-]
+        spin : (...,) float    Scaled spin. [-]
+
+        Returns
+        -------
+        (...,) float   Scaled creepage; the force there is the one asked for to 1e-11. nan where no creepage gives it, and for
+            nan. [-]
+        """
+        xp = namespace(force, spin, self.coefficients)
+        force, spin = as_floats(xp, force, spin)
+        wanted, y = xp.broadcast_arrays(force, self.scale.c22 * self.scale.lever * spin)
+        possible = (xp.abs(wanted) < 1.0) & xp.isfinite(y)
+        aim, y = xp.where(possible, wanted, 0.0), xp.where(possible, y, 0.0)
+
+        def excess(place: Array) -> tuple[Array, Array]:
+            rest = 1.0 - xp.abs(place)
+            value, by_x, _ = self._polar(xp, HALF * place / rest, y)[0]
+            return value - aim, by_x * HALF / (rest * rest)
+
+        edge = REACH + 0.0 * aim
+        place = rising_root(xp, excess, -edge, edge, _STEPS)
+        reached = xp.abs(excess(place)[0]) <= _CLOSE
+        creepage = HALF * place / (1.0 - xp.abs(place)) / self.scale.c22
+        return xp.where(possible & reached, creepage, xp.nan)
+
+    def _polar(self, xp: Any, x: Array, y: Array) -> tuple[tuple[Array, Array, Array], ...]:
+        """Lateral force and moment over the lever, each with its derivatives by x and y."""
+        square = x * x + y * y
+        moves = square > 0.0
+        rho = xp.sqrt(xp.where(moves, square, 1.0))
+        sign = xp.where(x < 0.0, -1.0, 1.0)  # half a turn changes the sign of both forces
+        cosine, sine = xp.where(moves, sign * x / rho, 1.0), xp.where(moves, sign * y / rho, 0.0)
+        rho = xp.where(moves, rho, 0.0)
+        rest = HALF / (HALF + rho)  # 1 - u
+        u = 1.0 - rest
+        by_size, d_size = _splines(xp, SIZES * u, SIZES)
+        by_angle, d_angle = _splines(xp, ANGLES * (0.5 + (2.0 / math.pi) * xp.atan(sine / (1.0 + cosine))), ANGLES)
+
+        rows = _weighted(xp, by_size, self.coefficients)
+        d_rows = _weighted(xp, d_size, self.coefficients)
+        grow = rest * rest / HALF  # du/drho; u/rho is rest/HALF
+        made = []
+        slopes = ((1.0, self.scale.by_spin), (-self.scale.by_spin, self.scale.turning))
+        for part, (straight, (slope_x, slope_y)) in enumerate(zip(linear_part(self.scale, x, y), slopes, strict=True)):
+            row = rows[..., part]
+            table = xp.sum(row * by_angle, axis=-1)
+            outward = (table + u * SIZES * xp.sum(d_rows[..., part] * by_angle, axis=-1)) * grow
+            outward = outward - 2.0 * rest * grow * (sign * straight)
+            around = rest / HALF * (ANGLES / math.pi) * xp.sum(row * d_angle, axis=-1)
+            linear = rest * rest
+            made.append(
+                (
+                    straight * linear + sign * u * table,
+                    slope_x * linear + outward * cosine - around * sine,
+                    slope_y * linear + outward * sine + around * cosine,
+                )
+            )
+        return tuple(made)
+
+
+def spin_map(a_over_b: Array, poisson: Array) -> SpinMap:
+    """The map for a shape and material.
+
+    Parameters
+    ----------
+    a_over_b : (...,) float   Semi-axis along the rolling direction over the other, 0.05 to 20. [-]
+    poisson : (...,) float    Poisson's ratio, 0 to 0.5. [-]
+
+    Returns
+    -------
+    SpinMap
+
+    Raises
+    ------
+    ParameterError
+        If a value is out of range. For traced arrays the result is nan there instead.
+
+    Source: cubic splines in ln(a/b) through the table of `contact.exact.tabulate`, a parabola in Poisson's ratio.
+    """
+    if isinstance(a_over_b, (int, float)) and isinstance(poisson, (int, float)):
+        return _known(float(a_over_b), float(poisson))
+    return _made(a_over_b, poisson)
+
+
+def forces(lateral: Array, spin: Array, a_over_b: Array, poisson: Array) -> SpinForces:
+    """Lateral force and moment of a patch under lateral creepage and spin.
+
+    Parameters
+    ----------
+    lateral : (...,) float    G c^2 upsilon/(mu N), with the creepage upsilon of the wheel on the track. [-]
+    spin : (...,) float       G c^3 phi/(mu N), with the turning phi about the normal per distance rolled. [-]
+    a_over_b : (...,) float   Semi-axis along the rolling direction over the other, 0.05 to 20. [-]
+    poisson : (...,) float    Poisson's ratio, 0 to 0.5. [-]
+
+    Returns
+    -------
+    SpinForces   of (...,) float; inputs broadcast. They differ from the solver's by up to 0.007 below a/b = 5 and
+        0.0125 above; the moment, over the mean radius of the patch's edge, by 0.008. [-]
+
+    Raises
+    ------
+    ParameterError
+        If `a_over_b` or `poisson` is out of range.
+
+    Source: `contact.exact.tabulate`, from `RollingPatch`.
+    """
+    return spin_map(a_over_b, poisson).forces(lateral, spin)
+
+
+@functools.lru_cache(maxsize=64)
+def _known(a_over_b: float, poisson: float) -> SpinMap:
+    made = _made(a_over_b, poisson)
+    return SpinMap(Scales(*map(float, made.scale)), made.coefficients)
+
+
+def _made(a_over_b: Array, poisson: Array) -> SpinMap:
+    check_value("a_over_b", a_over_b, "1", Interval(ge=A_OVER_B[0], le=A_OVER_B[-1]))
+    check_value("poisson", poisson, "1", Interval(ge=0.0, le=0.5))
+    xp = namespace(a_over_b, poisson)
+    ratio, nu = xp.broadcast_arrays(*as_floats(xp, a_over_b, poisson))
+    valid = (ratio >= A_OVER_B[0]) & (ratio <= A_OVER_B[-1]) & (nu >= 0.0) & (nu <= 0.5)
+    ratio, nu = xp.where(valid, ratio, 1.0), xp.where(valid, nu, 0.25)
+    count = len(A_OVER_B) - 1
+    place = xp.log(ratio / A_OVER_B[0]) * (count / math.log(A_OVER_B[-1] / A_OVER_B[0]))
+    shapes, _ = _splines(xp, place, count)
+    weights = ((4.0 * nu - 1.0) * (2.0 * nu - 1.0), 8.0 * nu * (1.0 - 2.0 * nu), 2.0 * nu * (4.0 * nu - 1.0))
+    table = xp.asarray(_coefficients(), dtype=xp.float64)
+    flat = sum(weights[j][..., None] * _product(xp, shapes, table[:, j]) for j in range(3))
+    flat = xp.where(valid[..., None], flat, xp.nan)
+    return SpinMap(scales(ratio, nu), xp.reshape(flat, (*ratio.shape, SIZES + 3, ANGLES + 3, 2)))
+
+
+def _product(xp: Any, weights: Array, rows: Array) -> Array:
+    return xp.matmul(weights[..., None, :], rows)[..., 0, :]
+
+
+def _weighted(xp: Any, weights: Array, coefficients: Array) -> Array:
+    """Sum of the rows of (..., n, m, 2) by weights (..., n): (..., m, 2)."""
+    shape = coefficients.shape
+    rows = xp.reshape(coefficients, (*shape[:-2], shape[-2] * shape[-1]))
+    mixed = xp.matmul(weights, rows) if len(shape) == 3 else _product(xp, weights, rows)
+    return xp.reshape(mixed, (*mixed.shape[:-1], *shape[-2:]))
+
+
+def _splines(xp: Any, place: Array, count: int) -> tuple[Array, Array]:
+    """Cubic B-splines about the places -1 to `count` + 1, and their derivatives: (..., count + 3) each.
+
+    All of them at once, as those that are not 0 depend on the value.
+    """
+    apart = place[..., None] - xp.arange(-1.0, count + 2.0, dtype=xp.float64)
+    size = xp.abs(apart)
+    tail = xp.where(size < 2.0, 2.0 - size, 0.0)
+    near = size < 1.0
+    value = xp.where(near, 2.0 / 3.0 + size * size * (0.5 * size - 1.0), tail * tail * tail / 6.0)
+    slope = xp.where(near, size * (1.5 * size - 2.0), -0.5 * tail * tail)
+    return value, xp.where(apart < 0.0, -slope, slope)
+
+
+@functools.cache
+def _coefficients() -> Floats:
+    """Coefficients of the B-splines through the table: (A_OVER_B + 2, POISSON, (SIZES + 3) (ANGLES + 3) 2)."""
+    with (resources.files("infinivar.contact") / "data" / "spin_map.npz").open("rb") as file, np.load(file) as stored:
+        values = stored["values"].astype(float)
+    values = np.concatenate([np.zeros_like(values[:, :, :1]), values], axis=2)
+    values = _through_half_turn(values)
+    values = _through(_through(values, 2), 0)
+    return values.reshape(*values.shape[:2], -1)
+
+
+def _through(values: Floats, axis: int) -> Floats:
+    """Coefficients of the uniform cubic spline along an axis whose third derivative is continuous at the first inner node."""
+    count = values.shape[axis]
+    system = np.zeros((count + 2, count + 2))
+    for node in range(count):
+        system[node + 1, node : node + 3] = (1.0 / 6.0, 2.0 / 3.0, 1.0 / 6.0)
+    system[0, :5] = system[-1, -5:] = (1.0, -4.0, 6.0, -4.0, 1.0)
+    right = np.moveaxis(values, axis, 0)
+    nothing = np.zeros((1, *right.shape[1:]))
+    right = np.concatenate([nothing, right, nothing])
+    return np.moveaxis(np.linalg.solve(system, right.reshape(count + 2, -1)).reshape(right.shape), 0, axis)
+
+
+def _through_half_turn(values: Floats) -> Floats:
+    """Coefficients along the angles, the last axis but one, of a spline that changes its sign after half a turn."""
+    system = (2.0 / 3.0) * np.eye(ANGLES) + (1.0 / 6.0) * (np.eye(ANGLES, k=1) + np.eye(ANGLES, k=-1))
+    system[0, -1] = system[-1, 0] = -1.0 / 6.0
+    found = np.einsum("ij,...jk->...ik", np.linalg.inv(system), values)
+    # From -pi/2, which is half a turn from the node at pi/2, to pi/2.
+    half = ANGLES // 2
+    return np.concatenate([-found[..., half - 1 :, :], found[..., : half + 2, :]], axis=-2)
