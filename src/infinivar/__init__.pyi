@@ -30,6 +30,7 @@ from .contact.creep import CreepLaw
 from .contact.exact.many import RollingForces, rolling_forces
 from .contact.exact.patch import RollingPatch, SteadyRolling
 from .contact.exact.spin_map import SpinMap, spin_map
+from .contact.exact.transient import TransientRolling
 from .drivetrain.cobotic import CoboticDrive, SteeringPlant
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
@@ -157,6 +158,7 @@ __all__ = [
     "Study",
     "TorsionSpring",
     "Trajectory",
+    "TransientRolling",
     "Tremor",
     "TwoWays",
     "Uncertainty",

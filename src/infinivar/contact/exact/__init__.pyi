@@ -1,4 +1,4 @@
-from . import equations, fit, grid, influence, many, newton, patch, spin_map, spin_nodes
+from . import equations, fit, grid, influence, many, newton, patch, spin_map, spin_nodes, transient
 
 __all__ = [
     "equations",
@@ -10,4 +10,5 @@ __all__ = [
     "patch",
     "spin_map",
     "spin_nodes",
+    "transient",
 ]

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from infinivar.contact.exact.grid import Floats, Grid
+
+Places = Literal["middles", "borders"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,23 +52,44 @@ def influence(grid: Grid, poisson: float, mirrored: bool) -> Influence:
 
     Source: kalker1990, the displacements of a half-space under a loaded rectangle.
     """
-    sums = _corner_sums(grid)
-    k, k_turned, r = sums
-    parts = np.stack([(1.0 - poisson) * k + k_turned, -poisson * r, (1.0 - poisson) * k_turned + k]) / np.pi
-    if mirrored:
-        half = grid.cells // 2
-        upper = parts[:, half:]
-        own, image = upper[..., half:, :], upper[..., half - 1 :: -1, :]
-        xx, xy, yy = own[0] - image[0], own[1] + image[1], own[2] + image[2]
-        yx = own[1] - image[1]
-        length = grid.length[half:]
-    else:
-        (xx, xy, yy), yx, length = parts, parts[1], grid.length
-
-    rows, cells = len(length), grid.cells
-    blocks = np.stack([np.stack([xx, xy]), np.stack([yx, yy])]).reshape(2, 2, rows, cells + 2, rows * cells)
+    blocks = _blocks(grid, poisson, mirrored, "middles")
+    length = grid.length[grid.cells // 2 if mirrored else 0 :]
     slip = (blocks[:, :, :, :-1] - blocks[:, :, :, 1:]) / length[:, None, None]
     return Influence(_square(blocks[:, :, :, 1:-1]), _square(slip[:, :, :, 1:]), _square(slip[:, :, :, :-1]))
+
+
+@functools.lru_cache(maxsize=2)
+def half_cell_displacements(grid: Grid, poisson: float, mirrored: bool) -> tuple[Floats, Floats]:
+    """Displacements where slip is taken: half a cell ahead of the cells' middles and half a cell behind.
+
+    Parameters
+    ----------
+    grid, poisson, mirrored   As for `influence`.
+
+    Returns
+    -------
+    ahead, behind : (2 n, 2 n)   Maps from tractions. [-]
+
+    Source: as `influence`.
+    """
+    blocks = _blocks(grid, poisson, mirrored, "borders")
+    return _square(blocks[:, :, :, 1:]), _square(blocks[:, :, :, :-1])
+
+
+def _blocks(grid: Grid, poisson: float, mirrored: bool, places: Places) -> Floats:
+    """Displacements (to x or y, from x or y, row, place, cell)."""
+    k, k_turned, r = _corner_sums(grid, places)
+    parts = np.stack([(1.0 - poisson) * k + k_turned, -poisson * r, (1.0 - poisson) * k_turned + k]) / np.pi
+    rows = grid.cells
+    if mirrored:
+        rows = grid.cells // 2
+        upper = parts[:, rows:]
+        own, image = upper[..., rows:, :], upper[..., rows - 1 :: -1, :]
+        xx, xy, yy = own[0] - image[0], own[1] + image[1], own[2] + image[2]
+        yx = own[1] - image[1]
+    else:
+        (xx, xy, yy), yx = parts, parts[1]
+    return np.stack([np.stack([xx, xy]), np.stack([yx, yy])]).reshape(2, 2, rows, -1, rows * grid.cells)
 
 
 def _square(blocks: Floats) -> Floats:
@@ -75,15 +99,17 @@ def _square(blocks: Floats) -> Floats:
 
 
 @functools.lru_cache(maxsize=2)
-def _corner_sums(grid: Grid) -> Floats:
-    """Sums over the corners of K, K' and R, (3, rows, cells + 2, rows, cells): of all cells at places along each row.
+def _corner_sums(grid: Grid, places: Places) -> Floats:
+    """Sums over the corners of K, K' and R, (3, rows, places, rows, cells): of all cells at places along each row.
 
-    The places are the cells' middles, one before the first and one after the last.
+    The places are the cells' middles, one before the first and one after the last; or the borders between cells.
     """
     length = grid.length[:, None]
-    middles = np.concatenate([grid.x[:, :1] - length, grid.x, grid.x[:, -1:] + length], axis=1)
     edges = np.concatenate([grid.x - 0.5 * length, grid.x[:, -1:] + 0.5 * length], axis=1)
-    x = middles[:, :, None, None] - edges
+    at = edges
+    if places == "middles":
+        at = np.concatenate([grid.x[:, :1] - length, grid.x, grid.x[:, -1:] + length], axis=1)
+    x = at[:, :, None, None] - edges
     size = np.maximum(np.abs(x), 1e-300)
     apart = (grid.y[:, None] - grid.y)[:, None, :, None]
     total = np.zeros((3, *x.shape))
