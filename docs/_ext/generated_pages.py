@@ -234,7 +234,8 @@ def _claimed(value, unit: str) -> str:
 def draw(app) -> None:
     """Draw the paper's figures, write their claims, and draw the figures of its contact."""
     from infinivar.analysis.contact_sheet import contact_sheet
-    from infinivar.figures import contact_design, design_trends, style
+    from infinivar.analysis.steering_step import steering_steps
+    from infinivar.figures import contact_design, design_trends, steering_step, style
     from infinivar.paper.figures import FIGURES
 
     reproduction, folder = infinivar.reproduce(), Path(app.srcdir) / "reference" / "generated"
@@ -248,6 +249,8 @@ def draw(app) -> None:
     others = [claim for claim in reproduction.claims if claim.figure not in FIGURES]
     (folder / "paper_claims_without_figure.md").write_text(figure_of_paper(0, "", "", others), "utf-8")
     style.write(contact_design.draw_all(contact_sheet(machine.study, "cobotic")), folder / "contact_design", ("svg",))
+    (step,) = steering_steps(machine.study, "cobotic")
+    style.write(steering_step.draw_all(step), folder / "steering_step", ("svg",))
     style.write(design_trends.draw_all(machine.drive), folder / "design_trends", ("svg",))
     (folder / "design_trends_caption.md").write_text(f"{design_trends.CAPTION}\n", "utf-8")
 

@@ -20,6 +20,7 @@ from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
 from .analysis.simulate import Simulation, simulate
 from .analysis.steady_map import SteadyMap, steady_map
+from .analysis.steering_step import SteeringStep, steering_steps
 from .bondgraph.audit import Trajectory
 from .calibration.calibrate import calibrate, calibrate_cobotic
 from .calibration.geared.calibrate import calibrate_geared
@@ -151,6 +152,7 @@ __all__ = [
     "SteadyMap",
     "SteadyRolling",
     "SteeringPlant",
+    "SteeringStep",
     "Step",
     "StepForce",
     "StrideEnergies",
@@ -202,6 +204,7 @@ __all__ = [
     "simulate",
     "spin_map",
     "steady_map",
+    "steering_steps",
     "stride_energies",
     "two_ways",
 ]

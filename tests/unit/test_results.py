@@ -77,6 +77,7 @@ MAKE = {
     "dynamic map": lambda d, s: _dynamic(d),
     "trend": lambda d, s: sweep(d.transmission, "preload", [600.0, 700.0], [DUTY])[0],
     "sheet": lambda d, s: iv.contact_sheets(s)[0],
+    "steering step": lambda d, s: iv.steering_steps(s)[0],
     "sensitivity": lambda d, s: iv.sensitivity(s, "cobotic", "efficiency", samples=16),
     "calibration": _calibrated,
     "geared calibration": _calibrated_gear,

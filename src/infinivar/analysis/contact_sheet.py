@@ -127,14 +127,25 @@ def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet
     InputError
         If the drive does not exist or has no wheel on a cylinder.
     """
+    return tuple(contact_sheet(study, name) for name in cobotic_drives(study, drive))
+
+
+def cobotic_drives(study: Study, drive: str | None) -> dict[str, CoboticDrive]:
+    """All cobotic drives of a study by name, or one.
+
+    Raises
+    ------
+    InputError
+        If there is none, or none of that name.
+    """
     contacts = {name: found for name, found in study.drives.items() if isinstance(found, CoboticDrive)}
     if not contacts:
         raise InputError("no drive of type cobotic; only cobotic drives have a wheel on a cylinder")
-    if drive is not None:
-        if drive not in contacts:
-            raise InputError(f"drive {drive!r} must be one of {', '.join(contacts)}")
-        contacts = {drive: contacts[drive]}
-    return tuple(contact_sheet(study, name) for name in contacts)
+    if drive is None:
+        return contacts
+    if drive not in contacts:
+        raise InputError(f"drive {drive!r} must be one of {', '.join(contacts)}")
+    return {drive: contacts[drive]}
 
 
 def contact_sheet(study: Study, name: str) -> ContactSheet:

@@ -12,7 +12,7 @@ import typer
 from infinivar.cli.shared import loaded_study, naming, print_json
 from infinivar.console import NOT_FEASIBLE, flush, progress_bar, say
 from infinivar.errors import InputError
-from infinivar.options import Json, OptionalOut, Out, StudyFile, drives_of_study
+from infinivar.options import Json, OptionalOut, Out, StudyFile, drives_of_study, quantity
 
 if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison
@@ -132,14 +132,39 @@ def contact(
     drive: Annotated[
         str | None, typer.Option("--drive", help="Write the sheet of this drive only.", autocompletion=drives_of_study)
     ] = None,
+    transient: Annotated[
+        bool,
+        typer.Option(
+            "--transient", help="Show a step of the steering angle and the relaxation length instead of the sheet."
+        ),
+    ] = False,
+    angle: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ANGLE",
+            help='Step of the steering angle with --transient, such as "1 mrad". [default: half the slip limit]',
+        ),
+    ] = None,
+    rate: Annotated[
+        str | None,
+        typer.Option(metavar="RATE", help='Steering rate with --transient, such as "6 rad/s". [default: at once]'),
+    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
     """Print the calculation sheet of each wheel contact.
 
     Also write the sheets and their figures to files.
-    Exit with code 1 if a contact exceeds a stress limit.
+    Exit with code 1 if a contact exceeds a stress limit. With --transient, show how the lateral force follows a step of the
+    steering angle while the wheel rolls on.
     """
+    if transient:
+        _transient(study, drive, quantity("--angle", angle, "rad"), quantity("--rate", rate, "rad/s"), out, as_json)
+        return
+    if angle is not None or rate is not None:
+        raise InputError(
+            f"--{'rate' if angle is None else 'angle'} is of the step that --transient shows: add --transient"
+        )
     from infinivar.analysis.contact_sheet import contact_sheets
     from infinivar.report import contact as report
     from infinivar.report.saving import save
@@ -157,3 +182,25 @@ def contact(
                 say(line)
         say(f"Files written to {out}: {', '.join(file.name for file in files)}")
     raise typer.Exit(NOT_FEASIBLE if any(sheet.exceeded for sheet in sheets) else 0)
+
+
+def _transient(
+    study: Path, drive: str | None, angle: float | None, rate: float | None, out: Path, as_json: bool
+) -> None:
+    """Print and write a step of the steering angle of each wheel."""
+    from infinivar.analysis.steering_step import steering_steps
+    from infinivar.report import steering_step as report
+    from infinivar.report.saving import save
+    from infinivar.study.load import load_study
+
+    loaded = load_study(study)
+    with progress_bar() as progress, naming(study):
+        steps = steering_steps(loaded, drive, angle=angle, rate=rate, progress=progress)
+    files = save(steps, out)
+    if as_json:
+        print_json({"steps": [step.to_dict() for step in steps], "files": [str(file) for file in files]})
+        return
+    for step in steps:
+        for line in report.text(step).split("\n"):
+            say(line)
+    say(f"Files written to {out}: {', '.join(file.name for file in files)}")

@@ -58,6 +58,11 @@ _TYPES: dict[str, dict[str, str]] = {
         "dataset": "report.datasets:simulation",
         "table": "report.tables:simulation",
     },
+    "analysis.steering_step.SteeringStep": {
+        "plot": "figures.steering_step:draw_all",
+        "save": "report.steering_step:save",
+        "table": "report.tables:steering_step",
+    },
     "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map", "dataset": "report.datasets:steady_map"},
     "bondgraph.audit.Trajectory": {
         "plot": "figures.single:trajectory",

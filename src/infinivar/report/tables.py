@@ -15,6 +15,7 @@ from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
 from infinivar.analysis.simulate import Simulation
+from infinivar.analysis.steering_step import SteeringStep
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.result import Calibration
@@ -98,6 +99,12 @@ def mixed_use(found: MixedUse) -> pd.DataFrame:
 def contact_sheet(found: ContactSheet) -> pd.DataFrame:
     """One row per line of the sheet."""
     return frame([asdict(line) for line in found.lines])
+
+
+def steering_step(found: SteeringStep) -> pd.DataFrame:
+    """One row per distance rolled: slip angle, force and moment."""
+    columns = {"slip_angle_rad": found.slip_angle, "force_N": found.force, "moment_Nm": found.moment}
+    return frame({"distance_m": found.distance, **columns}).set_index("distance_m")
 
 
 def two_ways(found: TwoWays) -> pd.DataFrame:
