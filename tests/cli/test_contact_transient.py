@@ -80,6 +80,7 @@ def test_stated_contact_beside_others(infinivar, write, tmp_path):
         (("--angle", "1 mrad"), "--angle is of the step that --transient shows: add --transient"),
         (("--rate", "1 rad/s"), "--rate is of the step that --transient shows: add --transient"),
         (("--transient", "--angle", "1 N"), "--angle '1 N'"),
+        (("--transient", "--rate", "0.001 rad/s"), "rate must be at least 0.0"),
         (("--transient", "--angle", "0.5 rad"), "angle must be > 0 and <= 0.2 rad, got 0.5"),
         (("--transient", "--drive", "motor1-gear1"), "drive 'motor1-gear1' must be one of cobotic, cobotic-b"),
     ],
@@ -89,3 +90,14 @@ def test_wrong_options(infinivar, tmp_path, arguments, said):
     assert done.code == 2
     assert said in done.err
     assert not (tmp_path / "out").exists()
+
+
+def test_patch_out_of_range(infinivar, write, tmp_path):
+    """A crown so flat that the patch is nearly a line."""
+    path = write(
+        '[requirement]\nbase = "faulring2006"\n[drives.mine]\nbase = "faulring2006.cobotic"\n'
+        '[drives.mine.transmission.geometry]\ncrown_radius = "5 m"\n'
+    )
+    done = infinivar("contact", path, "--transient", "--out", tmp_path / "out")
+    assert done.code == 2
+    assert "drives.mine.transmission.geometry: patch outside the range of the solver: a_over_b must be" in done.err

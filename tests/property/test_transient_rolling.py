@@ -123,12 +123,9 @@ def test_half_of_the_patch_serves_for_the_whole():
     assert_allclose(_forces(released)[-1], SMALL.steady(0.0, 0.3, 0.2).forces, atol=1e-4)
 
 
-@pytest.mark.parametrize(("ratio", "turned", "longitudinal"), [(0.3, 0.0, False), (4.0, 0.0, False), (0.6, 0.5, True)])
-def test_random_steering(ratio, turned, longitudinal):
-    """300 steps of creepages that jump: all converge, slip dissipates in each, tractions are within bounds, energy balances."""
-    steps = 100 if longitudinal else 300
-    patch = iv.RollingPatch(ratio, 0.3, turned, 8 if longitudinal else 10)
-    linear = kalker.coefficients(ratio, 0.3)
+def _steered_at_random(patch, steps, longitudinal):
+    """Creepages that jump every fourth step, and steps of random length: passive, within bounds and balanced."""
+    linear = kalker.coefficients(patch.a_over_b, patch.poisson)
     rng = np.random.default_rng(5)
     jumps = np.repeat(rng.normal(size=(steps // 4, 3)), 4, axis=0)
     jumps *= [2.0 / linear.c11 if longitudinal else 0.0, 2.0 / linear.c22, 1.0 / linear.c23]
@@ -139,6 +136,21 @@ def test_random_steering(ratio, turned, longitudinal):
     assert np.all(rolling.energy >= 0.0)
     assert np.all(np.hypot(rolling.traction[:, 0], rolling.traction[:, 1]) <= rolling.grid.bound * (1.0 + 1e-7))
     assert np.max(np.abs(rolling.balance)) < 0.01 * rolling.work[-1]
+
+
+@pytest.mark.parametrize("ratio", [0.3, 4.0])
+def test_random_steering(ratio):
+    _steered_at_random(iv.RollingPatch(ratio, cells=10), 300 if ratio > 1.0 else 100, False)
+
+
+def test_random_creepage_of_a_turned_patch():
+    _steered_at_random(iv.RollingPatch(0.6, 0.3, 0.5, 8), 100, True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
+def test_random_steering_on_the_usual_grid(ratio):
+    _steered_at_random(iv.RollingPatch(ratio), 300, False)
 
 
 def test_slip_opposes_traction():

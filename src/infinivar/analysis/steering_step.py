@@ -19,6 +19,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, ParameterError
 from infinivar.study.study import Study
 from infinivar.transmission.geometry import PressedContact
+from infinivar.units import plain
 
 RELAXED = 1.0 - math.exp(-1.0)
 """Share of the steady force that defines the relaxation length, as in a delay of first order."""
@@ -37,6 +38,9 @@ _REACH = 6.0
 
 _AT_ONCE = 0.003
 """Distance over a on which a step at once takes place."""
+
+_MOST = 1000
+"""Distances while the wheel turns, at most."""
 
 _SMALL = 1e-3
 """Scaled creepage of a small step, whose patch sticks almost everywhere."""
@@ -98,6 +102,10 @@ class SteeringStep(Result):
     def verdict(self) -> str:
         """One-sentence answer: the relaxation length and time of the step."""
         length, time = self.relaxation_length, self.relaxation_time
+        if not math.isfinite(length):
+            return (
+                f"Relaxation length unknown after a step of {1e3 * self.angle:.3g} mrad: the solver did not converge."
+            )
         return (
             f"Relaxation length {1e3 * length:.3g} mm ({length / self.half_length:.2f} a), {1e3 * time:.3g} ms at "
             f"{self.surface_speed:.3g} m/s, after a step of {1e3 * self.angle:.3g} mrad."
@@ -218,14 +226,20 @@ class _Rolling:
         """The step, and those it is compared with."""
         if angle is None:
             angle = math.atan(self._half_slip() / self.scale)
-        creepage, half = self.scale * math.tan(angle), self.patch.a / self.unit
-        at_once = _AT_ONCE * half
+        creepage, at_once = self.scale * math.tan(angle), _AT_ONCE * self.patch.a / self.unit
         turn = at_once if rate is None else angle * self.surface_speed / rate / self.unit
+        if turn > _MOST * self._spacing:
+            least = angle * self.surface_speed / (_MOST * self._spacing * self.unit)
+            rolled = f"at a lower rate the wheel rolls more than {plain(1e3 * _MOST * self._spacing * self.unit, 2)} mm"
+            raise InputError(
+                f"drives.{self.name}: rate must be at least {plain(least, 2)} rad/s for a step of {plain(1e3 * angle, 3)} mrad: "
+                f"{rolled} while it turns, and the force is always that of steady rolling"
+            )
         runs = []
         for number, (size, distance) in enumerate(
             ((creepage, turn), (_SMALL, at_once), (creepage, 0.0), (_SMALL, 0.0)),
         ):
-            runs.append(self._run(size, distance, half, lambda done, number=number: share((number + done) / 4.0)))
+            runs.append(self._run(size, distance, lambda done, number=number: share((number + done) / 4.0)))
         steady = self.rolling.steady(lateral=creepage)
         small = self.rolling.steady(lateral=_SMALL).fy
         step, _, alone, _ = runs
@@ -256,17 +270,22 @@ class _Rolling:
             linear_creep_relaxation_length=lengths[3],
         )
 
+    @property
+    def _spacing(self) -> float:
+        """Distance between two forces, over the unit of length."""
+        return _REACH * max(self.patch.a / self.unit, 1.0) / _POINTS
+
     def _half_slip(self) -> float:
         """Scaled lateral creepage at half of the slip limit."""
         return brentq(lambda size: self.rolling.steady(lateral=size).fy - HALF, 0.01, 1.5)  # type: ignore[return-value]
 
-    def _run(self, creepage: float, turn: float, half: float, share: Callable[[float], None]) -> TransientRolling:
+    def _run(self, creepage: float, turn: float, share: Callable[[float], None]) -> TransientRolling:
         """Forces while the wheel turns on the distance `turn`, and rolls on.
 
         A turn by an angle towards +y is a spin of that sense, and makes the wheel creep towards -y. Here the wheel turns
         towards -y, so that the force is positive.
         """
-        spacing = _REACH * max(half, 1.0) / _POINTS
+        spacing = self._spacing
         count = math.ceil(turn / spacing) if turn > 0.0 else 0
         turning = np.linspace(0.0, turn, count + 1)[1:]
         distance = np.concatenate([turning, turn + spacing * np.arange(1, _POINTS + 1)])

@@ -35,7 +35,7 @@ def text(step: SteeringStep) -> str:
     ]
     lengths = [
         ("this step", step.relaxation_length, "the wheel turns, which is spin"),
-        ("small steps", step.linear_relaxation_length, "linear theory: the patch sticks"),
+        ("small steps", step.linear_relaxation_length, "linear theory, at once: the patch sticks"),
         ("lateral creep alone", step.creep_relaxation_length, "same slip angle without a turn: the link changes speed"),
         ("  small steps", step.linear_creep_relaxation_length, "linear theory"),
     ]
