@@ -53,11 +53,11 @@ def test_first_step_is_a_shift(ratio):
 )
 @pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])
 def test_balance(ratio, creepage):
-    """On 20 x 20 cells, work is stored or dissipated to 1 %, 1.5 % if its parts oppose, already after a/2 from rest."""
+    """On 20 x 20 cells, work of the creepages is stored or dissipated to 0.5 %, already after a/2 from rest."""
     linear = kalker.coefficients(ratio, 0.3)
     creepage = creepage / np.array([linear.c11, linear.c22, linear.c23])
     rolling = iv.RollingPatch(ratio, 0.3, 0.0, 20).transient(np.array([0.5, 1.0]) * np.sqrt(ratio), *creepage)
-    assert np.all(np.abs(rolling.balance) < (0.015 if creepage[1] < 0.0 else 0.01) * rolling.work)
+    assert np.all(np.abs(rolling.balance) < 0.005 * rolling.work)
     assert np.all(rolling.dissipated > 0.0)
     assert np.all(rolling.energy > 0.0)
 
@@ -65,10 +65,11 @@ def test_balance(ratio, creepage):
 def test_order():
     """Steps of half the length divide the error by about 4, in the forces and in the balance."""
     creepage = {"lateral": [0.4, -0.3], "spin": [0.0, 0.4]}
-    found = [SMALL.transient([1.0, 2.0], **creepage, step=0.5**halving) for halving in range(8)]
+    found = [SMALL.transient([1.0, 2.0], **creepage, step=0.5**halving) for halving in range(7)]
     errors = [np.max(np.abs(_forces(rolling) - _forces(found[-1]))) for rolling in found]
     balances = np.array([rolling.balance[-1] for rolling in found])
-    assert errors[2] < 0.0025  # the default step is about that
+    assert errors[2] < 0.0025
+    assert errors[3] < 0.001  # the default step
     assert errors[0] > 5.0 * errors[2]
     assert errors[0] > 100.0 * errors[4]
     changes = np.abs(np.diff(balances))
@@ -129,8 +130,9 @@ def _steered_at_random(patch, steps, longitudinal):
     rng = np.random.default_rng(5)
     jumps = np.repeat(rng.normal(size=(steps // 4, 3)), 4, axis=0)
     jumps *= [2.0 / linear.c11 if longitudinal else 0.0, 2.0 / linear.c22, 1.0 / linear.c23]
-    distance = np.cumsum(np.exp(rng.uniform(np.log(0.02), np.log(0.4), steps)))
-    rolling = patch.transient(distance, *jumps.T, keep=range(0, steps, 10))
+    half = 1.0 / patch.grid.reach
+    distance = half * np.cumsum(np.exp(rng.uniform(np.log(0.02), np.log(0.25), steps)))
+    rolling = patch.transient(distance, *jumps.T, step=half, keep=range(0, steps, 10))
     assert set(rolling.outcome) == {"converged"}
     assert np.all(np.diff(rolling.dissipated, prepend=0.0) >= 0.0)
     assert np.all(rolling.energy >= 0.0)
@@ -151,6 +153,19 @@ def test_random_creepage_of_a_turned_patch():
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
 def test_random_steering_on_the_usual_grid(ratio):
     _steered_at_random(iv.RollingPatch(ratio), 300, False)
+
+
+@pytest.mark.parametrize(("ratio", "turned"), [(0.1, 0.0), (1.0, 0.0), (10.0, 0.0), (0.3, 0.7)])
+def test_default_step(ratio, turned):
+    """After jumps of creepage and spin, forces err by about 0.001 of mu N, the moment by 0.0015 of mu N a."""
+    patch, linear = iv.RollingPatch(ratio, 0.3, turned, 8), kalker.coefficients(ratio, 0.3)
+    half = 1.0 / patch.grid.reach
+    creepage = {"lateral": np.array([1.2, -0.9]) / linear.c22, "spin": np.array([0.0, 0.5]) / linear.c23}
+    error = _forces(patch.transient([half, 2.0 * half], **creepage)) - _forces(
+        patch.transient([half, 2.0 * half], **creepage, step=half / 64.0)
+    )
+    assert np.max(np.abs(error[:, :2])) < 0.0015
+    assert np.max(np.abs(error[:, 2])) < 0.0015 * max(half, 1.0)
 
 
 def test_slip_opposes_traction():

@@ -182,9 +182,9 @@ class RollingPatch:
             start, to its own. [-]
         start : SteadyRolling or TransientRolling   State of this patch at the distance 0, of the latter the last one; by
             default without traction.
-        step : float               Longest step: longer distances are rolled in equal steps. By default a quarter of half of
-            the longest row, which is a/4 if the patch is not turned: forces then err by less than 0.002 of mu N after a
-            jump of the creepage. The error falls with the square of the step. [-]
+        step : float               Longest step: longer distances are rolled in equal steps. By default an eighth of half of
+            the longest row, which is a/8 if the patch is not turned: forces then err by about 0.001 of mu N after jumps of
+            creepage and spin. The error falls with the square of the step. [-]
         keep : sequence of int     Indices of the distances whose tractions are kept, besides the last.
         progress : callable        Receives the share done, 0 to 1, after each distance.
 

@@ -15,7 +15,7 @@ from infinivar.contact.exact.influence import half_cell_displacements
 from infinivar.contact.exact.newton import Friction, Outcome
 from infinivar.errors import require
 
-LONGEST_STEP = 0.25
+LONGEST_STEP = 0.125
 """Default of the longest step over half of the patch's longest row."""
 
 _STAGE = 1.0 - math.sqrt(0.5)
