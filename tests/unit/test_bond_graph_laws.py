@@ -255,3 +255,51 @@ def test_a_lever_arm_that_changes_with_the_angle():
     total = run.stored["J"] + run.stored["m"]
     assert_allclose(total, 0.5 * (0.2 + 3.0 * 0.3**2) * 1.5**2, rtol=1e-7)
     assert_allclose(run.flows["line", "m"], 0.3 * np.cos(run.signals["angle"]) * run.states["J"], rtol=1e-12)
+
+
+def inverted(force, steps):
+    """Solution x of ``x + x^3/10 = force`` by Newton's method; every step contains the last one three times."""
+    x = 1.0 * force
+    for _ in range(steps):
+        x = x - (x + 0.1 * x**3 - force) / (1.0 + 0.3 * x**2)
+    return x
+
+
+@pytest.mark.parametrize("where", ["resistance", "modulus"])
+def test_repeated_steps_of_a_law_do_not_multiply_its_equations(where):
+    """Written out, twelve steps would have 3^12 terms."""
+
+    def system(steps):
+        def law(*given):
+            return 2.0 + inverted(given[0], steps)
+
+        mass, inertia, end = bg.inertia("m", "m", 2.0), bg.inertia("J", "J", 0.5), bg.one("y", "w")
+        if where == "resistance":
+            return BondGraph(
+                "damped", [bg.one("x", "v"), mass, bg.resistance("brake", "T", law)], ["x > m", "x > brake"]
+            )
+        lever = bg.transformer("lever", "n", law, signals=("s",))
+        turning = Signal(name="s", symbol="s", of="y", integral=True)
+        return BondGraph(
+            "lever", [bg.one("x", "v"), mass, lever, end, inertia], ["x > m", "x > lever > y > J"], [turning]
+        )
+
+    few, many = (model(system(steps)) for steps in (6, 12))
+    assert len(many.outputs) < 4 * len(few.outputs)
+    at = {"m": 0.7, "J": 0.7, "s": 0.4}
+    rates = many.function("motion", FloatNamespace, {"m": 2.0, "J": 0.5})(
+        tuple(at[name] for name in many.states), (), ()
+    )
+    found = dict(zip(many.states, rates, strict=True))
+    if where == "resistance":
+        assert found["m"] == pytest.approx(-(2.0 + inverted(0.7, 12)) / 2.0, rel=1e-14)
+        return
+    # v = w/n and 0.5 w' = -f/n with f = 2 v' of the dependent mass, so (0.5 + 2/n^2) w' = 2 n' w/n^3, n' = w/(1 + 3 x^2/10).
+    (name,) = set(found) - {"s"}
+    x = inverted(0.4, 12)
+    n, rate = 2.0 + x, 1.0 / (1.0 + 0.3 * x**2)
+    if name == "J":
+        assert found["J"] == pytest.approx(2.0 * rate * 0.7**2 / n**3 / (0.5 + 2.0 / n**2), rel=1e-12)
+    else:
+        rate *= n * 0.7
+        assert found["m"] == pytest.approx(-0.5 * n * rate * 0.7 / (2.0 + 0.5 * n**2), rel=1e-12)

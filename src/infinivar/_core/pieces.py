@@ -54,13 +54,7 @@ class Pieces:
         if xp is np:  # a hysteresis that is inverted asks this hundreds of thousands of times
             edges, rows = _table(self)
             return list(rows[:, np.searchsorted(edges, x)])
-        found: list[Array] = []
-        for values in (self.anchors, *self.coefficients):
-            one: Array = values[0]
-            for place, edge in enumerate(self.edges, 1):
-                one = xp.where(x > edge, values[place], one)
-            found.append(one)
-        return found
+        return [_bisected(xp, x, self.edges, values) for values in (self.anchors, *self.coefficients)]
 
     def integral(self) -> Pieces:
         """Antiderivative that is 0 at x = 0."""
@@ -88,6 +82,16 @@ class Pieces:
                 if value < least[1]:
                     least = (x, value)
         return least
+
+
+def _bisected(xp: Array, x: Array, edges: tuple[float, ...], values: tuple[float, ...]) -> Array:
+    """Value of the interval between edges that contains x; choices nest as deep as the logarithm of their number."""
+    if not edges:
+        return values[0]
+    middle = len(edges) // 2
+    above = _bisected(xp, x, edges[middle + 1 :], values[middle + 1 :])
+    below = _bisected(xp, x, edges[:middle], values[: middle + 1])
+    return xp.where(x > edges[middle], above, below)
 
 
 @functools.lru_cache(maxsize=64)

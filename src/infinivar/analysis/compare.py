@@ -11,6 +11,7 @@ import numpy as np
 from infinivar import power
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
+from infinivar.analysis import sampled_springs
 from infinivar.analysis.cycles.cylinder_policy import Policy, policies
 from infinivar.analysis.cycles.duty_comparison import FEW, DutyComparison, over_all
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
@@ -23,7 +24,7 @@ from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, MovingDrive, operated
-from infinivar.errors import ParameterError
+from infinivar.errors import InputError
 from infinivar.limits import LEADING, Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.check import check_duty, check_spreads
@@ -406,8 +407,13 @@ def work_through(
         if isinstance(drive, CoboticDrive) and not quick:
             found_policies[name] = policies(drive, duty)
         ways[name] = "omitted from a quick comparison" if quick else _both_ways(drive, duty, results[name])
+    cautions = {name: sampled_springs.caution(drive, duty) for name, drive in study.drives.items()}
     return DutyComparison(
-        duty=duty, results=FrozenDict(results), policies=FrozenDict(found_policies), two_ways=FrozenDict(ways)
+        duty=duty,
+        results=FrozenDict(results),
+        policies=FrozenDict(found_policies),
+        two_ways=FrozenDict(ways),
+        cautions=FrozenDict({name: caution for name, caution in cautions.items() if caution}),
     )
 
 
@@ -427,5 +433,5 @@ def _both_ways(drive: Any, duty: DutyCycle, result: DutyResult) -> TwoWays | str
         return "the cycle exceeds the limits of the drive"
     try:
         return two_ways(drive, duty)
-    except ParameterError as problem:
+    except InputError as problem:  # what this drive cannot simulate says nothing about the others
         return str(problem)

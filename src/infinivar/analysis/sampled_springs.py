@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 from infinivar._core.fields import given
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.graphs import bandwidths
+from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.spring import Spring, TorsionSpring
 from infinivar.units import plain
@@ -46,6 +48,23 @@ class Resonance(NamedTuple):
             f"beyond half the sample rate of {plain(self.sample_rate, 4)} Hz, where the sampled controllers can excite it; "
             "raise control.sample_rate, or leave out a spring this stiff"
         )
+
+
+def warnings(drive: object, scenario: Scenario) -> tuple[str, ...]:
+    """What the resonances of a drive mean for its simulation under control; empty if nothing."""
+    found = [str(one) for one in excited(drive, scenario)]
+    if isinstance(drive, ConventionalDrive) and scenario.link != "free":
+        start, imposed = scenario.path.at(0.0).position, scenario.link == "imposed"
+        found.insert(0, str(bandwidths.of(drive, start, scenario.moved_mass, imposed=imposed)))
+    return tuple(filter(None, found))
+
+
+def caution(drive: object, duty: DutyCycle) -> str:
+    """Why the loops of a drive are unstable with the load of a duty cycle; "" if they are not, or cannot be simulated."""
+    if not isinstance(drive, ConventionalDrive) or drive.motor.rotor_inertia is None:
+        return ""
+    found = bandwidths.of(drive, float(duty.at(0.0)[0]), duty.moved_mass)
+    return str(found) if found.unstable else ""
 
 
 def excited(drive: object, scenario: Scenario) -> tuple[Resonance, ...]:

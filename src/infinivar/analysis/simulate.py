@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,9 @@ from infinivar.motion.scenario import Scenario
 from infinivar.parts.motor import Motor
 from infinivar.transmission import creepage
 from infinivar.units import plain
+
+_FEW = 5
+"""Most intervals of one limit that are listed one by one."""
 
 STEPS = 1000
 """Default number of output steps of a run."""
@@ -100,9 +104,16 @@ class Simulation(Result):
         return self.complete and not self.exceeded
 
     @property
+    def event_lines(self) -> tuple[str, ...]:
+        """Exceeded limits in one line each: every interval, or all of one limit together if they are many."""
+        kinds = dict.fromkeys((event.limit, event.what) for event in self.events)
+        groups = [[event for event in self.events if (event.limit, event.what) == kind] for kind in kinds]
+        return tuple(line for group in groups for line in _lines(group))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """Resonances of springs that the sampled controllers can excite; see `analysis.sampled_springs`."""
-        return tuple(str(one) for one in sampled_springs.excited(self.drive, self.scenario))
+        """Resonances that the sampled controllers can excite, or that make them slower; see `analysis.sampled_springs`."""
+        return sampled_springs.warnings(self.drive, self.scenario)
 
     @property
     def verdict(self) -> str:
@@ -218,6 +229,14 @@ def simulate(
             if limit == Limit.THERMAL
         },
     )
+
+
+def _lines(events: Sequence[Event]) -> list[str]:
+    """One line for each interval in which one limit is exceeded, or one for all of them if they are many."""
+    if len(events) <= _FEW:
+        return [str(event) for event in events]
+    whole = replace(events[0], end=events[-1].end, worst=max(event.worst for event in events))
+    return [f"{whole}, {len(events)} times"]
 
 
 def _run(machine: Machine, scenario: Scenario, progress: Callable[[float], None] | None) -> Trajectory:

@@ -9,6 +9,7 @@ Source: karnopp2012, chapter 5.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -18,10 +19,14 @@ import sympy
 from infinivar.bondgraph.causality import Causality, assign
 from infinivar.bondgraph.graph import SOURCES, STORAGES, Bond, BondGraph, BondGraphError, Element, Signal
 from infinivar.bondgraph.loops import LawValue, ordered
-from infinivar.bondgraph.trace import trace
+from infinivar.bondgraph.trace import Parts, trace
 
 Expression = Any
 """A SymPy expression."""
+
+
+_FEW = 20
+"""Most operations of an expression without a name in the solution of a loop, which expands products."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +48,7 @@ class Equations:
     states, derivatives   States and their time derivatives.
     inputs                Symbols of sources and outside signals, by name.
     rates                 Symbols of time derivatives of inputs, by name of the input, for dependent storages.
-    laws                  Values of laws, in order of evaluation.
+    laws                  Values of laws, and of large parts of expressions, in order of evaluation.
     efforts, flows        Effort and flow of every bond.
     signals               Value of every signal.
     stored                Energy in every storage.
@@ -130,7 +135,10 @@ class _Derivation:
         self.cuts: dict[sympy.Symbol, Expression] = {}
         self.outputs: dict[str, tuple[sympy.Symbol, ...]] = {}
         self.rates: dict[str, sympy.Symbol] = {}
-        self.tables: dict[sympy.Symbol, Expression] = {}
+        self.numbers = itertools.count(1)
+        self.parts = Parts(self.numbers)
+        self.part_of: dict[sympy.Symbol, str] = {}
+        self.slopes: dict[tuple[sympy.Symbol, sympy.Symbol], Expression] = {}
         self.inputs = {
             **{e.name: _symbol(e.symbol) for e in graph.elements if e.kind in SOURCES and e.law is None},
             **{signal.name: _symbol(signal.symbol) for signal in graph.signals if not signal.of},
@@ -180,12 +188,18 @@ class _Derivation:
         solved = self._solve(derivatives)
 
         def plain(expression: Expression) -> Expression:
-            return expression.xreplace(solved).xreplace(self.tables)
+            return expression.xreplace(solved)
 
-        laws = ordered(self.graph.name, self._law_values(plain))
+        laws = self._law_values(plain)
         efforts = {bond: plain(self.effort(bond)) for bond in self.graph.bonds}
         flows = {bond: plain(self.flow(bond)) for bond in self.graph.bonds}
         power = self._powers(efforts, flows)
+        stored = {e.name: plain(self._stored(e)) for e in self.graph.elements if e.kind in STORAGES}
+        losses = {
+            e.name: self._losses(e, power, flows, plain)
+            for e in self.graph.elements
+            if e.kind == "R" or (e.kind in SOURCES and e.losses is not None)
+        }
         return Equations(
             graph=self.graph,
             causality=self.causality,
@@ -193,17 +207,13 @@ class _Derivation:
             derivatives=tuple(plain(self.rate_of[state.symbol]) for state in self.states),
             inputs=self.inputs,
             rates=self.rates,
-            laws=laws,
+            laws=ordered(self.graph.name, [*self._part_values(plain), *laws]),
             efforts=efforts,
             flows=flows,
             signals={name: plain(value) for name, value in signals.items()},
-            stored={e.name: plain(self._stored(e)) for e in self.graph.elements if e.kind in STORAGES},
+            stored=stored,
             power=power,
-            losses={
-                e.name: self._losses(e, power, flows, plain)
-                for e in self.graph.elements
-                if e.kind == "R" or (e.kind in SOURCES and e.losses is not None)
-            },
+            losses=losses,
         )
 
     def _powers(self, efforts: Mapping[Bond, Expression], flows: Mapping[Bond, Expression]) -> dict[str, Expression]:
@@ -289,26 +299,35 @@ class _Derivation:
     def _modulus(self, element: Element) -> Expression:
         if element.parameter is not None:
             return _symbol(element.parameter.symbol)
-        return self._short(self._traced(element))
+        return self._short(self._traced(element), element.name)
 
-    def _short(self, expression: Expression) -> Expression:
-        """A symbol for an expression with roots, or cases such as a table's: the linear solution need not expand it."""
-        if not expression.has(sympy.Piecewise) and all(power.exp.is_integer for power in expression.atoms(sympy.Pow)):
+    def _short(self, expression: Expression, element: str) -> Expression:
+        """A symbol for an expression with roots, many terms, or cases such as a table's: no solution of a loop expands it."""
+        rational = all(power.exp.is_integer for power in expression.atoms(sympy.Pow))
+        if rational and not expression.has(sympy.Piecewise) and expression.count_ops() <= _FEW:
             return expression
-        known = next((symbol for symbol, value in self.tables.items() if value == expression), None)
-        if known is None:
-            known = sympy.Dummy(f"y_{{{len(self.tables) + 1}}}", real=True)
-            self.tables[known] = expression
-        return known
+        symbol = self.parts.named(expression)
+        self.part_of.setdefault(symbol, element)
+        return symbol
 
     def _traced(self, element: Element) -> Expression:
         """Value of a law of signals."""
         assert element.law is not None
-        values = [self.signal_value(signal) for signal in element.signals]
-        return trace(element.law, *values, **self._parameters(element))
+        return self._of(element, element.law, *(self.signal_value(signal) for signal in element.signals))
+
+    def _of(self, element: Element, law: Any, *arguments: Expression, **named: Expression) -> Any:
+        """A function of an element at expressions of the graph; its large parts become those of the equations."""
+        value = trace(law, *arguments, parts=self.parts, **named, **self._parameters(element))
+        for symbol in self.parts.found:
+            self.part_of.setdefault(symbol, element.name)
+        return value
+
+    def _part_values(self, plain: Any) -> list[LawValue]:
+        values = [(symbol, plain(value)) for symbol, value in self.parts.found.items()]
+        return [LawValue(symbol, self.part_of[symbol], (), value, value) for symbol, value in values]
 
     @staticmethod
-    def _parameters(element: Element) -> dict[str, sympy.Symbol]:
+    def _parameters(element: Element) -> dict[str, Any]:
         return {name: _symbol(given.symbol) for name, given in element.parameters.items()}
 
     def signal_value(self, name: str) -> Expression:
@@ -344,22 +363,41 @@ class _Derivation:
     def _time_derivative(self, expression: Expression, element: str) -> Expression:
         springs = {self._law_symbols(self.element[n])[0]: n for n in self.outputs if self.element[n].kind == "C"}
         laws = {symbol for symbols in self.outputs.values() for symbol in symbols} - set(springs)
-        if expression.free_symbols & (laws | set(self.cuts)):
+        if self._reached(expression) & (laws | set(self.cuts)):
             raise BondGraphError(
                 f"{self.graph.name}: the dependent storage {element!r} depends on a quantity that a resistance determines; "
                 f"add a storage for that quantity"
             )
-        inner = {effort: self._of_state(name, "law") for effort, name in springs.items()} | self.tables
+        inner = {effort: (self._of_state(name, "law"), name) for effort, name in springs.items()}
+        inner |= {symbol: (value, self.part_of[symbol]) for symbol, value in self.parts.found.items()}
         total = sympy.Integer(0)
         for state, rate in self.rate_of.items():
-            total += expression.diff(state) * rate
-            for symbol in expression.free_symbols & set(inner):
-                total += expression.diff(symbol) * self._short(inner[symbol].diff(state)) * rate
+            total += self._slope(expression, state, inner) * rate
         for name, symbol in self.inputs.items():
             slope = expression.diff(symbol)
             if slope != 0:
                 rate = self.rates.setdefault(name, sympy.Symbol(f"\\dot{{{symbol.name}}}", real=True))
                 total += slope * rate
+        return total
+
+    def _reached(self, expression: Expression) -> set[sympy.Symbol]:
+        """Symbols that an expression depends on, directly or through parts."""
+        reached, fresh = set(), expression.free_symbols
+        while fresh:
+            reached |= fresh
+            fresh = set().union(*(self.parts.found[s].free_symbols for s in fresh & set(self.parts.found))) - reached
+        return reached
+
+    def _slope(
+        self, expression: Expression, state: sympy.Symbol, inner: Mapping[sympy.Symbol, tuple[Expression, str]]
+    ) -> Expression:
+        """Derivative of an expression by a state, through the symbols that stand for the `inner` expressions of elements."""
+        total = expression.diff(state)
+        for symbol in sorted(expression.free_symbols & set(inner), key=str):
+            if (symbol, state) not in self.slopes:
+                value, element = inner[symbol]
+                self.slopes[symbol, state] = self._short(self._slope(value, state, inner), element)
+            total += expression.diff(symbol) * self.slopes[symbol, state]
         return total
 
     def _rate(self, state: State) -> Expression:
@@ -401,7 +439,8 @@ class _Derivation:
             at_ports = self._at_ports(element)
             given = [*at_ports, *map(self.signal_value, element.signals)]
             arguments = self._argument_symbols(element, len(symbols))
-            formula = trace(element.law, *arguments, **self._parameters(element))
+            parts = Parts(self.numbers)
+            formula = trace(element.law, *arguments, parts=parts, **self._parameters(element))
             formulas = formula if isinstance(formula, tuple) else (formula,)
             pairs = tuple(zip(arguments, map(plain, given), strict=True))
             solution = None
@@ -409,7 +448,8 @@ class _Derivation:
                 gain = sympy.Dummy("g", real=True)
                 solution = gain, trace(element.solved, *arguments, gain=gain, **self._parameters(element))
             for symbol, one in zip(symbols, formulas, strict=True):
-                values.append(LawValue(symbol, name, pairs, one, one.xreplace(dict(pairs)), solution))
+                value = one.xreplace(dict(pairs))
+                values.append(LawValue(symbol, name, pairs, one, value, solution, tuple(parts.found.items())))
         return values
 
     def _at_ports(self, element: Element) -> list[Expression]:
@@ -421,7 +461,7 @@ class _Derivation:
     def _of_state(self, name: str, what: Literal["law", "energy"]) -> Expression:
         """Law or energy of a compliance as an expression of its displacement."""
         element = self.element[name]
-        return trace(getattr(element, what), self.state_of[name], **self._parameters(element))
+        return self._of(element, getattr(element, what), self.state_of[name])
 
     def _argument_symbols(self, element: Element, ports: int) -> tuple[sympy.Symbol, ...]:
         # Dummies: a parameter of the law may have the same symbol.
@@ -436,12 +476,12 @@ class _Derivation:
         if element.losses is None:
             return {element.title: power[element.name]}
         if element.kind in SOURCES:
-            return trace(element.losses, power[element.name], **self._parameters(element))
+            return self._of(element, element.losses, power[element.name])
         bonds = self.at[element.name]
         symbols = self._law_symbols(element)
         given = [*(flows[bond] for bond in bonds), *(plain(self.signal_value(name)) for name in element.signals)]
         effort = symbols[0] if len(symbols) == 1 else symbols
-        return trace(element.losses, *given, effort=effort, **self._parameters(element))
+        return self._of(element, element.losses, *given, effort=effort)
 
     def _stored(self, element: Element) -> Expression:
         (bond,) = self.at[element.name]

@@ -33,6 +33,8 @@ class _Printer(AbstractPythonCodePrinter):
     def _print_Symbol(self, expr: Any) -> str:  # noqa: N802
         return self._names[expr]
 
+    _print_Dummy = _print_Symbol  # noqa: N815
+
     def _print_Piecewise(self, expr: Any) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]  # noqa: N802
         *first, (last, _) = expr.args
         text = self._print(last)

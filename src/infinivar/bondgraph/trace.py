@@ -2,28 +2,55 @@
 
 A law is called with `Traced` values, whose array namespace records every operation in SymPy. The result is the formula, used
 to print equations, take derivatives and generate code.
+
+A value that a law uses several times appears as often in the formula, so a formula of repeated steps, such as those of Newton's
+method, would grow exponentially with their number. `Parts` gives a large intermediate value a name of its own.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import sympy
+
+_LARGEST = 100
+"""Most operations in one part of a formula; laws of a few lines have fewer."""
+
+
+class Parts:
+    """Named parts of formulas: symbols, and the expressions they stand for, each in terms of earlier ones."""
+
+    def __init__(self, numbers: Iterator[int] | None = None) -> None:
+        """No parts yet; `numbers` count them, to tell parts of several formulas apart."""
+        self.found: dict[sympy.Symbol, Any] = {}
+        self._numbers = itertools.count(1) if numbers is None else numbers
+
+    def named(self, expression: Any) -> sympy.Symbol:
+        """Symbol of an expression, the same for the same expression."""
+        known = next((symbol for symbol, value in self.found.items() if value == expression), None)
+        if known is not None:
+            return known
+        symbol = sympy.Dummy(f"y_{{{next(self._numbers)}}}", real=True)
+        self.found[symbol] = expression
+        return symbol
 
 
 class Traced:
     """A scalar that records the operations on it, in place of an array."""
 
-    __slots__ = ("expression",)
+    __slots__ = ("expression", "parts", "size")
     shape = ()
     ndim = 0
     dtype = float
 
-    def __init__(self, expression: Any) -> None:
-        """Wrap a SymPy expression or relation."""
+    def __init__(self, expression: Any, parts: Parts | None = None, size: int = 1) -> None:
+        """Wrap a SymPy expression or relation of a number of operations; `parts` names large ones."""
         self.expression = expression
+        self.parts = parts
+        self.size = size
 
     def __array_namespace__(self, api_version: str | None = None) -> type[TracingNamespace]:
         """Array namespace of this class, as the Python array API requires."""
@@ -35,7 +62,7 @@ class Traced:
 
     def __neg__(self) -> Traced:
         """-x."""
-        return Traced(-self.expression)
+        return _made(-self.expression, self)
 
     def __pos__(self) -> Traced:
         """+x."""
@@ -43,26 +70,36 @@ class Traced:
 
     def __abs__(self) -> Traced:
         """|x|."""
-        return Traced(sympy.Abs(self.expression))
+        return _made(sympy.Abs(self.expression), self)
 
     def __invert__(self) -> Traced:
         """Logical not."""
-        return Traced(sympy.Not(self.expression))
+        return _made(sympy.Not(self.expression), self)
 
     def __and__(self, other: Any) -> Traced:
         """Logical and."""
-        return Traced(sympy.And(self.expression, symbolic(other)))
+        return _made(sympy.And(self.expression, symbolic(other)), self, other)
 
     def __or__(self, other: Any) -> Traced:
         """Logical or."""
-        return Traced(sympy.Or(self.expression, symbolic(other)))
+        return _made(sympy.Or(self.expression, symbolic(other)), self, other)
+
+
+def _made(expression: Any, *operands: Any) -> Traced:
+    """The result of an operation, under a name if it has grown large."""
+    traced = [operand for operand in operands if isinstance(operand, Traced)]
+    size = 1 + sum(operand.size for operand in traced)
+    parts = next((operand.parts for operand in traced if operand.parts is not None), None)
+    if parts is None or size <= _LARGEST or not isinstance(expression, sympy.Expr):
+        return Traced(expression, parts, size)
+    return Traced(parts.named(expression), parts)
 
 
 def _operator(name: str, apply: Callable[[Any, Any], Any], swapped: bool = False) -> None:
     def method(self: Traced, other: Any) -> Any:
         if isinstance(other, (Traced, int, float)) or hasattr(other, "__float__"):
             one, two = self.expression, symbolic(other)
-            return Traced(apply(two, one) if swapped else apply(one, two))
+            return _made(apply(two, one) if swapped else apply(one, two), self, other)
         return NotImplemented
 
     setattr(Traced, name, method)
@@ -101,7 +138,7 @@ def symbolic(value: Any) -> Any:
 
 
 def _function(apply: Callable[..., Any]) -> Callable[..., Traced]:
-    return staticmethod(lambda *values: Traced(apply(*map(symbolic, values))))  # type: ignore[return-value]
+    return staticmethod(lambda *values: _made(apply(*map(symbolic, values)), *values))  # type: ignore[return-value]
 
 
 def _where(condition: Any, yes: Any, no: Any) -> Any:
@@ -145,12 +182,12 @@ class TracingNamespace:
     @staticmethod
     def asarray(value: Any, dtype: Any = None) -> Traced:
         """Convert a number or traced value to a traced value."""
-        return Traced(symbolic(value))
+        return value if isinstance(value, Traced) else Traced(symbolic(value))
 
     @staticmethod
     def broadcast_arrays(*values: Any) -> list[Traced]:
         """Scalars broadcast to themselves."""
-        return [Traced(symbolic(value)) for value in values]
+        return [TracingNamespace.asarray(value) for value in values]
 
     where = _function(_where)
     abs = _function(sympy.Abs)
@@ -177,19 +214,21 @@ class TracingNamespace:
     isfinite = _function(lambda value: sympy.true)
 
 
-def trace(law: Callable[..., Any], *arguments: Any, **named: Any) -> Any:
+def trace(law: Callable[..., Any], *arguments: Any, parts: Parts | None = None, **named: Any) -> Any:
     """Evaluate a law for SymPy expressions.
 
     Parameters
     ----------
     law : callable               Over an array namespace.
     arguments, named             SymPy expressions or numbers.
+    parts : Parts                Receives large parts of the formula; None leaves it whole.
 
     Returns
     -------
     SymPy expression, or a tuple or dict of such, as the law returns.
     """
-    result = law(*map(Traced, arguments), **{name: Traced(value) for name, value in named.items()})
+    given = [Traced(value, parts) for value in arguments]
+    result = law(*given, **{name: Traced(value, parts) for name, value in named.items()})
     if isinstance(result, tuple):
         return tuple(symbolic(value) for value in result)
     if isinstance(result, dict):

@@ -55,8 +55,8 @@ def simulate(
         print_json({**result.to_dict(), "files": [str(file) for file in files]})
     else:
         say(f"{result.title}, {result.scenario.title}: {result.verdict}")
-        for event in result.events:
-            say(f"  {event}")
+        for line in result.event_lines:
+            say(f"  {line}")
         say(f"Report: {files[0]}")
     raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
 

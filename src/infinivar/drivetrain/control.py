@@ -7,8 +7,12 @@ from typing import Any
 
 from annotated_types import Gt
 
-from infinivar._core.fields import check, quantity
+from infinivar._core.fields import check, given, quantity
 from infinivar.errors import ParameterError
+
+SPEED_BANDWIDTH = 25.0
+LINK_BANDWIDTH = 4.0
+"""Default bandwidths of a geared drive that is rigid. [Hz]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +36,7 @@ class CoboticControl:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        _slower(self, "cylinder_bandwidth", "steering_bandwidth", "link_bandwidth")
+        _slower(self, cylinder_bandwidth=None, steering_bandwidth=None, link_bandwidth=None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,8 +44,18 @@ class ConventionalControl:
     """Loops of a conventional drive: motor speed, and an outer loop for load position."""
 
     sample_rate: float = quantity("Hz", Gt(0), "Rate at which controllers sample", default=1000.0)
-    speed_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the speed loop", default=25.0)
-    link_bandwidth: float = quantity("Hz", Gt(0), "Bandwidth of the load's position loop", default=4.0)
+    speed_bandwidth: float | None = quantity(
+        "Hz",
+        Gt(0),
+        "Bandwidth of the speed loop; default: 25 Hz, or half of what is stable with a compliant gearhead or stage",
+        default=None,
+    )
+    link_bandwidth: float | None = quantity(
+        "Hz",
+        Gt(0),
+        "Bandwidth of the load's position loop; default: 4 Hz, or 0.16 of a slower speed loop",
+        default=None,
+    )
     current_limit: float | None = quantity(
         "A", Gt(0), "Current limit of the motor; default: stall current", default=None
     )
@@ -52,12 +66,13 @@ class ConventionalControl:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        _slower(self, "speed_bandwidth", "link_bandwidth")
+        _slower(self, speed_bandwidth=SPEED_BANDWIDTH, link_bandwidth=LINK_BANDWIDTH)
 
 
-def _slower(control: Any, *names: str) -> None:
-    for name in names:
-        if not getattr(control, name) <= 0.1 * control.sample_rate:
+def _slower(control: Any, **defaults: float | None) -> None:
+    for name, usual in defaults.items():
+        value = getattr(control, name) if usual is None else given(getattr(control, name), usual)
+        if not value <= 0.1 * control.sample_rate:
             raise ParameterError(
-                f"{name} must be <= a tenth of sample_rate ({0.1 * control.sample_rate:g} Hz), got {getattr(control, name)}"
+                f"{name} must be <= a tenth of sample_rate ({0.1 * control.sample_rate:g} Hz), got {value}"
             )

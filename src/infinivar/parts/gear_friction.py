@@ -92,6 +92,12 @@ class GearFriction:
         return min(found)
 
     @property
+    def largest_load_factor(self) -> float:
+        """Motor torque per torque on the load at rest, without constant and squared terms, while the motor drives. [-]"""
+        out, entering = self.load_output + self.load_output_stribeck, self.load_motor + self.load_motor_stribeck
+        return (1.0 + out) / (1.0 - entering)
+
+    @property
     def is_zero(self) -> bool:
         """Whether every term is zero."""
         scales = ("stribeck_speed", "stribeck_exponent")

@@ -156,6 +156,13 @@ class Gearhead:
         return 1.0 / self._forward, given(self.backdriving_efficiency, self._forward)
 
     @property
+    def largest_load_factor(self) -> float:
+        """Largest motor torque per load torque beyond constant friction, while the motor drives. [-]"""
+        if self.friction is None:
+            return float(self.load_factors[0])
+        return self.friction.largest_load_factor
+
+    @property
     def _forward(self) -> float:
         """Efficiency while the motor drives, of a gear that has one."""
         assert self.efficiency is not None

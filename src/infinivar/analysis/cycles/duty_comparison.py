@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 from infinivar._core.result import Result, result
@@ -28,12 +29,14 @@ class DutyComparison(Result):
     results         By drive.
     policies        Cylinder speed policies, by cobotic drive.
     two_ways        Energy by inverse dynamics and by simulation, by drive, or why it was not simulated.
+    cautions        Why the loops of a drive with a compliant gearhead or stage are unstable, by drive; others are left out.
     """
 
     duty: DutyCycle
     results: Mapping[str, DutyResult]
     policies: Mapping[str, tuple[Policy, ...]]
     two_ways: Mapping[str, TwoWays | str]
+    cautions: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def axis(self) -> Axis:
@@ -48,14 +51,16 @@ class DutyComparison(Result):
 
     @property
     def verdict(self) -> str:
-        """One clause: how many drives are feasible, and the one with the lowest energy, or the one that comes closest."""
+        """One clause: how many drives are feasible, and the one with the lowest energy, or that comes closest; cautions."""
         best, count = self.best, len(self.results)
         if best is None:
             closest = max(self.results.values(), key=lambda result: result.tightest[1])
             if count == 1:
                 return f"{closest.title} is infeasible; {closest.tightest_words}"
             return f"none of the {count} drives is feasible; closest: {closest.title}, {closest.tightest_words}"
-        energy, tight = f"{plain(best.energy, 3)} J {self.duty.per}", best.tightest_words
+        caution = self.cautions.get(best.name, "")
+        energy = f"{plain(best.energy, 3)} J {self.duty.per}"
+        tight = f"{best.tightest_words}; {caution}" if caution else best.tightest_words
         if count == 1:
             return f"{best.title} is feasible with {energy}; {tight}"
         able = sum(result.feasible for result in self.results.values())
@@ -80,6 +85,7 @@ class DutyComparison(Result):
                         for policy in self.policies.get(name, ())
                     ],
                     "simulated": _simulated(self.two_ways[name]),
+                    **({"caution": self.cautions[name]} if name in self.cautions else {}),
                 }
                 for name, result in self.results.items()
             },

@@ -17,7 +17,7 @@ from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_graph
-from infinivar.drivetrain.graphs import compliances, controllers, output_start, planned, plants, stages
+from infinivar.drivetrain.graphs import bandwidths, compliances, controllers, output_start, planned, plants, stages
 from infinivar.drivetrain.graphs.planned import Planned
 from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
@@ -291,15 +291,18 @@ def _conventional_controller(
         inertia, carried = carried + inertia, 0.0
     rotor = (ratio / radius) ** 2 * _motor_inertia(drive)
     gain = motor.torque_constant * ratio / radius
+    bandwidth = bandwidths.of(
+        drive, scenario.path.at(0.0).position, scenario.moved_mass, imposed=scenario.link == "imposed"
+    )
     gear = _gear_friction(_without_measured_friction(drive), gain)
     # Sampled controllers cannot resolve lower speeds, regardless of the stick speed.
     hardly = max(stick_speed, plants.STICK_SPEED)
     return controllers.ConventionalController(
         sample_time=1.0 / settings.sample_rate,
         speed=controllers.speed_loop(
-            settings.speed_bandwidth, inertia + carried + rotor, gain, settings.current_limit or _stall(motor)
+            bandwidth.speed, inertia + carried + rotor, gain, settings.current_limit or _stall(motor)
         ),
-        link_gain=2.0 * math.pi * settings.link_bandwidth,
+        link_gain=2.0 * math.pi * bandwidth.link,
         inertia=inertia / gain,
         rotor=rotor / gain,
         friction=gear.friction,

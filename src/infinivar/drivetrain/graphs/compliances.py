@@ -82,12 +82,25 @@ def rotor_inertia(drive: ConventionalDrive) -> float:
     return drive.gearhead.ratio**2 * rotor
 
 
+def damping_of_gear(drive: ConventionalDrive) -> float:
+    """Damping of the gearhead at its output; 0 if it is rigid. [N m s]"""
+    stiffness = given(drive.gearhead.stiffness, 0.0)
+    return 2.0 * DAMPING * math.sqrt(stiffness * rotor_inertia(drive))
+
+
+def damping_of_stage(drive: ConventionalDrive) -> float:
+    """Damping of the output stage at the load; 0 if it is rigid. [N s m^-1]"""
+    turning = rotor_inertia(drive) + drive.gear_output_inertia
+    stiffness = float(given(drive.stage.stiffness, 0.0))
+    return 2.0 * DAMPING * math.sqrt(stiffness * turning) / float(drive.stage.travel_per_radian)
+
+
 def gear_torsion(drive: ConventionalDrive) -> Piece:
     """Torsion and backlash between gearhead and output stage."""
     gear = drive.gearhead
     if gear.stiffness is None:
         return RIGID
-    damping = 2.0 * DAMPING * math.sqrt(gear.stiffness * rotor_inertia(drive))
+    damping = damping_of_gear(drive)
     if gear.backlash is None or not gear.slack:
         return _linear("gear", "g", "gearhead", gear.stiffness, damping, ("rad/(N m)", "N m s"))
     free = Parameter(r"\beta_g", gear.backlash, "rad")
@@ -117,8 +130,7 @@ def stage_stretch(drive: ConventionalDrive) -> Piece:
     stage = drive.stage
     if stage.stiffness is None:
         return RIGID
-    turning = rotor_inertia(drive) + drive.gear_output_inertia
-    damping = 2.0 * DAMPING * math.sqrt(float(stage.stiffness) * turning) / float(stage.travel_per_radian)
+    damping = damping_of_stage(drive)
     return _linear(stage.title, stage.title[0], stage.title, float(stage.stiffness), damping, ("m/N", "N s/m"))
 
 

@@ -240,11 +240,10 @@ class ConventionalController:
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
         lost, slope = self.gear_friction(passed * (effort + self.friction * share), wanted)
-        # While a self-locking gear holds the load, the integral does not grow; a self-locking screw turns its sign.
         current, integral = self.speed.act(
             wanted - speed,
             integral,
-            min(max(passed * (1.0 + share * slope), -1.0), 1.0) * self.sample_time,
+            self._learnt(passed * (1.0 + share * slope), effort, share * (wanted - speed)) * self.sample_time,
             lambda grown: (
                 passed * (grown + known + self.friction * share)
                 + self.rotor * goal.acceleration
@@ -252,3 +251,16 @@ class ConventionalController:
             ),
         )
         return {self.output: current}, (integral, None)
+
+    def _learnt(self, passed: float, effort: float, short: float) -> float:
+        """Share of the time over which the integral grows.
+
+        `passed` is the motor's current per `effort`, the current for the load without losses; `short` is how much too slow it
+        moves in the commanded direction. While a self-locking gear holds the load, the motor feels little of it. A
+        self-locking screw must be driven either way, so that its current suits two loads: one that helps, and a smaller one
+        that resists. The integral would settle at the helping one, far too large. It therefore rests there, and yields only if
+        the load is so slow that another current than that for a helping load acts.
+        """
+        if passed < 0.0:
+            return min(-passed, 1.0) if self.speed.proportional * short > abs(passed * effort) else 0.0
+        return min(passed, 1.0)

@@ -121,17 +121,23 @@ def check_jamming(drive: ConventionalDrive, carried_mass: float, imposed_motion:
     """
     stage, travel = drive.stage, float(drive.stage.travel_per_radian)
     soft = stage.stiffness is not None or drive.output.has_series_spring
+    forward, backward = (1.0, 1.0) if stage.efficiencies is None else map(float, stage.efficiencies)
     if drive.gearhead.stiffness is None:
-        rigid = drive.gear_output_inertia + (0.0 if soft else carried_mass * travel**2)
+        # What the stage loses on the way to the load adds to the load's share.
+        rigid = drive.gear_output_inertia + (0.0 if soft else carried_mass * travel**2 / forward)
         field = "load_inertia" if stage.axis.rotary else "load_mass"
         check_gear_jamming(drive.gearhead, compliances.rotor_inertia(drive), rigid, field, imposed_motion and not soft)
-    backward = 1.0 if stage.efficiencies is None else float(stage.efficiencies[1])
     if backward >= 0.0 or soft:
         return
     if imposed_motion:
         raise ParameterError(f"link = 'imposed' cannot move a self-locking {stage.title}; use link = 'controlled'")
     turning = drive.gear_output_inertia
-    turning += 0.0 if drive.gearhead.stiffness is not None else compliances.rotor_inertia(drive)
+    if drive.gearhead.stiffness is None:
+        turning += compliances.rotor_inertia(drive) / drive.gearhead.largest_load_factor
+    elif not turning:
+        raise ParameterError(
+            f"output_inertia is missing: a self-locking {stage.title} behind gearhead.stiffness jams without it"
+        )
     if turning + backward * carried_mass * travel**2 <= 0.0:
         most = turning / (-backward * travel**2)
         where = "" if drive.output.linkage is None else " at the screw"
