@@ -68,7 +68,7 @@ class _Rows:
         slopes = linkage.derivatives(angle[0], max(len(angle) - 1, len(self.force)))
         self.utilisation[Limit.LINKAGE, name] = linkage.demand(angle[0])
         if linkage.dead_centres:
-            xp, lost = namespace(angle[0]), linkage.beyond_reach(angle[0])
+            xp, lost = namespace(linkage, angle[0]), linkage.beyond_reach(angle[0])
             slopes = [slopes[0], *(xp.where(lost, xp.nan, slope) for slope in slopes[1:])]
         self.states["lever_arm_m" if not linkage.rotary_drive else "linkage_ratio"] = slopes[1] + 0.0 * angle[0]
         self.position = chain_rule.composed(slopes, angle)
@@ -211,7 +211,7 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
     """
     if not chain:
         return Standing(speed, force, force * speed, {}, {}, {})
-    xp = namespace(position, speed, force)
+    xp = namespace(position, speed, force, *(place.part for place in chain))
     rotary = axis is ROTARY
     rows = _Rows([position, speed], [force], rotary, True)
     power, losses, utilisation = force * speed, {}, {}
