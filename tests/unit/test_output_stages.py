@@ -264,6 +264,23 @@ def test_a_belt_needs_its_span_to_stretch():
         iv.Belt(pitch=3e-3, teeth=20, span=0.1)
 
 
+def test_friction_of_the_guideway_stretches_a_belt():
+    """The friction acts at the load: d = (m x'' + f sgn x')/k, and the motor's travel contains it; lost is f |x'|."""
+    part = iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=2e4, span=1.0)
+    drive = replace(with_stage(belt=part), guideway=iv.Guideway(friction=50.0))
+    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0)
+    found = iv.duty_cycle(drive, duty)
+    course = found.instants.course
+    force = course.acceleration + 50.0 * np.sign(course.speed)
+    columns = found.columns
+    assert_allclose(columns["belt_stretch_deflection_m"], force / 2e4, rtol=1e-12, atol=1e-15)
+    assert_allclose(columns["drive_position_m"], course.position + force / 2e4, rtol=1e-12, atol=1e-15)
+    assert found.losses["guideway"] == pytest.approx(4 * 0.05 * 50.0, rel=1e-6)
+    assert_allclose(columns["gear_output_torque_Nm"][:5] / part.travel_per_radian, force[:5], rtol=1e-2)
+    held = drive.operate(speed=np.array([0.1, -0.1, 0.0]), force=20.0).states
+    assert_allclose(held["belt_stretch_deflection_m"], np.array([70.0, -30.0, 0.0]) / 2e4, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("stages", "words"), [({}, "pulley is missing"), ({"screw": SCREW, "belt": None}, "and screw are given")]
 )

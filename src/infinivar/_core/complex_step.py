@@ -207,7 +207,8 @@ class Namespace:
         """Angle of a point, with its derivative."""
         if not (isinstance(across, Stepped) or isinstance(along, Stepped)):
             return np.atan2(across, along)
-        y, x = np.asarray(_plain(across)), np.asarray(_plain(along))
+        y: Any = np.asarray(_plain(across))
+        x: Any = np.asarray(_plain(along))
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
         return Stepped(_joined(np.atan2(y.real, x.real), np.where((x.imag == 0) & (y.imag == 0), 0.0, slope)))

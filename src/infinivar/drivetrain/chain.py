@@ -5,6 +5,7 @@ force or moment that the drive's side exerts towards the load.
 
 - A parallel spring adds its force at x.
 - A linkage maps x to g(x) and F to F/g'(x); beyond a dead centre there is no motion, and all but the position is nan.
+- A guideway adds its friction to F; its jump where the motion reverses has no rate.
 - A series spring adds its deflection under F to x. The drive's speed thus contains the rate of the force: with a load m and a
   spring k, ``x_drive' = x' + (m x''' - f')/k``, and the drive's acceleration contains the fourth derivative of x.
 
@@ -22,9 +23,10 @@ from infinivar.axis import ROTARY, Axis
 from infinivar.drivetrain.output import Place
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
-from infinivar.motion.course import Course
+from infinivar.motion.course import Course, heading
 from infinivar.parts import history
 from infinivar.parts.elastic import Elastic
+from infinivar.parts.linear import Guideway
 from infinivar.parts.linkage import Linkage
 
 T = TypeVar("T")
@@ -58,6 +60,8 @@ class _Rows:
         """Map position and force from the load's side of an element to the drive's side."""
         if isinstance(place.part, Linkage):
             self._linkage(place.part, place.name)
+        elif place.kind == "guideway":
+            self.guideway(place.part, place.name)
         elif place.kind == "series":
             self._series(place.part, place.name)
         else:
@@ -74,6 +78,12 @@ class _Rows:
         self.position = chain_rule.composed(slopes, angle)
         self.force = chain_rule.quotient(self.force, chain_rule.composed(slopes[1:], angle))
         self.rotary = linkage.rotary_drive
+
+    def guideway(self, guide: Guideway, name: str) -> None:
+        """Add the friction of a guideway, at a steady speed or along a motion."""
+        speed = self.position[1] if len(self.position) == 2 else heading(*self.position[1:3])
+        drag, self.losses[name] = guide.operate(force=self.force[0], speed=speed)
+        self.force = [self.force[0] + drag, *self.force[1:]]
 
     def _parallel(self, spring: Elastic, name: str) -> None:
         x = self.position
@@ -217,6 +227,9 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
     power, losses, utilisation = force * speed, {}, {}
     for place in chain:
         part = place.part
+        if place.kind == "guideway":
+            rows.pass_through(place)
+            continue
         if place.kind == "parallel" and not isinstance(part, Linkage):
             x, v = rows.position
             elastic = part.force(x)
@@ -243,4 +256,4 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
         utilisation[limit] = xp.where(demand > before, demand, before)
     unit = "rad" if rows.rotary else "m"
     states = {f"drive_position_{unit}": rows.position[0], f"drive_speed_{unit}_s": rows.position[1]}
-    return Standing(rows.position[1], rows.force[0], power, losses, utilisation, {**rows.states, **states})
+    return Standing(rows.position[1], rows.force[0], power, {**losses, **rows.losses}, utilisation, {**rows.states, **states})

@@ -52,14 +52,28 @@ def check_moving(point: Any, wanted: Array, where: str) -> None:
             raise AuditError(f"{where}: {name} is not finite although the wheel does not slip")
     _check_delivery(point.power_out, wanted, where)
     check_losses(point.losses, point.power_in, point.power_out, where)
-    missing = np.asarray(point.power_in) - point.power_out
+    check_balance(point, where)
+
+
+def unbalanced(point: Any) -> Any:
+    """Power from the supply without those to the load, into losses and into stores, at each instant. [W]"""
+    missing = np.asarray(point.power_in - point.power_out)
     for flow in (*point.losses.values(), *point.stored.values()):
         missing = missing - flow
-    off = np.fmax.reduce(np.abs(missing), axis=None, initial=0.0)
-    largest = max(np.fmax.reduce(np.abs(flow), axis=None, initial=0.0) for flow in named.values())
-    if off > AUDIT_TOLERANCE * largest:
+    return missing
+
+
+def check_balance(point: Any, where: str) -> None:
+    """Raise AuditError unless the balance of power closes at each instant, relative to the largest power of the cycle."""
+    missing = unbalanced(point)
+    flows = (point.power_in, point.power_out, *point.losses.values(), *point.stored.values())
+    off, *sizes = (
+        np.fmax.reduce(np.abs(np.broadcast_to(flow, missing.shape)), axis=-1, initial=0.0) if missing.ndim else abs(flow)
+        for flow in (missing, *flows)
+    )
+    if np.any(off > AUDIT_TOLERANCE * np.fmax.reduce(sizes, axis=0)):
         raise AuditError(
-            f"{where}: power_in differs from power_out, losses and stored powers together by up to {off:.3g} W"
+            f"{where}: power_in differs from power_out, losses and stored powers together by up to {np.nanmax(off):.3g} W"
         )
 
 
