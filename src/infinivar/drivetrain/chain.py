@@ -256,4 +256,6 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
         utilisation[limit] = xp.where(demand > before, demand, before)
     unit = "rad" if rows.rotary else "m"
     states = {f"drive_position_{unit}": rows.position[0], f"drive_speed_{unit}_s": rows.position[1]}
-    return Standing(rows.position[1], rows.force[0], power, {**losses, **rows.losses}, utilisation, {**rows.states, **states})
+    return Standing(
+        rows.position[1], rows.force[0], power, {**losses, **rows.losses}, utilisation, {**rows.states, **states}
+    )
