@@ -240,7 +240,7 @@ def test_inertia_of_a_screw_adds_to_that_of_the_gear_output():
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({}, "friction of the thread is missing: state one of"),
+        ({}, "friction_coefficient is missing: state the friction of the thread as one of"),
         ({"friction_angle": 0.1, "efficiency": 0.4}, "friction_angle and efficiency are given"),
         ({"efficiency": 0.4, "flank_angle": 0.2}, "flank_angle does not apply with efficiency"),
         ({"friction_angle": 0.1, "shape": "ball", "flank_angle": 0.1}, "flank_angle does not apply"),
@@ -360,7 +360,10 @@ def test_a_study_replaces_the_stage_of_its_base(tmp_path):
     [
         (lambda: iv.Belt(pitch=3e-3, teeth=20.5, efficiency=0.9), "teeth must be a whole number, got 20.5"),
         (lambda: iv.Rack(module=1e-3, teeth=2.5, efficiency=0.9), "teeth must be a whole number, got 2.5"),
-        (lambda: iv.Screw(lead=5e-3, diameter=0.016), "the friction of the thread is missing: state one of"),
+        (
+            lambda: iv.Screw(lead=5e-3, diameter=0.016),
+            "friction_coefficient is missing: state the friction of the thread as one of",
+        ),
         (
             lambda: iv.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, root_diameter=0.02, length=0.3),
             r"root_diameter must be <= diameter = 0.016 m, got 0.02",

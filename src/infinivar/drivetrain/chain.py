@@ -6,8 +6,9 @@ force or moment that the drive's side exerts towards the load.
 - A parallel spring adds its force at x.
 - A linkage maps x to g(x) and F to F/g'(x); beyond a dead centre there is no motion, and all but the position is nan.
 - A guideway adds its friction to F; its jump where the motion reverses has no rate.
-- A series spring adds its deflection under F to x. The drive's speed thus contains the rate of the force: with a load m and a
-  spring k, ``x_drive' = x' + (m x''' - f')/k``, and the drive's acceleration contains the fourth derivative of x.
+- A series spring adds its deflection under F to x; where a one-sided one would have to pull, there is no motion either. The
+  drive's speed thus contains the rate of the force: with a load m and a spring k, ``x_drive' = x' + (m x''' - f')/k``, and
+  the drive's acceleration contains the fourth derivative of x.
 
 The load's inertia is in F from the start: ``F = m x'' - f``.
 """
@@ -114,6 +115,8 @@ class _Rows:
         xp = namespace(deflection[0], force[0])
         demand, pull = spring.demand(deflection[0]), spring.pull_demand(force[0])
         self.utilisation[Limit.SPRING, name] = xp.where(pull > demand, pull, demand)
+        if spring.shape == "one-sided":
+            deflection = [deflection[0], *(xp.where(pull > 1.0, xp.nan, rate) for rate in deflection[1:])]
         self.position = chain_rule.total(self.position, deflection)
         self._state(name, "deflection", deflection[0], force=False)
 
@@ -249,7 +252,10 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
             deflection = part.deflection(rows.force[0])
             demand, pull = part.demand(deflection), part.pull_demand(rows.force[0])
             demand = xp.where(pull > demand, pull, demand)
-            rows.position = [rows.position[0] + deflection, rows.position[1]]
+            speed = rows.position[1]
+            if part.shape == "one-sided":
+                speed, power = xp.where(pull > 1.0, xp.nan, speed), xp.where(pull > 1.0, xp.nan, power)
+            rows.position = [rows.position[0] + deflection, speed]
             rows._state(place.name, "deflection", deflection, force=False)
         limit = Limit.LINKAGE if place.kind == "linkage" else Limit.SPRING
         before = utilisation.get(limit, 0.0 * demand)
