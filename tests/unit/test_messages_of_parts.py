@@ -1,7 +1,5 @@
 """Messages about parts, motions and benches: they name the field, and what would be right."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
 
@@ -100,11 +98,8 @@ def test_headings_of_a_bench_may_have_blanks(tmp_path):
         data.read_dynamometer(file, 20.0)
 
 
-@dataclass(frozen=True)
 class Strong:
-    """A drive without losses and limits."""
-
-    spent: dict = field(default_factory=dict)
+    """A drive without limits."""
 
     def operate(self, *, speed, force):
         out = force * speed
@@ -125,7 +120,7 @@ def test_no_energy_is_stated_where_a_spring_would_have_to_pull(load):
     assert not found.feasible
     assert found.verdict == "infeasible: series spring: spring travel, 1.33 times the allowance"
     assert np.isnan(found.energy)
-    pushed = study.duty["d"].__class__(motion=study.duty["d"].motion, load_mass=5.0, force=-80.0)
+    pushed = iv.DutyCycle(motion=study.duty["d"].motion, load_mass=5.0, force=-80.0)
     assert iv.duty_cycle(study.drives["lift"], pushed).energy > 0.0
     steady = iv.steady_map(study.drives["lift"], [0.05], [-100.0, 100.0])
     assert np.isnan(steady.power_in).ravel().tolist() == [True, False]

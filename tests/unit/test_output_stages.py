@@ -281,6 +281,21 @@ def test_friction_of_the_guideway_stretches_a_belt():
     assert_allclose(held["belt_stretch_deflection_m"], np.array([70.0, -30.0, 0.0]) / 2e4, atol=1e-12)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("friction", "specific"), [(50.0, 2e4), (100.0, 2e5)])
+def test_friction_stretches_a_belt_in_simulation_as_well(friction, specific):
+    """The motor makes up for the stretch, so that the load follows; both ways spend the same energy within 2 %."""
+    drive = iv.ConventionalDrive(
+        motor=iv.motors()["dcx-32-l-24v"],
+        gearhead=iv.Gearhead(ratio=5.0, efficiency=0.95),
+        belt=iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=specific, span=1.0),
+        guideway=iv.Guideway(friction=friction),
+    )
+    found = iv.two_ways(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0))
+    assert found.followed == pytest.approx(found.prescribed, rel=0.02)
+    assert found.rms_error < 0.05 * friction / specific
+
+
 @pytest.mark.parametrize(
     ("stages", "words"), [({}, "pulley is missing"), ({"screw": SCREW, "belt": None}, "and screw are given")]
 )
