@@ -150,7 +150,7 @@ def test_the_schema_lists_what_is_installed(installed):
 
 
 def test_without_packages_the_schema_is_that_of_the_program():
-    if not any(plugins.names(group) for group in plugins.GROUPS):
+    if not any(plugins.registered(group) for group in plugins.GROUPS):
         assert extended_schema() == json_schema()
 
 
@@ -294,10 +294,16 @@ def test_the_command_line_names_a_broken_package(tmp_path, monkeypatch):
 
     folder = tmp_path / "site"
     folder.mkdir()
-    lab.install(folder, monkeypatch, "[infinivar.creep_laws]\nlinear = {0}:SOFT\n", package="badlab")
+    words = "[infinivar.creep_laws]\nlinear = {0}:SOFT\nsoft = {0}:SOFT\n[infinivar.parts]\nwet = nowhere_at_all:Wet\n"
+    lab.install(folder, monkeypatch, words, package="badlab")
     outcome = run("schema", folder=tmp_path)
-    assert outcome.code == 2
-    assert "has the name of a built-in one" in outcome.err
+    assert outcome.code == 0
+    assert "left out: the creep law 'linear' (badlab:SOFT of badlab 1.2) has the name of a built-in one" in outcome.err
+    assert "left out: the part 'wet' (nowhere_at_all:Wet of badlab 1.2) cannot be loaded" in outcome.err
+    assert outcome.err.count("left out") == 2
+    assert '"soft"' in outcome.out
+    assert '"wet"' not in outcome.out
+    json.loads(outcome.out)
     sys.modules.pop("badlab", None)
 
 

@@ -240,7 +240,7 @@ def test_inertia_of_a_screw_adds_to_that_of_the_gear_output():
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({}, "friction of the thread is missing: state one of"),
+        ({}, "friction_coefficient is missing: state the friction of the thread as one of"),
         ({"friction_angle": 0.1, "efficiency": 0.4}, "friction_angle and efficiency are given"),
         ({"efficiency": 0.4, "flank_angle": 0.2}, "flank_angle does not apply with efficiency"),
         ({"friction_angle": 0.1, "shape": "ball", "flank_angle": 0.1}, "flank_angle does not apply"),
@@ -262,6 +262,38 @@ def test_a_belt_needs_its_span_to_stretch():
         iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=1e5)
     with pytest.raises(iv.ParameterError, match="specific_stiffness is missing"):
         iv.Belt(pitch=3e-3, teeth=20, span=0.1)
+
+
+def test_friction_of_the_guideway_stretches_a_belt():
+    """The friction acts at the load: d = (m x'' + f sgn x')/k, and the motor's travel contains it; lost is f |x'|."""
+    part = iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=2e4, span=1.0)
+    drive = replace(with_stage(belt=part), guideway=iv.Guideway(friction=50.0))
+    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0)
+    found = iv.duty_cycle(drive, duty)
+    course = found.instants.course
+    force = course.acceleration + 50.0 * np.sign(course.speed)
+    columns = found.columns
+    assert_allclose(columns["belt_stretch_deflection_m"], force / 2e4, rtol=1e-12, atol=1e-15)
+    assert_allclose(columns["drive_position_m"], course.position + force / 2e4, rtol=1e-12, atol=1e-15)
+    assert found.losses["guideway"] == pytest.approx(4 * 0.05 * 50.0, rel=1e-6)
+    assert_allclose(columns["gear_output_torque_Nm"][:5] / part.travel_per_radian, force[:5], rtol=1e-2)
+    held = drive.operate(speed=np.array([0.1, -0.1, 0.0]), force=20.0).states
+    assert_allclose(held["belt_stretch_deflection_m"], np.array([70.0, -30.0, 0.0]) / 2e4, atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("friction", "specific"), [(50.0, 2e4), (100.0, 2e5)])
+def test_friction_stretches_a_belt_in_simulation_as_well(friction, specific):
+    """The motor makes up for the stretch, so that the load follows; both ways spend the same energy within 2 %."""
+    drive = iv.ConventionalDrive(
+        motor=iv.motors()["dcx-32-l-24v"],
+        gearhead=iv.Gearhead(ratio=5.0, efficiency=0.95),
+        belt=iv.Belt(pitch=3e-3, teeth=20, specific_stiffness=specific, span=1.0),
+        guideway=iv.Guideway(friction=friction),
+    )
+    found = iv.two_ways(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0))
+    assert found.followed == pytest.approx(found.prescribed, rel=0.02)
+    assert found.rms_error < 0.05 * friction / specific
 
 
 @pytest.mark.parametrize(
@@ -343,7 +375,10 @@ def test_a_study_replaces_the_stage_of_its_base(tmp_path):
     [
         (lambda: iv.Belt(pitch=3e-3, teeth=20.5, efficiency=0.9), "teeth must be a whole number, got 20.5"),
         (lambda: iv.Rack(module=1e-3, teeth=2.5, efficiency=0.9), "teeth must be a whole number, got 2.5"),
-        (lambda: iv.Screw(lead=5e-3, diameter=0.016), "the friction of the thread is missing: state one of"),
+        (
+            lambda: iv.Screw(lead=5e-3, diameter=0.016),
+            "friction_coefficient is missing: state the friction of the thread as one of",
+        ),
         (
             lambda: iv.Screw(lead=5e-3, diameter=0.016, efficiency=0.9, root_diameter=0.02, length=0.3),
             r"root_diameter must be <= diameter = 0.016 m, got 0.02",

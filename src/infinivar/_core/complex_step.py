@@ -203,6 +203,16 @@ class Namespace:
             return Stepped(np.where(condition, _plain(one), _plain(other)))
         return np.where(condition, one, other)
 
+    def atan2(self, across: Any, along: Any) -> Any:
+        """Angle of a point, with its derivative."""
+        if not (isinstance(across, Stepped) or isinstance(along, Stepped)):
+            return np.atan2(across, along)
+        y: Any = np.asarray(_plain(across))
+        x: Any = np.asarray(_plain(along))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slope = (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
+        return Stepped(_joined(np.atan2(y.real, x.real), np.where((x.imag == 0) & (y.imag == 0), 0.0, slope)))
+
     def maximum(self, one: Any, other: Any) -> Any:
         """The larger, with its derivative."""
         return self.where((_real(one) >= _real(other)) | np.isnan(_real(one)), one, other)

@@ -29,31 +29,13 @@ def is_own(thing: Any) -> bool:
     return type(thing).__module__.partition(".")[0] != __name__.partition(".")[0]
 
 
-def names(group: str, known: Collection[str] = ()) -> tuple[str, ...]:
-    """Words that installed packages add to a group.
-
-    Parameters
-    ----------
-    group : str           One of `GROUPS`.
-    known : collection    Words of the program itself.
-
-    Raises
-    ------
-    InputError
-        If a word is one of the program's own, or two packages register the same.
-    """
-    for name in registered(group):
-        _one(group, name, known)
-    return registered(group)
-
-
 def registered(group: str) -> tuple[str, ...]:
     """Words that installed packages add to a group, whether or not they can be used."""
     return tuple(_found(group, tuple(sys.path)))
 
 
 def _one(group: str, name: str, known: Collection[str]) -> metadata.EntryPoint:
-    """The one entry point of a registered word; raises InputError for the reasons of `names`."""
+    """The one entry point of a registered word; raises InputError if the program or two packages have it."""
     points = _found(group, tuple(sys.path))[name]
     if name in known:
         raise InputError(f"{_described(group, points[0])} has the name of a built-in one; it must have another name")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, field
 from typing import TYPE_CHECKING, Any
@@ -104,6 +105,8 @@ class DriveResult(Result):
         share = "100" if self.covers else plain(min(100 * self.coverage, 99.9), 3)
         where = place(self.map.axis, tight.force, tight.speed)
         covered = f"covers {share} % of the required region"
+        if math.isinf(tight.value):
+            return f"{covered}; no limit is loaded"
         if self.covers:
             return f"{covered}; tightest limit: {tight.limit.words} (margin {tight.value:.2f} at {where})"
         if tight.value < 0.005:

@@ -18,7 +18,7 @@ from infinivar._core.result import Result, result
 from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.drive import Drive, operated
 from infinivar.errors import AuditError, InputError
-from infinivar.limits import LEADING, binding
+from infinivar.limits import LEADING, Limit, binding
 
 if TYPE_CHECKING:
     pass
@@ -171,8 +171,10 @@ def _evaluated(
     point = operate(speed=speed[tile[0], None], force=force[None, tile[1]])
     residual = power.audit(point.power_in, point.power_out, point.losses, "steady map")
     limit, margin = binding(point.utilisation)
-    if np.any(np.isnan(point.power_in) & ~np.isin(limit, LEADING)):
-        raise AuditError("steady map: a power is nan although the wheel does not slip and linkages reach")
+    if np.any(np.isnan(point.power_in) & ~np.isin(limit, (*LEADING, Limit.SPRING))):
+        raise AuditError(
+            "steady map: a power is nan although the wheel does not slip, linkages reach and no spring pulls"
+        )
     fields = {
         "power_in": point.power_in,
         "power_out": point.power_out,

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from infinivar.cli.shared import print_json
-from infinivar.console import progress_bar, say, write
+from infinivar.console import complain, progress_bar, say, write
 from infinivar.errors import InputError, nearest, printable
 from infinivar.options import Json, Out
 
@@ -63,7 +63,7 @@ def _write_new(path: Path, text: str) -> None:
 def _schema() -> str:
     from infinivar.study.extended_schema import extended_schema
 
-    return json.dumps(extended_schema(), indent=2) + "\n"
+    return json.dumps(extended_schema(lambda fault: complain(f"left out: {fault}")), indent=2) + "\n"
 
 
 def schema() -> None:

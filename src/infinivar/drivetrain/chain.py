@@ -5,8 +5,10 @@ force or moment that the drive's side exerts towards the load.
 
 - A parallel spring adds its force at x.
 - A linkage maps x to g(x) and F to F/g'(x); beyond a dead centre there is no motion, and all but the position is nan.
-- A series spring adds its deflection under F to x. The drive's speed thus contains the rate of the force: with a load m and a
-  spring k, ``x_drive' = x' + (m x''' - f')/k``, and the drive's acceleration contains the fourth derivative of x.
+- A guideway adds its friction to F; its jump where the motion reverses has no rate.
+- A series spring adds its deflection under F to x; where a one-sided one would have to pull, there is no motion either. The
+  drive's speed thus contains the rate of the force: with a load m and a spring k, ``x_drive' = x' + (m x''' - f')/k``, and
+  the drive's acceleration contains the fourth derivative of x.
 
 The load's inertia is in F from the start: ``F = m x'' - f``.
 """
@@ -22,9 +24,10 @@ from infinivar.axis import ROTARY, Axis
 from infinivar.drivetrain.output import Place
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
-from infinivar.motion.course import Course
+from infinivar.motion.course import Course, heading
 from infinivar.parts import history
 from infinivar.parts.elastic import Elastic
+from infinivar.parts.linear import Guideway
 from infinivar.parts.linkage import Linkage
 
 T = TypeVar("T")
@@ -58,6 +61,8 @@ class _Rows:
         """Map position and force from the load's side of an element to the drive's side."""
         if isinstance(place.part, Linkage):
             self._linkage(place.part, place.name)
+        elif place.kind == "guideway":
+            self.guideway(place.part, place.name)
         elif place.kind == "series":
             self._series(place.part, place.name)
         else:
@@ -68,12 +73,18 @@ class _Rows:
         slopes = linkage.derivatives(angle[0], max(len(angle) - 1, len(self.force)))
         self.utilisation[Limit.LINKAGE, name] = linkage.demand(angle[0])
         if linkage.dead_centres:
-            xp, lost = namespace(angle[0]), linkage.beyond_reach(angle[0])
+            xp, lost = namespace(linkage, angle[0]), linkage.beyond_reach(angle[0])
             slopes = [slopes[0], *(xp.where(lost, xp.nan, slope) for slope in slopes[1:])]
         self.states["lever_arm_m" if not linkage.rotary_drive else "linkage_ratio"] = slopes[1] + 0.0 * angle[0]
         self.position = chain_rule.composed(slopes, angle)
         self.force = chain_rule.quotient(self.force, chain_rule.composed(slopes[1:], angle))
         self.rotary = linkage.rotary_drive
+
+    def guideway(self, guide: Guideway, name: str) -> None:
+        """Add the friction of a guideway, at a steady speed or along a motion."""
+        speed = self.position[1] if len(self.position) == 2 else heading(*self.position[1:3])
+        drag, self.losses[name] = guide.operate(force=self.force[0], speed=speed)
+        self.force = [self.force[0] + drag, *self.force[1:]]
 
     def _parallel(self, spring: Elastic, name: str) -> None:
         x = self.position
@@ -104,6 +115,8 @@ class _Rows:
         xp = namespace(deflection[0], force[0])
         demand, pull = spring.demand(deflection[0]), spring.pull_demand(force[0])
         self.utilisation[Limit.SPRING, name] = xp.where(pull > demand, pull, demand)
+        if spring.shape == "one-sided":
+            deflection = [deflection[0], *(xp.where(pull > 1.0, xp.nan, rate) for rate in deflection[1:])]
         self.position = chain_rule.total(self.position, deflection)
         self._state(name, "deflection", deflection[0], force=False)
 
@@ -211,12 +224,15 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
     """
     if not chain:
         return Standing(speed, force, force * speed, {}, {}, {})
-    xp = namespace(position, speed, force)
+    xp = namespace(position, speed, force, *(place.part for place in chain))
     rotary = axis is ROTARY
     rows = _Rows([position, speed], [force], rotary, True)
     power, losses, utilisation = force * speed, {}, {}
     for place in chain:
         part = place.part
+        if place.kind == "guideway":
+            rows.pass_through(place)
+            continue
         if place.kind == "parallel" and not isinstance(part, Linkage):
             x, v = rows.position
             elastic = part.force(x)
@@ -236,11 +252,16 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
             deflection = part.deflection(rows.force[0])
             demand, pull = part.demand(deflection), part.pull_demand(rows.force[0])
             demand = xp.where(pull > demand, pull, demand)
-            rows.position = [rows.position[0] + deflection, rows.position[1]]
+            speed = rows.position[1]
+            if part.shape == "one-sided":
+                speed, power = xp.where(pull > 1.0, xp.nan, speed), xp.where(pull > 1.0, xp.nan, power)
+            rows.position = [rows.position[0] + deflection, speed]
             rows._state(place.name, "deflection", deflection, force=False)
         limit = Limit.LINKAGE if place.kind == "linkage" else Limit.SPRING
         before = utilisation.get(limit, 0.0 * demand)
         utilisation[limit] = xp.where(demand > before, demand, before)
     unit = "rad" if rows.rotary else "m"
     states = {f"drive_position_{unit}": rows.position[0], f"drive_speed_{unit}_s": rows.position[1]}
-    return Standing(rows.position[1], rows.force[0], power, losses, utilisation, {**rows.states, **states})
+    return Standing(
+        rows.position[1], rows.force[0], power, {**losses, **rows.losses}, utilisation, {**rows.states, **states}
+    )

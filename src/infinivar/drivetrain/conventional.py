@@ -110,11 +110,12 @@ class ConventionalDrive:
 
     @property
     def chain(self) -> tuple[Place, ...]:
-        """Springs and linkage of the output, and a stage that stretches, from the load to the drive."""
+        """Springs and linkage of the output, and a stage that stretches under load and guideway, from the load to the drive."""
         if self.stage.stiffness is None:
             return self.output.chain
         return (
             *self.output.chain,
+            Place("guideway", self.guideway, "guideway"),
             Place("series", Spring(stiffness=self.stage.stiffness), f"{self.stage.title} stretch"),
         )
 
@@ -145,7 +146,7 @@ class ConventionalDrive:
         speed, force, position = finite_floats(xp, speed=speed, force=force, position=position)
         load = chain.steady(self.chain, position=position, speed=speed, force=force, axis=self.axis)
         speed, force = load.speed, load.force
-        drag, guide_loss = self.guideway.operate(force=force, speed=speed)
+        drag, guided = self._drag(force, speed)
         stage = self.stage
         torque, turning, stage_loss = stage.operate(force=force + drag, speed=speed)
         side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
@@ -157,7 +158,7 @@ class ConventionalDrive:
                 **side.losses,
                 "amplifier": burnt,
                 stage.title: stage_loss,
-                "guideway": guide_loss,
+                **guided,
                 **load.losses,
             },
             utilisation={
@@ -211,7 +212,7 @@ class ConventionalDrive:
         course = load.course
         moved, wound = self._behind_gear_spring(course, course.driving_force(load.mass), inertia)
         force = course.driving_force(load.mass).value
-        drag, guide_loss = self.guideway.operate(force=force, speed=moved.heading)
+        drag, guided = self._drag(force, moved.heading)
         torque, turning, stage_loss = stage.operate(force=force + drag, speed=moved.heading)
         quickening = course.acceleration / stage.travel_per_radian
         torque = torque + inertia * quickening
@@ -230,7 +231,7 @@ class ConventionalDrive:
                 **side.losses,
                 "amplifier": burnt,
                 stage.title: stage_loss,
-                "guideway": guide_loss,
+                **guided,
                 **load.losses,
             },
             stored={
@@ -246,6 +247,13 @@ class ConventionalDrive:
             },
             states={**side.states, "gear_output_torque_Nm": torque, **load.states},
         )
+
+    def _drag(self, force: Array, speed: Array) -> tuple[Array, dict[str, Array]]:
+        """Friction of a guideway that the stage moves, and its loss; of one that stretches the stage, the chain has them."""
+        if self.stage.stiffness is not None:
+            return 0.0, {}
+        drag, loss = self.guideway.operate(force=force, speed=speed)
+        return drag, {"guideway": loss}
 
     def _behind_gear_spring(self, course: Course, force: Varying, inertia: float) -> tuple[Course, dict[str, Array]]:
         """Motion that the gearhead gives at the stage, with its own twist, and the power into the gearhead's spring.

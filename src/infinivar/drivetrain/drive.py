@@ -14,12 +14,13 @@ from infinivar._core.plugins import is_own
 from infinivar._core.result import Result, result
 from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain import own
+from infinivar.drivetrain.blame import blaming
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.parts.gearhead import Gearhead
-from infinivar.parts.motor import Motor
+from infinivar.parts.gearhead import Gearhead, GearPoint
+from infinivar.parts.motor import Motor, MotorPoint
 from infinivar.power import PowerPoint
 
 
@@ -150,18 +151,19 @@ def operated(drive: Any, *, speed: Array, force: Array, position: Array = 0.0) -
     Raises
     ------
     ParameterError
-        If the drive has no method `operate`, it returns something else than a `DrivePoint`, or a key of its utilisation is
-        not a limit.
+        If the drive has no method `operate`, it fails or returns something else than a `DrivePoint`, a value is no number,
+        or its utilisation is not of limits, nan or negative.
     AuditError
         If the power to the load is not force times speed.
     """
     check_drive(drive, "drive")
     placed_at = {} if isinstance(position, (int, float)) and position == 0 else {"position": position}
-    point = drive.operate(speed=speed, force=force, **placed_at)
-    if is_own(drive):
-        where = f"{type(drive).__name__}.operate"
-        own.check_kind(point, DrivePoint, where)
-        own.check_steady(point, speed * force, where)
+    with blaming(drive, "operate", "operate(*, speed, force), which returns a DrivePoint"):
+        point = drive.operate(speed=speed, force=force, **placed_at)
+        if is_own(drive):
+            where = f"{type(drive).__name__}.operate"
+            own.check_kind(point, DrivePoint, where)
+            own.check_steady(point, speed * force, where)
     return point
 
 
@@ -171,17 +173,18 @@ def followed(drive: Any, course: Course, *, load_mass: Array = 0.0, **options: A
     Raises
     ------
     ParameterError
-        If a method is missing, or `follow` returns something else than a `MovingPoint`.
+        If a method is missing, or `follow` fails, returns something else than a `MovingPoint`, or values that cannot be.
     AuditError
         If the power to the load is not force times speed, a loss is negative, a power is nan although the wheel does not
         slip, or the powers do not balance.
     """
     check_drive(drive, "drive", ("operate", "follow"))
-    point = drive.follow(course, load_mass=load_mass, **options)
-    if is_own(drive):
-        where = f"{type(drive).__name__}.follow"
-        own.check_kind(point, MovingPoint, where)
-        own.check_moving(point, course.driving_force(load_mass).value * course.speed, where)
+    with blaming(drive, "follow", "follow(course, *, load_mass), which returns a MovingPoint"):
+        point = drive.follow(course, load_mass=load_mass, **options)
+        if is_own(drive):
+            where = f"{type(drive).__name__}.follow"
+            own.check_kind(point, MovingPoint, where)
+            own.check_moving(point, course.driving_force(load_mass).value * course.speed, where)
     return point
 
 
@@ -277,12 +280,16 @@ def motor_side(
     gear = gearhead.operate(
         output_torque=output_torque, output_speed=output_speed, motor_rated_torque=motor.continuous_torque
     )
+    if is_own(gearhead):
+        own.check_kind(gear, GearPoint, f"{type(gearhead).__name__}.operate")
     torque, stored = gear.motor_torque, 0.0 * gear.motor_speed
     if output_acceleration is not None:
         inertia = needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gearhead.inertia, 0.0)
         extra = inertia * gearhead.ratio * output_acceleration
         torque, stored = torque + extra, extra * gear.motor_speed
     electric = motor.operate(torque=torque, speed=gear.motor_speed)
+    if is_own(motor):
+        own.check_kind(electric, MotorPoint, f"{type(motor).__name__}.operate")
     states = {
         "motor_current_A": electric.current,
         "motor_voltage_V": electric.voltage,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from infinivar._core.fields import check, component
 from infinivar.axis import LINEAR, ROTARY, Axis
@@ -16,8 +16,8 @@ class Place(NamedTuple):
     """One element of the chain between load and drive."""
 
     kind: str
-    """parallel, series or linkage."""
-    part: Spring | TorsionSpring | Linkage
+    """parallel, series or linkage; of a drive also guideway."""
+    part: Any  # Spring, TorsionSpring, Linkage or Guideway
     name: str
     """Key of its loss and stored power in results, such as "series spring"."""
 

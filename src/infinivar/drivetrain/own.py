@@ -27,6 +27,8 @@ def check_steady(point: Any, wanted: Array, where: str) -> None:
     for key in point.utilisation:
         if not isinstance(key, Limit):
             raise ParameterError(f"{where}: each key of utilisation must be a Limit, got {key!r}")
+    _check_numbers(point, where)
+    _check_demands({key.name: demand for key, demand in point.utilisation.items()}, np.isnan(point.power_in), where)
     _check_delivery(point.power_out, wanted, where)
 
 
@@ -38,9 +40,11 @@ def check_moving(point: Any, wanted: Array, where: str) -> None:
                 f"{where}: each key of utilisation must be a Limit and the name of a part, such as (Limit.SPEED, 'motor'), "
                 f"got {key!r}"
             )
+    _check_numbers(point, where)
     slips = np.asarray(False)
     for (limit, _), demand in point.utilisation.items():
         slips = slips | ((limit == Limit.SLIP) & (np.asarray(demand) > 1.0))
+    _check_demands({f"{key[0].name} of {key[1]}": demand for key, demand in point.utilisation.items()}, slips, where)
     flows = {"power_in": point.power_in, "power_out": point.power_out}
     named = {
         **flows,
@@ -52,14 +56,57 @@ def check_moving(point: Any, wanted: Array, where: str) -> None:
             raise AuditError(f"{where}: {name} is not finite although the wheel does not slip")
     _check_delivery(point.power_out, wanted, where)
     check_losses(point.losses, point.power_in, point.power_out, where)
-    missing = np.asarray(point.power_in) - point.power_out
+    check_balance(point, where)
+
+
+def _check_numbers(point: Any, where: str) -> None:
+    """Raise ParameterError unless powers, losses and demands are real numbers."""
+    named = {"power_in": point.power_in, "power_out": point.power_out}
+    groups = (("losses", point.losses), ("stored", getattr(point, "stored", {})), ("utilisation", point.utilisation))
+    for group, values in groups:
+        named |= {f"{group}[{key!r}]": value for key, value in values.items()}
+    for name, value in named.items():
+        kind = np.asarray(value).dtype
+        if kind.kind not in "fiub":
+            raise ParameterError(f"{where}: {name} must be real numbers, got {_kind(kind, value)}")
+
+
+def _kind(kind: np.dtype, value: Any) -> str:
+    return "complex numbers" if kind.kind == "c" else repr(value)[:60]
+
+
+def _check_demands(demands: Mapping[str, Array], undefined: Any, where: str) -> None:
+    """Raise ParameterError if a demand is negative, or nan where powers are defined: it would count as within its limit."""
+    for name, demand in demands.items():
+        wrong = (np.asarray(demand) < 0) | (np.isnan(demand) & ~undefined)
+        if np.any(wrong):
+            bad = np.broadcast_to(demand, wrong.shape)[wrong].ravel()[0]
+            raise ParameterError(
+                f"{where}: utilisation of {name} must be a demand over its allowance, >= 0, got {bad:.3g}"
+            )
+
+
+def unbalanced(point: Any) -> Any:
+    """Power from the supply without those to the load, into losses and into stores, at each instant. [W]"""
+    missing = np.asarray(point.power_in - point.power_out)
     for flow in (*point.losses.values(), *point.stored.values()):
         missing = missing - flow
-    off = np.fmax.reduce(np.abs(missing), axis=None, initial=0.0)
-    largest = max(np.fmax.reduce(np.abs(flow), axis=None, initial=0.0) for flow in named.values())
-    if off > AUDIT_TOLERANCE * largest:
+    return missing
+
+
+def check_balance(point: Any, where: str) -> None:
+    """Raise AuditError unless the balance of power closes at each instant, relative to the largest power of the cycle."""
+    missing = unbalanced(point)
+    flows = (point.power_in, point.power_out, *point.losses.values(), *point.stored.values())
+    off, *sizes = (
+        np.fmax.reduce(np.abs(np.broadcast_to(flow, missing.shape)), axis=-1, initial=0.0)
+        if missing.ndim
+        else abs(flow)
+        for flow in (missing, *flows)
+    )
+    if np.any(off > AUDIT_TOLERANCE * np.fmax.reduce(sizes, axis=0)):
         raise AuditError(
-            f"{where}: power_in differs from power_out, losses and stored powers together by up to {off:.3g} W"
+            f"{where}: power_in differs from power_out, losses and stored powers together by up to {np.nanmax(off):.3g} W"
         )
 
 

@@ -10,6 +10,12 @@ _STARTING_SPEED = 1e-200
 """Speed of a load about to move; small enough that its power is negligible. [m s^-1]"""
 
 
+def heading(speed: Array, acceleration: Array) -> Array:
+    """Speed, or a negligible one along the acceleration where it is zero: it sets the direction of friction. [m s^-1]"""
+    xp = namespace(speed, acceleration)
+    return xp.where(speed == 0, _STARTING_SPEED * xp.sign(acceleration), speed)
+
+
 @result
 class Course(Frozen):
     """Motion of the load and external force on it, at instants of time; arrays that broadcast to one shape, SI.
@@ -52,8 +58,7 @@ class Course(Frozen):
 
         Zero at rest, without acceleration. [m s^-1]
         """
-        xp = namespace(self.speed, self.acceleration)
-        return xp.where(self.speed == 0, _STARTING_SPEED * xp.sign(self.acceleration), self.speed)
+        return heading(self.speed, self.acceleration)
 
     @property
     def varying_speed(self) -> Varying:

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.errors import ParameterError
+from infinivar._core.plugins import is_own
+from infinivar.errors import InfinivarError, ParameterError
 
 _INSTANTS = 16
 _ORDERS = 4
@@ -46,13 +47,23 @@ def check_motion(motion: Any) -> None:
 
 def enough(motion: Any, method: str, time: Any, orders: int) -> list[Any]:
     """Return what a motion's `derivatives` or `push` gives; raises ParameterError if these are fewer than asked for."""
-    found = getattr(motion, method)(time, orders)
-    if len(found) <= orders:
+    name = f"{type(motion).__name__}.{method}"
+    wanted = f"{orders + 1} values for {orders} orders, the value itself and its derivatives"
+    try:
+        found = getattr(motion, method)(time, orders)
+    except InfinivarError:
+        raise
+    except Exception as problem:  # the code of others may fail in any way
+        if not is_own(motion):
+            raise
         raise ParameterError(
-            f"{type(motion).__name__}.{method} must return {orders + 1} values for {orders} orders, the value itself and "
-            f"its derivatives; got {len(found)}"
-        )
-    return found
+            f"{name}(time, orders) fails with {type(problem).__name__}: {problem}; expected {wanted}"
+        ) from problem
+    if not isinstance(found, (list, tuple, np.ndarray)):
+        raise ParameterError(f"{name} must return {wanted}; got a {type(found).__name__}")
+    if len(found) <= orders:
+        raise ParameterError(f"{name} must return {wanted}; got {len(found)}")
+    return list(found)
 
 
 def _check_rates(motion: Any, method: str, time: np.ndarray, orders: int, step: float) -> None:

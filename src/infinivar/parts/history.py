@@ -83,7 +83,9 @@ def under_forces(spring: Elastic, force: np.ndarray, closes: bool) -> tuple[np.n
     Source: dahl1968; the deflection on each branch between reversals of the force, by bisection and Newton's method.
     """
     if namespace(spring, force).__name__ != "numpy":
-        raise ParameterError("hysteresis of a series spring has no derivatives: compute without it")
+        raise ParameterError(
+            "hysteresis of a series spring has no derivatives: choose another method, such as differences"
+        )
     force, drawn = np.asarray(force, dtype=float), _drawn(spring)
     shape = np.broadcast_shapes(force.shape[:-1], *(np.shape(value)[:-1] for value in drawn.values()))
     rows = np.broadcast_to(force, (*shape, force.shape[-1])).reshape(-1, force.shape[-1])

@@ -98,6 +98,8 @@ class Linkage:
     def _check_four_bar(self) -> None:
         names = ("arm", "base", "crank", "coupler")
         bars = dict(zip(names, self._lengths(*names), strict=True))
+        if not all(isinstance(length, (int, float)) for length in bars.values()):
+            return  # arrays, such as those of derivatives, are left alone
         name = max(bars, key=lambda key: bars[key])
         rest = sum(bars.values()) - bars[name]
         if not bars[name] < rest:
@@ -152,7 +154,7 @@ class Linkage:
         do. From there on it is 1 plus the angle beyond, over 90 degrees; where the crank of a four-bar cannot reach the
         coupler, the cosine that this would take. Of a table it is the angle from its middle over half its range.
         """
-        xp = namespace(angle)
+        xp = namespace(self, angle)
         if self.shape == "lever":
             return 0.0 * angle
         if self.angles is not None:
@@ -180,7 +182,7 @@ class Linkage:
 
     def _bars(self, angle: Array, orders: int) -> _Bars:
         """Geometry of the four-bar: O and Q are the shafts of drive and joint, A and B the coupler's ends, e = |OB|."""
-        xp = namespace(angle)
+        xp = namespace(self, angle)
         a, b, c, d = self._lengths("crank", "coupler", "arm", "base")
         turned = angle + self.offset
         cosine = _cosine(turned, orders)
@@ -208,7 +210,7 @@ class Linkage:
         if orders == 0:
             return [bars.crank]
         # Rate of the diagonal's direction, atan2(y, x), and of the angle AOB, acos(lead).
-        xp = namespace(angle)
+        xp = namespace(self, angle)
         swept = chain_rule.total(
             chain_rule.product(bars.x, bars.y[1:]), [-part for part in chain_rule.product(bars.y, bars.x[1:])]
         )

@@ -41,6 +41,8 @@ BENDING: dict[str, float] = {
 }
 """First root of the frequency equation of a uniform beam. Source: blevins1979, Table 8-1."""
 
+DEFAULT_ENDS: Ends = "fixed-supported"
+
 _MILLION = 1e6
 """Revolutions of the basic dynamic load rating."""
 
@@ -220,7 +222,7 @@ class Screw(OutputStage):
         "m", Gt(0), "Largest unsupported length, for buckling and critical speed", default=None
     )
     root_diameter: float | None = quantity("m", Gt(0), "Root diameter, for buckling and critical speed", default=None)
-    ends: Ends = component("Fixity of both ends", default="fixed-supported")
+    ends: Ends = component("Fixity of both ends", default=DEFAULT_ENDS)
     modulus: float = quantity("Pa", Gt(0), "Elastic modulus", default=STEEL_MODULUS)
     yield_strength: float | None = quantity(
         "Pa", Gt(0), "Yield strength, for short screws under compression", default=None
@@ -246,8 +248,10 @@ class Screw(OutputStage):
             name for name in ("friction_coefficient", "friction_angle", "efficiency") if getattr(self, name) is not None
         ]
         if len(stated) != 1:
-            how = f"{' and '.join(stated)} are given" if stated else "the friction of the thread is missing"
-            raise ParameterError(f"{how}: state one of friction_coefficient, friction_angle and efficiency")
+            how = f"{' and '.join(stated)} are given" if stated else "friction_coefficient is missing"
+            raise ParameterError(
+                f"{how}: state the friction of the thread as one of friction_coefficient, friction_angle and efficiency"
+            )
         if self.flank_angle is not None and self.friction_coefficient is None:
             raise ParameterError(f"flank_angle does not apply with {stated[0]}; remove it")
         self._check_limits()
@@ -266,6 +270,13 @@ class Screw(OutputStage):
             for has, lacks in ((one, other), (other, one)):
                 if getattr(self, has) is not None and getattr(self, lacks) is None:
                     raise ParameterError(f"{lacks} is missing: {has} needs it")
+        if self.length is None:
+            for name, unset in (("ends", DEFAULT_ENDS), ("yield_strength", None)):
+                if getattr(self, name) != unset:
+                    raise ParameterError(
+                        f"{name} does not apply without length and root_diameter, which buckling and critical speed need; "
+                        "state them, or remove it"
+                    )
         if isinstance(self.root_diameter, float) and isinstance(self.diameter, float):
             require(
                 self.root_diameter <= self.diameter,

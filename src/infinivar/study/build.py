@@ -50,15 +50,16 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) 
     tree = over_parts(part, tree, path)
     made: dict[str, Any] = {}
     for field in in_kinds(part):
+        # If its own kind cannot be used, nothing can be said of a table's other keys.
+        kinds = _kinds(field, tree, path) if field.metadata["flat"] else {}
         try:
             if field.metadata["flat"]:
-                kinds = _kinds(field, tree, path)
                 table = {key: tree.pop(key) for key in kind_keys(kinds) if key in tree}
-                made[field.name] = _kind(kinds, table, path)
+                made[field.name] = _kind(field, kinds, table, path)
             elif field.name in tree:
                 table = tree.pop(field.name)
                 here = f"{path}.{field.name}"
-                made[field.name] = _kind(_kinds(field, table, here), table, here)
+                made[field.name] = _kind(field, _kinds(field, table, here), table, here)
         except StudyError as found:
             faults += found.lines
     checked = _read(part, tree, path, faults)
@@ -76,7 +77,7 @@ def _kinds(field: dataclasses.Field, tree: Any, path: str) -> Mapping[str, type]
         raise StudyError(f"{path}.{SHAPE}: {problem}") from None
 
 
-def _kind(kinds: Mapping[str, type], tree: Any, path: str) -> Any:
+def _kind(field: dataclasses.Field, kinds: Mapping[str, type], tree: Any, path: str) -> Any:
     """Build the value of a field that comes in kinds; `shape` selects the kind, and thus the other keys allowed.
 
     Raises
@@ -88,7 +89,7 @@ def _kind(kinds: Mapping[str, type], tree: Any, path: str) -> Any:
     if not isinstance(tree, dict) or "value" in tree:
         written = tree["value"] if isinstance(tree, dict) else tree
         raise StudyError(f"{path} = {quoted(written)} must be a table [{path}]")
-    asked = _values({SHAPE: shape_key(tuple(kinds))}, tree, path, faults)
+    asked = _values({SHAPE: shape_key(tuple(kinds), f"infinivar.{field.name}s")}, tree, path, faults)
     if faults:
         raise StudyError(*faults)
     usual = next(iter(kinds))

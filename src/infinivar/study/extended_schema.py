@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from infinivar._core import plugins
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.study import extensions
@@ -12,26 +11,32 @@ from infinivar.study.json_schema import json_schema, kinds_schema, table
 from infinivar.study.schema import CHOICES, DRIVES, in_kinds
 
 
-def extended_schema() -> dict[str, Any]:
+def extended_schema(skip: extensions.Skip | None = None) -> dict[str, Any]:
     """Return the JSON Schema of study files on this machine: that of `json_schema`, and what installed packages add.
 
-    Raises
-    ------
-    InputError
-        If an extension cannot be used.
+    Parameters
+    ----------
+    skip : callable   Is told, once each, what is wrong with extensions that are left out as they cannot be used.
     """
     schema = json_schema()
+    told: set[str] = set()
+
+    def tell(fault: str) -> None:
+        if skip is not None and fault not in told:
+            skip(fault)
+        told.add(fault)
+
     definitions = schema["$defs"]
-    _add_drives(schema, definitions)
-    _add_kinds(definitions)
-    _add_laws(definitions)
-    _add_parts(definitions)
+    _add_drives(schema, definitions, tell)
+    _add_kinds(definitions, tell)
+    _add_laws(definitions, tell)
+    _add_parts(definitions, tell)
     return schema
 
 
-def _add_drives(schema: dict[str, Any], definitions: dict[str, Any]) -> None:
+def _add_drives(schema: dict[str, Any], definitions: dict[str, Any], skip: extensions.Skip) -> None:
     general = definitions["ConventionalDrive"]["properties"]
-    for word, kind in extensions.drive_types(DRIVES).items():
+    for word, kind in extensions.drive_types(DRIVES, skip).items():
         if word in DRIVES:
             continue
         made = _definition(kind, definitions)
@@ -54,16 +59,16 @@ def _definition(part: type, definitions: dict[str, Any]) -> dict[str, Any]:
     return made
 
 
-def _add_kinds(definitions: dict[str, Any]) -> None:
+def _add_kinds(definitions: dict[str, Any], skip: extensions.Skip) -> None:
     for part in (DutyCycle, Scenario):
         for field in in_kinds(part):
             where = definitions[part.__name__ if field.metadata["flat"] else field.name.capitalize()]
-            where["properties"] |= kinds_schema(extensions.kinds(field))
+            where["properties"] |= kinds_schema(extensions.kinds(field, skip))
 
 
-def _add_laws(definitions: dict[str, Any]) -> None:
+def _add_laws(definitions: dict[str, Any], skip: extensions.Skip) -> None:
     known = CHOICES["creep_law"]
-    words = list(extensions.creep_laws(known))
+    words = list(extensions.creep_laws(known, skip))
     for definition in definitions.values():
         for choice in definition["properties"].get("creep_law", {}).get("anyOf", ()):
             for place in (choice, choice.get("properties", {}).get("value", {})):
@@ -71,10 +76,8 @@ def _add_laws(definitions: dict[str, Any]) -> None:
                     place["enum"] = words
 
 
-def _add_parts(definitions: dict[str, Any]) -> None:
-    for word in plugins.names("infinivar.parts"):
-        kind = extensions.part(word)
-        assert kind is not None
+def _add_parts(definitions: dict[str, Any], skip: extensions.Skip) -> None:
+    for word, kind in extensions.parts(skip).items():
         made = _definition(kind, definitions)
         for base in kind.__mro__[1:]:
             properties = definitions.get(base.__name__, {}).get("properties")

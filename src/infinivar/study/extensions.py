@@ -74,16 +74,19 @@ def word_of(group: str, kind: type, find: Callable[[str], Any]) -> str | None:
     return None
 
 
-def drive_types(known: Mapping[str, type]) -> dict[str, type]:
-    """Every type of drive, by word."""
-    return _with_own(known, plugins.names("infinivar.drives", known), lambda word: drive_type(word, known))
+Skip = Callable[[str], None]
+"""Is told what is wrong with an extension that is left out."""
 
 
-def kinds(field: dataclasses.Field[Any]) -> dict[str, type]:
-    """Every kind of a motion or force, by shape."""
+def drive_types(known: Mapping[str, type], skip: Skip) -> dict[str, type]:
+    """Every type of drive that can be used, by word."""
+    return _with_own(known, "infinivar.drives", lambda word: drive_type(word, known), skip)
+
+
+def kinds(field: dataclasses.Field[Any], skip: Skip) -> dict[str, type]:
+    """Every kind of a motion or force that can be used, by shape."""
     known = field.metadata["kinds"]
-    own = plugins.names(f"infinivar.{field.name}s", known)
-    found = _with_own(known, own, lambda word: kind(field.name, word, known))
+    found = _with_own(known, f"infinivar.{field.name}s", lambda word: kind(field.name, word, known), skip)
     return {word: one for word, one in found.items() if word in known or usable(field, one)}
 
 
@@ -92,13 +95,24 @@ def usable(field: dataclasses.Field[Any], own: type) -> bool:
     return not field.metadata["flat"] or not missing_members(own, ("period", "derivatives", "push"))
 
 
-def creep_laws(known: Mapping[str, CreepLaw]) -> dict[str, CreepLaw]:
-    """Every creep law, by word."""
-    return _with_own(known, plugins.names("infinivar.creep_laws", known), lambda word: creep_law(word, known))
+def creep_laws(known: Mapping[str, CreepLaw], skip: Skip) -> dict[str, CreepLaw]:
+    """Every creep law that can be used, by word."""
+    return _with_own(known, "infinivar.creep_laws", lambda word: creep_law(word, known), skip)
 
 
-def _with_own(known: Mapping[str, Any], own: Collection[str], find: Any) -> dict[str, Any]:
-    return {**known, **{word: find(word) for word in own}}
+def parts(skip: Skip) -> dict[str, type]:
+    """Every part of another package that can be used, by word."""
+    return _with_own({}, "infinivar.parts", part, skip)
+
+
+def _with_own(known: Mapping[str, Any], group: str, find: Callable[[str], Any], skip: Skip) -> dict[str, Any]:
+    found = dict(known)
+    for word in plugins.registered(group):
+        try:
+            found[word] = find(word)
+        except InputError as problem:
+            skip(str(problem))
+    return found
 
 
 def _not_a_law(loaded: Any) -> str | None:

@@ -353,9 +353,12 @@ def drive_type(word: Any) -> type | None:
 
 
 @functools.cache
-def shape_key(words: tuple[str, ...]) -> Key:
-    """Return the key that selects the kind."""
-    return replace(_choice(words), meaning="Kind; determines which other keys apply")
+def shape_key(words: tuple[str, ...], group: str = "") -> Key:
+    """Return the key that selects the kind; a misspelt word may be meant for one of a group of entry points."""
+    others = functools.partial(plugins.registered, group) if group else tuple
+    return replace(
+        _choice(words, more=lambda word, known: None, others=others), meaning="Kind; determines which other keys apply"
+    )
 
 
 def keys(part: type) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 from annotated_types import Interval
 
 from infinivar._core.fields import check, component, quantity
+from infinivar.drivetrain import own
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import MovingPoint
@@ -196,21 +197,19 @@ def closure(point: MovingPoint) -> np.ndarray:
 
     At each instant, supply power equals load power plus losses plus power into the drive's inertias.
     """
-    missing = np.asarray(point.power_in - point.power_out)
-    for flow in (*point.losses.values(), *point.stored.values()):
-        missing = missing - flow
     moved = np.mean(np.abs(point.power_in) + np.abs(point.power_out), axis=-1)
-    return np.abs(np.mean(missing, axis=-1)) / (moved + 1e-300)
+    return np.abs(np.mean(own.unbalanced(point), axis=-1)) / (moved + 1e-300)
 
 
 def audit(point: MovingPoint, where: str) -> float:
-    """Largest closure error over all feasible cycles.
+    """Largest closure error over all feasible cycles, whose balance of power also closes at each instant.
 
     Raises
     ------
     AuditError
-        If it exceeds `infinivar.power.AUDIT_TOLERANCE`.
+        If either exceeds `infinivar.power.AUDIT_TOLERANCE`, at an instant relative to the largest power.
     """
+    own.check_balance(point, where)
     worst = float(np.fmax.reduce(closure(point), axis=None, initial=0.0))
     if not worst <= AUDIT_TOLERANCE:
         raise AuditError(f"{where}: the energy balance of a cycle does not close; relative residual {plain(worst, 3)}")

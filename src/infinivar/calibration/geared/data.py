@@ -204,7 +204,7 @@ def dynamometer_of(name: str, columns: Mapping[str, np.ndarray], lines: np.ndarr
     signals = tuple(name for name in SIGNALS if name in columns)
     for found, wanted in ((torque, "torque or motor_torque"), (speed, "speed or motor_speed")):
         if len(found) != 1:
-            had = "both are there" if found else "neither is there"
+            had = "both are there" if found else f"neither is among those read: {', '.join(columns) or 'none'}"
             raise InputError(f"{name}: must have one of the columns {wanted}; {had}")
     if (torque[0], speed[0]) == ("motor_torque", "speed"):
         raise InputError(f"{name}: motor_torque needs the speed of the motor, motor_speed")

@@ -99,8 +99,9 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
 
 
 def _path(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, follows: bool) -> Motion:
-    """Motion of the drive: that of the load, or what it asks for behind springs and a linkage."""
-    if not drive.output.chain:
+    """Motion of the drive: that of the load, or what it asks for behind springs, a linkage and a stage that stretches."""
+    stretch = _stretch(drive) if follows else None
+    if not drive.output.chain and stretch is None:
         return scenario.path
     return planned.planned(
         drive.output,
@@ -110,8 +111,20 @@ def _path(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, follows: 
         sample_time=1.0 / drive.control.sample_rate,
         mass=scenario.moved_mass,
         follows=follows,
+        stretch=stretch,
     )
 
+
+def _stretch(drive: CoboticDrive | ConventionalDrive) -> planned.Stretch | None:
+    """Stretch of the stage under load and guideway, which reverses as fast as the position loop follows."""
+    if not isinstance(drive, ConventionalDrive) or drive.stage.stiffness is None:
+        return None
+    lag = 1.0 / (2.0 * math.pi * given(drive.control.link_bandwidth, _FOLLOWS))
+    return planned.Stretch(float(drive.stage.stiffness), float(drive.guideway.friction_force()), lag)
+
+
+_FOLLOWS = 4.0
+"""Bandwidth of a position loop that states none. [Hz]"""
 
 _Driven = TypeVar("_Driven", CoboticDrive, ConventionalDrive)
 
@@ -270,9 +283,10 @@ def _conventional_start(
         inertial = drive.gear_output_inertia * begin.acceleration / radius
     position = begin.position if follow else 0.0
     if isinstance(path, Planned):
-        force, position = path.force(0.0), begin.position
+        force, position = path.force(0.0), begin.position - path.stretch
         initial |= output_start.states(drive.output, graph, scenario.path.at(0.0), path.load_force)
-    return {"l": position, **initial, **compliances.at_rest(drive, force, inertial)}
+    stretched = {f"{drive.stage.title}_spring": path.stretch} if isinstance(path, Planned) and path.stretch else {}
+    return {"l": position, **initial, **compliances.at_rest(drive, force, inertial), **stretched}
 
 
 def _outer_force(scenario: Scenario) -> float:

@@ -35,14 +35,40 @@ class Side(NamedTuple):
     force: np.ndarray
 
 
+class Stretch(NamedTuple):
+    """Stretch between a drive and its output, under the output's force and the friction of a guideway there."""
+
+    stiffness: float
+    """[N/m]"""
+    friction: float
+    """[N]"""
+    reversal: float
+    """Time in which the friction is planned to reverse: a drive cannot jump by the change of the stretch. [s]"""
+
+    def at(self, time: Sequence[np.ndarray], side: Side) -> np.ndarray:
+        """Stretch over time, in pieces between jumps. [m]
+
+        Source: Hooke's law; Coulomb's law, with a smooth reversal.
+        """
+        ends = np.cumsum([len(piece) for piece in time])[:-1]
+        speeds = [np.gradient(x, t) for x, t in zip(np.split(side.position, ends), time, strict=True)]
+        largest = max(float(np.max(np.abs(np.gradient(v, t)))) for v, t in zip(speeds, time, strict=True))
+        speed, slow = np.concatenate(speeds), 0.5 * self.reversal * largest
+        way = np.tanh(speed / slow) if slow > 0.0 else np.sign(speed)
+        return (side.force + self.friction * way) / self.stiffness
+
+
 class Planned:
     """Motion of the drive's side of an output, for controllers to follow, and the force that the drive exerts there."""
 
     shape: ClassVar[str] = "planned"
 
-    def __init__(self, starts: Sequence[float], splines: Sequence[_Spline], load_force: float) -> None:
-        """From splines of position and force, each from its start to the next, and the force on the load at the start."""
+    def __init__(
+        self, starts: Sequence[float], splines: Sequence[_Spline], load_force: float, stretch: float = 0.0
+    ) -> None:
+        """From splines of position and force, each from its start to the next; force on the load and stretch at the start."""
         self.load_force: float = load_force
+        self.stretch: float = stretch
         self._starts = list(starts)
         self._splines = list(splines)
 
@@ -99,6 +125,7 @@ def planned(
     sample_time: float,
     mass: float,
     follows: bool,
+    stretch: Stretch | None = None,
 ) -> Planned:
     """Motion and force on the drive's side of an output.
 
@@ -110,6 +137,7 @@ def planned(
     duration, sample_time : float  Of the run, and of the controllers. [s]
     mass : float                   Of the load; 0 for none. [kg] or [kg m^2]
     follows : bool                 Whether the drive moves the load; else springs start without force.
+    stretch : Stretch              Of a stage between the drive and the output, which the drive makes up for; None if rigid.
 
     Returns
     -------
@@ -128,13 +156,15 @@ def planned(
     times = [np.append(grid[:-1], grid[-1] - early) for grid in grids]
     load = _load(path, force, np.concatenate(times), mass, follows)
     side = at_drive(output, *load)
+    given = np.zeros(len(load.force)) if stretch is None else stretch.at(times, side)
+    side = Side(side.position + given, side.force)
     splines, first = [], 0
     for begin, grid in zip(starts, grids, strict=True):
         part = slice(first, first + len(grid))
         first += len(grid)
         tables = [CubicSpline(grid, values[part]).c.T.tolist() for values in side]
         splines.append(_Spline(begin, float(grid[1] - grid[0]), *tables))
-    return Planned(starts, splines, float(load.force[0]))
+    return Planned(starts, splines, float(load.force[0]), float(given[0]))
 
 
 def _load(path: Motion, force: Force | None, times: np.ndarray, mass: float, follows: bool) -> Side:

@@ -140,6 +140,11 @@ def check_jamming(drive: ConventionalDrive, carried_mass: float, imposed_motion:
         )
     if turning + backward * carried_mass * travel**2 <= 0.0:
         most = turning / (-backward * travel**2)
+        if turning == 0.0:
+            raise ParameterError(
+                f"output_inertia must be > 0 kg m^2 with a self-locking {stage.title} behind gearhead.stiffness, or "
+                f"leave that out: no inertia but that of the load is at the {stage.title}, which jams when the load drives it"
+            )
         where = "" if drive.output.linkage is None else " at the screw"
         raise ParameterError(
             f"load_mass must be < {plain(most, 3)} kg{where}, got {plain(carried_mass, 3)}: with a heavier load the "

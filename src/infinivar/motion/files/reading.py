@@ -147,7 +147,7 @@ def read_named(
     source = opened(file)
     found: dict[str, tuple[int, float]] = {}
     for place, heading in enumerate(source.headings):
-        name = folded(heading.name)
+        name = "_".join(folded(heading.name).split())
         if name not in wanted:
             continue
         where = f"{source.file}: {source.top}, column {shown(heading.text)}"
