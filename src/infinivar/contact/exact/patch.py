@@ -10,6 +10,7 @@ import numpy as np
 from annotated_types import Interval
 
 from infinivar._core.fields import check_value
+from infinivar._core.result import Result, result
 from infinivar.contact.exact.equations import Equations, equations, totals
 from infinivar.contact.exact.grid import FEWEST, Floats, Grid, grid
 from infinivar.contact.exact.newton import Change, Outcome, Solution
@@ -27,8 +28,8 @@ _HALVINGS = 4
 """Times that the step from no creepage to the given one is halved if the iteration does not converge."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SteadyRolling:
+@result
+class SteadyRolling(Result):
     """Steady state of one patch. Forces and tractions act on the track: a positive creepage causes a positive force.
 
     Attributes
