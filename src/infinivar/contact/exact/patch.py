@@ -36,7 +36,7 @@ class SteadyRolling(Result):
     ----------
     outcome : str                 "converged", or "not converged": then every number is nan.
     fx, fy, mz : float            Forces over mu N, and moment about the normal over mu N c. [-]
-    power : float                 Frictional power over mu N V with the rolling speed V, from tractions and slip. [-]
+    power : float                 Frictional power times G c^2/((mu N)^2 V) with the rolling speed V, from tractions and slip. [-]
     traction : (2, rows, cells)   x and y, times c^2/(mu N). [-]
     slip : (2, rows, cells)       Slip of the wheel on the track in the middle of each cell, times G c^2/(mu N V). [-]
     slides : (rows, cells) bool   Cells on their friction bound.
