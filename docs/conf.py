@@ -61,6 +61,7 @@ sphinx_gallery_conf = {
     # An example that is unchanged may show something else when the program has changed.
     "run_stale_examples": True,
     "image_srcset": ["2x"],
+    "image_scrapers": ("example_rules", "matplotlib"),
 }
 
 html_theme = "furo"

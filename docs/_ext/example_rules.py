@@ -1,7 +1,8 @@
-"""Rules for the examples in the gallery: no warnings, and at most ten seconds of processor time."""
+"""Rules for the examples in the gallery: no warnings, at most ten seconds of processor time, animations as GIF files."""
 
 import time
 import warnings
+from pathlib import Path
 
 from sphinx.util.logging import getLogger
 
@@ -16,6 +17,9 @@ LOOKS = {
     "legend.fontsize": 8,
     "legend.frameon": False,
 }
+
+LARGEST = 500_000
+"""Largest file of an animation. [byte]"""
 
 _running: dict[str, tuple[float, warnings.catch_warnings]] = {}
 
@@ -36,3 +40,26 @@ def reset(gallery_conf: dict, example: str, when: str) -> None:
     spent = time.process_time() - started
     if spent > LONGEST:
         getLogger(__name__).warning("%s takes %.1f s, more than %g s", example, spent, LONGEST)
+
+
+def _get_sg_image_scraper():  # the name by which sphinx-gallery asks a module
+    return animations
+
+
+def animations(block: tuple, block_vars: dict, gallery_conf: dict) -> str:
+    """Save the animations of a block's open figures, before its other figures are saved, and close theirs."""
+    import matplotlib.pyplot as plt
+    from matplotlib.animation import Animation
+    from sphinx_gallery.scrapers import figure_rst
+
+    files = []
+    for found in block_vars["example_globals"].values():
+        if not isinstance(found, Animation) or not plt.fignum_exists(found._fig.number):
+            continue
+        path = Path(block_vars["image_path_iterator"].next()).with_suffix(".gif")
+        found.save(path, writer="pillow")
+        plt.close(found._fig)
+        files.append(str(path))
+        if path.stat().st_size > LARGEST:
+            getLogger(__name__).warning("%s has more than %d bytes", path.name, LARGEST)
+    return figure_rst(files, gallery_conf["src_dir"], "Animation")

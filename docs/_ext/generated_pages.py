@@ -232,7 +232,7 @@ def _claimed(value, unit: str) -> str:
 
 
 def draw(app) -> None:
-    """Draw the paper's figures, write their claims, and draw the figures of its contact."""
+    """Draw the paper's figures, write their claims, and draw the figures of its contact and of a rolling patch."""
     from infinivar.analysis.contact_sheet import contact_sheet
     from infinivar.analysis.steering_step import steering_steps
     from infinivar.figures import contact_design, design_trends, steering_step, style
@@ -252,6 +252,7 @@ def draw(app) -> None:
     (step,) = steering_steps(machine.study, "cobotic")
     style.write(steering_step.draw_all(step), folder / "steering_step", ("svg",))
     style.write(design_trends.draw_all(machine.drive), folder / "design_trends", ("svg",))
+    style.write(infinivar.RollingPatch(1.0).steady(lateral=0.3).plot(), folder / "rolling_patch", ("svg",))
     (folder / "design_trends_caption.md").write_text(f"{design_trends.CAPTION}\n", "utf-8")
 
 

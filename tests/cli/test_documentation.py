@@ -67,6 +67,7 @@ SLOW = (
     "springs",
     "calibration",
     "figures",
+    "exact-contact",
 )
 
 

@@ -71,6 +71,7 @@ MAKE = {
     "point": lambda d, s: d.operate(speed=0.1, force=FORCE),
     "single point": lambda d, s: d.operate(speed=0.1, force=10.0),
     "element": lambda d, s: d.transmission.operate(cylinder_speed=100.0, steering_angle=-0.1, link_force=FORCE),
+    "rolling patch": lambda d, s: iv.RollingPatch(0.8, cells=8).steady(0.1, 0.2, 0.1),
     "duty": _shaken,
     "moving": lambda d, s: _shaken(d, s).point,
     "heat": lambda d, s: next(found for found in _shaken(d, s).heat.values() if found is not None),

@@ -21,6 +21,7 @@ from infinivar.analysis.simulate import Simulation
 from infinivar.analysis.steady_map import SteadyMap
 from infinivar.axis import Axis
 from infinivar.bondgraph.audit import Trajectory
+from infinivar.contact.exact.patch import SteadyRolling
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint
 from infinivar.limits import Limit
 from infinivar.parts.heat import Heat
@@ -327,3 +328,20 @@ def trajectory(run: Trajectory) -> Arrays:
         "stored": list(run.stored),
     }
     return Arrays(data, {"time": ("time", run.time, {"units": "s"}), **labels})
+
+
+def steady_rolling(found: SteadyRolling) -> Arrays:
+    """Tractions, slip and bounds of the cells of a patch, and its forces. Units are those of `SteadyRolling`."""
+    cells, vectors = ("row", "cell"), ("component", "row", "cell")
+    data = {
+        "x": (cells, found.grid.x, {"units": "1", "long_name": "along the rolling direction, over c"}),
+        "y": ("row", found.grid.y, {"units": "1", "long_name": "lateral, over c"}),
+        "traction": (vectors, found.traction, {"units": "1", "long_name": "traction on the track times c^2/(mu N)"}),
+        "slip": (vectors, found.slip, {"units": "1", "long_name": "slip of the wheel times G c^2/(mu N V)"}),
+        "bound": (cells, found.grid.bound, {"units": "1", "long_name": "largest traction times c^2/(mu N)"}),
+        "slides": (cells, found.slides.astype(np.int8), {"units": "1", "long_name": "1 on the friction bound"}),
+        "area": (cells, np.broadcast_to(found.grid.area, found.slides.shape), {"units": "1", "long_name": "over c^2"}),
+    }
+    totals = {"fx": found.fx, "fy": found.fy, "mz": found.mz, "power": found.power}
+    data |= {name: ((), np.asarray(value), {"units": "1"}) for name, value in totals.items()}
+    return Arrays(data, {"component": ["x", "y"]}, {"outcome": found.outcome, "a_over_b": found.grid.a_over_b})

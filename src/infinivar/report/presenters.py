@@ -79,6 +79,10 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.calibration:save",
         "table": "report.tables:calibration",
     },
+    "contact.exact.patch.SteadyRolling": {
+        "plot": "figures.rolling_patch:draw_all",
+        "dataset": "report.datasets:steady_rolling",
+    },
     "drivetrain.drive.DrivePoint": {"plot": "figures.single:point", "dataset": "report.datasets:point"},
     "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point", "dataset": "report.datasets:moving_point"},
     "parts.heat.Heat": {"plot": "figures.single:heat", "dataset": "report.datasets:heat"},

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from infinivar._core.frozen import frozen
 from infinivar.errors import ParameterError
 
 Floats = np.ndarray[Any, np.dtype[np.floating[Any]]]
@@ -57,6 +59,10 @@ class Grid:
     width: float
     x: Floats
     bound: Floats
+
+    def __reduce__(self) -> tuple[Callable[..., Grid], tuple[float, float, int]]:
+        """Copies and pickles are the stored grid of the same shape."""
+        return grid, (self.a_over_b, self.turned, self.cells)
 
     @property
     def area(self) -> Floats:
@@ -114,6 +120,7 @@ def grid(a_over_b: float, turned: float, cells: int) -> Grid:
     along_chord = np.diff(chord * np.sqrt(1.0 - chord**2) + np.arcsin(chord)) / math.pi
     across_rows = np.diff(rows * (3.0 - rows**2)) / 4.0
     bound = across_rows[:, None] * along_chord / (length * width)[:, None]
+    y, length, x, bound = frozen((y, length, x, bound))
     return Grid(a_over_b, turned, cells, reach, y, length, width, x, bound)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from annotated_types import Interval
 
 from infinivar._core.fields import check_value
+from infinivar._core.result import Result, result
 from infinivar.contact.exact.equations import Equations, equations, totals
 from infinivar.contact.exact.grid import FEWEST, Floats, Grid, grid
 from infinivar.contact.exact.newton import Change, Outcome, Solution
@@ -27,15 +28,15 @@ _HALVINGS = 4
 """Times that the step from no creepage to the given one is halved if the iteration does not converge."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SteadyRolling:
+@result
+class SteadyRolling(Result):
     """Steady state of one patch. Forces and tractions act on the track: a positive creepage causes a positive force.
 
     Attributes
     ----------
     outcome : str                 "converged", or "not converged": then every number is nan.
     fx, fy, mz : float            Forces over mu N, and moment about the normal over mu N c. [-]
-    power : float                 Frictional power over mu N V with the rolling speed V, from tractions and slip. [-]
+    power : float                 Frictional power times G c^2/((mu N)^2 V) with the rolling speed V, from tractions and slip. [-]
     traction : (2, rows, cells)   x and y, times c^2/(mu N). [-]
     slip : (2, rows, cells)       Slip of the wheel on the track in the middle of each cell, times G c^2/(mu N V). [-]
     slides : (rows, cells) bool   Cells on their friction bound.
