@@ -100,7 +100,7 @@ def closed_loop(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> 
 
 def _path(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, follows: bool) -> Motion:
     """Motion of the drive: that of the load, or what it asks for behind springs, a linkage and a stage that stretches."""
-    stretch = _stretch(drive) if follows else None
+    stretch = _stretch(drive, scenario) if follows else None
     if not drive.output.chain and stretch is None:
         return scenario.path
     return planned.planned(
@@ -115,16 +115,14 @@ def _path(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, follows: 
     )
 
 
-def _stretch(drive: CoboticDrive | ConventionalDrive) -> planned.Stretch | None:
+def _stretch(drive: CoboticDrive | ConventionalDrive, scenario: Scenario) -> planned.Stretch | None:
     """Stretch of the stage under load and guideway, which reverses as fast as the position loop follows."""
     if not isinstance(drive, ConventionalDrive) or drive.stage.stiffness is None:
         return None
-    lag = 1.0 / (2.0 * math.pi * given(drive.control.link_bandwidth, _FOLLOWS))
+    follows = bandwidths.of(drive, scenario.path.at(0.0).position, scenario.moved_mass).link
+    lag = 1.0 / (2.0 * math.pi * follows)
     return planned.Stretch(float(drive.stage.stiffness), float(drive.guideway.friction_force()), lag)
 
-
-_FOLLOWS = 4.0
-"""Bandwidth of a position loop that states none. [Hz]"""
 
 _Driven = TypeVar("_Driven", CoboticDrive, ConventionalDrive)
 
