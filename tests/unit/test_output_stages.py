@@ -284,7 +284,7 @@ def test_friction_of_the_guideway_stretches_a_belt():
 @pytest.mark.slow
 @pytest.mark.parametrize(("friction", "specific"), [(50.0, 2e4), (100.0, 2e5)])
 def test_friction_stretches_a_belt_in_simulation_as_well(friction, specific):
-    """The motor makes up for the stretch, so that the load follows; both ways spend the same energy within 2 %."""
+    """The motor makes up for the stretch, to a tenth of it; both ways spend the same energy within 2 %."""
     drive = iv.ConventionalDrive(
         motor=iv.motors()["dcx-32-l-24v"],
         gearhead=iv.Gearhead(ratio=5.0, efficiency=0.95),
@@ -293,7 +293,7 @@ def test_friction_stretches_a_belt_in_simulation_as_well(friction, specific):
     )
     found = iv.two_ways(drive, iv.DutyCycle(motion=iv.Sinusoid(distance=0.05, frequency=0.2), load_mass=1.0))
     assert found.followed == pytest.approx(found.prescribed, rel=0.02)
-    assert found.rms_error < 0.05 * friction / specific
+    assert found.rms_error < 0.1 * friction / specific
 
 
 @pytest.mark.parametrize(
