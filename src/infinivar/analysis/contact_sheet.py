@@ -208,19 +208,21 @@ def _patch(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeometr
     add("peak pressure", "p0", patch.peak_pressure, "Pa", "GPa", "3 P/(2 pi a b)")
     add("mean pressure", "pm", patch.mean_pressure, "Pa", "GPa", "2/3 p0")
     add("approach", "delta", patch.approach, "m", "um", "of distant points")
-    slanting, across = (
-        geometry.press(
-            wheel_radius=element.wheel_radius,
-            cylinder_radius=element.cylinder_radius,
-            preload=element.preload,
-            steering_angle=math.radians(degrees),
-        )
-        for degrees in (45, 90)
-    )
+    slanting, across = _steered(element).values()
     how = f"axis turned {math.degrees(slanting.rotation):.1f} deg from rolling, p0 = {_giga(slanting)} GPa"
     add("axis ratio at 45 deg", "a/b", slanting.axis_ratio, "1", "1", how)
-    how = f"creep stiffness {across.creep_stiffness / contact.creep_stiffness:.2f} of C below, p0 = {_giga(across)} GPa"
-    add("axis ratio at 90 deg", "a/b", across.axis_ratio, "1", "1", how)
+    add("axis ratio at 90 deg", "a/b", across.axis_ratio, "1", "1", f"p0 = {_giga(across)} GPa")
+
+
+def _steered(element: RotaryLinearIVT) -> dict[int, PressedContact]:
+    """The contact at steering angles in degrees; none for measured values."""
+    if element.geometry is None:
+        return {}
+    radii = {"wheel_radius": element.wheel_radius, "cylinder_radius": element.cylinder_radius}
+    return {
+        degrees: element.geometry.press(**radii, preload=element.preload, steering_angle=math.radians(degrees))
+        for degrees in (45, 90)
+    }
 
 
 def _giga(contact: PressedContact) -> str:
@@ -256,6 +258,9 @@ def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> N
             add(f"creep coefficient {name.upper()}", name.upper(), value, "1", "1", how.get(name, "spin moment"))
     how = "given" if contact is None else "C22 G a b"
     add("creep stiffness", "C", groups.creep_stiffness, "N", "kN", how)
+    for degrees, steered in _steered(element).items():
+        how = f"{plain(steered.creep_stiffness / groups.creep_stiffness, 3)} of C"
+        add(f"creep stiffness at {degrees} deg", "C", steered.creep_stiffness, "N", "kN", how)
     add("slip force", "mu P", groups.slip_force, "N", "N", "")
     add("creep group", "K", groups.creep_group, "1", "1", "C/(mu P)")
     for name, law in creep.LAWS.items():

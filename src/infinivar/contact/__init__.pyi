@@ -1,4 +1,18 @@
-from . import bodies, creep, exact, exact_law, exact_tables, fastsim, friction, hertz, hysteresis, kalker, spin, wear
+from . import (
+    bodies,
+    creep,
+    exact,
+    exact_law,
+    exact_tables,
+    fastsim,
+    friction,
+    hertz,
+    hysteresis,
+    kalker,
+    spin,
+    turned,
+    wear,
+)
 
 __all__ = [
     "bodies",
@@ -12,5 +26,6 @@ __all__ = [
     "hysteresis",
     "kalker",
     "spin",
+    "turned",
     "wear",
 ]

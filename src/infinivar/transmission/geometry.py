@@ -12,7 +12,7 @@ from annotated_types import Gt, Interval
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact import friction as friction_law
-from infinivar.contact import hertz, hysteresis, kalker
+from infinivar.contact import hertz, hysteresis, kalker, turned
 from infinivar.contact.bodies import Cylinder, Material, Wheel
 from infinivar.contact.creep import CreepLaw, Formulas
 from infinivar.contact.exact_law import STEEL_CIRCLE
@@ -86,6 +86,7 @@ class PressedContact(NamedTuple):
     poisson: Array
     """Combined nu. [-]"""
     coefficients: kalker.KalkerCoefficients
+    """Of the patch as if it were not rotated. [-]"""
 
     @property
     def axis_ratio(self) -> Array:
@@ -99,11 +100,18 @@ class PressedContact(NamedTuple):
 
     @property
     def creep_stiffness(self) -> Array:
-        """C = C22 G a b; exact if the patch is circular or its axes lie along and across the rolling direction. [N]
+        """C = C22 G a b with the coefficient of the patch as it is turned: `lateral_coefficient`. [N]
 
         Source: kalker1990, linear theory; faulring2006, Eq 7.
         """
-        return self.coefficients.c22 * self.shear_modulus * self.patch.a * self.patch.b
+        return self.lateral_coefficient * self.shear_modulus * self.patch.a * self.patch.b
+
+    @property
+    def lateral_coefficient(self) -> Array:
+        """C22 of the patch as it is turned from the rolling direction; see `infinivar.contact.turned`. [-]"""
+        if isinstance(self.rotation, float) and self.rotation == 0.0:
+            return self.coefficients.c22
+        return _plain(turned.lateral_coefficient(self.axis_ratio, self.poisson, self.rotation))
 
 
 MEASURED_FULL_SLIP = 2.586
@@ -183,7 +191,7 @@ class ContactGeometry:
         wheel_radius, cylinder_radius : (...,) float   r and R. [m]
         preload : (...,) float                         P, > 0. [N]
         steering_angle : (...,) float                  phi; except at 0 and +-pi/2 the patch is rotated from the rolling
-            direction. The coefficients neglect this rotation and are then exact only for a circle. [rad]
+            direction. [rad]
 
         Returns
         -------
