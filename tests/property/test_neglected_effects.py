@@ -1,7 +1,6 @@
 """Effects that the element neglects are as small as the documentation states, by the solver of exact rolling contact."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,12 +8,9 @@ from scipy.optimize import root
 
 import infinivar as iv
 
-STUDIES = Path(__file__).parents[2] / "studies"
-
 
 def _wheel(name):
-    own = STUDIES / f"{name}.toml"
-    drives = iv.load_study(own if own.exists() else name).drives.values()
+    drives = iv.load_study(name).drives.values()
     return next(drive for drive in drives if hasattr(drive, "transmission"))
 
 

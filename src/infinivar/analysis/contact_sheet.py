@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from infinivar._core.result import Result, result
-from infinivar.contact import creep, hysteresis, spin, wear
+from infinivar.contact import creep, flash, hysteresis, shakedown, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
 from infinivar.errors import InputError
@@ -158,7 +158,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
     geometry, contact = element.geometry, element.contact
     if geometry is not None and contact is not None:
         _patch(lines, element, geometry, contact)
-        _strength(lines, geometry, contact)
+        _strength(lines, element, geometry, contact)
         utilisation = element.utilisation
     _creep(lines, element, groups)
     _rolling(lines, drive, groups)
@@ -166,6 +166,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
         _steering(lines, drive.steering, element)
     if geometry is not None and contact is not None:
         _life(lines, drive, geometry, contact, groups)
+        _temperature(lines, drive, geometry, contact, groups)
     _efficiency(lines, drive)
     return ContactSheet(
         name=name,
@@ -229,7 +230,7 @@ def _giga(contact: PressedContact) -> str:
     return plain(contact.patch.peak_pressure / 1e9, 3)
 
 
-def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedContact) -> None:
+def _strength(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeometry, contact: PressedContact) -> None:
     add = _writer(lines, "Strength")
     stress = geometry.stress(contact)
     for body, material in geometry.bodies.items():
@@ -245,6 +246,13 @@ def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedCont
     for limit, demand in stress.utilisation.items():
         how = f"{what[limit]}{': EXCEEDED' if demand > 1.0 else ''}"
         add(f"utilisation, {limit.words}", "", demand, "1", "%", how)
+    patch = contact.patch
+    for body, material in geometry.bodies.items():
+        if material.yield_strength is None or contact.axis_ratio > shakedown.LONGEST:
+            continue
+        allowed = shakedown.shakedown_pressure(patch.a, patch.b, 0.5 * material.yield_strength, element.friction)
+        how = f"repeated rolling stays elastic below it (johnson1985); p0 is {plain(patch.peak_pressure / allowed, 2)} of it"
+        add(f"shakedown pressure, {body}", "", allowed, "Pa", "GPa", how)
 
 
 def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> None:
@@ -359,6 +367,26 @@ def _life(
     )
     how = f"Archard, k = {geometry.wear_coefficient:.1g}: order of magnitude only"
     add(f"rolling to {WORN * 1e6:.0f} um of wear", "", distance, "m", "km", how)
+
+
+def _temperature(
+    lines: list[Line], drive: CoboticDrive, geometry: ContactGeometry, contact: PressedContact, groups: LossGroups
+) -> None:
+    add = _writer(lines, f"Flash temperature, half the slip force, cylinder at {plain(drive.cylinder_speed)} rad/s")
+    element, patch = drive.transmission, contact.patch
+    speed = abs(element.cylinder_radius * drive.cylinder_speed)
+    resistances = []
+    for body, material in geometry.bodies.items():
+        if material.conductivity is None or material.heat_capacity is None:
+            return
+        found = flash.resistance(patch.a, patch.b, speed, material.conductivity, material.heat_capacity)
+        peclet = speed * patch.a * material.heat_capacity / material.conductivity
+        add(f"thermal resistance, {body}", "R", found, "K/W", "K/W", f"moving source, V a c/k = {plain(peclet, 3)}")
+        resistances.append(found)
+    power = HALF * groups.slip_force * element.creep_law.creepage(HALF) / groups.creep_group * speed
+    add("creep power", "", power, "W", "W", "f_u u, all of it heat in the patch")
+    how = "of the patch above the bodies, heat spread like the pressure; about twice that, as only part of the patch slides"
+    add("flash temperature", "", flash.temperature_rise(power, *resistances), "K", "K", how)
 
 
 def _efficiency(lines: list[Line], drive: CoboticDrive) -> None:
