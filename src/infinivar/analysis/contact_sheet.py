@@ -166,7 +166,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
         _steering(lines, drive.steering, element)
     if geometry is not None and contact is not None:
         _life(lines, drive, geometry, contact, groups)
-        _temperature(lines, drive, geometry, contact, groups)
+        _temperature(lines, drive, geometry, contact)
     _efficiency(lines, drive)
     return ContactSheet(
         name=name,
@@ -369,9 +369,7 @@ def _life(
     add(f"rolling to {WORN * 1e6:.0f} um of wear", "", distance, "m", "km", how)
 
 
-def _temperature(
-    lines: list[Line], drive: CoboticDrive, geometry: ContactGeometry, contact: PressedContact, groups: LossGroups
-) -> None:
+def _temperature(lines: list[Line], drive: CoboticDrive, geometry: ContactGeometry, contact: PressedContact) -> None:
     add = _writer(lines, f"Flash temperature, half the slip force, cylinder at {plain(drive.cylinder_speed)} rad/s")
     element, patch = drive.transmission, contact.patch
     speed = abs(element.cylinder_radius * drive.cylinder_speed)
@@ -383,7 +381,9 @@ def _temperature(
         peclet = speed * patch.a * material.heat_capacity / material.conductivity
         add(f"thermal resistance, {body}", "R", found, "K/W", "K/W", f"moving source, V a c/k = {plain(peclet, 3)}")
         resistances.append(found)
-    power = HALF * groups.slip_force * element.creep_law.creepage(HALF) / groups.creep_group * speed
+    power = element.operate(
+        cylinder_speed=drive.cylinder_speed, steering_angle=0.0, link_force=HALF * element.slip_force
+    ).losses["creep"]
     add("creep power", "", power, "W", "W", "f_u u, all of it heat in the patch")
     how = "of the patch above the bodies, heat spread like the pressure; about twice that, as only part of the patch slides"
     add("flash temperature", "", flash.temperature_rise(power, *resistances), "K", "K", how)

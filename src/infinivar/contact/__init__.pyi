@@ -12,6 +12,7 @@ from . import (
     kalker,
     shakedown,
     spin,
+    traction_fluid,
     turned,
     wear,
 )
@@ -30,6 +31,7 @@ __all__ = [
     "kalker",
     "shakedown",
     "spin",
+    "traction_fluid",
     "turned",
     "wear",
 ]
