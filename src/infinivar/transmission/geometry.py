@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -19,6 +20,7 @@ from infinivar.contact.exact_law import STEEL_CIRCLE
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
+from infinivar.transmission import creepage
 
 
 class LossGroups(NamedTuple):
@@ -40,10 +42,31 @@ class LossGroups(NamedTuple):
     """a/b, rolling over lateral semi-axis of the patch; assumed if only measured values are known. [-]"""
     poisson: Array = STEEL_CIRCLE[1]
     """Combined nu; assumed if only measured values are known. [-]"""
+    yielding: tuple[Array, Array] | None = None
+    """How the creep compliance changes with the steering angle; None: `creep_stiffness` holds at all angles. [-]"""
 
     def formulas(self, law: CreepLaw) -> Formulas:
         """The law's formulas on this patch."""
         return law.on(self.axis_ratio, self.poisson)
+
+    def compliance(self, share: Array) -> tuple[Array, Array, Array]:
+        """Creep compliance relative to that of the wheel at steering angle 0, and its derivatives by `share`.
+
+        Parameters
+        ----------
+        share : (...,) float   Square of the sine of the steering angle. [-]
+
+        Returns
+        -------
+        compliance, slope, curvature : (...,) float   [-]
+        """
+        return (1.0, 0.0, 0.0) if self.yielding is None else creepage.compliance(share, *self.yielding)
+
+    def steered(self, share: Array) -> LossGroups:
+        """The same with the creep stiffness at a steering angle; see `compliance`."""
+        if self.yielding is None:
+            return self
+        return self._replace(creep_stiffness=self.creep_stiffness / self.compliance(share)[0])
 
     def slip_creepage(self, law: CreepLaw) -> Array:
         """Scaled creepage at the slip limit: where the creep law saturates, or full slip by exact theory if lower. [-]"""
@@ -221,6 +244,33 @@ class ContactGeometry:
             _plain(poisson),
             kalker.KalkerCoefficients(*map(_plain, coefficients)),
         )
+
+    def yielding(
+        self, contact: PressedContact, *, wheel_radius: Array, cylinder_radius: Array, preload: Array
+    ) -> tuple[Array, Array]:
+        """How the creep compliance changes with the steering angle.
+
+        See `creepage.compliance`. To first order in the departure of the patch from a circle, k_2 is 0 and the compliance
+        goes from its value at 0 degrees to that at 90 degrees with the square of the sine. k_2 is chosen so that it is exact
+        at 45 degrees as well.
+
+        Parameters
+        ----------
+        contact : PressedContact   Result of `press` at angle 0.
+        wheel_radius, cylinder_radius, preload : (...,) float   As for `press`. [m], [m], [N]
+
+        Returns
+        -------
+        k_1, k_2 : (...,) float   [-]
+
+        Source: `infinivar.contact.turned`.
+        """
+        given = {"wheel_radius": wheel_radius, "cylinder_radius": cylinder_radius, "preload": preload}
+        half, right = (
+            contact.creep_stiffness / self.press(**given, steering_angle=angle).creep_stiffness
+            for angle in (0.25 * math.pi, 0.5 * math.pi)
+        )
+        return right - 1.0, 4.0 * half - 2.0 * (1.0 + right)
 
     def loss_groups(
         self, contact: PressedContact, *, wheel_radius: Array, preload: Array, friction: Array, surface_speed: Array
