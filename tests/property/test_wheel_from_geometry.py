@@ -153,7 +153,7 @@ def test_steer_inverts_operate(element, seed):
 
 @given(wheels(), seeds)
 def test_measured_groups_of_a_geometry_are_that_geometry(element, seed):
-    """Whatever gives the groups, the element is the same."""
+    """Whatever gives the groups, the element is the same; with a nonlinear law at angle 0, where measured values belong."""
     groups = element.groups(14.0)
     measured = replace(
         element,
@@ -165,6 +165,7 @@ def test_measured_groups_of_a_geometry_are_that_geometry(element, seed):
         creep_law=creep.pinned(element.creep_law, groups.axis_ratio, groups.poisson),
     )
     _, angle, force = points(element, seed)
+    angle = angle if groups.yielding is None else 0.0 * angle
     one, other = (
         wheel.operate(cylinder_speed=14.0, steering_angle=angle, link_force=force) for wheel in (element, measured)
     )

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from infinivar._core.result import Result, result
-from infinivar.contact import creep, hysteresis, spin, wear
+from infinivar.contact import creep, flash, hysteresis, shakedown, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
 from infinivar.errors import InputError
@@ -158,7 +158,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
     geometry, contact = element.geometry, element.contact
     if geometry is not None and contact is not None:
         _patch(lines, element, geometry, contact)
-        _strength(lines, geometry, contact)
+        _strength(lines, element, geometry, contact)
         utilisation = element.utilisation
     _creep(lines, element, groups)
     _rolling(lines, drive, groups)
@@ -166,6 +166,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
         _steering(lines, drive.steering, element)
     if geometry is not None and contact is not None:
         _life(lines, drive, geometry, contact, groups)
+        _temperature(lines, drive, geometry, contact)
     _efficiency(lines, drive)
     return ContactSheet(
         name=name,
@@ -208,26 +209,28 @@ def _patch(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeometr
     add("peak pressure", "p0", patch.peak_pressure, "Pa", "GPa", "3 P/(2 pi a b)")
     add("mean pressure", "pm", patch.mean_pressure, "Pa", "GPa", "2/3 p0")
     add("approach", "delta", patch.approach, "m", "um", "of distant points")
-    slanting, across = (
-        geometry.press(
-            wheel_radius=element.wheel_radius,
-            cylinder_radius=element.cylinder_radius,
-            preload=element.preload,
-            steering_angle=math.radians(degrees),
-        )
-        for degrees in (45, 90)
-    )
+    slanting, across = _steered(element).values()
     how = f"axis turned {math.degrees(slanting.rotation):.1f} deg from rolling, p0 = {_giga(slanting)} GPa"
     add("axis ratio at 45 deg", "a/b", slanting.axis_ratio, "1", "1", how)
-    how = f"creep stiffness {across.creep_stiffness / contact.creep_stiffness:.2f} of C below, p0 = {_giga(across)} GPa"
-    add("axis ratio at 90 deg", "a/b", across.axis_ratio, "1", "1", how)
+    add("axis ratio at 90 deg", "a/b", across.axis_ratio, "1", "1", f"p0 = {_giga(across)} GPa")
+
+
+def _steered(element: RotaryLinearIVT) -> dict[int, PressedContact]:
+    """The contact at steering angles in degrees; none for measured values."""
+    if element.geometry is None:
+        return {}
+    radii = {"wheel_radius": element.wheel_radius, "cylinder_radius": element.cylinder_radius}
+    return {
+        degrees: element.geometry.press(**radii, preload=element.preload, steering_angle=math.radians(degrees))
+        for degrees in (45, 90)
+    }
 
 
 def _giga(contact: PressedContact) -> str:
     return plain(contact.patch.peak_pressure / 1e9, 3)
 
 
-def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedContact) -> None:
+def _strength(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeometry, contact: PressedContact) -> None:
     add = _writer(lines, "Strength")
     stress = geometry.stress(contact)
     for body, material in geometry.bodies.items():
@@ -243,6 +246,13 @@ def _strength(lines: list[Line], geometry: ContactGeometry, contact: PressedCont
     for limit, demand in stress.utilisation.items():
         how = f"{what[limit]}{': EXCEEDED' if demand > 1.0 else ''}"
         add(f"utilisation, {limit.words}", "", demand, "1", "%", how)
+    patch = contact.patch
+    for body, material in geometry.bodies.items():
+        if material.yield_strength is None or contact.axis_ratio > shakedown.LONGEST:
+            continue
+        allowed = shakedown.shakedown_pressure(patch.a, patch.b, 0.5 * material.yield_strength, element.friction)
+        how = f"repeated rolling stays elastic below it (johnson1985); p0 is {plain(patch.peak_pressure / allowed, 2)} of it"
+        add(f"shakedown pressure, {body}", "", allowed, "Pa", "GPa", how)
 
 
 def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> None:
@@ -256,6 +266,9 @@ def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> N
             add(f"creep coefficient {name.upper()}", name.upper(), value, "1", "1", how.get(name, "spin moment"))
     how = "given" if contact is None else "C22 G a b"
     add("creep stiffness", "C", groups.creep_stiffness, "N", "kN", how)
+    for degrees, steered in _steered(element).items():
+        how = f"{plain(steered.creep_stiffness / groups.creep_stiffness, 3)} of C"
+        add(f"creep stiffness at {degrees} deg", "C", steered.creep_stiffness, "N", "kN", how)
     add("slip force", "mu P", groups.slip_force, "N", "N", "")
     add("creep group", "K", groups.creep_group, "1", "1", "C/(mu P)")
     for name, law in creep.LAWS.items():
@@ -354,6 +367,26 @@ def _life(
     )
     how = f"Archard, k = {geometry.wear_coefficient:.1g}: order of magnitude only"
     add(f"rolling to {WORN * 1e6:.0f} um of wear", "", distance, "m", "km", how)
+
+
+def _temperature(lines: list[Line], drive: CoboticDrive, geometry: ContactGeometry, contact: PressedContact) -> None:
+    add = _writer(lines, f"Flash temperature, half the slip force, cylinder at {plain(drive.cylinder_speed)} rad/s")
+    element, patch = drive.transmission, contact.patch
+    speed = abs(element.cylinder_radius * drive.cylinder_speed)
+    resistances = []
+    for body, material in geometry.bodies.items():
+        if material.conductivity is None or material.heat_capacity is None:
+            return
+        found = flash.resistance(patch.a, patch.b, speed, material.conductivity, material.heat_capacity)
+        peclet = speed * patch.a * material.heat_capacity / material.conductivity
+        add(f"thermal resistance, {body}", "R", found, "K/W", "K/W", f"moving source, V a c/k = {plain(peclet, 3)}")
+        resistances.append(found)
+    power = element.operate(
+        cylinder_speed=drive.cylinder_speed, steering_angle=0.0, link_force=HALF * element.slip_force
+    ).losses["creep"]
+    add("creep power", "", power, "W", "W", "f_u u, all of it heat in the patch")
+    how = "of the patch above the bodies, heat spread like the pressure; about twice that, as only part of the patch slides"
+    add("flash temperature", "", flash.temperature_rise(power, *resistances), "K", "K", how)
 
 
 def _efficiency(lines: list[Line], drive: CoboticDrive) -> None:

@@ -306,11 +306,12 @@ def _utilisation(
     prefix = "cylinder." if cobotic else ""
     if cobotic:
         parameters = {symbol: parameter.value for symbol, parameter in run.graph.parameters.items()}
+        groups = drive.transmission.groups(drive.cylinder_speed)
         scaled = creepage.scaled_creepage(
             run.at("transmission.creep")[1],
             run.signals["v"],
             parameters[r"\mu P"],
-            parameters["C"],
+            parameters["C"] / groups.compliance(np.sin(run.signals["phi"]) ** 2)[0],
             parameters[r"v_{\varepsilon}"],
         )
         # The larger demand of force and creepage; in slip only the creepage grows.

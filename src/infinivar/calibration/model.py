@@ -16,7 +16,7 @@ from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.rig import Rig
 from infinivar.transmission.geometry import PRELOAD_POWERS
-from infinivar.transmission.rotary_linear import RotaryLinearIVT
+from infinivar.transmission.rotary_linear import RotaryLinearIVT, turning_as
 
 
 class Parameter(NamedTuple):
@@ -153,13 +153,16 @@ def predict(
     preload: Any = np.where(pressed, data.preload, known.preload) * (1.0 + errors.preload)
     growth = _growth(known, preload, drive.cylinder_speed)
     groups: dict[str, Any] = {name: values[name] * factor for name, factor in growth.items()}
-    element = RotaryLinearIVT(
-        cylinder_radius=known.cylinder_radius,
-        wheel_radius=known.wheel_radius,
-        preload=preload,
-        friction=known.friction,
-        creep_law=_law_on_patch(known),
-        **groups,
+    element = turning_as(
+        RotaryLinearIVT(
+            cylinder_radius=known.cylinder_radius,
+            wheel_radius=known.wheel_radius,
+            preload=preload,
+            friction=known.friction,
+            creep_law=_law_on_patch(known),
+            **groups,
+        ),
+        known,
     )
     speed = data.cylinder_angle / data.duration
     force = load_on_wheel(drive, rig, data, values["guideway_friction"], errors)

@@ -1,4 +1,21 @@
-from . import bodies, creep, exact, exact_law, exact_tables, fastsim, friction, hertz, hysteresis, kalker, spin, wear
+from . import (
+    bodies,
+    creep,
+    exact,
+    exact_law,
+    exact_tables,
+    fastsim,
+    flash,
+    friction,
+    hertz,
+    hysteresis,
+    kalker,
+    shakedown,
+    spin,
+    traction_fluid,
+    turned,
+    wear,
+)
 
 __all__ = [
     "bodies",
@@ -7,10 +24,14 @@ __all__ = [
     "exact_law",
     "exact_tables",
     "fastsim",
+    "flash",
     "friction",
     "hertz",
     "hysteresis",
     "kalker",
+    "shakedown",
     "spin",
+    "traction_fluid",
+    "turned",
     "wear",
 ]

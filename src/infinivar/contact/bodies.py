@@ -33,6 +33,10 @@ class Material:
         "Hysteresis loss factor alpha_fr: fraction of the strain energy lost in rolling",
         default=0.01,
     )
+    conductivity: float | None = quantity("W/m/K", Gt(0), "Thermal conductivity", default=None)
+    heat_capacity: float | None = quantity(
+        "J/m^3/K", Gt(0), "Heat capacity per volume: density times specific heat capacity", default=None
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""

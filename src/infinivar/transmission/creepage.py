@@ -63,3 +63,23 @@ def scaled_creepage(
     xp = namespace(creep_speed, rolling_speed)
     rolling = xp.sqrt(rolling_speed * rolling_speed + stick_speed * stick_speed)
     return creep_stiffness / slip_force * (creep_speed / rolling)
+
+
+def compliance(share: Array, first: Array, second: Array) -> tuple[Array, Array, Array]:
+    r"""Creep compliance of a steered wheel relative to that at steering angle 0.
+
+    .. math:: \frac{C(0)}{C(\phi)} = 1 + \sin^2\phi\,(k_1 + k_2\cos^2\phi)
+
+    Parameters
+    ----------
+    share : (...,) float           Square of the sine of the steering angle. [-]
+    first, second : (...,) float   k_1, k_2, from `ContactGeometry.yielding`. [-]
+
+    Returns
+    -------
+    compliance, slope, curvature : (...,) float   Value, and derivatives by `share`. [-]
+
+    Source: `infinivar.contact.turned`.
+    """
+    rest = 1.0 - share
+    return 1.0 + share * (first + second * rest), first + second * (rest - share), -2.0 * second

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -12,13 +13,14 @@ from annotated_types import Gt, Interval
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact import friction as friction_law
-from infinivar.contact import hertz, hysteresis, kalker
+from infinivar.contact import hertz, hysteresis, kalker, turned
 from infinivar.contact.bodies import Cylinder, Material, Wheel
 from infinivar.contact.creep import CreepLaw, Formulas
 from infinivar.contact.exact_law import STEEL_CIRCLE
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
+from infinivar.transmission import creepage
 
 
 class LossGroups(NamedTuple):
@@ -40,10 +42,31 @@ class LossGroups(NamedTuple):
     """a/b, rolling over lateral semi-axis of the patch; assumed if only measured values are known. [-]"""
     poisson: Array = STEEL_CIRCLE[1]
     """Combined nu; assumed if only measured values are known. [-]"""
+    yielding: tuple[Array, Array] | None = None
+    """How the creep compliance changes with the steering angle; None: `creep_stiffness` holds at all angles. [-]"""
 
     def formulas(self, law: CreepLaw) -> Formulas:
         """The law's formulas on this patch."""
         return law.on(self.axis_ratio, self.poisson)
+
+    def compliance(self, share: Array) -> tuple[Array, Array, Array]:
+        """Creep compliance relative to that of the wheel at steering angle 0, and its derivatives by `share`.
+
+        Parameters
+        ----------
+        share : (...,) float   Square of the sine of the steering angle. [-]
+
+        Returns
+        -------
+        compliance, slope, curvature : (...,) float   [-]
+        """
+        return (1.0, 0.0, 0.0) if self.yielding is None else creepage.compliance(share, *self.yielding)
+
+    def steered(self, share: Array) -> LossGroups:
+        """The same with the creep stiffness at a steering angle; see `compliance`."""
+        if self.yielding is None:
+            return self
+        return self._replace(creep_stiffness=self.creep_stiffness / self.compliance(share)[0])
 
     def slip_creepage(self, law: CreepLaw) -> Array:
         """Scaled creepage at the slip limit: where the creep law saturates, or full slip by exact theory if lower. [-]"""
@@ -86,6 +109,7 @@ class PressedContact(NamedTuple):
     poisson: Array
     """Combined nu. [-]"""
     coefficients: kalker.KalkerCoefficients
+    """Of the patch as if it were not rotated. [-]"""
 
     @property
     def axis_ratio(self) -> Array:
@@ -99,11 +123,18 @@ class PressedContact(NamedTuple):
 
     @property
     def creep_stiffness(self) -> Array:
-        """C = C22 G a b; exact if the patch is circular or its axes lie along and across the rolling direction. [N]
+        """C = C22 G a b with the coefficient of the patch as it is turned: `lateral_coefficient`. [N]
 
         Source: kalker1990, linear theory; faulring2006, Eq 7.
         """
-        return self.coefficients.c22 * self.shear_modulus * self.patch.a * self.patch.b
+        return self.lateral_coefficient * self.shear_modulus * self.patch.a * self.patch.b
+
+    @property
+    def lateral_coefficient(self) -> Array:
+        """C22 of the patch as it is turned from the rolling direction; see `infinivar.contact.turned`. [-]"""
+        if isinstance(self.rotation, float) and self.rotation == 0.0:
+            return self.coefficients.c22
+        return _plain(turned.lateral_coefficient(self.axis_ratio, self.poisson, self.rotation))
 
 
 MEASURED_FULL_SLIP = 2.586
@@ -183,7 +214,7 @@ class ContactGeometry:
         wheel_radius, cylinder_radius : (...,) float   r and R. [m]
         preload : (...,) float                         P, > 0. [N]
         steering_angle : (...,) float                  phi; except at 0 and +-pi/2 the patch is rotated from the rolling
-            direction. The coefficients neglect this rotation and are then exact only for a circle. [rad]
+            direction. [rad]
 
         Returns
         -------
@@ -213,6 +244,33 @@ class ContactGeometry:
             _plain(poisson),
             kalker.KalkerCoefficients(*map(_plain, coefficients)),
         )
+
+    def yielding(
+        self, contact: PressedContact, *, wheel_radius: Array, cylinder_radius: Array, preload: Array
+    ) -> tuple[Array, Array]:
+        """How the creep compliance changes with the steering angle.
+
+        See `creepage.compliance`. To first order in the departure of the patch from a circle, k_2 is 0 and the compliance
+        goes from its value at 0 degrees to that at 90 degrees with the square of the sine. k_2 is chosen so that it is exact
+        at 45 degrees as well.
+
+        Parameters
+        ----------
+        contact : PressedContact   Result of `press` at angle 0.
+        wheel_radius, cylinder_radius, preload : (...,) float   As for `press`. [m], [m], [N]
+
+        Returns
+        -------
+        k_1, k_2 : (...,) float   [-]
+
+        Source: `infinivar.contact.turned`.
+        """
+        given = {"wheel_radius": wheel_radius, "cylinder_radius": cylinder_radius, "preload": preload}
+        half, right = (
+            contact.creep_stiffness / self.press(**given, steering_angle=angle).creep_stiffness
+            for angle in (0.25 * math.pi, 0.5 * math.pi)
+        )
+        return right - 1.0, 4.0 * half - 2.0 * (1.0 + right)
 
     def loss_groups(
         self, contact: PressedContact, *, wheel_radius: Array, preload: Array, friction: Array, surface_speed: Array

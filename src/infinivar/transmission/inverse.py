@@ -11,6 +11,7 @@ to the locked wheel.
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 from infinivar._core.array_namespace import Array, newton
@@ -86,11 +87,21 @@ def _by_creepage(xp: Any, law: Formulas, groups: LossGroups, slope: Array, load:
     def tangent_at(creepage: Array) -> Array:
         return (creepage - slope) / (1.0 + creepage * slope)
 
+    def scaled(creepage: Array, tangent: Array) -> tuple[Array, Array, Array]:
+        """Scaled creepage of a steered wheel, and its derivatives by the creepage and by T."""
+        square = 1.0 + tangent * tangent
+        give, by_share, _ = groups.compliance(1.0 - 1.0 / square)
+        local = stiffness / give
+        return creepage * local, local, -creepage * local * by_share / give * (2.0 * tangent / (square * square))
+
     def step(creepage: Array) -> Array:
-        force = law.force(creepage * stiffness)
-        ratio, d_ratio = _ratio(xp, groups, load, tangent_at(creepage))
+        tangent = tangent_at(creepage)
+        at, by_creepage, by_tangent = scaled(creepage, tangent)
+        force = law.force(at)
+        ratio, d_ratio = _ratio(xp, groups, load, tangent)
         d_tangent = (1.0 + slope * slope) / (1.0 + creepage * slope) ** 2
-        return _newton_step(xp, creepage, force - ratio, stiffness / law.slope(force) - d_ratio * d_tangent)
+        d_force = (by_creepage + by_tangent * d_tangent) / law.slope(force)
+        return _newton_step(xp, creepage, force - ratio, d_force - d_ratio * d_tangent)
 
     ideal, _ = _ratio(xp, groups, load, -slope)
     ideal = xp.clip(ideal, -_SHORT_OF_SLIP, _SHORT_OF_SLIP)
@@ -100,8 +111,12 @@ def _by_creepage(xp: Any, law: Formulas, groups: LossGroups, slope: Array, load:
     turned = tangent_at(law.creepage(ideal) / stiffness)
     after, _ = _ratio(xp, groups, load, xp.where(turned * slope > 0, 0.0, turned))
     start = law.creepage(xp.where(xp.abs(after) < xp.abs(ideal), after, ideal)) / stiffness
+    if groups.yielding is not None:  # a stiffer patch at some angle moves the root to the left
+        least = [groups.compliance(share)[0] for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        start = start * functools.reduce(lambda one, other: xp.where(one < other, one, other), least)
     creepage = newton(xp, step, start, _STEPS)
-    rolls = xp.abs(creepage) * stiffness <= law.slip_creepage * (1.0 + 1e-9)
+    at, _, _ = scaled(creepage, tangent_at(creepage))
+    rolls = xp.abs(at) <= law.slip_creepage * (1.0 + 1e-9)
     return xp.where(rolls, tangent_at(xp.where(rolls, creepage, 0.0)), xp.nan)
 
 

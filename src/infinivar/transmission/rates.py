@@ -97,23 +97,26 @@ def tangent_rates(
     q, f = slope, load
     root = xp.sqrt(1.0 + tangent * tangent)
     ratio = group * tangent - f.value * root
-    creepage, give = formulas.creepage(ratio) / stiffness, formulas.slope(ratio) / stiffness
+    # The creepage is that of the wheel at angle 0, times its compliance g at this angle, a function of T.
+    straight, ease = formulas.creepage(ratio) / stiffness, formulas.slope(ratio) / stiffness
+    g, d_g, dd_g = _compliance(groups, tangent)
+    creepage, give = straight * g, ease * g
     by_tangent = group - f.value * tangent / root  # dx/dT
     with_e, with_q = tangent * q.value - 1.0, 1.0 + tangent * creepage  # dG/de, dG/dq
-    stretch = 1.0 + creepage * q.value + with_e * give * by_tangent  # dG/dT in all
+    stretch = 1.0 + creepage * q.value + with_e * (give * by_tangent + straight * d_g)  # dG/dT in all
 
     pull = -root * f.rate
     rate = -(with_q * q.rate + with_e * give * pull) / stretch
     ratio_rate = by_tangent * rate + pull
-    creepage_rate = give * ratio_rate
+    creepage_rate = give * ratio_rate + straight * d_g * rate
 
     bend = (
         -(f.value / (root * root) * rate * rate + 2.0 * tangent * rate * f.rate) / root - root * f.curvature
     )  # second derivative of x, without the term in the second derivative of T
-    swell = give * bend
+    swell = give * bend + (2.0 * ease * ratio_rate * d_g + straight * dd_g * rate) * rate
     if not formulas.straight:
         curve = (formulas.slope(ratio + _PROBE) - formulas.slope(ratio - _PROBE)) / (2.0 * _PROBE * stiffness)
-        swell = swell + curve * ratio_rate * ratio_rate
+        swell = swell + curve * g * ratio_rate * ratio_rate
     curvature = (
         -(
             with_e * swell
@@ -124,3 +127,11 @@ def tangent_rates(
         / stretch
     )
     return rate, curvature
+
+
+def _compliance(groups: LossGroups, tangent: Array) -> tuple[Array, Array, Array]:
+    """Creep compliance relative to angle 0, and its first and second derivative by T."""
+    square = 1.0 + tangent * tangent
+    value, by_share, by_share_twice = groups.compliance(1.0 - 1.0 / square)
+    d_share, dd_share = 2.0 * tangent / square**2, (2.0 - 6.0 * tangent * tangent) / square**3
+    return value, by_share * d_share, by_share_twice * d_share * d_share + by_share * dd_share

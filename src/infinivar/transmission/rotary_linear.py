@@ -98,6 +98,7 @@ class RotaryLinearIVT:
         default=creep.LINEAR,
     )
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
+    _yielding: tuple[Array, Array] | None = field(init=False, repr=False, compare=False, default=None)
     _memo: dict[float, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -108,10 +109,15 @@ class RotaryLinearIVT:
         if self.geometry is not None:
             if given:
                 raise ParameterError(f"{given[0]} and geometry exclude each other: geometry determines {given[0]}")
-            contact = self.geometry.press(
-                wheel_radius=self.wheel_radius, cylinder_radius=self.cylinder_radius, preload=self.preload
-            )
+            pressing = {
+                "wheel_radius": self.wheel_radius,
+                "cylinder_radius": self.cylinder_radius,
+                "preload": self.preload,
+            }
+            contact = self.geometry.press(**pressing)
             object.__setattr__(self, "contact", contact)
+            if not self.creep_law.straight:  # the linear laws are the paper's, with one creep stiffness
+                object.__setattr__(self, "_yielding", self.geometry.yielding(contact, **pressing))
         elif len(given) < len(MEASURED):
             missing = next(name for name in MEASURED if name not in given)
             raise ParameterError(
@@ -165,7 +171,7 @@ class RotaryLinearIVT:
                 preload=self.preload,
                 friction=self.friction,
                 surface_speed=self.cylinder_radius * as_floats(namespace(self, cylinder_speed), cylinder_speed)[0],
-            )
+            )._replace(yielding=self._yielding)
             if number:
                 self._memo.clear()
                 self._memo[cylinder_speed] = groups
@@ -177,6 +183,7 @@ class RotaryLinearIVT:
             bearing_torque=self.bearing_torque,
             wheel_radius=self.wheel_radius,
             full_slip=MEASURED_FULL_SLIP,
+            yielding=self._yielding,
         )
 
     @labelled
@@ -225,6 +232,7 @@ class RotaryLinearIVT:
         groups = self.groups(cylinder_speed)
         omega, phi, given = xp.broadcast_arrays(omega, phi, given)
         steering = Steering.at_angle(xp, phi)
+        groups = groups.steered(steering.sine * steering.sine)
         if link_force is None:
             return self._at_speed(xp, groups, omega, steering, given)
         return self._at_force(xp, groups, omega, steering, given)
@@ -256,6 +264,7 @@ class RotaryLinearIVT:
         creep_speed, rolling_speed = relative_velocities(
             speed, self.cylinder_radius * omega, 1.0 / root, tangent / root
         )
+        groups = groups.steered(1.0 - 1.0 / (root * root))
         demand = self._slip_demand(xp, groups, rolled - load * root, creep_speed, rolling_speed)
         angle = xp.where(possible & (demand <= 1.0), xp.atan(tangent), xp.nan)  # false for a nan demand
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
@@ -285,7 +294,9 @@ class RotaryLinearIVT:
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         groups = self.groups(cylinder_speed)
         tangent, possible = self._tangent(xp, groups, omega, speed, force)
-        return self._at_force(xp, groups, omega, Steering.at_tangent(xp, tangent), force, possible, speed)
+        steering = Steering.at_tangent(xp, tangent)
+        groups = groups.steered(steering.sine * steering.sine)
+        return self._at_force(xp, groups, omega, steering, force, possible, speed)
 
     def _tangent(
         self, xp: Any, groups: LossGroups, omega: Array, link_speed: Array, link_force: Array
@@ -457,6 +468,13 @@ class RotaryLinearIVT:
         return OperatingPoint(
             cylinder_speed=omega, steering_tangent=steering.tangent, losses=losses, utilisation=utilisation, **state
         )
+
+
+def turning_as(element: RotaryLinearIVT, known: RotaryLinearIVT) -> RotaryLinearIVT:
+    """A wheel with measured values, whose creep stiffness changes with the steering angle as that of a known one."""
+    found = replace(element)
+    object.__setattr__(found, "_yielding", known._yielding)
+    return found
 
 
 def _check_angle(xp: Any, rest: Array, scale: Array, rolls: Array, give: Callable[[], Array]) -> None:

@@ -62,6 +62,22 @@ def _shares(u: Array, v: Array, effort: Array, **given: Array) -> dict[str, Arra
     return {"creep": xp.where(slides, 0.0, power), "slip": xp.where(slides, power, 0.0)}
 
 
+def _steered_lateral(law: creep.Formulas, u: Array, v: Array, phi: Array, **given: Array) -> Array:
+    """The same for a patch whose creep stiffness changes with the steering angle."""
+    return _lateral(law, u, v, **_at_angle(phi, **given))
+
+
+def _steered_shares(u: Array, v: Array, phi: Array, effort: Array, **given: Array) -> dict[str, Array]:
+    return _shares(u, v, effort, **_at_angle(phi, **given))
+
+
+def _at_angle(phi: Array, creep_stiffness: Array, first: Array, second: Array, **given: Array) -> dict[str, Array]:
+    """Parameters of the contact with the creep stiffness at a steering angle."""
+    sine = _sin(phi)
+    compliance, _, _ = creepage.compliance(sine * sine, first, second)
+    return {"creep_stiffness": creep_stiffness / compliance, **given}
+
+
 def _across(phi: Array, radius: Array) -> Array:
     return radius * _sin(phi)
 
@@ -99,6 +115,11 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
         "stick_speed": stick,
         "slip_creepage": Parameter(r"\xi_s", float(groups.slip_creepage(law))),
     }
+    lateral, shares, signals = _lateral, _shares, ("v",)
+    if groups.yielding is not None:
+        lateral, shares, signals = _steered_lateral, _steered_shares, ("v", "phi")
+        first, second = map(float, groups.yielding)
+        contact |= {"first": Parameter("k_1", first), "second": Parameter("k_2", second)}
 
     def rolling(name: str, symbol: str, torque: Array, title: str) -> Element | None:
         return pieces.friction(name, symbol, float(torque) / ivt.wheel_radius, "N", stick, title)
@@ -124,10 +145,10 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
             bg.resistance(
                 "creep",
                 "f_u",
-                functools.partial(_lateral, groups.formulas(law)),
-                signals=("v",),
+                functools.partial(lateral, groups.formulas(law)),
+                signals=signals,
                 parameters=contact,
-                losses=_shares,
+                losses=shares,
                 title="creep",
             ),
             *attached,
