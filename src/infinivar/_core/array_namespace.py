@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -14,7 +15,7 @@ _USUAL_STEPS = 2
 """Number of steps after which the iterations here have nearly always converged."""
 
 _LEAST_MOVE = 1e-15
-"""Step below which a bracketed iteration ends."""
+"""Step below which a bracketed iteration ends, relative to the width of the bracket."""
 
 _Bracket = tuple[Any, Any, Any, Any]
 """Lower and upper end, place, and size of the last move."""
@@ -61,6 +62,20 @@ def namespace(*arguments: Array) -> Any:
 
 array_namespace = namespace
 """The public name of `namespace`, for formulas of other packages."""
+
+
+def recorded(function: Callable[..., Array]) -> Callable[..., Array]:
+    """Decorate a function of the package that is too long to trace: generated code calls it by its name.
+
+    It receives scalars: floats, elements of arrays, CasADi expressions, or whole arrays.
+    """
+
+    @functools.wraps(function)
+    def called(*arguments: Array) -> Array:
+        record = getattr(namespace(*arguments), "call", None)
+        return function(*arguments) if record is None else record(function.__module__, function.__name__, *arguments)
+
+    return called
 
 
 def as_floats(xp: Any, *values: Array) -> tuple[Array, ...]:
@@ -193,24 +208,27 @@ def rising_root(
     (...,)   Its derivatives are those of the root.
     """
 
+    least = _LEAST_MOVE * (high - low)
+
     def narrow(state: _Bracket, function: Callable[..., tuple[Array, Array]], *held: Any) -> _Bracket:
         low, high, place, moved = state
         value, slope = function(place, *held)
         low, high = xp.where(value < 0, place, low), xp.where(value > 0, place, high)
         new = _newton_place(xp, place, value, slope)
-        quick = (
-            (new >= low) & (new <= high) & (xp.abs(new - place) <= xp.maximum(0.5 * moved, _LEAST_MOVE + 0.0 * moved))
-        )
+        quick = (new >= low) & (new <= high) & (xp.abs(new - place) <= xp.maximum(0.5 * moved, least))
         new = xp.where(quick, new, 0.5 * (low + high))
         return low, high, new, xp.abs(new - place)
 
+    # Where no root lies in it, the bracket is one of its ends from the start.
+    below, above = function(low)[0] <= 0, function(high)[0] >= 0
+    low, high = xp.where(above, low, high), xp.where(below | ~above, high, low)
     state: _Bracket = (low, high, 0.5 * (low + high), high - low)
     if xp.__name__ == "jax.numpy":
-        place = _narrowed_in_jax(xp, function, narrow, state, steps)
+        place = _narrowed_in_jax(xp, function, narrow, state, steps, least)
     else:
         for _ in range(steps):
             state = narrow(state, function)
-            if xp.all(state[3] <= _LEAST_MOVE):
+            if xp.all(state[3] <= least):
                 break
         place = state[2]
     value, slope = function(place)
@@ -224,7 +242,7 @@ def _newton_place(xp: Any, place: Array, value: Array, slope: Array) -> Array:
     return place - xp.where(rises, value / xp.where(rises, slope, 1.0), xp.where(value == 0, 0.0, xp.nan))
 
 
-def _narrowed_in_jax(xp: Any, function: Any, narrow: Any, state: Any, steps: int) -> Array:
+def _narrowed_in_jax(xp: Any, function: Any, narrow: Any, state: Any, steps: int, least: Array) -> Array:
     """Place after the steps, excluded from differentiation."""
     import jax
 
@@ -239,6 +257,6 @@ def _narrowed_in_jax(xp: Any, function: Any, narrow: Any, state: Any, steps: int
     def forth(state: Any) -> Any:
         count, _, places = state
         new = narrow(places, pure, *held)
-        return count + 1, xp.any(new[3] > _LEAST_MOVE), new
+        return count + 1, xp.any(new[3] > least), new
 
     return jax.lax.while_loop(goes_on, forth, (0, True, state))[2][2]

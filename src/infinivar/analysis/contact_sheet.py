@@ -15,12 +15,16 @@ from infinivar.errors import InputError
 from infinivar.limits import Limit
 from infinivar.study.provenance import Provenance
 from infinivar.study.study import Study
+from infinivar.transmission import turning
 from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.units import plain
 
 HALF = 0.5
 """Share of the slip force at which creep, wear, life and efficiency are evaluated."""
+
+STEERING_RATES = (1.0, 6.0, 20.0)
+"""Steering rates of the sheet. [rad s^-1]"""
 
 WORN = 10e-6
 """Wear depth for which the rolling distance is given. [m]"""
@@ -164,6 +168,8 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
     _rolling(lines, drive, groups)
     if drive.steering is not None:
         _steering(lines, drive.steering, element)
+        if element.turns_with_spin:
+            _spin(lines, drive)
     if geometry is not None and contact is not None:
         _life(lines, drive, geometry, contact, groups)
         _temperature(lines, drive, geometry, contact)
@@ -326,7 +332,7 @@ def _steering(lines: list[Line], steering: SteeringPlant, element: RotaryLinearI
             torques["patch"],
             "N m",
             "mN m",
-            "3/8 mu_s P times a quarter of the patch perimeter",
+            f"3/8 {'mu' if element.turns_with_spin else 'mu_s'} P times a quarter of the patch perimeter",
         )
         thin = spin.line_moment(element.preload, patch.b, steering.sliding_friction)
         add("as a uniform line", "", thin, "N m", "mN m", "mu_s P b/2, as in faulring2006")
@@ -335,6 +341,23 @@ def _steering(lines: list[Line], steering: SteeringPlant, element: RotaryLinearI
     how = "given" if steering.bell_bearing is None else f"{steering.bell_bearing.name} under the preload, from rest"
     add("bell bearing torque", "", torques["bell"], "N m", "mN m", how)
     add("bell friction", "c_b", torques["bell"] / element.preload, "m", "mm", "torque over preload")
+
+
+def _spin(lines: list[Line], drive: CoboticDrive) -> None:
+    """Steering as spin: of the rolling patch, and on the spot."""
+    add = _writer(lines, "Steering as spin")
+    element = drive.transmission
+    rolling = abs(element.cylinder_radius * drive.cylinder_speed)
+    patch = turning.TurningPatch.of(element, element.groups(drive.cylinder_speed))
+    add("rolling speed", "v", rolling, "m/s", "m/s", "of the cylinder's surface: link locked")
+    for rate in STEERING_RATES:
+        force, moment = turning.law(0.0, rate, rolling, **patch._asdict())
+        add(f"lateral force at {rate:g} rad/s", "", force, "N", "N", "without creep, by spin alone; exact theory")
+        add(f"moment at {rate:g} rad/s", "", moment, "N m", "mN m", "")
+    creep, moment = turning.on_the_spot(element, HALF * element.slip_force)
+    how = "of a locked link under half the slip force, per angle steered while the cylinder rests"
+    add("creep on the spot", "", creep, "m/rad", "mm/rad", how)
+    add("moment on the spot", "", moment, "N m", "mN m", "under the same force")
 
 
 def _life(

@@ -59,6 +59,7 @@ def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equatio
     used = needed.union(*(value.free_symbols for _, value in (*reduced.constants, *steps)))
     lines = [
         "def make(xp, parameters):",
+        *(f"    from {module} import {name}" for module, name in _imported(reduced)),
         *(f"    {function} = xp.{function}" for function in _called([*once, *body, *results])),
         *(f"    p{i} = parameters[{symbol.name!r}]" for i, symbol in enumerate(parameters) if symbol in used),
         *(f"    {line}" for line in once),
@@ -110,6 +111,15 @@ def _called(lines: Sequence[str]) -> list[str]:
     """Functions of the namespace that the lines call."""
     called = set(re.findall(r"\b([a-z]+)\(", " ".join(lines)))
     return [function for function in FUNCTIONS if function in called]
+
+
+def _imported(reduced: _Reduced) -> list[tuple[str, str]]:
+    """Modules and names of functions of the package that the expressions call."""
+    from infinivar.bondgraph.trace import Called
+
+    steps = [value for steps in (reduced.constants, reduced.shared, reduced.laws) for _, value in steps]
+    calls = set().union(*(value.atoms(Called) for value in (*steps, *reduced.results)))
+    return sorted({(call.module, type(call).__name__) for call in calls})
 
 
 @functools.lru_cache(maxsize=64)

@@ -10,6 +10,7 @@ from sympy.printing.pycode import AbstractPythonCodePrinter
 
 from infinivar.bondgraph.graph import BondGraphError
 from infinivar.bondgraph.namespaces import FUNCTIONS
+from infinivar.bondgraph.trace import Called
 
 _ATOM = 1000
 """Precedence of names and numbers: anything else gets parentheses."""
@@ -75,6 +76,6 @@ class _Printer(AbstractPythonCodePrinter):
 
     def _print_Function(self, expr: Any) -> str:  # noqa: N802
         known = type(expr).__name__
-        if known not in FUNCTIONS:
+        if known not in FUNCTIONS and not isinstance(expr, Called):
             raise BondGraphError(f"the function {known} in a law has no name in the array namespace")
         return f"{known}({', '.join(map(self._print, expr.args))})"

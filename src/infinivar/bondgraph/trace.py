@@ -9,12 +9,14 @@ method, would grow exponentially with their number. `Parts` gives a large interm
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import sympy
+from sympy.core.function import ArgumentIndexError
 
 _LARGEST = 100
 """Most operations in one part of a formula; laws of a few lines have fewer."""
@@ -173,6 +175,22 @@ class clip(sympy.Function):  # noqa: N801  (named as in the array namespace, for
         return text if exp is None else rf"\left({text}\right)^{{{exp}}}"
 
 
+class Called(sympy.Function):
+    """Call of a function of the package, which generated code imports: see `infinivar._core.array_namespace.recorded`."""
+
+    module: str
+    is_real = True
+
+    def fdiff(self, argindex: int = 1) -> Any:
+        """The derivative is not known."""
+        raise ArgumentIndexError(self, argindex)
+
+
+@functools.cache
+def _call_of(module: str, name: str) -> type[Called]:
+    return type(name, (Called,), {"module": module})
+
+
 class TracingNamespace:
     """The functions of the Python array API that formulas use, on traced scalars."""
 
@@ -188,6 +206,11 @@ class TracingNamespace:
     def broadcast_arrays(*values: Any) -> list[Traced]:
         """Scalars broadcast to themselves."""
         return [TracingNamespace.asarray(value) for value in values]
+
+    @staticmethod
+    def call(module: str, name: str, *values: Any) -> Traced:
+        """Record a call of a function by its name."""
+        return _made(_call_of(module, name)(*map(symbolic, values)), *values)
 
     where = _function(_where)
     abs = _function(sympy.Abs)
@@ -214,6 +237,11 @@ class TracingNamespace:
     isfinite = _function(lambda value: sympy.true)
 
 
+def _traced(value: Any, parts: Parts | None) -> Any:
+    """An expression, or a tuple of them such as the efforts of a field."""
+    return tuple(Traced(one, parts) for one in value) if isinstance(value, tuple) else Traced(value, parts)
+
+
 def trace(law: Callable[..., Any], *arguments: Any, parts: Parts | None = None, **named: Any) -> Any:
     """Evaluate a law for SymPy expressions.
 
@@ -228,7 +256,7 @@ def trace(law: Callable[..., Any], *arguments: Any, parts: Parts | None = None, 
     SymPy expression, or a tuple or dict of such, as the law returns.
     """
     given = [Traced(value, parts) for value in arguments]
-    result = law(*given, **{name: Traced(value, parts) for name, value in named.items()})
+    result = law(*given, **{name: _traced(value, parts) for name, value in named.items()})
     if isinstance(result, tuple):
         return tuple(symbolic(value) for value in result)
     if isinstance(result, dict):

@@ -68,7 +68,7 @@ class Calibration(Result):
             for path, value in values.items()
             if path.startswith("transmission.")
         }
-        element = replace(drive.transmission, geometry=None, **groups)
+        element = replace(drive.transmission, geometry=None, steering_model="shear", **groups)
         steering = drive.steering and replace(
             drive.steering, patch_half_length=values.get("steering.patch_half_length")
         )

@@ -217,7 +217,7 @@ def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
     if preload > 0:
         return element.pressed(preload)
     free = {"rolling_torque": 0.0, "bearing_torque": 0.0, "creep_stiffness": float(element.groups(0.0).creep_stiffness)}
-    return replace(element, geometry=None, **free)
+    return replace(element, geometry=None, steering_model="shear", **free)
 
 
 def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:

@@ -27,6 +27,7 @@ from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
+from infinivar.transmission import turning as turning_contact
 from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
@@ -76,7 +77,7 @@ class SteeringPlant:
             )
 
     def friction_torques(self, transmission: RotaryLinearIVT) -> dict[str, Array]:
-        """Friction torques that resist slow steering: contact patch and bell bearing.
+        """Friction torques that resist steering on the spot: contact patch and bell bearing.
 
         Parameters
         ----------
@@ -91,20 +92,30 @@ class SteeringPlant:
         preload = transmission.preload
         if transmission.contact is not None:
             patch = transmission.contact.patch
-            turning = spin.ellipse_moment(preload, patch.a, patch.b, self.sliding_friction)
+            friction = transmission.friction if transmission.turns_with_spin else self.sliding_friction
+            turning = spin.ellipse_moment(preload, patch.a, patch.b, friction)
         else:
             turning = spin.line_moment(preload, self.patch_half_length, self.sliding_friction)
         measured = given(self.bell_friction, 0.0) * preload
         bell = measured if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
         return {"patch": turning, "bell": bell}
 
-    def follow(self, transmission: RotaryLinearIVT, *, rate: Array, acceleration: Array) -> MotorSide:
+    def coulomb_torque(self, transmission: RotaryLinearIVT) -> Array:
+        """Friction torque at the bell that does not depend on speed: a patch that rolls as it turns has none. [N m]"""
+        torques = self.friction_torques(transmission)
+        return torques["bell"] if transmission.turns_with_spin else torques["patch"] + torques["bell"]
+
+    def follow(
+        self, transmission: RotaryLinearIVT, *, rate: Array, acceleration: Array, patch_moment: Array | None = None
+    ) -> MotorSide:
         """Torque and power of the steering motor for a steering motion; its gear is lossless, as in the paper.
 
         Parameters
         ----------
         transmission : RotaryLinearIVT       Provides preload and patch.
         rate, acceleration : (...,) float    Of the steering angle. [rad s^-1], [rad s^-2]
+        patch_moment : (...,) float          Moment of the rolling patch against steering; by default the friction of one that
+            turns on the spot. [N m]
 
         Returns
         -------
@@ -120,7 +131,7 @@ class SteeringPlant:
         resisting = self.friction_torques(transmission)
         inertia = self.bell_inertia + self.ratio**2 * needed(self.motor.rotor_inertia, "steering.motor.rotor_inertia")
         turning = inertia * acceleration
-        patch = coulomb(rate, resisting["patch"], held=turning)
+        patch = coulomb(rate, resisting["patch"], held=turning) if patch_moment is None else patch_moment
         bell = coulomb(rate, resisting["bell"], held=turning + patch)
         torque = (patch + bell + turning) / self.ratio
         electric = self.motor.operate(torque=torque, speed=self.ratio * rate)
@@ -388,7 +399,19 @@ class CoboticDrive:
             link_speed=course.varying_speed,
             link_force=link,
         )
-        steered = steering.follow(self.transmission, rate=rate, acceleration=acceleration)
+        moment = None
+        if self.transmission.turns_with_spin:
+            element, moment = turning_contact.deliver(
+                self.transmission,
+                cylinder_speed=turning.value,
+                link_speed=course.speed,
+                link_force=link.value,
+                steering_rate=rate,
+            )
+        steered = steering.follow(self.transmission, rate=rate, acceleration=acceleration, patch_moment=moment)
+        by_creep, by_turning = element.losses["creep"], steered.losses["steering patch"]
+        if moment is not None:
+            by_creep, by_turning = turning_contact.shares(by_creep, by_turning)
         inertia = 0.0 if cylinder_speed is None else needed(self.cylinder_inertia, "cylinder_inertia")
         torque = element.torque + inertia * turning.rate
         side = motor_side(
@@ -416,8 +439,10 @@ class CoboticDrive:
                 **side.losses,
                 "amplifier": sum(burnt for _, burnt, _ in supplies.values()),
                 **element.losses,
+                "creep": by_creep,
                 "guideway": guide_loss,
                 **steered.losses,
+                "steering patch": by_turning,
                 **load.losses,
             },
             stored={

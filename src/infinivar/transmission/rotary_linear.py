@@ -21,13 +21,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar._core.bounds import QUARTER_TURN
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.fields import check, check_choice, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
@@ -50,6 +50,8 @@ from infinivar.transmission.kinematics import (
     relative_velocities,
 )
 from infinivar.transmission.operating_point import OperatingPoint
+
+SteeringModel = Literal["shear", "spin"]
 
 MEASURED = ("creep_stiffness", "rolling_torque", "bearing_torque")
 """Fields that describe a contact by measured values, instead of `geometry`."""
@@ -97,6 +99,11 @@ class RotaryLinearIVT:
         "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach, fastsim or exact",
         default=creep.LINEAR,
     )
+    steering_model: SteeringModel = component(
+        "Resistance to steering: shear (constant torque of a patch that turns on the spot) or spin (of one that rolls as it "
+        "turns, by exact theory; in motion, creep then follows that theory as well; needs geometry)",
+        default="shear",
+    )
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
     _yielding: tuple[Array, Array] | None = field(init=False, repr=False, compare=False, default=None)
     _memo: dict[float, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
@@ -105,6 +112,9 @@ class RotaryLinearIVT:
         """Validate the fields and compute the static contact."""
         check(self)
         object.__setattr__(self, "creep_law", creep.law(self.creep_law))  # which may be given by its name
+        check_choice(self, "steering_model", {"shear": (), "spin": ()})
+        if self.turns_with_spin and self.geometry is None:
+            raise ParameterError("geometry is missing: steering_model = 'spin' needs it")
         given = [name for name in MEASURED if getattr(self, name) is not None]
         if self.geometry is not None:
             if given:
@@ -123,6 +133,11 @@ class RotaryLinearIVT:
             raise ParameterError(
                 f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, which determines all three"
             )
+
+    @property
+    def turns_with_spin(self) -> bool:
+        """Whether steering is spin of the contact."""
+        return self.steering_model == "spin"
 
     @property
     def slip_force(self) -> float:

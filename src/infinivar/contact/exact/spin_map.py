@@ -27,8 +27,11 @@ from infinivar.contact.exact.spin_nodes import A_OVER_B, ANGLES, HALF, SIZES, Sc
 REACH = 0.995
 """Largest rho/(rho + 2) of the lateral creepage that the inverse looks for: 150 times that of full slip."""
 
-_STEPS = 100
+_STEPS = 60
 """Most steps of the inverse; 4 to 8 suffice, but near full slip each gains only half a digit."""
+
+_FAR = 1e9
+"""rho of a patch that turns on the spot; forces there differ by 1e-9 from the limit."""
 
 _CLOSE = 1e-11
 """Largest error of the force at a creepage that the inverse has found. [-]"""
@@ -114,6 +117,37 @@ class SpinMap(NamedTuple):
         creepage = HALF * place / (1.0 - xp.abs(place)) / self.scale.c22
         return xp.where(possible & reached, creepage, xp.nan)
 
+    def on_the_spot(self, force: Array) -> tuple[Array, Array]:
+        """A loaded patch that turns without rolling: the limit of infinite spin.
+
+        Parameters
+        ----------
+        force : (...,) float   Lateral force over mu N. [-]
+
+        Returns
+        -------
+        creep, moment : (...,) float   Lateral displacement per angle turned, over c and with the sign of the force, and moment
+            over mu N c; nan at and beyond full slip. [-]
+        """
+        xp = namespace(force, self.coefficients)
+        (force,) = as_floats(xp, force)
+        possible = xp.abs(force) < 1.0
+        aim, lever = xp.where(possible, force, 0.0), self.scale.lever
+
+        def state(place: Array) -> tuple[Array, Array, tuple[tuple[Array, Array, Array], ...]]:
+            """Sine and cosine of the angle from pure spin, and forces far out."""
+            sine, cosine = xp.sin(0.5 * math.pi * place), xp.cos(0.5 * math.pi * place)
+            return sine, cosine, self._polar(xp, _FAR * sine, _FAR * cosine)
+
+        def excess(place: Array) -> tuple[Array, Array]:
+            sine, cosine, ((value, by_x, by_y), _) = state(place)
+            return value - aim, 0.5 * math.pi * _FAR * (by_x * cosine - by_y * sine)
+
+        edge = 1.0 + 0.0 * aim
+        sine, cosine, (_, (moment, _, _)) = state(rising_root(xp, excess, -edge, edge, _STEPS))
+        nothing = xp.where(possible, 0.0, xp.nan)
+        return lever * sine / cosine + nothing, lever * moment + nothing
+
     def _polar(self, xp: Any, x: Array, y: Array) -> tuple[tuple[Array, Array, Array], ...]:
         """Lateral force and moment over the lever, each with its derivatives by x and y."""
         square = x * x + y * y
@@ -124,20 +158,16 @@ class SpinMap(NamedTuple):
         rho = xp.where(moves, rho, 0.0)
         rest = HALF / (HALF + rho)  # 1 - u
         u = 1.0 - rest
-        by_size, d_size = _splines(xp, SIZES * u, SIZES)
-        by_angle, d_angle = _splines(xp, ANGLES * (0.5 + (2.0 / math.pi) * xp.atan(sine / (1.0 + cosine))), ANGLES)
+        angle = 0.5 + (2.0 / math.pi) * xp.atan(sine / (1.0 + cosine))
+        tables = _tables(xp, self.coefficients, SIZES * u, ANGLES * angle)
 
-        rows = _weighted(xp, by_size, self.coefficients)
-        d_rows = _weighted(xp, d_size, self.coefficients)
         grow = rest * rest / HALF  # du/drho; u/rho is rest/HALF
         made = []
         slopes = ((1.0, self.scale.by_spin), (-self.scale.by_spin, self.scale.turning))
-        for part, (straight, (slope_x, slope_y)) in enumerate(zip(linear_part(self.scale, x, y), slopes, strict=True)):
-            row = rows[..., part]
-            table = xp.sum(row * by_angle, axis=-1)
-            outward = (table + u * SIZES * xp.sum(d_rows[..., part] * by_angle, axis=-1)) * grow
-            outward = outward - 2.0 * rest * grow * (sign * straight)
-            around = rest / HALF * (ANGLES / math.pi) * xp.sum(row * d_angle, axis=-1)
+        parts = zip(tables, linear_part(self.scale, x, y), slopes, strict=True)
+        for (table, by_size, by_angle), straight, (slope_x, slope_y) in parts:
+            outward = (table + u * SIZES * by_size) * grow - 2.0 * rest * grow * (sign * straight)
+            around = rest / HALF * (ANGLES / math.pi) * by_angle
             linear = rest * rest
             made.append(
                 (
@@ -223,6 +253,57 @@ def _made(a_over_b: Array, poisson: Array) -> SpinMap:
 
 def _product(xp: Any, weights: Array, rows: Array) -> Array:
     return xp.matmul(weights[..., None, :], rows)[..., 0, :]
+
+
+def _tables(xp: Any, coefficients: Array, size: Array, angle: Array) -> list[tuple[Array, Array, Array]]:
+    """Both tables at places along u and alpha in steps of their nodes, each with its derivatives by these places."""
+    if len(coefficients.shape) == 3 and xp.__name__ in ("numpy", "jax.numpy"):
+        return _near(xp, coefficients, size, angle)
+    by_size, d_size = _splines(xp, size, SIZES)
+    by_angle, d_angle = _splines(xp, angle, ANGLES)
+    rows, d_rows = _weighted(xp, by_size, coefficients), _weighted(xp, d_size, coefficients)
+    return [
+        tuple(
+            xp.sum(row[..., part] * weight, axis=-1)
+            for row, weight in ((rows, by_angle), (d_rows, by_angle), (rows, d_angle))
+        )
+        for part in range(2)
+    ]
+
+
+def _near(xp: Any, coefficients: Array, size: Array, angle: Array) -> list[tuple[Array, Array, Array]]:
+    """`_tables` from the sixteen splines that are not 0, ten times as fast for many points of one patch."""
+    first, by_size, d_size = _four(xp, size, SIZES)
+    start, by_angle, d_angle = _four(xp, angle, ANGLES)
+    columns = ANGLES + 3
+    corner = first * columns + start
+    found = []
+    for part in range(2):
+        flat = xp.reshape(xp.asarray(coefficients[..., part]), (-1,))
+        value = d_first = d_second = 0.0
+        for i in range(4):
+            row = [xp.take(flat, corner + (i * columns + j)) for j in range(4)]
+            along = sum(weight * one for weight, one in zip(by_angle, row, strict=True))
+            value = value + by_size[i] * along
+            d_first = d_first + d_size[i] * along
+            d_second = d_second + by_size[i] * sum(weight * one for weight, one in zip(d_angle, row, strict=True))
+        found.append((value, d_first, d_second))
+    return found
+
+
+def _four(xp: Any, place: Array, count: int) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+    """Number of the first cubic B-spline that is not 0 at a place, and the four values and derivatives."""
+    whole = xp.clip(xp.floor(xp.where(xp.isfinite(place), place, 0.0)), 0.0, count - 1.0)
+    s = place - whole
+    r, square = 1.0 - s, s * s
+    values = (
+        r * r * r / 6.0,
+        2.0 / 3.0 + square * (0.5 * s - 1.0),
+        1.0 / 6.0 + 0.5 * (s + square - square * s),
+        square * s / 6.0,
+    )
+    slopes = (-0.5 * r * r, s * (1.5 * s - 2.0), 0.5 + s - 1.5 * square, 0.5 * square)
+    return xp.astype(whole, xp.int64), values, slopes
 
 
 def _weighted(xp: Any, weights: Array, coefficients: Array) -> Array:

@@ -223,8 +223,7 @@ def _cobotic_controller(
             steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
             steering.ratio * steering.motor.torque_constant,
             settings.steering_current_limit or _stall(steering.motor),
-            sum(map(float, steering.friction_torques(drive.transmission).values()))
-            + steering.ratio * steering.motor.friction_torque,
+            float(steering.coulomb_torque(drive.transmission)) + steering.ratio * steering.motor.friction_torque,
             stick_speed / drive.transmission.wheel_radius,
         ),
         link_gain=2.0 * math.pi * settings.link_bandwidth,

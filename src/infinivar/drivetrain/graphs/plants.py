@@ -6,21 +6,18 @@ The elements use the laws of `infinivar.contact`, `infinivar.parts` and `infiniv
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
-from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, check_graph, needed
-from infinivar.drivetrain.graphs import compliances, output_pieces, pieces, stages
+from infinivar.drivetrain.graphs import compliances, contact_pieces, output_pieces, pieces, stages
 from infinivar.drivetrain.graphs.pieces import Electrical
 from infinivar.errors import ParameterError, require
-from infinivar.transmission import creepage
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 STICK_SPEED = 1e-4
@@ -49,35 +46,6 @@ def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
     )
 
 
-def _lateral(law: creep.Formulas, u: Array, v: Array, slip_creepage: Array, **given: Array) -> Array:
-    """Lateral force of the contact under a creep law."""
-    return creepage.lateral_force(law, u, v, **given)
-
-
-def _shares(u: Array, v: Array, effort: Array, **given: Array) -> dict[str, Array]:
-    """The power that the contact loses, as creep or as slip."""
-    power = effort * u
-    slides = creepage.slips(u, v, **given)
-    xp = namespace(u, v)
-    return {"creep": xp.where(slides, 0.0, power), "slip": xp.where(slides, power, 0.0)}
-
-
-def _steered_lateral(law: creep.Formulas, u: Array, v: Array, phi: Array, **given: Array) -> Array:
-    """The same for a patch whose creep stiffness changes with the steering angle."""
-    return _lateral(law, u, v, **_at_angle(phi, **given))
-
-
-def _steered_shares(u: Array, v: Array, phi: Array, effort: Array, **given: Array) -> dict[str, Array]:
-    return _shares(u, v, effort, **_at_angle(phi, **given))
-
-
-def _at_angle(phi: Array, creep_stiffness: Array, first: Array, second: Array, **given: Array) -> dict[str, Array]:
-    """Parameters of the contact with the creep stiffness at a steering angle."""
-    sine = _sin(phi)
-    compliance, _, _ = creepage.compliance(sine * sine, first, second)
-    return {"creep_stiffness": creep_stiffness / compliance, **given}
-
-
 def _across(phi: Array, radius: Array) -> Array:
     return radius * _sin(phi)
 
@@ -97,7 +65,8 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
 
     Returns
     -------
-    BondGraph   Open at its 1-junctions "surface" (cylinder speed) and "link".
+    BondGraph   Open at its 1-junctions "surface" (cylinder speed) and "link"; with `steering_model` "spin" also at "turning"
+        (steering rate).
 
     Raises
     ------
@@ -106,20 +75,9 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
 
     Source: faulring2006, Fig 6, in passive form.
     """
-    law = creep.law_in_motion(ivt.creep_law)
     groups = ivt.groups(cylinder_speed)
     stick = Parameter(r"v_{\varepsilon}", stick_speed, "m/s")
-    contact = {
-        "slip_force": Parameter(r"\mu P", float(groups.slip_force), "N"),
-        "creep_stiffness": Parameter("C", float(groups.creep_stiffness), "N"),
-        "stick_speed": stick,
-        "slip_creepage": Parameter(r"\xi_s", float(groups.slip_creepage(law))),
-    }
-    lateral, shares, signals = _lateral, _shares, ("v",)
-    if groups.yielding is not None:
-        lateral, shares, signals = _steered_lateral, _steered_shares, ("v", "phi")
-        first, second = map(float, groups.yielding)
-        contact |= {"first": Parameter("k_1", first), "second": Parameter("k_2", second)}
+    contact, contact_chains = contact_pieces.contact(ivt, groups, stick)
 
     def rolling(name: str, symbol: str, torque: Array, title: str) -> Element | None:
         return pieces.friction(name, symbol, float(torque) / ivt.wheel_radius, "N", stick, title)
@@ -142,15 +100,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
             bg.zero("lateral", "f_u"),
             bg.zero("tractive", "f_r"),
             bg.one("rolling", "v"),
-            bg.resistance(
-                "creep",
-                "f_u",
-                functools.partial(lateral, groups.formulas(law)),
-                signals=signals,
-                parameters=contact,
-                losses=shares,
-                title="creep",
-            ),
+            *contact,
             *attached,
         ],
         [
@@ -158,7 +108,7 @@ def transmission_plant(ivt: RotaryLinearIVT, *, cylinder_speed: float, stick_spe
             "link > link_across > lateral",
             "surface > surface_along > tractive",
             "link > link_along > tractive",
-            "lateral > creep",
+            *contact_chains,
             "tractive > rolling",
             *chains,
         ],
@@ -188,10 +138,12 @@ def steering_plant(
     elements, chains, signals = pieces.motor_terminals(
         steering.motor, drive.steering_amplifier, "s", electrical, motor_stick, "steering", "steering."
     )
+    # A patch that rolls as it turns belongs to the transmission.
+    shear = 0.0 if drive.transmission.turns_with_spin else friction["patch"]
     attached, attached_chains = pieces.attach(
         bell=(
             pieces.friction("bell_bearing", r"T_{bell}", friction["bell"], "N m", stick, "steering bearing"),
-            pieces.friction("patch", r"T_{shear}", friction["patch"], "N m", stick, "steering patch"),
+            pieces.friction("patch", r"T_{shear}", shear, "N m", stick, "steering patch"),
         )
     )
     return BondGraph(
@@ -318,7 +270,13 @@ def cobotic_graph(
             "transmission": transmission_plant(drive.transmission, cylinder_speed=drive.cylinder_speed, **options),
             "link": link_plant(drive, **options),
         },
-        ["cylinder.cylinder > transmission.surface", "transmission.link > link.link", *spliced.chains, *chains],
+        [
+            "cylinder.cylinder > transmission.surface",
+            "transmission.link > link.link",
+            *(["steering.bell > transmission.turning"] if drive.transmission.turns_with_spin else []),
+            *spliced.chains,
+            *chains,
+        ],
         elements=[*load, *spliced.elements],
         signals=spliced.signals,
     )
@@ -434,7 +392,14 @@ def plant_graph(
             "link": lambda: link_plant(drive),
         }
     require(plant in makers, "plant", repr(plant), f"one of {', '.join(makers)}")
-    return _closed(makers[plant](), _NEIGHBOURS.get(plant, {}))
+    neighbours = _NEIGHBOURS.get(plant, {})
+    if plant == "transmission" and isinstance(drive, CoboticDrive) and drive.transmission.turns_with_spin:
+        neighbours = neighbours | _STEERED
+    return _closed(makers[plant](), neighbours)
+
+
+_STEERED: dict[str, tuple[Element, bool]] = {"turning": (bg.flow_source("from_steering", r"\dot{\phi}"), False)}
+"""Source that replaces the steering plant at a contact with spin."""
 
 
 # Sources that replace a plant's neighbours at its open junctions, and whether they take up power there.

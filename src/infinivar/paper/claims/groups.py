@@ -28,6 +28,7 @@ def with_groups(element: RotaryLinearIVT, rolling_group: float, creep_group: flo
     return replace(
         element,
         geometry=None,
+        steering_model="shear",
         creep_stiffness=creep_group * slip,
         rolling_torque=rolling_group * element.wheel_radius * slip,
         bearing_torque=0.0,
