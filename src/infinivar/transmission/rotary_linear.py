@@ -94,8 +94,9 @@ class RotaryLinearIVT:
         "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle in either direction", default=math.pi / 2
     )
     creep_law: CreepLaw = component(
-        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach, fastsim or exact",
-        default=creep.LINEAR,
+        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach, fastsim or exact; "
+        "exact by default with geometry, linear without",
+        default=None,
     )
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
     _yielding: tuple[Array, Array] | None = field(init=False, repr=False, compare=False, default=None)
@@ -104,7 +105,9 @@ class RotaryLinearIVT:
     def __post_init__(self) -> None:
         """Validate the fields and compute the static contact."""
         check(self)
-        object.__setattr__(self, "creep_law", creep.law(self.creep_law))  # which may be given by its name
+        usual = creep.LINEAR if self.geometry is None else creep.EXACT
+        wanted = usual if self.creep_law is None else creep.law(self.creep_law)  # which may be given by its name
+        object.__setattr__(self, "creep_law", wanted)
         given = [name for name in MEASURED if getattr(self, name) is not None]
         if self.geometry is not None:
             if given:
