@@ -108,6 +108,7 @@ def test_measured_groups_have_a_shorter_sheet(infinivar, write, tmp_path):
     assert done.code == 0
     assert "Stress limits unknown" in done.out
     assert "creep group                K                217.9" in done.out
+    assert "assumed for law exact, with Poisson's ratio 0.3" in done.out
     assert "Patch" not in done.out
     assert results(tmp_path / "sheet") == ["contact-mine.txt"]
 

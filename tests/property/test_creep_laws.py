@@ -274,7 +274,23 @@ def test_a_wheel_takes_any_law():
     assert float(point.link_speed) == pytest.approx((1.0 + ratio) * float(plain.link_speed), rel=1e-9)
 
 
-@pytest.mark.parametrize("wrong", ["polack", 5, None, ["linear"]])
+def test_the_law_of_a_wheel_that_names_none():
+    """Exact theory where the patch is known, the paper's linear law where only measured values are."""
+    element = shipped_study("faulring2006").drives["cobotic"].transmission
+    assert replace(element, creep_law=None).creep_law is creep.EXACT
+    groups = element.groups(14.0)
+    named = ("creep_stiffness", "rolling_torque", "bearing_torque")
+    measured = {name: getattr(groups, name) for name in named}
+    assert replace(element, creep_law=None, geometry=None, **measured).creep_law is creep.LINEAR
+    raw = {
+        "requirement": {"base": "faulring2006"},
+        "drives": {"mine": {"base": "faulring2006.cobotic"}},
+    }
+    stated = study_from(raw, name="laws", origin="test")
+    assert stated.drives["mine"].transmission.creep_law is creep.LINEAR
+
+
+@pytest.mark.parametrize("wrong", ["polack", 5, ["linear"]])
 def test_what_is_no_law_is_refused(wrong):
     element = shipped_study("faulring2006").drives["cobotic"].transmission
     with pytest.raises(ValueError, match="creep_law must be one of linear, faulring"):

@@ -277,6 +277,9 @@ def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> N
         add(f"creep stiffness at {degrees} deg", "C", steered.creep_stiffness, "N", "kN", how)
     add("slip force", "mu P", groups.slip_force, "N", "N", "")
     add("creep group", "K", groups.creep_group, "1", "1", "C/(mu P)")
+    if contact is None:
+        how = f"assumed for law exact, with Poisson's ratio {groups.poisson:g}: measured values do not tell the patch"
+        add("axis ratio", "a/b", groups.axis_ratio, "1", "1", how)
     for name, law in creep.LAWS.items():
         if law.flow_factor is not None:
             continue  # below 70 % of the slip force it is the linear law

@@ -115,6 +115,7 @@ def reproduce(
     else:
         for claim in result.claims:
             say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
+        say(result.with_exact_law)
         if figure is None and (missing := left_out()):
             say(missing)
         say(f"Report: {files[0]}")

@@ -115,5 +115,6 @@ def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:
         by_figure={number: [claim for claim in claims if claim.figure == number] for number in shown},
         without_figure=[claim for claim in claims if claim.figure not in shown],
         farthest=FARTHEST,
+        exact=reproduction.with_exact_law,
         reconstruction=reproduction.machine.study.reconstruction,
     )

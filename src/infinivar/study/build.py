@@ -194,6 +194,7 @@ def _instance(
 ) -> Any:
     """Build a dataclass instance from a validated table, its parts first; `made` holds values already built."""
     values: dict[str, Any] = dict(made or {})
+    unset: list[tuple[int, dataclasses.Field[Any]]] = []
     for field in described(part):
         given = checked.get(field.name)
         unit = field.metadata.get("unit", "")
@@ -210,7 +211,14 @@ def _instance(
         elif inner is None and field.default not in (None, dataclasses.MISSING) and field.name != "name":
             default = Entry(field.default, field.default, "assumed", DEFAULT)
             rows.append(_row(owner, here, default, unit))
+        elif inner is None and field.default is None:
+            unset.append((len(rows), field))
     instance = _constructed(part, values, path)
+    for place, field in reversed(unset):  # a part may choose a value by its other values
+        value = getattr(instance, field.name)
+        if value is not None:
+            default = Entry(value, recorded(value), "assumed", DEFAULT)
+            rows.insert(place, _row(owner, f"{prefix}{field.name}", default, field.metadata.get("unit", "")))
     scale = checked.get("scale")
     if issubclass(part, Motor) and scale is not None:
         rows.append(_row(owner, f"{prefix}scale", scale, "1"))

@@ -96,8 +96,9 @@ class RotaryLinearIVT:
         "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle in either direction", default=math.pi / 2
     )
     creep_law: CreepLaw = component(
-        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach, fastsim or exact",
-        default=creep.LINEAR,
+        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach, fastsim or exact; "
+        "exact by default with geometry, linear without",
+        default=None,
     )
     steering_model: SteeringModel = component(
         "Resistance to steering: shear (constant torque of a patch that turns on the spot) or spin (of one that rolls as it "
@@ -111,7 +112,9 @@ class RotaryLinearIVT:
     def __post_init__(self) -> None:
         """Validate the fields and compute the static contact."""
         check(self)
-        object.__setattr__(self, "creep_law", creep.law(self.creep_law))  # which may be given by its name
+        usual = creep.LINEAR if self.geometry is None else creep.EXACT
+        wanted = usual if self.creep_law is None else creep.law(self.creep_law)  # which may be given by its name
+        object.__setattr__(self, "creep_law", wanted)
         check_choice(self, "steering_model", {"shear": (), "spin": ()})
         if self.turns_with_spin and self.geometry is None:
             raise ParameterError("geometry is missing: steering_model = 'spin' needs it")
