@@ -57,6 +57,25 @@ def test_inverse_and_slope_on_every_patch(seed):
     assert_allclose(formulas.slope(inner), difference, rtol=1e-6)
 
 
+@given(seeds)
+@settings(max_examples=5)
+def test_response(seed):
+    """Force and derivative together are those of the separate formulas; flat from full slip."""
+    a_over_b, poisson = patches(seed)
+    formulas = creep.EXACT.on(a_over_b, poisson)
+    creepage = np.random.default_rng(seed).uniform(-0.99, 0.99, 300) * formulas.slip_creepage
+    force, rise = formulas.responding(creepage)
+    assert_allclose(force, formulas.force(creepage), rtol=0, atol=1e-14)
+    assert_allclose(rise * formulas.slope(force), 1.0, rtol=1e-9)
+    force, rise = formulas.responding(-1.5 * formulas.slip_creepage)
+    assert_array_equal(force, -1.0)
+    assert np.all((rise > 0) & (rise < 1e-9))
+    assert creep.POLACH.on(1.0, 0.3).responding(0.5) == (
+        creep.POLACH.force(0.5),
+        1.0 / creep.POLACH.slope(creep.POLACH.force(0.5)),
+    )
+
+
 def test_the_assumed_patch():
     """A patch that nothing is known of is a circle of steel; its slip is where theory has it."""
     by_hand = 1.5 * float(kalker.coefficients(1.0, 0.3).c22) * (0.5 * 0.7 + 0.375 * 0.3)
@@ -203,7 +222,8 @@ def softer(a_over_b, poisson):
 
 
 def own(**changes):
-    return creep.CreepLaw(**{"name": "softer", "on_patch": softer, **softer(1.0, 0.3)._asdict(), **changes})
+    usual = dict(zip(("creepage", "slope", "force", "slip_creepage"), softer(1.0, 0.3), strict=False))
+    return creep.CreepLaw(**{"name": "softer", "on_patch": softer, **usual, **changes})
 
 
 def test_own_laws_may_depend_on_the_patch():

@@ -47,13 +47,24 @@ _PROBED = (0.4, 0.2)
 
 
 class Formulas(NamedTuple):
-    """The formulas of a law on one patch, as in `CreepLaw`."""
+    """The formulas of a law on one patch, as in `CreepLaw`.
+
+    A law may also have `response`, scaled creepage -> force ratio and its derivative, where one is cheap beside the other.
+    """
 
     creepage: Callable[[Array], Array]
     slope: Callable[[Array], Array]
     force: Callable[[Array], Array]
     slip_creepage: Array
     flow_factor: Callable[[Array], tuple[Array, Array]] | None = None
+    response: Callable[[Array], tuple[Array, Array]] | None = None
+
+    def responding(self, creepage: Array) -> tuple[Array, Array]:
+        """Force ratio at a scaled creepage, and its derivative."""
+        if self.response is not None:
+            return self.response(creepage)
+        force = self.force(creepage)
+        return force, 1.0 / self.slope(force)
 
     @property
     def straight(self) -> bool:
@@ -165,6 +176,7 @@ def _exact_on_patch(a_over_b: Array, poisson: Array) -> Formulas:
         functools.partial(exact_law.exact_slope, curve=curve),
         functools.partial(exact_law.exact_force, curve=curve),
         curve.full_slip,
+        response=functools.partial(exact_law.exact_response, curve=curve),
     )
 
 
@@ -201,7 +213,15 @@ def pinned(law: CreepLaw, a_over_b: float, poisson: float) -> CreepLaw:
     """A law of one patch only, as a law of its own; a law that does not depend on the patch as it is."""
     if law.on_patch is None:
         return law
-    return CreepLaw(name=f"{law.name}, a/b = {a_over_b:.6g}", **law.on(a_over_b, poisson)._asdict())
+    formulas = law.on(a_over_b, poisson)
+    return CreepLaw(
+        name=f"{law.name}, a/b = {a_over_b:.6g}",
+        creepage=formulas.creepage,
+        slope=formulas.slope,
+        force=formulas.force,
+        slip_creepage=float(formulas.slip_creepage),
+        flow_factor=formulas.flow_factor,
+    )
 
 
 def law_in_motion(found: CreepLaw) -> CreepLaw:

@@ -34,6 +34,9 @@ STEEL_CIRCLE = (1.0, 0.3)
 STEEL_CIRCLE_SLIP = 2.586380751183667
 """`Curve.full_slip` of that patch: 9/4 C22 (1 - nu/4)."""
 
+_FLAT = 2.0**-32
+"""Derivative of the force from full slip on, so that an iteration that overshoots comes back."""
+
 _TERMS = 8
 """Terms of the polynomial from which the inverse starts: it errs by 3e-4 at most, 4e-7 on a circle. One step follows."""
 
@@ -118,14 +121,44 @@ def exact_force(creepage: Array, curve: Curve | None = None) -> Array:
     xp = namespace(creepage, curve.full_slip)
     size = size_of(xp, creepage)
     slips = size >= curve.full_slip
-    share = xp.where(slips, 0.0, size) / curve.full_slip
+    s = _place(curve, xp.where(slips, 0.0, size) / curve.full_slip)
+    force = -xp.expm1(2.5 * xp.log1p(-xp.clip(s, -1.0, 1.0 - 8.0 * RESOLUTION)))
+    return signed(xp, creepage, xp.where(slips, 1.0, force))
+
+
+def exact_response(creepage: Array, curve: Curve | None = None) -> tuple[Array, Array]:
+    """Force ratio under a lateral creepage and its derivative, both from one place on the curve.
+
+    Parameters
+    ----------
+    creepage, curve : as in `exact_force`.
+
+    Returns
+    -------
+    force_ratio, derivative : (...,) float   The ratio to rounding of 1, so that small ones have fewer digits than those of
+        `exact_force`; the derivative is capped below, as `exact_slope` is above. [-]
+
+    Source: as `exact_creepage`.
+    """
+    curve = curve or steel_circle()
+    xp = namespace(creepage, curve.full_slip)
+    size = size_of(xp, creepage)
+    slips = size >= curve.full_slip
+    s = _place(curve, xp.where(slips, 0.0, size) / curve.full_slip)
+    rest = 1.0 - xp.clip(s, -1.0, 1.0 - 8.0 * RESOLUTION)
+    steep = rest * xp.sqrt(rest)
+    force = xp.where(slips, 1.0, 1.0 - rest * steep)
+    rise = curve.full_slip * _polynomial(_differentiated(curve.growth), s)
+    return signed(xp, creepage, force), xp.where(slips, _FLAT, 2.5 * steep / rise)
+
+
+def _place(curve: Curve, share: Array) -> Array:
+    """s at a creepage relative to that of full slip: from the approximate inverse by one step of third order."""
     s = share * _polynomial(curve.start, share)
     first = _differentiated(curve.growth)
     rise, bend = _polynomial(first, s), _polynomial(_differentiated(first[1:]), s)
-    step = (s * _polynomial(curve.growth, s) - share) / rise
-    s = s - step / (1.0 - 0.5 * step * bend / rise)
-    force = -xp.expm1(2.5 * xp.log1p(-xp.clip(s, -1.0, 1.0 - 8.0 * RESOLUTION)))
-    return signed(xp, creepage, xp.where(slips, 1.0, force))
+    excess = s * _polynomial(curve.growth, s) - share
+    return s - excess * rise / (rise * rise - 0.5 * excess * bend)
 
 
 def curve(a_over_b: Array, poisson: Array) -> Curve:

@@ -97,10 +97,10 @@ def _by_creepage(xp: Any, law: Formulas, groups: LossGroups, slope: Array, load:
     def step(creepage: Array) -> Array:
         tangent = tangent_at(creepage)
         at, by_creepage, by_tangent = scaled(creepage, tangent)
-        force = law.force(at)
+        force, rise = law.responding(at)
         ratio, d_ratio = _ratio(xp, groups, load, tangent)
         d_tangent = (1.0 + slope * slope) / (1.0 + creepage * slope) ** 2
-        d_force = (by_creepage + by_tangent * d_tangent) / law.slope(force)
+        d_force = (by_creepage + by_tangent * d_tangent) * rise
         return _newton_step(xp, creepage, force - ratio, d_force - d_ratio * d_tangent)
 
     ideal, _ = _ratio(xp, groups, load, -slope)
