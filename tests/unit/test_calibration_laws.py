@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy import stats
 from scipy.special import ndtr
 
 import infinivar as iv
@@ -165,7 +166,10 @@ LOW, HIGH = (0.15, 0.5), (0.2, 0.5, 0.8)
     ],
 )
 def test_intervals_contain_the_truth_under_a_law_that_is_no_candidate(drive, monkeypatch, a_over_b, loads, sessions):
-    """Exact rolling theory: a law that fits nearly has its creep stiffness off by up to 4 %, three standard deviations."""
+    """Exact rolling theory: a law that fits nearly has its creep stiffness off by up to 4 %, three standard deviations.
+
+    Of few sessions, as many may miss as 95 % intervals do in all but 1 % of such samples; of 60, at most a tenth.
+    """
     monkeypatch.setitem(creep.LAWS, "theory", exact_law(a_over_b))
     known, hits, alone, misfits = model.known_values(drive), dict.fromkeys(TOLD, 0), 0, 0
     for seed in range(sessions):
@@ -179,7 +183,8 @@ def test_intervals_contain_the_truth_under_a_law_that_is_no_candidate(drive, mon
     share = {name: count / sessions for name, count in hits.items()}
     print(f"a/b {a_over_b:g}, loads {loads}: {share}, as if the law were exact {alone / sessions}, misfits {misfits}")
     assert share["creep_stiffness"] >= 0.9
-    assert all(found >= (0.9 if sessions > 10 else 0.6) for found in share.values())
+    misses = 0.1 * sessions if sessions == 60 else stats.binom.isf(0.01, sessions, 0.05)
+    assert all(sessions * (1.0 - found) < misses + 0.5 for found in share.values())
 
 
 def half_bent(name):
