@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 from designs import POINTS, amplifiers, elements, gearheads, motors, seeds
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from infinivar import Limit
+from infinivar import Limit, RotaryLinearIVT
 from infinivar.motion.course import Course
 from infinivar.transmission.rates import Varying, steering_rates
 
@@ -114,10 +114,25 @@ def test_standing_still_is_the_steady_point(drive, mass, seed):
 
 
 @given(elements(st.sampled_from(["linear", "vermeulen-johnson", "polach", "fastsim"])), st.sampled_from([-1, 1]), seeds)
+@example(
+    RotaryLinearIVT(
+        cylinder_radius=0.5,
+        wheel_radius=0.125,
+        preload=1.0,
+        friction=1.0,
+        creep_stiffness=20.0,
+        rolling_torque=0.0,
+        bearing_torque=0.001953125,
+        creep_law="vermeulen-johnson",
+    ),
+    -1,
+    7545581,
+)
 def test_steering_rates_are_those_of_the_angle(element, way, seed):
     """Against differences of `steer` over time, along smooth motions with a cylinder that changes its speed.
 
-    The differences of fourth order leave 1e-9 of the rate and 1e-5 of the acceleration.
+    The differences of fourth order leave 1e-9 of the rate and 1e-5 of the acceleration. Where the force changes its sign
+    between them, the third derivative of a nonlinear law jumps, and they differ from those of second order: left out.
     """
     random = np.random.default_rng(seed)
     w, phase = random.uniform(1, 8, 3), random.uniform(0, 6, 3)
@@ -146,5 +161,7 @@ def test_steering_rates_are_those_of_the_angle(element, way, seed):
     known = ~np.isnan(before2 + before + here + after + after2)
     differences = (before2 - 8 * before + 8 * after - after2) / (12 * step)
     second = (-before2 + 16 * before - 30 * here + 16 * after - after2) / (12 * step**2)
+    plain = (before - 2 * here + after) / step**2
+    known &= np.abs(plain - second) < 5e-5 * (np.abs(second) + np.max(w) ** 2)
     assert_allclose(rate[known], differences[known], rtol=1e-7, atol=1e-7 * np.max(w))
     assert_allclose(acceleration[known], second[known], rtol=1e-4, atol=1e-4 * np.max(w) ** 2)
