@@ -1,6 +1,5 @@
 """`infinivar compare`: verdicts, JSON, report, maps, and what it leaves alone."""
 
-import html.parser
 import json
 import math
 import os
@@ -14,6 +13,7 @@ import xarray
 
 from folders import results
 from infinivar.limits import Limit
+from pages import Links, needs_no_network
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
 KINDS = ("png", "svg", "pdf")
@@ -121,42 +121,8 @@ def test_map_is_labelled_and_adds_up(compared, drive):
         assert float(data.efficiency.max()) <= said["drives"][drive]["peak_efficiency"]
 
 
-class Links(html.parser.HTMLParser):
-    """Addresses a browser would fetch, the tags that stay open, and the text."""
-
-    VOID = ("meta", "link", "img", "br", "hr", "col", "input")
-
-    def __init__(self, text):
-        super().__init__()
-        self.fetched, self.open, self.scripts, self.text = [], [], 0, ""
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        given = dict(attrs)
-        self.fetched += [given[key] for key in ("src", "srcset", "data", "poster") if key in given]
-        self.fetched += [given["href"]] if tag == "link" else []
-        self.scripts += tag == "script"
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        self.text += data
-
-
-@pytest.mark.parametrize("page", ["report.html", "reproduction.html"])
-def test_page_needs_no_network(page, request):
-    shared = "compared" if page == "report.html" else "reproduced"
-    text = (request.getfixturevalue(shared)[1] / page).read_text("utf-8")
-    found = Links(text)
-    assert found.fetched
-    assert all(address.startswith("data:") for address in found.fetched)
-    assert found.scripts == 0
-    assert found.open == []
-    assert "@import" not in text
-    assert "url(http" not in text
+def test_page_needs_no_network(compared):
+    needs_no_network(compared[1] / "report.html")
 
 
 def test_report_says_what_was_found(compared):

@@ -56,7 +56,7 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "contact", "errata", "study-file", "extending", "measurements")
+DAILY = ("theory", "errata", "study-file", "extending", "measurements")
 SLOW = (
     "tutorial",
     "gait-to-motor",
@@ -68,6 +68,7 @@ SLOW = (
     "calibration",
     "figures",
     "exact-contact",
+    "contact",
 )
 
 

@@ -14,12 +14,18 @@ from infinivar.paper.figures import FIGURES as FIGURES_BY_NUMBER
 from infinivar.paper.report import left_out, save
 from infinivar.paper.reproduce import Reproduction
 from infinivar.units import plain
+from pages import is_set_well, needs_no_network
 
 KEYS = ["id", "section", "claim", "paper", "computed", "unit", "threshold", "verdict", "shown", "by_construction"]
 KEYS += ["why", "ranges", "variants"]
 VERDICTS = {"holds", "does not hold", "undecidable"}
 FIGURES = list(range(1, 18))
 BOND_GRAPHS = [2, 6, 10, 11, 12, 13, 14]
+
+
+def test_page_is_set_well_and_needs_no_network(reproduced):
+    is_set_well(reproduced[1])
+    needs_no_network(reproduced[1] / "reproduction.html")
 
 
 def test_claims_are_complete(reproduced):

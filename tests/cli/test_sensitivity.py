@@ -157,6 +157,7 @@ def test_questions_that_mean_nothing(infinivar, write, tmp_path, options, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.renders("svg")
 def test_a_comparison_says_how_many_builds_are_able(infinivar, write, tmp_path):
     done = infinivar("compare", write(STUDY), "--out", "out", "--json")

@@ -134,6 +134,7 @@ def test_steady_verdicts(comparison):
     assert results["cobotic"].peak_efficiency < 0.75
 
 
+@pytest.mark.slow
 def test_every_claim_has_an_honest_verdict():
     claims = {claim.id: claim for claim in iv.reproduce().claims}
     assert len(claims) == 38
