@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.contact import kalker, spin
-from infinivar.contact.exact import spin_map, spin_nodes
+from infinivar.contact.exact import spin_map, spin_nodes, spin_table
 
 RNG_SEED = 31
 
@@ -34,7 +34,7 @@ def _errors(rng, low, high, count):
         u, alpha = rng.uniform(0.02, 0.97), rng.uniform(-math.pi, math.pi)
         rho = spin_nodes.HALF * u / (1.0 - u) / patch.scale.c22
         lateral, turn = rho * math.cos(alpha), rho * math.sin(alpha) / patch.scale.lever
-        off = np.abs(np.array(patch.forces(lateral, turn)) - spin_nodes.solved(ratio, poisson, lateral, turn))
+        off = np.abs(np.array(patch.forces(lateral, turn)) - spin_table.solved(ratio, poisson, lateral, turn))
         errors.append(off / [1.0, patch.scale.lever])
     return np.array(errors)
 
@@ -68,8 +68,8 @@ def test_a_sample_of_the_table_is_what_the_solver_finds():
         patch = iv.spin_map(ratio, poisson)
         rho = spin_nodes.HALF * u / (1.0 - u) / patch.scale.c22
         lateral, turn = rho * math.cos(alpha), rho * math.sin(alpha) / patch.scale.lever
-        found = spin_nodes.solved(ratio, poisson, lateral, turn)
-        room = 5e-3 if ratio > spin_nodes.SLENDER else 1e-6
+        found = spin_table.solved(ratio, poisson, lateral, turn)
+        room = 5e-3 if ratio > spin_table.SLENDER else 1e-6
         assert_allclose(patch.forces(lateral, turn), found, atol=room * patch.scale.lever)
 
 

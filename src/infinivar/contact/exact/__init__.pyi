@@ -1,4 +1,4 @@
-from . import equations, fit, grid, influence, many, newton, patch, spin_map, spin_nodes, transient
+from . import equations, fit, grid, influence, many, newton, patch, spin_map, spin_nodes, spin_table, transient
 
 __all__ = [
     "equations",
@@ -10,5 +10,6 @@ __all__ = [
     "patch",
     "spin_map",
     "spin_nodes",
+    "spin_table",
     "transient",
 ]

@@ -19,12 +19,11 @@ import numpy as np
 
 from infinivar.contact import exact_law, kalker
 from infinivar.contact.exact.grid import Floats
+from infinivar.contact.exact.many import ORDER, extrapolated
 from infinivar.contact.exact.patch import RollingPatch
 
 CELLS = 10, 20
 """Grids whose forces are extrapolated."""
-ORDER = 1.5
-"""Order of convergence with lateral creep."""
 
 SHAPES = tuple(np.geomspace(exact_law.NARROWEST, exact_law.WIDEST, 17).round(6).tolist())
 POISSON = (0.0, 0.125, 0.25, 0.375, 0.5)
@@ -58,10 +57,8 @@ def force(a_over_b: float, poisson: float, share: float, cells: tuple[int, int] 
     """Lateral force over mu N at a creepage, relative to that of full slip; extrapolated from two grids, nan if it fails."""
     c22 = kalker.coefficients(a_over_b, poisson).c22
     creepage = share * float(kalker.full_slip_creepage(a_over_b, poisson, c22) / c22)
-    coarse, fine = (
-        RollingPatch(a_over_b=a_over_b, poisson=poisson, cells=count).steady(lateral=creepage).fy for count in cells
-    )
-    return fine + (fine - coarse) / ((cells[1] / cells[0]) ** ORDER - 1.0)
+    patch = RollingPatch(a_over_b=a_over_b, poisson=poisson, cells=cells[1])
+    return float(extrapolated(patch, (0.0, creepage, 0.0), cells[0]).forces[1])
 
 
 def curve(shape: tuple[float, float]) -> list[float]:

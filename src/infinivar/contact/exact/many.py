@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,21 @@ ORDER = 1.5
 
 _PIECE = 32
 """Contacts that one process computes in a row, each from the state before."""
+
+
+class Extrapolated(NamedTuple):
+    """Forces on the track of one patch, from two grids; nan if an iteration has not converged.
+
+    Attributes
+    ----------
+    forces : (3,)           fx, fy and mz over mu N and mu N c, extrapolated to infinitely many cells. [-]
+    error : (3,)            Estimated error of them on the finer grid: the change by the extrapolation. [-]
+    coarse : SteadyRolling  State on the coarser grid.
+    """
+
+    forces: Floats
+    error: Floats
+    coarse: SteadyRolling
 
 
 class RollingForces(NamedTuple):
@@ -93,6 +109,28 @@ def rolling_forces(
     return RollingForces(fx, fy, mz, found[..., 3:], np.isfinite(fx))
 
 
+def extrapolated(
+    patch: RollingPatch, creepage: Iterable[float], coarse_cells: int, start: SteadyRolling | None = None
+) -> Extrapolated:
+    """Forces of a patch under longitudinal and lateral creepage and spin, from its grid and a coarser one.
+
+    Parameters
+    ----------
+    patch : RollingPatch     With the finer grid.
+    creepage : (3,)          Scaled creepages. [-]
+    coarse_cells : int       Cells along each side of the coarser grid.
+    start : SteadyRolling    State for that one to begin with; the finer begins with what it finds.
+
+    Returns
+    -------
+    Extrapolated
+    """
+    before = replace(patch, cells=coarse_cells).steady(*creepage, start=start)
+    forces = patch.steady(*creepage, start=before).forces
+    change = (forces - before.forces) / ((patch.cells / coarse_cells) ** ORDER - 1.0)
+    return Extrapolated(forces + change, np.abs(change), before)
+
+
 def _each(tasks: Iterator[tuple[Floats, int]], workers: int) -> Iterator[Floats]:
     """Forces of each task, in order."""
     if workers == 1:
@@ -110,9 +148,6 @@ def _forces(cases: Floats, cells: int) -> Floats:
     found = np.empty((len(cases), 6))
     last: SteadyRolling | None = None
     for place, case in enumerate(cases):
-        coarse, fine = (RollingPatch(*case[:3], cells=count) for count in (cells // 2, cells))
-        last = coarse.steady(*case[3:], start=last)
-        better = fine.steady(*case[3:], start=last).forces
-        change = (better - last.forces) / (2.0**ORDER - 1.0)
-        found[place] = np.concatenate([better + change, np.abs(change)])
+        forces, error, last = extrapolated(RollingPatch(*case[:3], cells=cells), case[3:], cells // 2, last)
+        found[place] = np.concatenate([forces, error])
     return found

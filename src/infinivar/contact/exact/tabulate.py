@@ -12,7 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from infinivar.contact.exact.spin_nodes import A_OVER_B, POISSON, table
+from infinivar.contact.exact.spin_nodes import A_OVER_B, POISSON
+from infinivar.contact.exact.spin_table import table
 
 FILE = Path(__file__).parents[1] / "data" / "spin_map.npz"
 _FOLDER = Path("spin_map_parts")

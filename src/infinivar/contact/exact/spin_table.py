@@ -1,0 +1,90 @@
+"""What the solver finds at the nodes of the map of lateral creep with spin: its table, as `spin_nodes` lays it out."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+
+from infinivar.contact.exact.grid import Floats
+from infinivar.contact.exact.many import extrapolated
+from infinivar.contact.exact.patch import RollingPatch
+from infinivar.contact.exact.spin_nodes import A_OVER_B, ANGLES, HALF, SIZES, Scales, linear_part, scales
+
+COARSE = 10
+FINE = (20, 18)
+"""Cells along each side of the two grids from which forces are extrapolated. The second fine one is for states that the
+first does not find: some of nearly incompressible material at a/b = 20."""
+
+SLENDER = 8.0
+"""a/b beyond which spin may take so little power that errors between the nodes would make it negative."""
+
+_RESISTANCE = 0.14
+"""What is added there against spin, at a/b = 20, times nu^2 u (1 - u); it changes the moment by 0.005 mu N h at most."""
+
+_RINGS, _RAYS = 400, 800
+"""Steps of the integral of full slip, whose integrand turns about a point."""
+
+
+def solved(a_over_b: float, poisson: float, lateral: float, spin: float) -> Floats:
+    """Lateral force over mu N and moment over mu N c by the solver, extrapolated from two grids: (2,).
+
+    nan if an iteration has not converged.
+    """
+    for cells in FINE:
+        patch = RollingPatch(a_over_b=a_over_b, poisson=poisson, cells=cells)
+        forces = extrapolated(patch, (0.0, lateral, spin), COARSE).forces
+        if np.isfinite(forces).all():
+            return forces[1:]
+    return np.full(2, np.nan)
+
+
+@functools.lru_cache(maxsize=2)
+def _patch(a_over_b: float) -> tuple[Floats, Floats, Floats]:
+    """Places x, y of a patch and their parts of the load."""
+    ring = (np.arange(_RINGS) + 0.5) / _RINGS
+    ray = (np.arange(_RAYS) + 0.5) * (2.0 * math.pi / _RAYS)
+    part = np.sqrt(1.0 - ring**2) * ring
+    part = np.repeat(part / part.sum() / _RAYS, _RAYS)
+    root = math.sqrt(a_over_b)
+    return root * np.outer(ring, np.cos(ray)).ravel(), np.outer(ring, np.sin(ray)).ravel() / root, part
+
+
+def full_slip(a_over_b: float, lever: float, alpha: float) -> Floats:
+    r"""Lateral force over mu N and moment over mu N h of a patch that slips as a rigid body: (2,).
+
+    .. math:: f_y = \int p\,\frac{s_y}{|s|}\,dA, \qquad m = \int p\,\frac{x s_y - y s_x}{|s|}\,dA, \qquad
+        s = (-\phi y,\ \upsilon + \phi x)
+
+    Source: Coulomb's law under the Hertz pressure p.
+    """
+    x, y, part = _patch(a_over_b)
+    turn = math.sin(alpha) / lever
+    slip_x, slip_y = -turn * y, math.cos(alpha) + turn * x
+    part = part / np.hypot(slip_x, slip_y)
+    return np.array([np.sum(part * slip_y), np.sum(part * (x * slip_y - y * slip_x)) / lever])
+
+
+def table(a_over_b: float, poisson: float) -> Floats:
+    """The map's table for one patch: (SIZES, ANGLES, 2)."""
+    scale = Scales(*map(float, scales(a_over_b, poisson)))
+    values = np.empty((SIZES, ANGLES, 2))
+    for i, j in np.ndindex(SIZES, ANGLES):
+        u, alpha = (i + 1) / SIZES, j * math.pi / ANGLES
+        cosine, sine = math.cos(alpha), math.sin(alpha)
+        if i == SIZES - 1:
+            values[i, j] = full_slip(a_over_b, scale.lever, alpha)
+            continue
+        rho = HALF * u / (1.0 - u)
+        force, moment = solved(a_over_b, poisson, rho * cosine / scale.c22, rho * sine / (scale.c22 * scale.lever))
+        linear = HALF * (1.0 - u) * np.array(linear_part(scale, cosine, sine))
+        extra = resistance(a_over_b, poisson) * u * (1.0 - u) * sine
+        values[i, j] = np.array([force, moment / scale.lever + u * extra]) / u - linear
+    return values
+
+
+def resistance(a_over_b: float, poisson: float) -> float:
+    """Addition to the moment that keeps the interpolated friction of slender patches dissipative. [-]"""
+    slender = max(math.log(a_over_b / SLENDER) / math.log(A_OVER_B[-1] / SLENDER), 0.0)
+    return _RESISTANCE * poisson**2 * slender
