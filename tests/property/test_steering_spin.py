@@ -128,8 +128,8 @@ def test_knee():
     """Energies per stride as the theory page states them; the losses of steering make the difference."""
     study = iv.load_study(Path(__file__).parents[2] / "studies" / "knee_walking.toml")
     drive, duty = study.drives["cobotic"], study.duty["walking"]
-    spinning = replace(drive, transmission=replace(drive.transmission, steering_model="spin"))
-    shear, found = iv.duty_cycle(drive, duty), iv.duty_cycle(spinning, duty)
+    constant = replace(drive, transmission=replace(drive.transmission, steering_model="shear"))
+    shear, found = iv.duty_cycle(constant, duty), iv.duty_cycle(drive, duty)
     assert (shear.energy, found.energy) == (pytest.approx(6.593, abs=0.005), pytest.approx(5.294, abs=0.005))
     for loss, before, after in (
         ("steering winding", 1.577, 0.392),
@@ -236,11 +236,17 @@ def test_generated_code_calls_the_same_map():
     assert [float(value) for value in found(0.0, 0.0)] == [0.0, 0.0]
 
 
-def test_shear_is_the_default_and_spin_needs_geometry():
-    assert replace(SHEAR.transmission, steering_model="shear") == SHEAR.transmission
+def test_spin_is_the_default_with_the_exact_law_and_needs_geometry():
+    element = SHEAR.transmission
+    assert not element.turns_with_spin
+    exact = replace(element, creep_law="exact")
+    assert exact.turns_with_spin
+    assert not replace(exact, creep_law="polach").turns_with_spin
+    assert not replace(exact, steering_model="shear").turns_with_spin
     measured = {"creep_stiffness": 3e4, "rolling_torque": 4e-4, "bearing_torque": 2e-3}
     with pytest.raises(iv.ParameterError, match="geometry is missing: steering_model = 'spin' needs it"):
         replace(ELEMENT, geometry=None, **measured)
+    assert not replace(exact, geometry=None, **measured).turns_with_spin
     with pytest.raises(iv.ParameterError, match="steering_model must be one of shear, spin, got 'roll'"):
         replace(ELEMENT, steering_model="roll")
 

@@ -38,7 +38,7 @@ def test_numbers_are_those_of_the_state(state):
     assert np.all(shown["slip"][:, ~slides] == 0.0)
     row = shown["row"]
     assert np.all(np.hypot(row["x"], row["y"]) <= row["bound"] * (1.0 + 1e-6))
-    assert_allclose(np.diff(row["edges"]), grid.length[grid.cells // 2])
+    assert_allclose(np.diff(row["edges"]), grid.length[grid.rows // 2])
     # Friction opposes slip: the traction on the track points along the slip of the wheel.
     drives = np.sum(shown["traction"] * shown["slip"], axis=0)[slides]
     assert np.mean(drives > 0.0) > 0.9

@@ -14,8 +14,8 @@ SETTLED = 1e-12
 _USUAL_STEPS = 2
 """Number of steps after which the iterations here have nearly always converged."""
 
-_LEAST_MOVE = 1e-15
-"""Step below which a bracketed iteration ends, relative to the width of the bracket."""
+_LEAST_MOVE = 1e-7
+"""Step below which a bracketed iteration ends, relative to the width of the bracket. One step of Newton's method follows."""
 
 _Bracket = tuple[Any, Any, Any, Any]
 """Lower and upper end, place, and size of the last move."""
@@ -193,7 +193,12 @@ def bisect(xp: Any, function: Callable[[Array], Array], low: Array, high: Array,
 
 
 def rising_root(
-    xp: Any, function: Callable[[Array], tuple[Array, Array]], low: Array, high: Array, steps: int
+    xp: Any,
+    function: Callable[[Array], tuple[Array, Array]],
+    low: Array,
+    high: Array,
+    steps: int,
+    start: Array | None = None,
 ) -> Array:
     """Root of a rising function between `low` and `high`, by Newton's method within a bracket that shrinks.
 
@@ -202,6 +207,7 @@ def rising_root(
     function             Maps places to values and slopes.
     low, high : (...,)   Ends of the bracket, of one shape; without a root in it, the result is near one of them.
     steps : int          Most steps; the bracket is halved where a step would not be half the last one or leaves the bracket.
+    start : (...,)       Place to start from; the middle by default.
 
     Returns
     -------
@@ -222,7 +228,8 @@ def rising_root(
     # Where no root lies in it, the bracket is one of its ends from the start.
     below, above = function(low)[0] <= 0, function(high)[0] >= 0
     low, high = xp.where(above, low, high), xp.where(below | ~above, high, low)
-    state: _Bracket = (low, high, 0.5 * (low + high), high - low)
+    place = 0.5 * (low + high) if start is None else xp.clip(start, low, high)
+    state: _Bracket = (low, high, place, high - low)
     if xp.__name__ == "jax.numpy":
         place = _narrowed_in_jax(xp, function, narrow, state, steps, least)
     else:

@@ -45,7 +45,7 @@ def data(found: SteadyRolling) -> dict[str, Any]:
         raise InputError("a state that has not converged has no figure: outcome is 'not converged'")
     grid = found.grid
     share = np.hypot(*found.traction) / grid.bound
-    middle = grid.cells // 2
+    middle = grid.rows // 2
     return {
         "outline": _outline(grid.a_over_b, grid.turned),
         "x": grid.x,

@@ -100,10 +100,11 @@ class RotaryLinearIVT:
         "exact by default with geometry, linear without",
         default=None,
     )
-    steering_model: SteeringModel = component(
+    steering_model: SteeringModel | None = component(
         "Resistance to steering: shear (constant torque of a patch that turns on the spot) or spin (of one that rolls as it "
-        "turns, by exact theory; in motion, creep then follows that theory as well; needs geometry)",
-        default="shear",
+        "turns, by exact theory; in motion, creep then follows that theory as well; needs geometry); spin by default with "
+        "geometry and the law exact, otherwise shear",
+        default=None,
     )
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
     _yielding: tuple[Array, Array] | None = field(init=False, repr=False, compare=False, default=None)
@@ -115,9 +116,8 @@ class RotaryLinearIVT:
         usual = creep.LINEAR if self.geometry is None else creep.EXACT
         wanted = usual if self.creep_law is None else creep.law(self.creep_law)  # which may be given by its name
         object.__setattr__(self, "creep_law", wanted)
-        check_choice(self, "steering_model", {"shear": (), "spin": ()})
-        if self.turns_with_spin and self.geometry is None:
-            raise ParameterError("geometry is missing: steering_model = 'spin' needs it")
+        if self.steering_model is not None:
+            check_choice(self, "steering_model", {"shear": (), "spin": ("geometry",)}, {"shear": ("geometry",)})
         given = [name for name in MEASURED if getattr(self, name) is not None]
         if self.geometry is not None:
             if given:
@@ -140,6 +140,8 @@ class RotaryLinearIVT:
     @property
     def turns_with_spin(self) -> bool:
         """Whether steering is spin of the contact."""
+        if self.steering_model is None:
+            return self.geometry is not None and self.creep_law == creep.EXACT
         return self.steering_model == "spin"
 
     @property

@@ -245,14 +245,17 @@ def _solved(
         d_spin = -patch.lever * turn * ((tangent + e * d_tangent) / root - along * tangent * d_tangent / root**3)
         g, by_share, _ = groups.compliance(1.0 - 1.0 / (root * root))
         d_ease = -by_share * 2.0 * tangent / root**4 / g * d_tangent / stiffness
-        (force, _), gradient = known.forces_and_gradient(creep / (c22 * g), spin / (turned * g))
+        force, by_lateral, by_spin = known.lateral_force(creep / (c22 * g), spin / (turned * g))
         d_ratio = (group - load * tangent / root) * d_tangent / stiffness
-        d_force = gradient.fy_by_lateral / c22 * (1.0 + creep * d_ease)
-        d_force = (d_force + gradient.fy_by_spin / turned * (d_spin + spin * d_ease)) / g
+        d_force = by_lateral / c22 * (1.0 + creep * d_ease)
+        d_force = (d_force + by_spin / turned * (d_spin + spin * d_ease)) / g
         return force - group * tangent + load * root, d_force - d_ratio
 
     edge = _REACH + 0.0 * slope
-    creep = rising_root(xp, excess, -edge, edge, _STEPS)
+    # The linear theory, with the force and spin of the wheel that does not creep.
+    root = xp.sqrt(1.0 + slope * slope)
+    start = known.scale.by_spin * stiffness * patch.lever * turn / root - group * slope - load * root
+    creep = rising_root(xp, excess, -edge, edge, _STEPS, start)
     e = creep / stiffness
     tangent = (e - slope) / (1.0 + e * slope)
     rolls = (xp.abs(excess(creep)[0]) <= _CLOSE) & (1.0 + e * tangent > 0.0)

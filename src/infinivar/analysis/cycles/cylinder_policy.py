@@ -15,7 +15,6 @@ import numpy as np
 
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles import performance
-from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint
 from infinivar.errors import ParameterError
@@ -36,6 +35,8 @@ _CONSTANT = 1e-3
 _HARMONICS = 3
 _LARGEST_SWING = 1.5
 """Largest harmonic amplitude of the logarithm of the speed."""
+_STEP = 1e-6
+"""Step of the parameters for differences."""
 _STEEPNESS = 50.0
 """Penalty on the power per unit of excess demand."""
 _INSIDE = 0.99
@@ -109,7 +110,8 @@ def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
     load = drive.inward(instants.course, duty.moved_mass)
 
     def cost(factor: float) -> float:
-        return _cost(drive, duty, instants, load, Varying(drive.cylinder_speed * factor), constant=True)
+        driven = replace(drive, cylinder_speed=drive.cylinder_speed * factor)
+        return float(_penalised(driven.follow(instants.course, load_mass=duty.moved_mass, behind=load)))
 
     costs = [cost(float(factor)) for factor in _FACTORS]
     place = int(np.argmin(costs))
@@ -135,13 +137,15 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
         """Logarithm of the speed over the nominal one."""
         return np.log(_schedule(1.0, duty.period, parameters, np.linspace(0.0, duty.period, _DENSE)).value)
 
-    def cost(parameters: np.ndarray) -> float:
+    def cost(parameters: np.ndarray) -> np.ndarray:
+        """For parameters (..., m)."""
         speed = _schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
-        return _cost(drive, duty, instants, load, speed)
+        return _penalised(drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=speed, behind=load))
 
-    def confined(parameters: np.ndarray) -> float:
+    def confined(parameters: np.ndarray) -> np.ndarray:
         drawn, course = cost(parameters), swing(parameters)
-        return drawn + _STEEPNESS * abs(drawn) * max(0.0, float(np.max(course)) - high, low - float(np.min(course)))
+        outside = np.maximum(np.max(course, axis=-1) - high, low - np.min(course, axis=-1))
+        return drawn + _STEEPNESS * np.abs(drawn) * np.maximum(0.0, outside)
 
     def within(parameters: np.ndarray) -> np.ndarray:
         """The schedule drawn towards the middle of the range until it is inside; the same if it is."""
@@ -153,15 +157,18 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
     first = np.zeros(2 * _HARMONICS + 1)
     first[0] = level
 
-    def search(function: Callable[[np.ndarray], float], bounds: tuple[float, float]) -> np.ndarray:
+    def search(function: Callable[[np.ndarray], np.ndarray], bounds: tuple[float, float]) -> np.ndarray:
         best = first
+        every = [bounds] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
+        with_gradient = functools.partial(_with_gradient, function)
         # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
         for wave in range(3):
             guess = first.copy()
             if wave:
                 guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
-            every = [bounds] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
-            found: Any = minimize(function, guess, method="L-BFGS-B", bounds=every, options={"maxiter": 40})
+            found: Any = minimize(
+                with_gradient, guess, jac=True, method="L-BFGS-B", bounds=every, options={"maxiter": 40}
+            )
             if found.fun < function(best):
                 best = found.x
         return best
@@ -174,35 +181,33 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
     return functools.partial(_schedule, drive.cylinder_speed, duty.period, best)
 
 
+def _with_gradient(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> tuple[float, np.ndarray]:
+    """Value and central differences, all from one call of a function of (..., m)."""
+    steps = _STEP * np.eye(len(at))
+    values = function(at + np.vstack([np.zeros_like(at), steps, -steps]))
+    ahead, behind = np.split(values[1:], 2)
+    return float(values[0]), (ahead - behind) / (2.0 * _STEP)
+
+
 def _schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarray) -> Varying:
-    """``own exp(g(t))`` and its derivatives, from the level and harmonics of g."""
+    """``own exp(g(t))`` and its derivatives, from the level and harmonics of g: parameters (..., m) give (..., n)."""
     turn = 2.0 * np.pi * np.arange(1, _HARMONICS + 1) / period
-    cosine, sine = np.cos(np.multiply.outer(time, turn)), np.sin(np.multiply.outer(time, turn))
-    a, b = parameters[1::2], parameters[2::2]
-    swing = parameters[0] + cosine @ a + sine @ b
-    rate = cosine @ (b * turn) - sine @ (a * turn)
-    curvature = -(cosine @ (a * turn**2) + sine @ (b * turn**2))
+    cosine, sine = np.cos(np.multiply.outer(turn, time)), np.sin(np.multiply.outer(turn, time))
+    a, b = parameters[..., 1::2], parameters[..., 2::2]
+    swing = parameters[..., :1] + a @ cosine + b @ sine
+    rate = (b * turn) @ cosine - (a * turn) @ sine
+    curvature = -((a * turn**2) @ cosine + (b * turn**2) @ sine)
     value = own * np.exp(swing)
     return Varying(value, value * rate, value * (curvature + rate * rate))
 
 
-def _cost(
-    drive: CoboticDrive, duty: DutyCycle, instants: Instants, load: Inward, speed: Varying, constant: bool = False
-) -> float:
-    """Mean power with a penalty on exceeded limits and on slip. [W]"""
-    driven = replace(drive, cylinder_speed=float(speed.value)) if constant else drive
-    point = driven.follow(
-        instants.course, load_mass=duty.moved_mass, cylinder_speed=None if constant else speed, behind=load
-    )
-    return _penalised(point)
-
-
-def _penalised(point: MovingPoint) -> float:
-    demands = list(performance.demands(point).values())
-    excess = sum(max(0.0, float(np.nan_to_num(demand, nan=10.0, posinf=10.0)) - _INSIDE) for demand in demands)
-    drawn = float(np.mean(point.power_in))
-    scale = drawn if np.isfinite(drawn) else 1e3 * (1.0 + float(np.nanmax(np.abs(point.power_out))))
-    return scale * (1.0 + _STEEPNESS * excess)
+def _penalised(point: MovingPoint) -> np.ndarray:
+    """Mean power with a penalty on exceeded limits and on slip, over the last axis. [W]"""
+    demands = performance.demands(point).values()
+    excess = sum(np.maximum(0.0, np.nan_to_num(demand, nan=10.0, posinf=10.0) - _INSIDE) for demand in demands)
+    drawn = np.mean(point.power_in, axis=-1)
+    nothing = 1e3 * (1.0 + float(np.nanmax(np.abs(point.power_out))))
+    return np.where(np.isfinite(drawn), drawn, nothing) * (1.0 + _STEEPNESS * excess)
 
 
 def _evaluated(name: str, drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying | None) -> Policy:

@@ -25,6 +25,10 @@ Constant tractions reach half of this too far beyond an edge at which the true o
 force of the two-dimensional contact without slip exact to first order of the cell's length.
 """
 
+LONGEST = 12.0
+"""Length of the longest cells over their width. Longer ones are made wider: with cells 20 times as long as wide and a Poisson
+ratio of 0.5, slip by traction is not positive definite and the iteration may not converge."""
+
 AHEAD = 0.25
 """Part of a cell by which all cells lie behind the middle of their row. Slip is taken half a cell ahead of each cell.
 
@@ -40,7 +44,7 @@ class Grid:
     ----------
     a_over_b : float     Ratio of the semi-axes; at no turn, that along the rolling direction over the other. [-]
     turned : float       Angle from the rolling direction to the first semi-axis, positive towards +y. [rad]
-    cells : int          Rows, and cells in each.
+    cells : int          Cells in each row.
     reach : float        Half of the patch's extent in y. [-]
     y : (rows,)          Middle of each row. [-]
     length : (rows,)     Length of each row's cells along x. [-]
@@ -65,6 +69,11 @@ class Grid:
         return grid, (self.a_over_b, self.turned, self.cells)
 
     @property
+    def rows(self) -> int:
+        """Number of rows, an even one."""
+        return len(self.y)
+
+    @property
     def area(self) -> Floats:
         """Area of each cell, (rows, 1). [-]"""
         return (self.length * self.width)[:, None]
@@ -87,7 +96,8 @@ def grid(a_over_b: float, turned: float, cells: int) -> Grid:
     ----------
     a_over_b : float   Ratio of the semi-axes, 0.05 to 20. [-]
     turned : float     Angle from the rolling direction to the first semi-axis. [rad]
-    cells : int        Rows, and cells in each; even, 4 to 60.
+    cells : int        Cells in each row; even, 4 to 60. There are as many rows, but fewer where cells would be longer than
+        `LONGEST` widths.
 
     Returns
     -------
@@ -107,21 +117,25 @@ def grid(a_over_b: float, turned: float, cells: int) -> Grid:
     reach = math.hypot(a * sine, cosine / a)
     shear = (a_over_b - 1.0 / a_over_b) * sine * cosine / reach**2
 
-    places = np.arange(cells) - 0.5 * (cells - 1)
-    width = 2.0 * reach / (cells + INSET)
-    y = places * width
+    rows = min(cells, 2 * math.ceil(0.5 * LONGEST * reach**2 * cells))
+    width = 2.0 * reach / (rows + INSET)
+    y = _middles(rows) * width
     length = 2.0 / reach * np.sqrt(1.0 - (y / reach) ** 2) / (cells + INSET)
-    x = shear * y[:, None] + length[:, None] * (places - AHEAD)
+    x = shear * y[:, None] + length[:, None] * (_middles(cells) - AHEAD)
 
     # The pressure over the whole patch is shared out, so that the outermost cells take what lies beyond them.
-    edges = np.arange(cells + 1) - 0.5 * cells
-    chord = _pinned(2.0 / cells * (edges - AHEAD))
-    rows = _pinned(2.0 / (cells + INSET) * edges)
+    chord = _pinned(2.0 / cells * (_middles(cells + 1) - AHEAD))
+    borders = _pinned(2.0 / (rows + INSET) * _middles(rows + 1))
     along_chord = np.diff(chord * np.sqrt(1.0 - chord**2) + np.arcsin(chord)) / math.pi
-    across_rows = np.diff(rows * (3.0 - rows**2)) / 4.0
+    across_rows = np.diff(borders * (3.0 - borders**2)) / 4.0
     bound = across_rows[:, None] * along_chord / (length * width)[:, None]
     y, length, x, bound = frozen((y, length, x, bound))
     return Grid(a_over_b, turned, cells, reach, y, length, width, x, bound)
+
+
+def _middles(count: int) -> Floats:
+    """That many places at distances of 1 about 0."""
+    return np.arange(count) - 0.5 * (count - 1)
 
 
 def _pinned(edges: Floats) -> Floats:

@@ -53,7 +53,7 @@ def influence(grid: Grid, poisson: float, mirrored: bool) -> Influence:
     Source: kalker1990, the displacements of a half-space under a loaded rectangle.
     """
     blocks = _blocks(grid, poisson, mirrored, "middles")
-    length = grid.length[grid.cells // 2 if mirrored else 0 :]
+    length = grid.length[grid.rows // 2 if mirrored else 0 :]
     slip = (blocks[:, :, :, :-1] - blocks[:, :, :, 1:]) / length[:, None, None]
     return Influence(_square(blocks[:, :, :, 1:-1]), _square(slip[:, :, :, 1:]), _square(slip[:, :, :, :-1]))
 
@@ -80,9 +80,9 @@ def _blocks(grid: Grid, poisson: float, mirrored: bool, places: Places) -> Float
     """Displacements (to x or y, from x or y, row, place, cell)."""
     k, k_turned, r = _corner_sums(grid, places)
     parts = np.stack([(1.0 - poisson) * k + k_turned, -poisson * r, (1.0 - poisson) * k_turned + k]) / np.pi
-    rows = grid.cells
+    rows = grid.rows
     if mirrored:
-        rows = grid.cells // 2
+        rows //= 2
         upper = parts[:, rows:]
         own, image = upper[..., rows:, :], upper[..., rows - 1 :: -1, :]
         xx, xy, yy = own[0] - image[0], own[1] + image[1], own[2] + image[2]

@@ -48,8 +48,8 @@ class Friction:
     ----------
     matrix : (2 n, 2 n)   Slip by traction. [-]
     bound : (n,)          Largest traction. [-]
-    weight : (n,)         Traction by slip in the projection. The reciprocal row sums of the matrix make it contract; weights
-        of the size of the diagonal's reciprocal fail on most cold starts.
+    weight : (n,)         Traction by slip in the projection. The reciprocal row sums of the matrix make it contract. Larger
+        ones, 0.3 to 1 over the diagonal, save a tenth of the steps of a rolling patch, but fail without rolling.
     after : (n,) int      The cell ahead of each in its row; the first cell's own number.
     """
 

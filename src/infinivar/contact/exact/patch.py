@@ -222,8 +222,9 @@ class RollingPatch:
         """Tractions with the shares of the bound that another state has, on whatever grid."""
         if start is None or start.outcome != "converged":
             return None
-        nearest = np.arange(self.cells) * start.grid.cells // self.cells
-        share = (start.traction / start.grid.bound)[:, nearest[:, None], nearest]
+        theirs = start.grid.bound.shape
+        row, cell = (np.arange(own) * other // own for own, other in zip(self.grid.bound.shape, theirs, strict=True))
+        share = (start.traction / start.grid.bound)[:, row[:, None], cell]
         return rolling.folded(-share * self.grid.bound)
 
     def _gradient(self, rolling: Equations, found: Solution) -> Floats:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Sequence
 from importlib import resources
 from typing import Any, NamedTuple
 
@@ -78,14 +79,23 @@ class SpinMap(NamedTuple):
         SpinForces, SpinGradient   of (...,) float. [-]
         """
         xp = namespace(lateral, spin, self.coefficients)
-        lateral, spin = as_floats(xp, lateral, spin)
         lever, c22 = self.scale.lever, self.scale.c22
-        x, y = xp.broadcast_arrays(c22 * lateral, c22 * lever * spin)
-        (force, by_x, by_y), (moment, moment_by_x, moment_by_y) = self._polar(xp, x, y)
+        (force, by_x, by_y), (moment, moment_by_x, moment_by_y) = self._polar(xp, *self._scaled(xp, lateral, spin))
         turn = c22 * lever
         return SpinForces(force, lever * moment), SpinGradient(
             c22 * by_x, turn * by_y, turn * moment_by_x, turn * lever * moment_by_y
         )
+
+    def lateral_force(self, lateral: Array, spin: Array) -> tuple[Array, Array, Array]:
+        """Lateral force over mu N and its derivatives by both creepages, as in `forces_and_gradient`. [-]"""
+        xp = namespace(lateral, spin, self.coefficients)
+        ((force, by_x, by_y),) = self._polar(xp, *self._scaled(xp, lateral, spin), parts=(0,))
+        return force, self.scale.c22 * by_x, self.scale.c22 * self.scale.lever * by_y
+
+    def _scaled(self, xp: Any, lateral: Array, spin: Array) -> tuple[Array, Array]:
+        """x and y of `_polar`."""
+        lateral, spin = as_floats(xp, lateral, spin)
+        return xp.broadcast_arrays(self.scale.c22 * lateral, self.scale.c22 * self.scale.lever * spin)
 
     def lateral_creepage(self, force: Array, spin: Array) -> Array:
         """Lateral creepage that a lateral force needs under a spin: the inverse of `forces`.
@@ -108,7 +118,7 @@ class SpinMap(NamedTuple):
 
         def excess(place: Array) -> tuple[Array, Array]:
             rest = 1.0 - xp.abs(place)
-            value, by_x, _ = self._polar(xp, HALF * place / rest, y)[0]
+            ((value, by_x, _),) = self._polar(xp, HALF * place / rest, y, parts=(0,))
             return value - aim, by_x * HALF / (rest * rest)
 
         edge = REACH + 0.0 * aim
@@ -134,22 +144,23 @@ class SpinMap(NamedTuple):
         possible = xp.abs(force) < 1.0
         aim, lever = xp.where(possible, force, 0.0), self.scale.lever
 
-        def state(place: Array) -> tuple[Array, Array, tuple[tuple[Array, Array, Array], ...]]:
-            """Sine and cosine of the angle from pure spin, and forces far out."""
-            sine, cosine = xp.sin(0.5 * math.pi * place), xp.cos(0.5 * math.pi * place)
-            return sine, cosine, self._polar(xp, _FAR * sine, _FAR * cosine)
+        def turned(place: Array) -> tuple[Array, Array]:
+            """Sine and cosine of the angle from pure spin."""
+            return xp.sin(0.5 * math.pi * place), xp.cos(0.5 * math.pi * place)
 
         def excess(place: Array) -> tuple[Array, Array]:
-            sine, cosine, ((value, by_x, by_y), _) = state(place)
+            sine, cosine = turned(place)
+            ((value, by_x, by_y),) = self._polar(xp, _FAR * sine, _FAR * cosine, parts=(0,))
             return value - aim, 0.5 * math.pi * _FAR * (by_x * cosine - by_y * sine)
 
         edge = 1.0 + 0.0 * aim
-        sine, cosine, (_, (moment, _, _)) = state(rising_root(xp, excess, -edge, edge, _STEPS))
+        sine, cosine = turned(rising_root(xp, excess, -edge, edge, _STEPS))
+        ((moment, _, _),) = self._polar(xp, _FAR * sine, _FAR * cosine, parts=(1,))
         nothing = xp.where(possible, 0.0, xp.nan)
         return lever * sine / cosine + nothing, lever * moment + nothing
 
-    def _polar(self, xp: Any, x: Array, y: Array) -> tuple[tuple[Array, Array, Array], ...]:
-        """Lateral force and moment over the lever, each with its derivatives by x and y."""
+    def _polar(self, xp: Any, x: Array, y: Array, parts: Sequence[int] = (0, 1)) -> list[tuple[Array, Array, Array]]:
+        """Lateral force (part 0) and moment over the lever (part 1), each with its derivatives by x and y."""
         square = x * x + y * y
         moves = square > 0.0
         rho = xp.sqrt(xp.where(moves, square, 1.0))
@@ -159,13 +170,14 @@ class SpinMap(NamedTuple):
         rest = HALF / (HALF + rho)  # 1 - u
         u = 1.0 - rest
         angle = 0.5 + (2.0 / math.pi) * xp.atan(sine / (1.0 + cosine))
-        tables = _tables(xp, self.coefficients, SIZES * u, ANGLES * angle)
+        tables = _tables(xp, self.coefficients, SIZES * u, ANGLES * angle, parts)
+        linear_parts = linear_part(self.scale, x, y)
+        slopes = ((1.0, self.scale.by_spin), (-self.scale.by_spin, self.scale.turning))
 
         grow = rest * rest / HALF  # du/drho; u/rho is rest/HALF
         made = []
-        slopes = ((1.0, self.scale.by_spin), (-self.scale.by_spin, self.scale.turning))
-        parts = zip(tables, linear_part(self.scale, x, y), slopes, strict=True)
-        for (table, by_size, by_angle), straight, (slope_x, slope_y) in parts:
+        for part, (table, by_size, by_angle) in zip(parts, tables, strict=True):
+            straight, (slope_x, slope_y) = linear_parts[part], slopes[part]
             outward = (table + u * SIZES * by_size) * grow - 2.0 * rest * grow * (sign * straight)
             around = rest / HALF * (ANGLES / math.pi) * by_angle
             linear = rest * rest
@@ -176,7 +188,7 @@ class SpinMap(NamedTuple):
                     slope_y * linear + outward * sine + around * cosine,
                 )
             )
-        return tuple(made)
+        return made
 
 
 def spin_map(a_over_b: Array, poisson: Array) -> SpinMap:
@@ -255,10 +267,12 @@ def _product(xp: Any, weights: Array, rows: Array) -> Array:
     return xp.matmul(weights[..., None, :], rows)[..., 0, :]
 
 
-def _tables(xp: Any, coefficients: Array, size: Array, angle: Array) -> list[tuple[Array, Array, Array]]:
-    """Both tables at places along u and alpha in steps of their nodes, each with its derivatives by these places."""
+def _tables(
+    xp: Any, coefficients: Array, size: Array, angle: Array, parts: Sequence[int]
+) -> list[tuple[Array, Array, Array]]:
+    """Tables of the parts at places along u and alpha in steps of their nodes, each with its derivatives by these places."""
     if len(coefficients.shape) == 3 and xp.__name__ in ("numpy", "jax.numpy"):
-        return _near(xp, coefficients, size, angle)
+        return _near(xp, coefficients, size, angle, parts)
     by_size, d_size = _splines(xp, size, SIZES)
     by_angle, d_angle = _splines(xp, angle, ANGLES)
     rows, d_rows = _weighted(xp, by_size, coefficients), _weighted(xp, d_size, coefficients)
@@ -267,18 +281,20 @@ def _tables(xp: Any, coefficients: Array, size: Array, angle: Array) -> list[tup
             xp.sum(row[..., part] * weight, axis=-1)
             for row, weight in ((rows, by_angle), (d_rows, by_angle), (rows, d_angle))
         )
-        for part in range(2)
+        for part in parts
     ]
 
 
-def _near(xp: Any, coefficients: Array, size: Array, angle: Array) -> list[tuple[Array, Array, Array]]:
+def _near(
+    xp: Any, coefficients: Array, size: Array, angle: Array, parts: Sequence[int]
+) -> list[tuple[Array, Array, Array]]:
     """`_tables` from the sixteen splines that are not 0, ten times as fast for many points of one patch."""
     first, by_size, d_size = _four(xp, size, SIZES)
     start, by_angle, d_angle = _four(xp, angle, ANGLES)
     columns = ANGLES + 3
     corner = first * columns + start
     found = []
-    for part in range(2):
+    for part in parts:
         flat = xp.reshape(xp.asarray(coefficients[..., part]), (-1,))
         value = d_first = d_second = 0.0
         for i in range(4):
