@@ -200,3 +200,13 @@ def test_jax():
 def test_out_of_range(ratio, poisson, message):
     with pytest.raises(iv.ParameterError, match=message):
         iv.spin_map(ratio, poisson)
+
+
+def test_large_creepages():
+    """The inverse up to turning on the spot, and infinite creepages."""
+    patch = iv.spin_map(1.0, 0.3)
+    spin = np.array([0.0, 1.0, 1e3, 1e6, 1e8])
+    assert_allclose(patch.forces(patch.lateral_creepage(0.5, spin), spin).fy, 0.5, atol=1e-9)
+    assert_allclose(patch.lateral_creepage(0.5, 1e8) / 1e8, patch.on_the_spot(0.5)[0], rtol=1e-6)
+    assert_allclose(patch.forces(np.inf, 0.0).fy, 1.0, atol=1e-9)
+    assert_allclose(patch.forces(0.0, np.inf), patch.forces(0.0, 1e12), atol=1e-9)

@@ -13,7 +13,7 @@ from infinivar.contact import spin
 from infinivar.contact.exact import spin_calls
 from infinivar.study.load import shipped_study
 from infinivar.transmission import turning
-from infinivar.transmission.kinematics import relative_velocities
+from infinivar.transmission.kinematics import Steering, relative_velocities
 
 RNG_SEED = 17
 SHEAR = shipped_study("faulring2006").drives["cobotic"]
@@ -255,3 +255,33 @@ def test_transmission_plant_alone():
     """Its graph has the steering rate as a source, and power balances there."""
     assert "from_steering" in {element.name for element in iv.plant_graph(DRIVE, "transmission").elements}
     assert "from_steering" not in {element.name for element in iv.plant_graph(SHEAR, "transmission").elements}
+
+
+def test_angle_of_a_motion_is_found_under_fast_steering():
+    """From an angle and a creepage within slip to the motion and back, up to 0.95 of slip and an edge at 0.08 of the speed."""
+    rng = np.random.default_rng(RNG_SEED)
+    count = 4000
+    element = replace(ELEMENT, creep_law="exact")
+    groups, patch = element.groups(SPEED), _patch()
+    surface = element.cylinder_radius * SPEED
+    omega, rate = SPEED * rng.choice([-1.0, 1.0], count), _signed(rng, 0.1, 0.08 * surface / patch.lever, count)
+    steering = Steering.at_angle(np, rng.uniform(-1.3, 1.3, count))
+    local = groups.steered(steering.sine**2).creep_stiffness
+    # The creepage is a share of that of full slip; it moves the link, which changes the rolling speed.
+    share, rolling = rng.uniform(-0.9, 0.9, count), -element.cylinder_radius * omega * steering.cosine
+    for _ in range(60):
+        u = share * (groups.full_slip * groups.slip_force / local * np.abs(rolling) + patch.lever * np.abs(rate))
+        speed = (u - element.cylinder_radius * omega * steering.sine) / steering.cosine
+        rolling = speed * steering.sine - element.cylinder_radius * omega * steering.cosine
+    lateral, moment = turning.law(u, rate, rolling, **patch._replace(creep_stiffness=local)._asdict())
+    tangent = steering.sine / steering.cosine
+    along = np.sign(omega) * groups.slip_force * groups.rolling_group * tangent
+    force = steering.cosine * (along - lateral)
+    point, found = turning.deliver(
+        element, cylinder_speed=omega, link_speed=speed, link_force=force, steering_rate=rate
+    )
+    sure = (np.abs(lateral) < 0.95 * groups.slip_force) & (np.sign(rolling) == -np.sign(omega))
+    assert np.mean(sure) > 0.7
+    missed = sure & ~(np.abs(point.steering_tangent - tangent) < 1e-6 * (1.0 + np.abs(tangent)))
+    assert np.mean(missed[sure]) < 1e-3
+    assert_allclose(found[sure & ~missed], moment[sure & ~missed], atol=1e-6 * patch.slip_force * patch.lever)

@@ -199,6 +199,7 @@ def rising_root(
     high: Array,
     steps: int,
     start: Array | None = None,
+    inward: int = 0,
 ) -> Array:
     """Root of a rising function between `low` and `high`, by Newton's method within a bracket that shrinks.
 
@@ -208,6 +209,8 @@ def rising_root(
     low, high : (...,)   Ends of the bracket, of one shape; without a root in it, the result is near one of them.
     steps : int          Most steps; the bracket is halved where a step would not be half the last one or leaves the bracket.
     start : (...,)       Place to start from; the middle by default.
+    inward : int         Times that an end is moved half the way to the start where the function has not the sign of a rising
+        one, for functions that fall towards the ends.
 
     Returns
     -------
@@ -225,10 +228,16 @@ def rising_root(
         new = xp.where(quick, new, 0.5 * (low + high))
         return low, high, new, xp.abs(new - place)
 
-    # Where no root lies in it, the bracket is one of its ends from the start.
-    below, above = function(low)[0] <= 0, function(high)[0] >= 0
-    low, high = xp.where(above, low, high), xp.where(below | ~above, high, low)
     place = 0.5 * (low + high) if start is None else xp.clip(start, low, high)
+    below, above = function(low)[0] <= 0, function(high)[0] >= 0
+    for _ in range(inward):
+        if xp.__name__ == "numpy" and xp.all(below & above):
+            break
+        low, high = xp.where(below, low, 0.5 * (low + place)), xp.where(above, high, 0.5 * (high + place))
+        below, above = function(low)[0] <= 0, function(high)[0] >= 0
+    # Where no root lies in it, the bracket is one of its ends from the start.
+    low, high = xp.where(above, low, high), xp.where(below | ~above, high, low)
+    place = xp.clip(place, low, high)
     state: _Bracket = (low, high, place, high - low)
     if xp.__name__ == "jax.numpy":
         place = _narrowed_in_jax(xp, function, narrow, state, steps, least)

@@ -22,7 +22,7 @@ from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.motor import Motor
-from infinivar.transmission import creepage
+from infinivar.transmission import creepage, turning
 from infinivar.units import plain
 
 _FEW = 5
@@ -305,17 +305,8 @@ def _utilisation(
     cobotic = isinstance(drive, CoboticDrive)
     prefix = "cylinder." if cobotic else ""
     if cobotic:
-        parameters = {symbol: parameter.value for symbol, parameter in run.graph.parameters.items()}
-        groups = drive.transmission.groups(drive.cylinder_speed)
-        scaled = creepage.scaled_creepage(
-            run.at("transmission.creep")[1],
-            run.signals["v"],
-            parameters[r"\mu P"],
-            parameters["C"] / groups.compliance(np.sin(run.signals["phi"]) ** 2)[0],
-            parameters[r"v_{\varepsilon}"],
-        )
         # The larger demand of force and creepage; in slip only the creepage grows.
-        found[Limit.SLIP, "wheel"] = np.maximum(np.abs(scaled) / parameters[r"\xi_s"], np.abs(columns["slip_ratio"]))
+        found[Limit.SLIP, "wheel"] = np.maximum(_creep_demand(drive, run), np.abs(columns["slip_ratio"]))
         if drive.transmission.steering_range < 0.5 * math.pi:
             found[Limit.STEERING, "wheel"] = np.abs(run.signals["phi"]) / drive.transmission.steering_range
         assert drive.steering is not None
@@ -327,6 +318,22 @@ def _utilisation(
     if not cobotic:
         found.update(_stage_utilisation(drive, run))
     return {**found, **output_histories.demands(run, drive.output)}
+
+
+def _creep_demand(drive: CoboticDrive, run: Trajectory) -> Any:
+    """Creepage over that of full slip, over time."""
+    parameters = {symbol: parameter.value for symbol, parameter in run.graph.parameters.items()}
+    groups = drive.transmission.groups(drive.cylinder_speed)
+    contact = {
+        "slip_force": parameters[r"\mu P"],
+        "creep_stiffness": parameters["C"] / groups.compliance(np.sin(run.signals["phi"]) ** 2)[0],
+        "stick_speed": parameters[r"v_{\varepsilon}"],
+    }
+    u, v, full = run.at("transmission.creep")[1], run.signals["v"], parameters[r"\xi_s"]
+    if drive.transmission.turns_with_spin:
+        contact |= {"lever": turning.TurningPatch.of(drive.transmission, groups).lever, "slip_creepage": full}
+        return turning.slip_demand(u, run.signals["phi_rate"], v, **contact)
+    return np.abs(creepage.scaled_creepage(u, v, **contact)) / full
 
 
 def _stage_utilisation(drive: ConventionalDrive, run: Trajectory) -> dict[tuple[Limit, str], Any]:

@@ -41,7 +41,7 @@ def data(found: SteadyRolling) -> dict[str, Any]:
     InputError
         If the state has not converged.
     """
-    if found.outcome != "converged":
+    if found.outcome == "not converged":
         raise InputError("a state that has not converged has no figure: outcome is 'not converged'")
     grid = found.grid
     share = np.hypot(*found.traction) / grid.bound

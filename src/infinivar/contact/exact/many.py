@@ -27,12 +27,13 @@ class Extrapolated(NamedTuple):
     ----------
     forces : (3,)           fx, fy and mz over mu N and mu N c, extrapolated to infinitely many cells. [-]
     error : (3,)            Estimated error of them on the finer grid: the change by the extrapolation. [-]
-    coarse : SteadyRolling  State on the coarser grid.
+    coarse, fine : SteadyRolling   States on the two grids.
     """
 
     forces: Floats
     error: Floats
     coarse: SteadyRolling
+    fine: SteadyRolling
 
 
 class RollingForces(NamedTuple):
@@ -43,7 +44,8 @@ class RollingForces(NamedTuple):
     fx, fy : (...,) float   Forces over mu N. [-]
     mz : (...,) float       Moment about the normal over mu N c. [-]
     error : (..., 3) float  Estimated error of fx, fy and mz on the finer grid: the change by the extrapolation. [-]
-    converged : (...,) bool   Where False, all numbers are nan.
+    converged : (...,) bool   Where False, all numbers are nan: no solution was found, or the grid has too few cells, see
+        `SteadyRolling.outcome`.
     """
 
     fx: Floats
@@ -126,9 +128,9 @@ def extrapolated(
     Extrapolated
     """
     before = replace(patch, cells=coarse_cells).steady(*creepage, start=start)
-    forces = patch.steady(*creepage, start=before).forces
-    change = (forces - before.forces) / ((patch.cells / coarse_cells) ** ORDER - 1.0)
-    return Extrapolated(forces + change, np.abs(change), before)
+    fine = patch.steady(*creepage, start=before)
+    change = (fine.forces - before.forces) / ((patch.cells / coarse_cells) ** ORDER - 1.0)
+    return Extrapolated(fine.forces + change, np.abs(change), before, fine)
 
 
 def _each(tasks: Iterator[tuple[Floats, int]], workers: int) -> Iterator[Floats]:
@@ -148,6 +150,8 @@ def _forces(cases: Floats, cells: int) -> Floats:
     found = np.empty((len(cases), 6))
     last: SteadyRolling | None = None
     for place, case in enumerate(cases):
-        forces, error, last = extrapolated(RollingPatch(*case[:3], cells=cells), case[3:], cells // 2, last)
-        found[place] = np.concatenate([forces, error])
+        both = extrapolated(RollingPatch(*case[:3], cells=cells), case[3:], cells // 2, last)
+        last = both.coarse
+        known = both.fine.outcome == "converged"
+        found[place] = np.concatenate([both.forces, both.error]) if known else np.nan
     return found

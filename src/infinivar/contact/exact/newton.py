@@ -10,7 +10,7 @@ import numpy as np
 from infinivar.contact.exact.grid import Floats
 
 SETTLED = 1e-8
-"""Residual at which an iteration has converged: error of the projected tractions relative to the bounds, both as 2-norms."""
+"""Residual at which an iteration has converged: error of the projected tractions relative to these, both as 2-norms."""
 
 _STEPS = 80
 _DAMPING, _TRIES = 0.4, 4
@@ -18,7 +18,7 @@ _DAMPING, _TRIES = 0.4, 4
 _TINY = 1e-100
 """In place of a slip of 0 in a denominator; its square is not 0."""
 
-Outcome = Literal["converged", "not converged"]
+Outcome = Literal["converged", "too few cells", "not converged"]
 
 
 class Solution(NamedTuple):
@@ -102,7 +102,8 @@ class Friction:
         z = traction - self.weight * opposed(slip, self.after)
         size = np.hypot(*z)
         projected = z * np.minimum(1.0, self.bound / np.maximum(size, self.bound))
-        return slip, z, float(np.linalg.norm(traction - projected) / np.linalg.norm(self.bound))
+        size = max(float(np.linalg.norm(projected)), _TINY)
+        return slip, z, float(np.linalg.norm(traction - projected)) / size
 
     def _step(
         self, free_slip: Floats, traction: Floats, z: Floats, residual: float

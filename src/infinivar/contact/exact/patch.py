@@ -24,6 +24,9 @@ from infinivar.contact.exact.transient import (
 )
 from infinivar.errors import require
 
+_ROUNDING = 1e-6
+"""Share of the power of all cells by which their sum may be negative."""
+
 _HALVINGS = 4
 """Times that the step from no creepage to the given one is halved if the iteration does not converge."""
 
@@ -34,7 +37,9 @@ class SteadyRolling(Result):
 
     Attributes
     ----------
-    outcome : str                 "converged", or "not converged": then every number is nan.
+    outcome : str                 "converged"; "too few cells" where the tractions do not take power from the slip: the moment
+        then errs by more than itself, as that by a small spin may on long patches of nearly incompressible material;
+        "not converged": then every number is nan.
     fx, fy, mz : float            Forces over mu N, and moment about the normal over mu N c. [-]
     power : float                 Frictional power times G c^2/((mu N)^2 V) with the rolling speed V, from tractions and slip. [-]
     traction : (2, rows, cells)   x and y, times c^2/(mu N). [-]
@@ -84,7 +89,8 @@ class RollingPatch:
     a_over_b : float   Semi-axis along the rolling direction over the other, before the turn, 0.05 to 20. [-]
     poisson : float    Poisson ratio, 0 to 0.5. [-]
     turned : float     Angle from the rolling direction to the semi-axis a, positive towards +y. [rad]
-    cells : int        Rows, and cells in each; even, 4 to 60. At 20 the forces err by about 0.002 of mu N.
+    cells : int        Cells in each row; even, 4 to 60. At 20 the forces by creepage err by about 0.002 of mu N, those by a
+        large spin by 0.01 on a circle and 0.03 at a/b = 20. There are as many rows, fewer on patches longer than 12 widths.
 
     Raises
     ------
@@ -148,18 +154,20 @@ class RollingPatch:
             found = _by_steps(rolling, creepage)
         traction, slip = rolling.unfolded(-found.traction), rolling.unfolded(rolling.slip(creepage, found.traction))
         fx, fy, mz = totals(self.grid, traction).tolist()
+        taken = self.grid.area * traction * slip
+        power, converged = float(np.sum(taken)), found.outcome == "converged"
         return SteadyRolling(
-            outcome=found.outcome,
+            outcome="too few cells" if power < -_ROUNDING * float(np.sum(np.abs(taken))) else found.outcome,
             fx=fx,
             fy=fy,
             mz=mz,
-            power=float(np.sum(self.grid.area * traction * slip)),
+            power=power,
             traction=traction,
             slip=slip,
             slides=rolling.unfolded_scalar(found.slides),
             grid=self.grid,
             steps=found.steps,
-            gradient=self._gradient(rolling, found) if gradient and found.outcome == "converged" else None,
+            gradient=self._gradient(rolling, found) if gradient and converged else None,
         )
 
     def transient(
@@ -215,12 +223,12 @@ class RollingPatch:
         theirs, own = ((of.a_over_b, of.turned, of.cells) for of in (start.grid, self.grid))
         require(theirs == own, "start", f"one of {theirs}", f"a state of a patch with a_over_b, turned, cells = {own}")
         outcome = start.outcome if steady else start.outcome[-1]
-        require(outcome == "converged", "start", "one that has not", "a state that has converged")
+        require(outcome != "not converged", "start", "one that has not", "a state that has converged")
         return start.traction if steady else start.traction[-1]
 
     def _begin(self, rolling: Equations, start: SteadyRolling | None) -> Floats | None:
         """Tractions with the shares of the bound that another state has, on whatever grid."""
-        if start is None or start.outcome != "converged":
+        if start is None or start.outcome == "not converged":
             return None
         theirs = start.grid.bound.shape
         row, cell = (np.arange(own) * other // own for own, other in zip(self.grid.bound.shape, theirs, strict=True))

@@ -25,14 +25,17 @@ from infinivar._core.fields import check_value
 from infinivar.contact.exact.grid import Floats
 from infinivar.contact.exact.spin_nodes import A_OVER_B, ANGLES, HALF, SIZES, Scales, linear_part, scales
 
-REACH = 0.995
-"""Largest rho/(rho + 2) of the lateral creepage that the inverse looks for: 150 times that of full slip."""
+_REACH = 0.995
+"""Largest x/(x + 2 + |y|) of the lateral creepage that the inverse looks for: 150 times that of full slip, or 200 |y|."""
 
 _STEPS = 60
 """Most steps of the inverse; 4 to 8 suffice, but near full slip each gains only half a digit."""
 
 _FAR = 1e9
 """rho of a patch that turns on the spot; forces there differ by 1e-9 from the limit."""
+
+_LARGEST = 1e30
+"""Creepages beyond, infinite ones too, count as this. [-]"""
 
 _CLOSE = 1e-11
 """Largest error of the force at a creepage that the inverse has found. [-]"""
@@ -94,7 +97,7 @@ class SpinMap(NamedTuple):
 
     def _scaled(self, xp: Any, lateral: Array, spin: Array) -> tuple[Array, Array]:
         """x and y of `_polar`."""
-        lateral, spin = as_floats(xp, lateral, spin)
+        lateral, spin = (xp.clip(one, -_LARGEST, _LARGEST) for one in as_floats(xp, lateral, spin))
         return xp.broadcast_arrays(self.scale.c22 * lateral, self.scale.c22 * self.scale.lever * spin)
 
     def lateral_creepage(self, force: Array, spin: Array) -> Array:
@@ -116,15 +119,17 @@ class SpinMap(NamedTuple):
         possible = (xp.abs(wanted) < 1.0) & xp.isfinite(y)
         aim, y = xp.where(possible, wanted, 0.0), xp.where(possible, y, 0.0)
 
+        unit = HALF + xp.abs(y)
+
         def excess(place: Array) -> tuple[Array, Array]:
             rest = 1.0 - xp.abs(place)
-            ((value, by_x, _),) = self._polar(xp, HALF * place / rest, y, parts=(0,))
-            return value - aim, by_x * HALF / (rest * rest)
+            ((value, by_x, _),) = self._polar(xp, unit * place / rest, y, parts=(0,))
+            return value - aim, by_x * unit / (rest * rest)
 
-        edge = REACH + 0.0 * aim
+        edge = _REACH + 0.0 * aim
         place = rising_root(xp, excess, -edge, edge, _STEPS)
         reached = xp.abs(excess(place)[0]) <= _CLOSE
-        creepage = HALF * place / (1.0 - xp.abs(place)) / self.scale.c22
+        creepage = unit * place / (1.0 - xp.abs(place)) / self.scale.c22
         return xp.where(possible & reached, creepage, xp.nan)
 
     def on_the_spot(self, force: Array) -> tuple[Array, Array]:
