@@ -23,6 +23,7 @@ from infinivar._core.array_namespace import Array, as_floats, namespace, rising_
 from infinivar._core.fields import check_value
 from infinivar.contact.exact.grid import Floats
 from infinivar.contact.exact.spin_nodes import A_OVER_B, ANGLES, HALF, SIZES, Scales, linear_part, scales
+from infinivar.contact.kalker import poisson_weights
 
 REACH = 0.995
 """Largest rho/(rho + 2) of the lateral creepage that the inverse looks for: 150 times that of full slip."""
@@ -244,7 +245,7 @@ def _made(a_over_b: Array, poisson: Array) -> SpinMap:
     count = len(A_OVER_B) - 1
     place = xp.log(ratio / A_OVER_B[0]) * (count / math.log(A_OVER_B[-1] / A_OVER_B[0]))
     shapes, _ = _splines(xp, place, count)
-    weights = ((4.0 * nu - 1.0) * (2.0 * nu - 1.0), 8.0 * nu * (1.0 - 2.0 * nu), 2.0 * nu * (4.0 * nu - 1.0))
+    weights = poisson_weights(nu)
     table = xp.asarray(_coefficients(), dtype=xp.float64)
     flat = sum(weights[j][..., None] * _product(xp, shapes, table[:, j]) for j in range(3))
     flat = xp.where(valid[..., None], flat, xp.nan)
