@@ -297,14 +297,20 @@ def _four(xp: Any, place: Array, count: int) -> tuple[Array, tuple[Array, ...], 
     whole = xp.clip(xp.floor(xp.where(xp.isfinite(place), place, 0.0)), 0.0, count - 1.0)
     s = place - whole
     r, square = 1.0 - s, s * s
-    values = (
-        r * r * r / 6.0,
-        2.0 / 3.0 + square * (0.5 * s - 1.0),
-        1.0 / 6.0 + 0.5 * (s + square - square * s),
-        square * s / 6.0,
-    )
     slopes = (-0.5 * r * r, s * (1.5 * s - 2.0), 0.5 + s - 1.5 * square, 0.5 * square)
-    return xp.astype(whole, xp.int64), values, slopes
+    return xp.astype(whole, xp.int64), four_splines(s), slopes
+
+
+def four_splines(share: Array) -> tuple[Array, Array, Array, Array]:
+    """The four cubic B-splines that are not 0 between two nodes, at a share of the way from one to the next."""
+    rest, square = 1.0 - share, share * share
+    cube = square * share
+    return (
+        rest * rest * rest / 6.0,
+        2.0 / 3.0 + square * (0.5 * share - 1.0),
+        1.0 / 6.0 + 0.5 * (share + square - cube),
+        cube / 6.0,
+    )
 
 
 def _weighted(xp: Any, weights: Array, coefficients: Array) -> Array:
