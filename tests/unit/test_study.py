@@ -30,16 +30,6 @@ base = "faulring2006.cobotic"
 """
 
 
-@pytest.fixture
-def load(tmp_path):
-    def write_and_load(text):
-        path = tmp_path / "mine.toml"
-        path.write_text(text, "utf-8")
-        return iv.load_study(path)
-
-    return write_and_load
-
-
 def rows(study, owner):
     return {row.field: row for row in study.provenance if row.owner == owner}
 
