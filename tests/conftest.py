@@ -68,6 +68,18 @@ def study():
     return iv.load_study(STUDY)
 
 
+@pytest.fixture
+def load(tmp_path):
+    """Write a study as mine.toml into the test's folder and load it."""
+
+    def write_and_load(text):
+        path = tmp_path / "mine.toml"
+        path.write_text(text, "utf-8")
+        return iv.load_study(path)
+
+    return write_and_load
+
+
 @pytest.fixture(scope="session")
 def element(study):
     return study.drives["cobotic"].transmission

@@ -77,8 +77,6 @@ def test_what_the_bad_ones_are_made_from_is_good(infinivar, write, tmp_path):
 
 
 FILES = {
-    "empty": ("", "requirement is missing", "[requirement]"),
-    "only a comment": ("# nothing\n", "requirement is missing"),
     "binary": (bytes(range(256)), "UTF-8"),
     "UTF-16": (GOOD.encode("utf-16"), "UTF-8"),
     "Latin-1": ("title = 'Größe'".encode("latin-1"), "UTF-8", "byte 11"),
@@ -98,6 +96,12 @@ FILES = {
 @pytest.mark.parametrize(("text", "words"), cases(FILES))
 def test_files_that_are_no_study(infinivar, write, tmp_path, text, words):
     check(infinivar("compare", write(text)), tmp_path, words)
+
+
+@pytest.mark.parametrize("text", ["", "# nothing\n"])
+def test_a_study_without_tables_lacks_both_sections(infinivar, write, tmp_path, text):
+    words = ("requirement is missing", "[requirement]", "drives is missing", "[drives.NAME]")
+    check(infinivar("compare", write(text)), tmp_path, words, lines=2)
 
 
 STRUCTURE = {

@@ -101,6 +101,41 @@ def test_a_page_and_lines(infinivar, tmp_path):
     assert json.loads(again.out)["duration_s"] == pytest.approx(1.2, rel=1e-3)
 
 
+def test_rounding_is_shown_as_zero(infinivar, tmp_path):
+    """A spring gives back what it took: the mean power is 0, not 1e-17 W, and so on the page."""
+    time = np.arange(601) / 200.0
+    wave = np.cos(2.0 * np.pi * time)
+    rows = np.column_stack([time, 0.1 * wave, 5.0 * wave])
+    np.savetxt(tmp_path / "spring.csv", rows, delimiter=",", header="time (s),position (m),force (N)", comments="")
+    exact = iv.inspect_motion(tmp_path / "spring.csv")
+    assert 0.0 < abs(np.mean(exact.power)) < 1e-12
+    outcome = infinivar("motion", "spring.csv", "--out", "out")
+    assert "power         -1.57 to 1.57 W, mean 0 W; 1.5 J to the load, 1.5 J from it" in outcome.out
+    assert "closes: 0 m from the start" in outcome.out
+    page = (tmp_path / "out" / "motion.html").read_text("utf-8")
+    assert "10<sup>−1" not in page
+    # What is small but not rounding stays.
+    rows[:, 2] += 1e-6 * np.sin(2.0 * np.pi * time)
+    np.savetxt(tmp_path / "spring.csv", rows, delimiter=",", header="time (s),position (m),force (N)", comments="")
+    assert "mean 3.14e-7 W" in infinivar("motion", "spring.csv", "--out", "out").out
+
+
+@pytest.mark.parametrize("blank", ["\u00a0", "\u202f", " "])
+def test_headings_of_spreadsheets_are_shown_with_spaces(infinivar, tmp_path, blank):
+    """Blanks at which no line breaks stand for spaces, in names and in units."""
+    time = np.arange(201) / 200.0
+    rows = np.column_stack([time, 30.0 * np.cos(2.0 * np.pi * time), 10.0 * np.cos(2.0 * np.pi * time)])
+    head = "time (s),knee angle (deg),moment (N m)".replace(" ", blank)
+    np.savetxt(tmp_path / "knee.csv", rows, delimiter=",", header=head, comments="", encoding="utf-8")
+    outcome = infinivar("motion", "knee.csv", "--out", "out")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "  angle         'knee angle (deg)' in deg: " in outcome.out
+    assert "  moment        'moment (N m)' in N m: " in outcome.out
+    assert "  angular speed -3.29 to 3.29 rad/s" in outcome.out
+    assert all(line.isprintable() for line in outcome.out.splitlines())
+    assert "\\" not in outcome.out
+
+
 def test_a_joint_is_shown_with_its_words(infinivar, tmp_path):
     time = np.arange(401) / 100.0
     rows = np.column_stack(

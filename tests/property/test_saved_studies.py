@@ -513,6 +513,7 @@ def test_files_in_tables_are_relative_to_the_folder(tmp_path, monkeypatch):
     ("tables", "message"),
     [
         ({"drives": LEAN["drives"]}, r"^lean: requirement is missing"),
+        ({}, r"^lean: requirement is missing: .*\nlean: drives is missing: write a table \[drives.NAME\]$"),
         ({**LEAN, "requirement": {"force": 5, "speed": "1 m/s"}}, r"^lean: requirement.force = \"?5\"? needs a unit"),
         ({**LEAN, 3: {}}, "lean: the study has the key 3, which must be text"),
         ({**LEAN, "rig": {"travel": object}}, "lean: rig.travel = .* must be text, a number, a list or a table"),

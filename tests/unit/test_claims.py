@@ -16,11 +16,11 @@ from infinivar.contact.exact_tables import lateral_creep
 from infinivar.limits import Limit
 from infinivar.paper.claims import design, element, plane_measures, shaking, system
 from infinivar.paper.claims.bench import MOVES, Bench
-from infinivar.paper.claims.claim import Machine, at_ratio, statements
+from infinivar.paper.claims.claim import Machine, Varied, at_ratio, statements
 from infinivar.paper.claims.groups import fitted
 from infinivar.paper.claims.planes import PLANES
 from infinivar.paper.claims.verdict import FACTOR, Found, near, row, settle
-from infinivar.paper.reproduce import Reproduction
+from infinivar.paper.reproduce import CHECKS, Reproduction
 
 HOLDS, FAILS = Found(1.0, "at least 0.9", "holds"), Found(0.8, "at least 0.9", "does not hold")
 NEITHER = Found("works nowhere", "at least 0.9", "undecidable")
@@ -265,6 +265,16 @@ def test_the_linear_law_is_decided_by_the_exact_one(machine, claims):
     reach = brentq(lambda load: float(law.creepage(load)) / load - 1.1, 0.1, 0.6)
     assert f"within 10 % up to {reach:.2f} of mu P" in claim.why
     assert min(creep.EXACT.on(shape, 0.3).creepage(0.6) / 0.6 for shape in np.geomspace(0.05, 20.0, 40)) > 1.2
+
+
+def test_a_check_as_shown_alone_finds_what_its_claim_shows(machine, claims):
+    """The law exact is tried by this way alone: with the paper's law it must give the claim's value, threshold and verdict."""
+    varied = {name: check for name, check in CHECKS.items() if isinstance(check, Varied)}
+    assert {"D1", "D9", "S1", "S6"} <= set(varied)
+    for name, check in varied.items():
+        alone = row("choice", "", check.shown(machine))
+        claim = claims[name]
+        assert (alone.computed, alone.threshold, alone.verdict) == (claim.computed, claim.threshold, claim.shown)
 
 
 def test_the_law_exact_beside_the_papers(claims):

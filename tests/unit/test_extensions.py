@@ -83,16 +83,6 @@ def installed(tmp_path, monkeypatch):
     sys.modules.pop("mylab", None)
 
 
-@pytest.fixture
-def load(tmp_path):
-    def write_and_load(text):
-        path = tmp_path / "mine.toml"
-        path.write_text(text, "utf-8")
-        return iv.load_study(path)
-
-    return write_and_load
-
-
 def test_a_study_asks_for_what_a_package_registers(installed, load, tmp_path):
     study = load(MINE)
     coil, wheel, geared = study.drives.values()

@@ -28,16 +28,6 @@ load_mass = "5 kg"
 """
 
 
-@pytest.fixture
-def load(tmp_path):
-    def write_and_load(text):
-        path = tmp_path / "mine.toml"
-        path.write_text(text, "utf-8")
-        return iv.load_study(path)
-
-    return write_and_load
-
-
 @pytest.mark.parametrize(
     ("lines", "words"),
     [

@@ -323,16 +323,9 @@ efficiency = 0.9
 """
 
 
-def load(tmp_path, text):
-    path = tmp_path / "study.toml"
-    path.write_text(text)
-    return iv.load_study(path)
-
-
-def test_stages_in_studies(tmp_path):
+def test_stages_in_studies(load):
     text = STUDY
     study = load(
-        tmp_path,
         text + '[drives.lift.screw]\nlead = "2 mm"\ndiameter = "9 mm"\nfriction_coefficient = 0.12\nflank_angle = "15 deg"\n'
         '[uncertainty.lift.screw]\nfriction_coefficient = { low = 0.08, high = 0.2 }\n',
     )  # fmt: skip
@@ -350,23 +343,19 @@ def test_stages_in_studies(tmp_path):
         ('[drives.lift.belt]\npitch = "3 mm"\n', "drives.lift.belt.teeth is missing"),
     ):  # fmt: skip
         with pytest.raises(iv.InputError, match=words):
-            load(tmp_path, text + table)
+            load(text + table)
 
 
-def test_a_study_replaces_the_stage_of_its_base(tmp_path):
+def test_a_study_replaces_the_stage_of_its_base(load, tmp_path):
     """The base has a pulley; a study that states a belt has no pulley any more."""
     study = load(
-        tmp_path,
         'requirement = { base = "faulring2006" }\n'
         '[drives.mine]\nbase = "faulring2006.motor2-gear4"\n[drives.mine.belt]\npitch = "3 mm"\nteeth = 12\n',
     )
     assert study.drives["mine"].pulley is None
     assert study.drives["mine"].belt.teeth == 12
-    (tmp_path / "under.toml").write_bytes((tmp_path / "study.toml").read_bytes())
-    over = load(
-        tmp_path,
-        'extends = "under.toml"\n[drives.mine.rack]\nmodule = "1 mm"\nteeth = 12\n',
-    )
+    (tmp_path / "under.toml").write_bytes((tmp_path / "mine.toml").read_bytes())
+    over = load('extends = "under.toml"\n[drives.mine.rack]\nmodule = "1 mm"\nteeth = 12\n')
     assert over.drives["mine"].stage == iv.Rack(module=1e-3, teeth=12)
 
 

@@ -1,6 +1,7 @@
 """Study files: what is laid over what, and where each number comes from."""
 
 import dataclasses
+import re
 import tomllib
 import typing
 
@@ -28,16 +29,6 @@ speed = "1 m/s"
 [drives.mine]
 base = "faulring2006.cobotic"
 """
-
-
-@pytest.fixture
-def load(tmp_path):
-    def write_and_load(text):
-        path = tmp_path / "mine.toml"
-        path.write_text(text, "utf-8")
-        return iv.load_study(path)
-
-    return write_and_load
 
 
 def rows(study, owner):
@@ -179,6 +170,24 @@ def test_all_faults_are_named_at_once(load):
     assert "drives.mine.transmission.preload" in lines[0]
     assert "did you mean 'friction'" in lines[1]
     assert "drives.other.type" in lines[2]
+
+
+GEARED = 'base = "faulring2006.motor2-gear4"\n'
+
+
+@pytest.mark.parametrize(
+    ("table", "hint"),
+    [
+        (GEARED + "[drives.other.linkage]\n", "linkage is not a known key (did you mean 'output.linkage'?); known keys: "),
+        ("[drives.other.linkage]\n", "linkage is not a known key (did you mean 'output.linkage'?)"),
+        (GEARED + "friction = 2\n", "friction = 2 is not a known key (did you mean 'gearhead.friction' or 'guideway.friction'?)"),
+        # More tables have it than a hint lists.
+        (GEARED + "efficiency = 1\n", "efficiency = 1 is not a known key; known keys: motor, "),
+    ],
+)  # fmt: skip
+def test_a_key_that_belongs_to_a_table_within(load, table, hint):
+    with pytest.raises(InputError, match=re.escape(f"drives.other.{hint}")):
+        load(MINIMAL + f"[drives.other]\n{table}")
 
 
 def test_schema_knows_every_field():

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from annotated_types import Gt, Interval
-from scipy.optimize import brentq
 
 from infinivar._core.fields import check_value
 from infinivar._core.result import Result, result
@@ -44,6 +43,16 @@ _MOST = 1000
 
 _SMALL = 1e-3
 """Scaled creepage of a small step, whose patch sticks almost everywhere."""
+
+_SERIES = {
+    "distance": "m",
+    "slip_angle": "rad",
+    "force": "N",
+    "moment": "Nm",
+    "creep_distance": "m",
+    "creep_force": "N",
+}
+"""Series of a step, and their units in files."""
 
 
 @result
@@ -113,15 +122,6 @@ class SteeringStep(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Everything as plain values, for JSON."""
-        series = ("distance", "slip_angle", "force", "moment", "creep_distance", "creep_force")
-        units = {
-            "distance": "m",
-            "slip_angle": "rad",
-            "force": "N",
-            "moment": "Nm",
-            "creep_distance": "m",
-            "creep_force": "N",
-        }
         return {
             "drive": self.name,
             "title": self.title,
@@ -138,7 +138,7 @@ class SteeringStep(Result):
             "linear_relaxation_length_m": self.linear_relaxation_length,
             "creep_relaxation_length_m": self.creep_relaxation_length,
             "linear_creep_relaxation_length_m": self.linear_creep_relaxation_length,
-            **{f"{name}_{units[name]}": getattr(self, name).tolist() for name in series},
+            **{f"{name}_{unit}": getattr(self, name).tolist() for name, unit in _SERIES.items()},
         }
 
 
@@ -277,6 +277,8 @@ class _Rolling:
 
     def _half_slip(self) -> float:
         """Scaled lateral creepage at half of the slip limit."""
+        from scipy.optimize import brentq
+
         return brentq(lambda size: self.rolling.steady(lateral=size).fy - HALF, 0.01, 1.5)  # type: ignore[return-value]
 
     def _run(self, creepage: float, turn: float, share: Callable[[float], None]) -> TransientRolling:

@@ -1,7 +1,7 @@
 from .audit import Trajectory
 from .causality import Causality, assign
 from .describe import latex, text
-from .equations import Equations, derive
+from .equations import derive
 from .graph import (
     Bond,
     BondGraph,
@@ -23,6 +23,7 @@ from .graph import (
 )
 from .inputs import Controller, Input
 from .solver import solve
+from .state_space import Equations
 
 __all__ = [
     "Bond",

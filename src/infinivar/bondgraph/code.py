@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 from infinivar.bondgraph.namespaces import FUNCTIONS
 
 if TYPE_CHECKING:
-    from infinivar.bondgraph.equations import Equations
+    from infinivar.bondgraph.state_space import Equations
 
 
 def source(equations: Equations, wanted: Mapping[str, Any], name: str = "equations") -> str:

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from infinivar.bondgraph.equations import Equations, State
 from infinivar.bondgraph.graph import SOURCES, BondGraph
+from infinivar.bondgraph.state_space import Equations, State
 from infinivar.units import plain
 
 _KIND = {"flow": "flow of", "displacement": "displacement of", "signal": "integral signal"}

@@ -28,15 +28,15 @@ class Parts:
     def __init__(self, numbers: Iterator[int] | None = None) -> None:
         """No parts yet; `numbers` count them, to tell parts of several formulas apart."""
         self.found: dict[sympy.Symbol, Any] = {}
+        self._symbols: dict[Any, sympy.Symbol] = {}
         self._numbers = itertools.count(1) if numbers is None else numbers
 
     def named(self, expression: Any) -> sympy.Symbol:
         """Symbol of an expression, the same for the same expression."""
-        known = next((symbol for symbol, value in self.found.items() if value == expression), None)
-        if known is not None:
-            return known
-        symbol = sympy.Dummy(f"y_{{{next(self._numbers)}}}", real=True)
-        self.found[symbol] = expression
+        symbol = self._symbols.get(expression)
+        if symbol is None:
+            symbol = sympy.Dummy(f"y_{{{next(self._numbers)}}}", real=True)
+            self._symbols[expression], self.found[symbol] = symbol, expression
         return symbol
 
 

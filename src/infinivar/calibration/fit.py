@@ -11,6 +11,7 @@ import numpy as np
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
+from infinivar.calibration.model import Parameter
 from infinivar.errors import InputError
 from infinivar.study.spreads import NORMAL_95
 
@@ -155,6 +156,30 @@ class Fit(Frozen):
         scale = np.asarray([self.deviations[name] for name in self.names])
         with np.errstate(invalid="ignore"):
             return np.where(np.isfinite(scale[:, None] * scale), self.covariance / (scale[:, None] * scale), np.nan)
+
+    def to_dict(self, parameters: Mapping[str, Parameter], known: Mapping[str, float]) -> dict[str, Any]:
+        """Estimates as plain values, for scripts, beside the values `known` in the study."""
+        return {
+            "parameters": {
+                name: {
+                    "unit": parameters[name].unit,
+                    "value": self.values[name],
+                    "told": name in self.told,
+                    "standard_deviation": self.deviations[name],
+                    "interval_95": list(self.interval(name)),
+                    "study": known[name],
+                }
+                for name in self.names
+            },
+            "correlations": {
+                name: dict(zip(self.names, row, strict=True))
+                for name, row in zip(self.names, self.correlations.tolist(), strict=True)
+            },
+            "not_told_apart": [
+                {"weights": dict(one.weights), "value": one.value, "standard_deviation": one.deviation}
+                for one in self.combinations
+            ],
+        }
 
 
 @result

@@ -12,20 +12,12 @@ import numpy as np
 from infinivar._core.result import Frozen
 from infinivar.calibration.data import COLUMNS, RigData
 from infinivar.calibration.model import Errors, Readings, known_values, predict
+from infinivar.calibration.unknowns import FARTHEST, STEP, UNPREDICTED, jacobian_of, start_of, values_of
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.rig import Rig
 
-_STEP = 1e-5
-"""Step of differences for unknowns of order 1; the error is about 1e-10."""
-
-_UNPREDICTED = 1e3
-"""Residual, in standard deviations, of a reading that the model cannot predict because the wheel would slip."""
-
 BEND = "creep bend"
 """Name of the curvature error of a creep law among the unknowns."""
-
-_FARTHEST = 100.0
-"""Bound of the session errors, in standard deviations."""
 
 _COUNTED = 1.0 / math.sqrt(6.0)
 """Standard deviation of the difference of two encoder counts."""
@@ -78,9 +70,7 @@ class Problem(Frozen):
     @property
     def start(self) -> np.ndarray:
         """Unknowns at the study's values, moved inside the bounds by the step of differences."""
-        given = np.asarray([self.known[name] for name in self.names]) / self.scales
-        low, high = self.bounds
-        return np.clip(np.concatenate([given, np.zeros(len(self.errors))]), low, high)
+        return start_of(self)
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -88,17 +78,16 @@ class Problem(Frozen):
 
         Session errors stay where the model is valid, as a fit with the wrong law could try a negative preload.
         """
-        least = [1e-3 if name in ("creep_stiffness", "torque_constant") else 2.0 * _STEP for name in self.names]
+        least = [1e-3 if name in ("creep_stiffness", "torque_constant") else 2.0 * STEP for name in self.names]
         room = 0.5 * math.pi - float(np.abs(self.data.steering_angle).max(initial=0.0))
         most = {"preload": (1.0, self.rig.preload_deviation), "steering_zero": (room, self.rig.steering_zero_deviation)}
         ends = [most.get(name, (math.inf, 1.0)) for name in self.errors]
-        errors = np.asarray([min(_FARTHEST, 0.9 * end / deviation) for end, deviation in ends])
+        errors = np.asarray([min(FARTHEST, 0.9 * end / deviation) for end, deviation in ends])
         return np.concatenate([least, -errors]), np.concatenate([np.full(len(least), np.inf), errors])
 
     def values(self, unknowns: np.ndarray) -> dict[str, Any]:
         """Every parameter, in SI."""
-        fitted = {name: unknowns[..., i : i + 1] * self.scales[i] for i, name in enumerate(self.names)}
-        return {**self.known, **fitted}
+        return values_of(self, unknowns)
 
     def session(self, unknowns: np.ndarray) -> Errors:
         """The session's errors, in SI."""
@@ -129,7 +118,7 @@ class Problem(Frozen):
         """
         told = self._told(unknowns)
         off = np.stack([read - said for read, said in zip(_readings(self.data), told, strict=False)], axis=-1)
-        off = np.where(np.isnan(off), _UNPREDICTED, np.einsum("nij,...nj->...ni", self.whitening, off))
+        off = np.where(np.isnan(off), UNPREDICTED, np.einsum("nij,...nj->...ni", self.whitening, off))
         flat = off.reshape(*off.shape[:-2], -1)
         return np.concatenate([flat, unknowns[..., len(self.names) :]], axis=-1)
 
@@ -145,8 +134,7 @@ class Problem(Frozen):
 
     def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
         """Derivatives of the residuals, by central differences in one pass."""
-        steps = _STEP * np.eye(unknowns.size)
-        return ((self.residuals(unknowns + steps) - self.residuals(unknowns - steps)) / (2.0 * _STEP)).T
+        return jacobian_of(self.residuals, unknowns)
 
     def of_runs(self, residuals: np.ndarray) -> np.ndarray:
         """Residuals of the readings by run. (n, m)"""

@@ -141,29 +141,7 @@ class Calibration(Result):
                     for one in self.laws.candidates
                 ],
             },
-            "parameters": {
-                name: {
-                    "unit": model.PARAMETERS[name].unit,
-                    "value": fit.values[name],
-                    "told": name in fit.told,
-                    "standard_deviation": fit.deviations[name],
-                    "interval_95": list(fit.interval(name)),
-                    "study": self.known[name],
-                }
-                for name in fit.names
-            },
-            "correlations": {
-                name: dict(zip(fit.names, row, strict=True))
-                for name, row in zip(fit.names, fit.correlations.tolist(), strict=True)
-            },
-            "not_told_apart": [
-                {
-                    "weights": dict(combination.weights),
-                    "value": combination.value,
-                    "standard_deviation": combination.deviation,
-                }
-                for combination in fit.combinations
-            ],
+            **fit.to_dict(model.PARAMETERS, self.known),
             "chi_square": fit.chi_square,
             "degrees_of_freedom": fit.freedom,
             "intervals_widened_by": fit.widened,

@@ -129,10 +129,8 @@ def _check_load_mass(text: str | None, *, about_a_joint: bool) -> None:
 
 def _lines(found: MotionSummary) -> Iterator[str]:
     """Yield the summary as lines of a compact table."""
-    import numpy as np
-
     from infinivar.analysis.motion_summary import advice
-    from infinivar.report.motion_summary import rows
+    from infinivar.report.motion_summary import drift, extremes, powers, rows, shown
     from infinivar.units import percent, plain
 
     axis, sampling, spectrum = found.axis, found.sampling, found.spectrum
@@ -140,7 +138,7 @@ def _lines(found: MotionSummary) -> Iterator[str]:
     yield f"  format        {found.table.format}"
     for column in rows(found):
         unit = f" in {column['unit']}" if column["unit"] else ""
-        yield f"  {column['role'].replace('_', ' '):<{_WIDTH}} {printable(column['heading'])!r}{unit}: {column['first']}"
+        yield f"  {column['role'].replace('_', ' '):<{_WIDTH}} {column['heading']!r}{unit}: {column['first']}"
     if found.table.ignored:
         yield f"  not used      {', '.join(map(printable, found.table.ignored))}"
     for remark in found.table.remarks:
@@ -148,7 +146,7 @@ def _lines(found: MotionSummary) -> Iterator[str]:
     gaps = f"{len(sampling.gaps) or 'no'} gap{'' if len(sampling.gaps) == 1 else 's'}"
     yield f"  sampling      {plain(sampling.rate)} Hz, steps vary by {percent(sampling.jitter, 2)}, {gaps}"
     closes = "closes" if found.closed else "does not close"
-    yield f"  end           {closes}: {plain(found.drift, 3)} {axis.position_unit} from the start"
+    yield f"  end           {closes}: {plain(drift(found), 3)} {axis.position_unit} from the start"
     above, removed = (plain(round(100.0 * one, 4), 2) for one in (spectrum.above, spectrum.removed_speed))
     yield (
         f"  cutoff        {plain(found.motion.cutoff, 3)} Hz, {found.cutoff_from}; {above} % of the power of the {axis.position} "
@@ -156,19 +154,19 @@ def _lines(found: MotionSummary) -> Iterator[str]:
     )
     units = {"position": axis.position_unit, "speed": axis.speed_unit, "force": axis.force_unit}
     words = {"position": axis.position, "speed": axis.speed, "force": axis.force, "acceleration": "acceleration"}
-    for name, (low, high, rms) in found.extremes.items():
+    for name, (low, high, rms) in extremes(found).items():
         unit = units.get(name, f"{axis.speed_unit}^2")
         yield f"  {words[name]:<{_WIDTH}} {plain(low, 3)} to {plain(high, 3)} {unit}, RMS {plain(rms, 3)}"
-    power = found.power
+    power = powers(found)
     if power is not None:
-        given, taken = found.work
+        (low, mean, high), (given, taken) = power, shown(*found.work)
         whole = "" if found.one_cycle else " over the recording"
         yield (
-            f"  power         {plain(float(np.min(power)), 3)} to {plain(float(np.max(power)), 3)} W, mean "
-            f"{plain(float(np.mean(power)), 3)} W; {plain(given, 3)} J to the load, {plain(taken, 3)} J from it{whole}"
+            f"  power         {plain(low, 3)} to {plain(high, 3)} W, mean {plain(mean, 3)} W; "
+            f"{plain(given, 3)} J to the load, {plain(taken, 3)} J from it{whole}"
         )
     if found.work_per_stride is not None:
-        given, taken = found.work_per_stride
+        given, taken = shown(*found.work_per_stride)
         yield f"  per stride    {plain(given, 3)} J to the load, {plain(taken, 3)} J from it, on average"
     yield f"  at rest       {percent(found.resting, 1)} of the time"
     yield f"  strides       {found.strides.verdict if found.strides is not None else 'none: ' + found.no_strides}"

@@ -118,10 +118,7 @@ def exact_force(creepage: Array, curve: Curve | None = None) -> Array:
     Source: as `exact_creepage`.
     """
     curve = curve or steel_circle()
-    xp = namespace(creepage, curve.full_slip)
-    size = size_of(xp, creepage)
-    slips = size >= curve.full_slip
-    s, _ = _place(curve, xp.where(slips, 0.0, size) / curve.full_slip)
+    xp, slips, s, _ = _under(creepage, curve)
     force = -xp.expm1(2.5 * xp.log1p(-xp.clip(s, -1.0, 1.0 - 8.0 * RESOLUTION)))
     return signed(xp, creepage, xp.where(slips, 1.0, force))
 
@@ -141,14 +138,19 @@ def exact_response(creepage: Array, curve: Curve | None = None) -> tuple[Array, 
     Source: as `exact_creepage`.
     """
     curve = curve or steel_circle()
-    xp = namespace(creepage, curve.full_slip)
-    size = size_of(xp, creepage)
-    slips = size >= curve.full_slip
-    s, rise = _place(curve, xp.where(slips, 0.0, size) / curve.full_slip)
+    xp, slips, s, rise = _under(creepage, curve)
     rest = 1.0 - xp.clip(s, -1.0, 1.0 - 8.0 * RESOLUTION)
     steep = rest * xp.sqrt(rest)
     force = xp.where(slips, 1.0, 1.0 - rest * steep)
     return signed(xp, creepage, force), xp.where(slips, _FLAT, 2.5 / curve.full_slip * steep / rise)
+
+
+def _under(creepage: Array, curve: Curve) -> tuple[Any, Array, Array, Array]:
+    """Array namespace of a creepage, whether the whole patch slips under it, s, and the derivative of `_place`."""
+    xp = namespace(creepage, curve.full_slip)
+    size = size_of(xp, creepage)
+    slips = size >= curve.full_slip
+    return xp, slips, *_place(curve, xp.where(slips, 0.0, size) / curve.full_slip)
 
 
 def _place(curve: Curve, share: Array) -> tuple[Array, Array]:

@@ -175,6 +175,23 @@ def combined(shear_modulus_1: Array, poisson_1: Array, shear_modulus_2: Array, p
     return 2.0 * g1 * share, nu2 + (nu1 - nu2) * share
 
 
+def poisson_weights(poisson: Array) -> tuple[Array, Array, Array]:
+    """Weights of values tabulated at Poisson's ratios 0, 1/4 and 1/2 in the parabola through them.
+
+    Parameters
+    ----------
+    poisson : (...,) float   Poisson's ratio; outside the table the parabola goes on. [-]
+
+    Returns
+    -------
+    tuple of three (...,) float   Their sum is 1. [-]
+
+    Source: Lagrange's interpolation.
+    """
+    nu = poisson
+    return (4.0 * nu - 1.0) * (2.0 * nu - 1.0), 8.0 * nu * (1.0 - 2.0 * nu), 2.0 * nu * (4.0 * nu - 1.0)
+
+
 def _log_asymptotes(xp: Any, s: Array, nu: Array) -> tuple[Array, ...]:
     """ln of C11, C22, C23, C33 for slender ellipses: across the rolling direction for s < 0, along it for s > 0.
 
@@ -206,8 +223,7 @@ def _log_table(xp: Any, s: Array, nu: Array) -> tuple[Array, ...]:
     # A natural spline as a sum over all knots needs no interval search and is linear beyond the ends.
     column = s[..., None]
     logs = straight[0, :] + straight[1, :] * column + xp.matmul(xp.abs(column - knots) ** 3, bends)
-    # Lagrange's parabola through Poisson's ratios 0, 1/4, 1/2.
-    weights = ((4.0 * nu - 1.0) * (2.0 * nu - 1.0), 8.0 * nu * (1.0 - 2.0 * nu), 2.0 * nu * (4.0 * nu - 1.0))
+    weights = poisson_weights(nu)
 
     def mean(values: Array, first: int) -> Array:
         return xp.log(sum(weights[j] * values[..., first + j] for j in range(3)))

@@ -8,8 +8,8 @@ from typing import Any
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError
 from infinivar.paper.claims import design, element, shaking, system
-from infinivar.paper.claims.claim import Claim, Machine, statements
-from infinivar.paper.claims.verdict import Finding, Variant
+from infinivar.paper.claims.claim import Claim, Machine, Varied, statements
+from infinivar.paper.claims.verdict import Finding, Found, row
 from infinivar.paper.figures import FIGURES
 
 EXACT = "exact"
@@ -76,11 +76,19 @@ def _beside_exact(check: Callable[[Machine], Finding], machine: Machine, exact: 
 
     The paper states its creep law, so the law exact does not count in the verdict.
     """
-    found, other = check(machine), check(exact)
-    if (other.computed, other.shown) == (found.computed, found.shown):
+    found = check(machine)
+    other = row("contrary", f"creep law {EXACT}", _shown(check, exact))
+    if (other.computed, other.verdict) == (found.computed, found.shown):
         return found
-    beside = Variant("contrary", f"creep law {EXACT}", other.computed, other.threshold, other.shown)
-    return found._replace(variants=(*found.variants, beside))
+    return found._replace(variants=(*found.variants, other))
+
+
+def _shown(check: Callable[[Machine], Finding], machine: Machine) -> Found:
+    """What a check finds with the shipped choices, definitions and values."""
+    if isinstance(check, Varied):
+        return check.shown(machine)
+    found = check(machine)
+    return Found(found.computed, found.threshold, found.shown)
 
 
 def reproduce(figure: int | None = None, *, progress: Callable[[str, float], None] | None = None) -> Reproduction:

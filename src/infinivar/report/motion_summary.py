@@ -18,6 +18,9 @@ from infinivar.units import plain
 _FIRST = 3
 """First values shown of each column."""
 
+_ROUNDING = 1e-9
+"""Share of the largest of values below which another is rounding; no recording resolves it."""
+
 
 def save(found: MotionSummary, directory: Path) -> list[Path]:
     """Write the page, the figure, the numbers, and the mean cycle if there are strides; `motion.html` comes first."""
@@ -42,11 +45,29 @@ def html(found: MotionSummary, image: str) -> str:
         advice=advice(found),
         axis=found.axis,
         name=Path(found.table.file).name,
+        drift=drift(found),
         extremes=_extremes(found),
-        power=None
-        if found.power is None
-        else (float(np.min(found.power)), float(np.mean(found.power)), float(np.max(found.power))),
+        power=powers(found),
+        work=shown(*found.work),
+        work_per_stride=None if found.work_per_stride is None else shown(*found.work_per_stride),
     )
+
+
+def shown(*values: float) -> tuple[float, ...]:
+    """Values as they are shown: those that are rounding beside the largest as 0."""
+    largest = max(map(abs, values))
+    return tuple(0.0 if abs(value) < _ROUNDING * largest else value for value in values)
+
+
+def powers(found: MotionSummary) -> tuple[float, ...] | None:
+    """Lowest, mean and highest power of a drive to the load; None if it is unknown. [W]"""
+    power = found.power
+    return None if power is None else shown(float(np.min(power)), float(np.mean(power)), float(np.max(power)))
+
+
+def drift(found: MotionSummary) -> float:
+    """Position of the end relative to the start, 0 if it is rounding beside the range. [m, rad]"""
+    return shown(found.drift, float(np.ptp(found.position)))[0]
 
 
 def rows(found: MotionSummary) -> list[dict[str, Any]]:
@@ -60,7 +81,12 @@ def rows(found: MotionSummary) -> list[dict[str, Any]]:
     return listed
 
 
-def _extremes(found: MotionSummary) -> list[tuple[str, str, float, float, float]]:
+def extremes(found: MotionSummary) -> dict[str, tuple[float, ...]]:
+    """Lowest, highest and RMS of position (about its mean), speed, acceleration and force, by field."""
+    return {name: (*shown(low, high), rms) for name, (low, high, rms) in found.extremes.items()}
+
+
+def _extremes(found: MotionSummary) -> list[tuple[Any, ...]]:
     """Name, unit, lowest, highest and RMS of each smoothed quantity."""
     axis = found.axis
     words = {
@@ -69,7 +95,7 @@ def _extremes(found: MotionSummary) -> list[tuple[str, str, float, float, float]
         "acceleration": ("angular acceleration" if axis.rotary else "acceleration", f"{axis.speed_unit}²"),
         "force": (f"{axis.force} on the load", axis.force_unit),
     }
-    return [(*words[name], *values) for name, values in found.extremes.items()]
+    return [(*words[name], *values) for name, values in extremes(found).items()]
 
 
 def _mean_cycle(found: MotionSummary) -> dict[str, np.ndarray]:

@@ -26,6 +26,7 @@ from infinivar.study.schema import (
     kinds_for,
     part_of,
     shape_key,
+    suggestion,
     table_keys,
 )
 
@@ -98,7 +99,8 @@ def _kind(field: dataclasses.Field, kinds: Mapping[str, type], tree: Any, path: 
     shape = asked[SHAPE].value if asked else usual
     own = table_keys(kinds[shape])
     given = _values(own, tree, path, faults)
-    _refuse_unknown(tree, kind_keys(kinds), [*kind_keys(kinds), *ORIGIN], path, faults)
+    words = [*kind_keys(kinds), *ORIGIN]
+    _refuse_unknown(tree, kind_keys(kinds), words, lambda name: nearest(name, words), path, faults)
     faults = faults or [*_misfits(tree, own, shape, path)]
     if faults:
         raise StudyError(*faults)
@@ -129,12 +131,14 @@ def _values(known: Mapping[str, Key], tree: Raw, path: str, faults: list[str]) -
     return entries
 
 
-def _refuse_unknown(tree: Raw, known: Container[str], words: list[str], path: str, faults: list[str]) -> None:
-    """Append one line to `faults` for each unknown key of a table; `words` are the keys to suggest."""
+def _refuse_unknown(
+    tree: Raw, known: Container[str], words: list[str], hint: Callable[[str], str], path: str, faults: list[str]
+) -> None:
+    """Append one line to `faults` for each unknown key of a table, with a hint; `words` are the keys it may have."""
     for name, raw in tree.items():
         if name not in known:
-            hint = f"{nearest(name, words)}; known keys: {', '.join(words)}"
-            faults.append(f"{path}.{printable(name)}{_shown(raw)} is not a known key{hint}")
+            end = f"is not a known key{hint(name)}; known keys: {', '.join(words)}"
+            faults.append(f"{path}.{printable(name)}{_shown(raw)} {end}")
 
 
 def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]:
@@ -153,7 +157,7 @@ def _read(part: type, tree: Raw, path: str, faults: list[str]) -> dict[str, Any]
                 faults.append(f"{here} is missing ({key.meaning}){hint}")
         elif key.part is not None:
             entries[name] = _read(key.part, tree[name], here, faults)
-    _refuse_unknown(tree, known, keys(part), path, faults)
+    _refuse_unknown(tree, known, keys(part), lambda name: suggestion(name, [part]), path, faults)
     _check_alternatives(part, tree, path, faults)
     return entries
 

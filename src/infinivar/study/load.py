@@ -22,7 +22,7 @@ from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.provenance import Provenance
 from infinivar.study.requirement import JOINT_ONLY, LINE_ONLY, JointRequirement, Requirement
 from infinivar.study.rig import Rig
-from infinivar.study.schema import DRIVES, drive_type, keys
+from infinivar.study.schema import DRIVES, drive_type, keys, suggestion
 from infinivar.study.shipped import shared_set, study_file
 from infinivar.study.spreads import Uncertainty, uncertainty_from
 from infinivar.study.study import Study
@@ -202,7 +202,7 @@ def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
         return  # a misspelt key may be what is missing
     if not raw.get("requirement") and not raw.get("duty"):
         yield "requirement", "requirement is missing: write a table [requirement], or a motion in a table [duty.NAME]"
-    elif not raw.get("drives"):
+    if not raw.get("drives"):
         yield "drives", "drives is missing: write a table [drives.NAME]"
 
 
@@ -351,8 +351,11 @@ def _type_of(tree: Raw, where: str) -> type:
     if kind is not None:
         words = [*DRIVES, *plugins.registered("infinivar.drives")]
         raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(words)}{nearest(kind, words)}")
-    known = dict.fromkeys(key for part in DRIVES.values() for key in keys(part))
-    unknown = [f"{where}.{printable(key)} is not a known key{nearest(key, known)}" for key in tree if key not in known]
+    parts = DRIVES.values()
+    known = {key for part in parts for key in keys(part)}
+    unknown = [
+        f"{where}.{printable(key)} is not a known key{suggestion(key, parts)}" for key in tree if key not in known
+    ]
     missing = f"{where}.type is missing: write {' or '.join(DRIVES)}, or name a shipped drive as base"
     raise StudyError(*(unknown or [missing]))
 

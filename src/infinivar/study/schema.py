@@ -65,6 +65,10 @@ ORIGIN = ("kind", "where")
 """Keys of any table that state the origin of its values."""
 
 
+_FEW = 3
+"""Most tables suggested for a key that stands in none of them."""
+
+
 @dataclass(frozen=True, slots=True)
 class Entry:
     """One value of a study file: in SI, as written, and its origin."""
@@ -388,3 +392,16 @@ def table_keys(part: type) -> dict[str, Key]:
         )
         found["scale"] = replace(_quantity("1", Gt(0)), meaning=meaning)
     return found
+
+
+def suggestion(name: str, parts: Collection[type]) -> str:
+    """Hint for an unknown key in the table of one of several parts: the tables within that have it, or the key most like it."""
+    within = dict.fromkeys(
+        f"{outer}.{name}"
+        for part in parts
+        for outer, key in table_keys(part).items()
+        if key.part is not None and name in table_keys(key.part)
+    )
+    if 0 < len(within) <= _FEW:
+        return f" (did you mean {' or '.join(map(repr, within))}?)"
+    return nearest(name, dict.fromkeys(key for part in parts for key in keys(part)))

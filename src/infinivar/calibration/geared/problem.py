@@ -15,18 +15,10 @@ from infinivar.calibration import fit as fitting
 from infinivar.calibration.fit import Fit
 from infinivar.calibration.geared import model
 from infinivar.calibration.geared.model import Gains
+from infinivar.calibration.unknowns import FARTHEST, STEP, UNPREDICTED, jacobian_of, start_of, values_of
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.study.rig import Rig
 from infinivar.study.spreads import NORMAL_95
-
-_STEP = 1e-5
-"""Step of differences for unknowns of order 1."""
-
-_FARTHEST = 100.0
-"""Bound of the errors of gains, in standard deviations."""
-
-_UNPREDICTED = 1e3
-"""Residual of a reading that the model cannot predict."""
 
 _FIRST = 0.05
 """First guess of the noise of a signal, over its root mean square."""
@@ -152,20 +144,18 @@ class Problem(Frozen):
     @property
     def start(self) -> np.ndarray:
         """Unknowns at the study's values, moved inside the bounds."""
-        given = np.asarray([self.known[name] for name in self.names]) / self.scales
-        low, high = self.bounds
-        return np.clip(np.concatenate([given, np.zeros(len(self.errors))]), low, high)
+        return start_of(self)
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of the unknowns: positive, divisors well above zero; a load share at which the gear is not jammed."""
         divisors = ("resistance", "torque_constant", "stribeck_speed")
-        least = [1e-3 if name in divisors else 2.0 * _STEP for name in self.names]
+        least = [1e-3 if name in divisors else 2.0 * STEP for name in self.names]
         most = [
             0.9 / scale if name == "load_share" else math.inf
             for name, scale in zip(self.names, self.scales, strict=True)
         ]
-        gains = np.full(len(self.errors), _FARTHEST)
+        gains = np.full(len(self.errors), FARTHEST)
         return np.concatenate([least, -gains]), np.concatenate([most, gains])
 
     @property
@@ -175,8 +165,7 @@ class Problem(Frozen):
 
     def values(self, unknowns: np.ndarray) -> dict[str, Any]:
         """Every parameter, in SI."""
-        fitted = {name: unknowns[..., i : i + 1] * self.scales[i] for i, name in enumerate(self.names)}
-        return {**self.known, **fitted}
+        return values_of(self, unknowns)
 
     def gains(self, unknowns: np.ndarray) -> Gains:
         """Errors of the gains."""
@@ -199,12 +188,11 @@ class Problem(Frozen):
     def off(self, unknowns: np.ndarray) -> np.ndarray:
         """Residuals of the readings, each over the noise of its signal. (..., n, m)"""
         off = (self.data.read - self.expected(unknowns)) / self.noise
-        return np.where(np.isfinite(off), off, _UNPREDICTED)
+        return np.where(np.isfinite(off), off, UNPREDICTED)
 
     def jacobian(self, unknowns: np.ndarray) -> np.ndarray:
         """Derivatives of the residuals, by central differences in one pass."""
-        steps = _STEP * np.eye(unknowns.size)
-        return ((self.residuals(unknowns + steps) - self.residuals(unknowns - steps)) / (2.0 * _STEP)).T
+        return jacobian_of(self.residuals, unknowns)
 
     def of_runs(self, residuals: np.ndarray) -> np.ndarray:
         """Residuals of the readings by row. (n, m)"""

@@ -153,32 +153,14 @@ class GearedCalibration(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""
-        fit, known = self.fit, self.known
+        fit = self.fit
         return {
             "drive": self.name,
             "data": self.data.name,
             "kind": self.data.kind,
             "rows": len(self.data),
             "left_out_lines": [{"line": one.line, "reason": one.reason} for one in self.left_out],
-            "parameters": {
-                name: {
-                    "unit": model.PARAMETERS[name].unit,
-                    "value": fit.values[name],
-                    "told": name in fit.told,
-                    "standard_deviation": fit.deviations[name],
-                    "interval_95": list(fit.interval(name)),
-                    "study": known[name],
-                }
-                for name in fit.names
-            },
-            "correlations": {
-                name: dict(zip(fit.names, row, strict=True))
-                for name, row in zip(fit.names, fit.correlations.tolist(), strict=True)
-            },
-            "not_told_apart": [
-                {"weights": dict(one.weights), "value": one.value, "standard_deviation": one.deviation}
-                for one in fit.combinations
-            ],
+            **fit.to_dict(model.PARAMETERS, self.known),
             "noise": dict(zip(self.data.signals, fit.problem.noise.tolist(), strict=True)),
             "residual_rms": dict(zip(self.data.signals, self.rms.tolist(), strict=True)),
             "degrees_of_freedom": fit.freedom,

@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from infinivar._core.array_namespace import Array, recorded
-from infinivar.contact.exact.spin_map import SpinMap, spin_map
+from infinivar.contact.exact.spin_map import SpinMap, four_splines, spin_map
 from infinivar.contact.exact.spin_nodes import ANGLES, HALF, SIZES, linear_part
 
 
@@ -64,15 +64,7 @@ def _of_floats(x: float, y: float, a_over_b: float, poisson: float) -> tuple[flo
 def _nearest(place: float, count: int) -> tuple[int, tuple[float, float, float, float]]:
     """Index of the first of four splines that are not 0 at a place, and their values."""
     first = min(int(place), count - 1)
-    s = place - first
-    r = 1.0 - s
-    square, cube = s * s, s * s * s
-    return first, (
-        r * r * r / 6.0,
-        2.0 / 3.0 - square + 0.5 * cube,
-        1.0 / 6.0 + 0.5 * (s + square - cube),
-        cube / 6.0,
-    )
+    return first, four_splines(place - first)
 
 
 @functools.lru_cache(maxsize=16)

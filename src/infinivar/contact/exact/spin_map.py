@@ -24,6 +24,7 @@ from infinivar._core.array_namespace import Array, as_floats, namespace, rising_
 from infinivar._core.fields import check_value
 from infinivar.contact.exact.grid import Floats
 from infinivar.contact.exact.spin_nodes import A_OVER_B, ANGLES, HALF, SIZES, Scales, linear_part, scales
+from infinivar.contact.kalker import poisson_weights
 
 _REACH = 0.995
 """Largest x/(x + 2 + |y|) of the lateral creepage that the inverse looks for: 150 times that of full slip, or 200 |y|."""
@@ -261,7 +262,7 @@ def _made(a_over_b: Array, poisson: Array) -> SpinMap:
     count = len(A_OVER_B) - 1
     place = xp.log(ratio / A_OVER_B[0]) * (count / math.log(A_OVER_B[-1] / A_OVER_B[0]))
     shapes, _ = _splines(xp, place, count)
-    weights = ((4.0 * nu - 1.0) * (2.0 * nu - 1.0), 8.0 * nu * (1.0 - 2.0 * nu), 2.0 * nu * (4.0 * nu - 1.0))
+    weights = poisson_weights(nu)
     table = xp.asarray(_coefficients(), dtype=xp.float64)
     flat = sum(weights[j][..., None] * _product(xp, shapes, table[:, j]) for j in range(3))
     flat = xp.where(valid[..., None], flat, xp.nan)
@@ -317,14 +318,20 @@ def _four(xp: Any, place: Array, count: int) -> tuple[Array, tuple[Array, ...], 
     whole = xp.clip(xp.floor(xp.where(xp.isfinite(place), place, 0.0)), 0.0, count - 1.0)
     s = place - whole
     r, square = 1.0 - s, s * s
-    values = (
-        r * r * r / 6.0,
-        2.0 / 3.0 + square * (0.5 * s - 1.0),
-        1.0 / 6.0 + 0.5 * (s + square - square * s),
-        square * s / 6.0,
-    )
     slopes = (-0.5 * r * r, s * (1.5 * s - 2.0), 0.5 + s - 1.5 * square, 0.5 * square)
-    return xp.astype(whole, xp.int64), values, slopes
+    return xp.astype(whole, xp.int64), four_splines(s), slopes
+
+
+def four_splines(share: Array) -> tuple[Array, Array, Array, Array]:
+    """The four cubic B-splines that are not 0 between two nodes, at a share of the way from one to the next."""
+    rest, square = 1.0 - share, share * share
+    cube = square * share
+    return (
+        rest * rest * rest / 6.0,
+        2.0 / 3.0 + square * (0.5 * share - 1.0),
+        1.0 / 6.0 + 0.5 * (share + square - cube),
+        cube / 6.0,
+    )
 
 
 def _weighted(xp: Any, weights: Array, coefficients: Array) -> Array:

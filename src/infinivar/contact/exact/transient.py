@@ -229,9 +229,8 @@ def transient(
 def _after(path: Path, state: State | None, creepage: Floats, length: float, step: float) -> State | None:
     """State after a distance in equal steps not longer than `step`; None after a state that was not found."""
     count = max(1, math.ceil(length / step * (1.0 - 1e-9)))
-    part = float(
-        f"{length / count:.12g}"
-    )  # differences of distances round differently: equal steps share their matrices
+    # Differences of equally spaced distances differ by rounding; equal steps share their matrices.
+    part = float(f"{length / count:.12g}")
     for _ in range(count):
         if state is not None:
             state = path.advance(state, creepage, part)

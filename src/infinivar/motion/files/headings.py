@@ -10,6 +10,8 @@ from infinivar import units
 from infinivar.motion.files.table import ROLES
 
 _BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*", re.DOTALL)
+_BLANK = re.compile("[\u00a0\u2007\u2009\u202f]")
+"""Blanks of spreadsheets at which no line breaks."""
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _PER_KG = re.compile(r"\s*(?:/\s*kg|[ *·⋅.]kg\^?-1|[ *·⋅.]kg⁻¹)")
 _PRODUCT = re.compile(r"(?<![A-Za-z])([munkM]?N)[-_.*·⋅ ]?([mc]?m)(?![A-Za-z])")
@@ -97,7 +99,7 @@ class Heading(NamedTuple):
 
 def bracketed(text: str) -> Heading:
     """Take a heading apart whose unit, if any, stands in brackets."""
-    text = text.strip()
+    text = _BLANK.sub(" ", text).strip()
     found = _BRACKETS.fullmatch(text)
     return Heading(text, found[1].rstrip("/ \t").strip(), found[2].strip()) if found else Heading(text, text, None)
 

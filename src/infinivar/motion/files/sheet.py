@@ -11,7 +11,7 @@ from typing import NoReturn, Protocol
 
 import numpy as np
 
-from infinivar.errors import InputError, printable
+from infinivar.errors import InputError
 from infinivar.motion.files.headings import Heading
 
 MOST_ROWS = 1_000_000
@@ -276,5 +276,5 @@ class TextSheet:
             fault(self, number, place, f"must be a number with a point before its decimals, got {written!r}")
         value = float(found[0]) if found else math.nan
         if not math.isfinite(value):
-            fault(self, number, place, f"must be a finite number, got {printable(written)!r}")
+            fault(self, number, place, f"must be a finite number, got {written!r}")
         return value

@@ -7,7 +7,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 from infinivar import power
 from infinivar.analysis.compare import Comparison, compare
@@ -17,7 +17,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.paper.claims.planes import plane_map
-from infinivar.paper.claims.verdict import Range, Variant, Verdict
+from infinivar.paper.claims.verdict import Found, Range, Variant, Verdict
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
@@ -148,6 +148,15 @@ class Machine:
     def cylinder_speed(self) -> float:
         """Cylinder speed of the cobotic drive. [rad/s]"""
         return self.drive.cylinder_speed
+
+
+@runtime_checkable
+class Varied(Protocol):
+    """A check that can be made without the choices, definitions and values tried besides, which take most of its time."""
+
+    def shown(self, machine: Machine) -> Found:
+        """What it finds with the shipped choices, definitions and values alone."""
+        ...
 
 
 def at_ratio(element: RotaryLinearIVT, load: Any, ratio: Any, cylinder_speed: float = 14.0) -> OperatingPoint:

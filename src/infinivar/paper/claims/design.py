@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,8 +28,12 @@ _NAMES = {
     "youngs_modulus": "elastic modulus",
     "crown_radius": "crown radius",
 }
-_SHIPPED = (0.5, 8.0)
-"""Working point of the paper's element: share of the slip force, and ratio."""
+_Place = tuple[float, float]
+"""Working point of an element: share of the slip force, and ratio."""
+_Found = Callable[[CoboticDrive, _Place], Found]
+
+_SHIPPED: _Place = (0.5, 8.0)
+"""Working point of the paper's element."""
 _ELSEWHERE = ((0.15, 8.0), (0.9, 8.0), (0.5, 50.0))
 _LIGHTER = 0.99
 _SLOWEST = 1.0
@@ -41,7 +45,7 @@ _RUN_UPS = 60.0
 
 
 @functools.lru_cache(maxsize=256)
-def _slopes(drive: CoboticDrive, parameter: str, place: tuple[float, float] = _SHIPPED) -> dict[str, float]:
+def _slopes(drive: CoboticDrive, parameter: str, place: _Place = _SHIPPED) -> dict[str, float]:
     """Change of each loss in percent per percent of a parameter, at a share of the slip force and a ratio."""
     load, ratio = place
     element = drive.transmission
@@ -53,7 +57,31 @@ def _with_bearings(drive: CoboticDrive, model: str) -> CoboticDrive:
     return replace(drive, transmission=with_friction_model(drive.transmission, model))
 
 
-def _elsewhere(machine: Machine, found: Callable[[CoboticDrive, tuple[float, float]], Found]) -> Iterator[Variant]:
+@dataclass(frozen=True, slots=True)
+class _AtPlace:
+    """A claim about the element at one working point; calling it with a machine returns the finding.
+
+    Attributes
+    ----------
+    found      Check of one drive at a working point.
+    why        Explanation of the verdict, from the numbers of the machine.
+    variants   Findings elsewhere and with other choices.
+    """
+
+    found: _Found
+    why: Callable[[Machine], str]
+    variants: Callable[[Machine, _Found], Iterator[Variant]]
+
+    def __call__(self, machine: Machine) -> Finding:
+        """Return the finding, with every choice, definition and value tried."""
+        return settle(self.shown(machine), self.why(machine), self.variants(machine, self.found))
+
+    def shown(self, machine: Machine) -> Found:
+        """Return what the check finds at the working point of the paper's element."""
+        return self.found(machine.drive, _SHIPPED)
+
+
+def _elsewhere(machine: Machine, found: _Found) -> Iterator[Variant]:
     """Findings at other operating points, for the other reconstruction, and with the other bearing model."""
     drive = machine.drive
     for load, ratio in _ELSEWHERE:
@@ -63,21 +91,20 @@ def _elsewhere(machine: Machine, found: Callable[[CoboticDrive, tuple[float, flo
     yield row("definition", "SKF's later friction model of the bearings", found(skf, _SHIPPED))
 
 
-def s1(machine: Machine) -> Finding:
-    """Effect of the hysteresis loss factor."""
+def _by_hysteresis(drive: CoboticDrive, place: _Place) -> Found:
+    """S1: effect of the hysteresis loss factor."""
+    slope = _slopes(drive, "hysteresis_factor", place)["total"]
+    return Found(slope, "above 0 % of the loss per percent", yes(slope > 0))
 
-    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
-        slope = _slopes(drive, "hysteresis_factor", place)["total"]
-        return Found(slope, "above 0 % of the loss per percent", yes(slope > 0))
 
-    shipped = found(machine.drive)
+def _why_hysteresis(machine: Machine) -> str:
     groups = machine.element.groups(machine.cylinder_speed)
     bearing = float(groups.bearing_torque / (groups.bearing_torque + groups.rolling_torque))
-    why = (
-        f"Lowering it by 1 % lowers the loss of the element at 8:1 by {shipped.computed:.2f} %: the axle bearings cause "
+    slope = _slopes(machine.drive, "hysteresis_factor")["total"]
+    return (
+        f"Lowering it by 1 % lowers the loss of the element at 8:1 by {slope:.2f} %: the axle bearings cause "
         f"{bearing:.0%} of the rolling loss, hysteresis the rest."
     )
-    return settle(shipped, why, _elsewhere(machine, found))
 
 
 def _turning(drive: CoboticDrive) -> dict[str, float]:
@@ -88,38 +115,36 @@ def _turning(drive: CoboticDrive) -> dict[str, float]:
     return {name: 100.0 * (float(after[name] / before[name]) - 1.0) for name in before}
 
 
-def s2(machine: Machine) -> Finding:
-    """Effect of the friction coefficient, with the preload adjusted to keep the slip force."""
+def _by_friction(drive: CoboticDrive, place: _Place) -> Found:
+    """S2: effect of the friction coefficient, with the preload adjusted to keep the slip force."""
+    slopes, steering = _slopes(drive, "friction", place), _turning(drive)
+    falls = [slopes["rolling"], slopes["bearing"], *steering.values()]
+    verdict = yes(max(falls) < 0 < slopes["creep"])
+    return Found(slopes["total"], "creep above 0 % per percent, all others below", verdict)
 
-    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
-        slopes, steering = _slopes(drive, "friction", place), _turning(drive)
-        falls = [slopes["rolling"], slopes["bearing"], *steering.values()]
-        verdict = yes(max(falls) < 0 < slopes["creep"])
-        return Found(slopes["total"], "creep above 0 % per percent, all others below", verdict)
 
+def _why_friction(machine: Machine) -> str:
     slopes, steering = _slopes(machine.drive, "friction"), _turning(machine.drive)
-    why = (
+    return (
         f"Raising mu by 1 % changes the loss at 8:1 by {slopes['total']:+.2f} %: hysteresis {slopes['rolling']:+.2f} %, "
         f"bearings {slopes['bearing']:+.2f} %, creep {slopes['creep']:+.2f} %. The torque to turn the contact patch changes by "
         f"{steering['patch']:+.2f} %, the torque of the bell bearing by {steering['bell']:+.2f} %. The guideway friction due to "
         "the preload falls with the preload."
     )
-    return settle(found(machine.drive), why, _elsewhere(machine, found))
 
 
-def s3(machine: Machine) -> Finding:
-    """Effect of the elastic modulus of both bodies."""
+def _by_modulus(drive: CoboticDrive, place: _Place) -> Found:
+    """S3: effect of the elastic modulus of both bodies."""
+    slope = _slopes(drive, "youngs_modulus", place)["creep"]
+    return Found(slope, "below 0 % of the creep loss per percent", yes(slope < 0))
 
-    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
-        slope = _slopes(drive, "youngs_modulus", place)["creep"]
-        return Found(slope, "below 0 % of the creep loss per percent", yes(slope < 0))
 
+def _why_modulus(machine: Machine) -> str:
     slopes = _slopes(machine.drive, "youngs_modulus")
-    why = (
+    return (
         f"Raising the modulus by 1 % lowers the creep loss by only {-slopes['creep']:.2f} %, because a stiffer contact patch is "
         f"also smaller. The smaller patch lowers the hysteresis loss by {-slopes['rolling']:.2f} %."
     )
-    return settle(found(machine.drive), why, _elsewhere(machine, found))
 
 
 def _bell_slope(drive: CoboticDrive, model: str) -> float:
@@ -138,7 +163,7 @@ def _bell_slope(drive: CoboticDrive, model: str) -> float:
 def s4(machine: Machine) -> Finding:
     """Effect of the size of the bearings, by both friction models."""
 
-    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
+    def found(drive: CoboticDrive, place: _Place = _SHIPPED) -> Found:
         slope = _slopes(drive, "axle_bore", place)["bearing"]
         return Found(slope, "above 0 % of the bearing loss per percent", yes(slope > 0))
 
@@ -254,24 +279,33 @@ def s5(machine: Machine) -> Finding:
     return settle(found("cobotic", "constant"), why, variants)
 
 
-def s6(machine: Machine) -> Finding:
-    """Rank the parameters by their effect on the loss at 8:1."""
+def _ranked(drive: CoboticDrive, place: _Place) -> Found:
+    """S6: parameters by their effect on the loss."""
+    slopes = {name: _slopes(drive, name, place)["total"] for name in _NAMES}
+    ranked = sorted(slopes, key=lambda name: -abs(slopes[name]))
+    words = ", ".join(f"{_NAMES[name]} {slopes[name]:+.2f}" for name in ranked)
+    return Found(words, "none: the paper prints no ranking", "undecidable")
 
-    def found(drive: CoboticDrive, place: tuple[float, float] = _SHIPPED) -> Found:
-        slopes = {name: _slopes(drive, name, place)["total"] for name in _NAMES}
-        ranked = sorted(slopes, key=lambda name: -abs(slopes[name]))
-        words = ", ".join(f"{_NAMES[name]} {slopes[name]:+.2f}" for name in ranked)
-        return Found(words, "none: the paper prints no ranking", "undecidable")
 
-    why = (
+def _why_ranked(machine: Machine) -> str:
+    return (
         "The computed values are changes in percent of the element's loss per percent of the parameter, at half the slip force "
         "and 8:1, with a constant coefficient of friction in the bearings. The paper refers to a ranking but does not print it."
     )
-    variants = [
-        row("choice", "at 15 % of the slip force and 8:1", found(machine.drive, (0.15, 8.0))),
-        row("definition", "SKF's later friction model of the bearings", found(_with_bearings(machine.drive, "skf"))),
-    ]
-    return settle(found(machine.drive), why, variants)
 
 
-CHECKS = {"S1": s1, "S2": s2, "S3": s3, "S4": s4, "S5": s5, "S6": s6}
+def _ranked_otherwise(machine: Machine, found: _Found) -> Iterator[Variant]:
+    """Rankings at another load, and with the other bearing model."""
+    yield row("choice", "at 15 % of the slip force and 8:1", found(machine.drive, (0.15, 8.0)))
+    skf = _with_bearings(machine.drive, "skf")
+    yield row("definition", "SKF's later friction model of the bearings", found(skf, _SHIPPED))
+
+
+CHECKS: Mapping[str, Callable[[Machine], Finding]] = {
+    "S1": _AtPlace(_by_hysteresis, _why_hysteresis, _elsewhere),
+    "S2": _AtPlace(_by_friction, _why_friction, _elsewhere),
+    "S3": _AtPlace(_by_modulus, _why_modulus, _elsewhere),
+    "S4": s4,
+    "S5": s5,
+    "S6": _AtPlace(_ranked, _why_ranked, _ranked_otherwise),
+}

@@ -122,8 +122,7 @@ class _OnPlane:
 
         Choices are tried for both reconstructions, definitions and values with the shipped choices on a coarser plane.
         """
-        check, bench = self.check, Bench.of(machine)
-        figure, other = bench.pair(cells="fine"), Bench.of(machine, "cobotic-b")
+        check, bench, other = self.check, Bench.of(machine), Bench.of(machine, "cobotic-b")
         variants = [
             *(row("choice", words, found) for words, found in self.tried(bench)),
             row("value", "reconstruction B", check(other.pair(cells="fine"))),
@@ -132,7 +131,11 @@ class _OnPlane:
             *(row(kind, words, check(bench.pair(definition))) for kind, words, definition in DEFINITIONS),
             *open_values(bench, lambda moved: check(moved.pair())),
         ]
-        return settle(check(figure), self.why(machine), variants, ranges(bench, check))
+        return settle(self.shown(machine), self.why(machine), variants, ranges(bench, check))
+
+    def shown(self, machine: Machine) -> Found:
+        """Return what the check finds on the plane of the figure."""
+        return self.check(Bench.of(machine).pair(cells="fine"))
 
     def tried(self, bench: Bench) -> Iterator[tuple[str, Found]]:
         """Findings with other axes and other choices."""
@@ -295,7 +298,11 @@ class _OnMaps:
             ),
             *open_values(bench, check),
         ]
-        return settle(check(bench), self.why(machine), variants)
+        return settle(self.shown(machine), self.why(machine), variants)
+
+    def shown(self, machine: Machine) -> Found:
+        """Return what the check finds with the shipped choices."""
+        return self.check(Bench.of(machine))
 
 
 def raised(before: DynamicMap, after: DynamicMap) -> Found:
