@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import typing
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -39,7 +39,9 @@ ORIGIN = {
 }
 """Text columns of every table."""
 
-UNLIMITED = frozenset({"peak_torque", "max_speed", "continuous_torque", "intermittent_torque", "stated_rated_speed"})
+UNLIMITED = frozenset(
+    {"peak_torque", "max_speed", "continuous_torque", "intermittent_torque", "continuous_speed", "continuous_power"}
+)
 """Columns in which an infinite value means that no limit is stated."""
 
 
@@ -62,7 +64,8 @@ _SHARE = Interval(gt=0, le=1)
 _FURTHER: Mapping[str, tuple[Column, ...]] = {
     "motors": (
         _stated("stated_no_load_speed", "rad/s", Gt(0), "No-load speed as stated"),
-        _stated("stated_rated_speed", "rad/s", Gt(0), "Speed at the continuous torque as stated"),
+        _stated("continuous_speed", "rad/s", Gt(0), "Largest speed in continuous operation as stated"),
+        _stated("continuous_power", "W", Gt(0), "Largest mechanical power in continuous operation as stated"),
         _stated("stated_stall_torque", "N m", Gt(0), "Stall torque as stated"),
         _stated("stated_stall_current", "A", Gt(0), "Stall current as stated"),
         _stated("stated_continuous_current", "A", Gt(0), "Continuous current as stated"),
@@ -127,6 +130,22 @@ def choices(kind: str) -> Mapping[str, tuple[str, ...]]:
         if typing.get_origin(hint) is Literal and all(isinstance(word, str) for word in typing.get_args(hint)):
             found[field.name] = typing.get_args(hint)
     return found
+
+
+def kind_by_columns(names: Iterable[str]) -> str | None:
+    """Kind of table that has most of some columns which no other kind has; None if no kind has any."""
+    asked = set(names)
+    scores = {kind: len(asked & own) for kind, own in _own_columns().items()}
+    best = max(scores, key=lambda kind: scores[kind])
+    return best if scores[best] else None
+
+
+@functools.cache
+def _own_columns() -> Mapping[str, frozenset[str]]:
+    known = {kind: frozenset(number_columns(kind)) for kind in PARTS}
+    return {
+        kind: own.difference(*(other for one, other in known.items() if one != kind)) for kind, own in known.items()
+    }
 
 
 def check_kind(kind: str) -> None:

@@ -250,9 +250,14 @@ class PartSet(Frozen):
 
 
 def part_set(
-    name: str, tables: Iterable[PartTable], pairs: np.ndarray | None = None, path: Path | None = None
+    name: str,
+    tables: Iterable[PartTable],
+    pairs: np.ndarray | None = None,
+    path: Path | None = None,
 ) -> PartSet:
     """Make a set of tables; without `pairs`, every motor is paired with every gearhead.
+
+    Gearheads with the measured friction of a whole actuator are left out there: that friction is of gear and motor together.
 
     Raises
     ------
@@ -265,7 +270,8 @@ def part_set(
         raise ParameterError(f"tables must be of different kinds, got {', '.join(one.kind for one in given)}")
     sizes = len(found["motors"]), len(found["gearheads"])
     if pairs is None:
-        rows = np.indices(sizes).reshape(2, -1).T
+        fitting = np.flatnonzero(found["gearheads"].texts["loss_model"] != "stribeck")
+        rows = np.stack(np.meshgrid(np.arange(sizes[0]), fitting, indexing="ij"), axis=-1).reshape(-1, 2)
     else:
         rows = np.asarray(pairs).reshape(-1, 2)
         if rows.size and not ((rows >= 0) & (rows < np.array(sizes))).all():
