@@ -25,7 +25,7 @@ _MOST_SHOWN = 5
 
 
 @result
-class Imported(Frozen):
+class PartImport(Frozen):
     """A set that was read from files, and what was not taken over from them.
 
     Attributes
@@ -65,7 +65,7 @@ def import_parts(
     name: str | None = None,
     source: str | None = None,
     date: str | None = None,
-) -> Imported:
+) -> PartImport:
     """Read files of parts into one set.
 
     Parameters
@@ -78,7 +78,7 @@ def import_parts(
 
     Returns
     -------
-    Imported
+    PartImport
         The set, the rows that were refused with file, line and reason, and remarks.
 
     Raises
@@ -98,17 +98,17 @@ def import_parts(
         first = [str(fault) for fault in gathering.faults[:_MOST_SHOWN]]
         raise InputError("\n".join([f"{', '.join(map(printable, paths))}: no row could be read", *first]))
     parts = gathering.finished(name or paths[0].stem)
-    return Imported(
+    return PartImport(
         parts=replace(parts, path=paths[0] if len(paths) == 1 else None),
         faults=tuple(gathering.faults),
         remarks=gathering.remarks,
     )
 
 
-def read_set(path: Path, name: str | None = None) -> Imported:
+def read_set(path: Path, name: str | None = None) -> PartImport:
     """Read one file that holds a set: stored by the program, or TOML or CSV."""
     if path.suffix.lower() == ".npz":
-        return Imported(parts=stored.read(path, name), faults=(), remarks=())
+        return PartImport(parts=stored.read(path, name), faults=(), remarks=())
     return import_parts(path, name=name or path.stem, date="")
 
 

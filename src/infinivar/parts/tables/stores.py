@@ -17,7 +17,7 @@ from infinivar.parts import catalogue
 from infinivar.parts.tables import tomls
 from infinivar.parts.tables.columns import PARTS, check_kind, number_columns
 from infinivar.parts.tables.gathering import Gathering
-from infinivar.parts.tables.importing import SUFFIXES, Imported, read_set
+from infinivar.parts.tables.importing import SUFFIXES, PartImport, read_set
 from infinivar.parts.tables.table import PartSet
 
 SHIPPED = "shipped"
@@ -95,7 +95,7 @@ def _files(folders: Sequence[Path]) -> Iterator[Path]:
         yield from sorted(known, key=lambda path: SUFFIXES.index(path.suffix.lower()))
 
 
-def find(name: str, beside: Sequence[Path] = ()) -> Imported:
+def find(name: str, beside: Sequence[Path] = ()) -> PartImport:
     """A set by its name, with the rows of its file that were refused.
 
     Parameters
@@ -109,7 +109,7 @@ def find(name: str, beside: Sequence[Path] = ()) -> Imported:
         If there is no such set, or it cannot be read.
     """
     if name == SHIPPED:
-        return Imported(parts=shipped(), faults=(), remarks=())
+        return PartImport(parts=shipped(), faults=(), remarks=())
     known = {place.name: place for place in places(beside)}
     place = known.get(name)
     if place is None and Path(name).suffix.lower() in SUFFIXES:
@@ -141,7 +141,7 @@ def load_parts(name: str | Path = SHIPPED) -> PartSet:
     return found.parts
 
 
-def _read(path: Path) -> Imported:
+def _read(path: Path) -> PartImport:
     try:
         stamp = path.stat().st_mtime_ns
     except OSError:
@@ -150,18 +150,18 @@ def _read(path: Path) -> Imported:
 
 
 @functools.lru_cache(maxsize=16)
-def _cached(path: Path, stamp: int) -> Imported:
+def _cached(path: Path, stamp: int) -> PartImport:
     return read_set(path)
 
 
-def _of_package(name: str) -> Imported:
+def _of_package(name: str) -> PartImport:
     """The set that a package registers: a set, the path of a file, or a function without arguments that returns either."""
     loaded = plugins.load(GROUP, name, _not_a_set, (SHIPPED,))
     if isinstance(loaded, PartSet):
-        return Imported(parts=replace(loaded, name=name), faults=(), remarks=())
+        return PartImport(parts=replace(loaded, name=name), faults=(), remarks=())
     made = loaded() if callable(loaded) else loaded
     if isinstance(made, PartSet):
-        return Imported(parts=replace(made, name=name), faults=(), remarks=())
+        return PartImport(parts=replace(made, name=name), faults=(), remarks=())
     if isinstance(made, str | Path):
         return read_set(Path(made), name)
     raise InputError(f"the set of parts {name!r} must be a PartSet or the path of a file, got a {type(made).__name__}")
