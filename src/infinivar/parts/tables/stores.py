@@ -143,14 +143,15 @@ def load_parts(name: str | Path = SHIPPED) -> PartSet:
 
 def _read(path: Path) -> PartImport:
     try:
-        stamp = path.stat().st_mtime_ns
+        found = path.stat()
+        stamp = found.st_mtime_ns, found.st_size, found.st_ino
     except OSError:
-        stamp = 0
-    return _cached(path, stamp)
+        stamp = 0, 0, 0
+    return _cached(path.absolute(), stamp)
 
 
 @functools.lru_cache(maxsize=16)
-def _cached(path: Path, stamp: int) -> PartImport:
+def _cached(path: Path, stamp: tuple[int, int, int]) -> PartImport:
     return read_set(path)
 
 
