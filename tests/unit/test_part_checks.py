@@ -70,7 +70,7 @@ BROKEN = {
     "no-load current": {"no_load_current": 48.5},
     "continuous current below stall": {"stated_continuous_current": 50.0},
     "viscous friction": {"viscous_friction": 5e-6},
-    "heat at continuous current": {"housing_to_ambient": 15.0},
+    "heat at continuous current": {"housing_to_ambient": 25.0},
     "continuous torque": {"peak_torque": 0.08},
     "rotor inertia": {"rotor_inertia": 1e-4},
 }
