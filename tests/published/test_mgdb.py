@@ -80,7 +80,12 @@ def test_values_survive_import_and_storage(imported, tmp_path):
     assert stored.read(stored.write(parts, tmp_path / "maxon.npz")) == parts
     with (FOLDER / "maxon_motors.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    for ours, theirs in (("voltage", "V"), ("resistance", "R"), ("torque_constant", "k_t"), ("rotor_inertia", "inertia")):
+    for ours, theirs in (
+        ("voltage", "V"),
+        ("resistance", "R"),
+        ("torque_constant", "k_t"),
+        ("rotor_inertia", "inertia"),
+    ):
         np.testing.assert_array_equal(parts.motors[ours], [float(row[theirs]) for row in rows])
     # Every row is a part.
     assert all(parts.motors.part(row).voltage > 0 for row in range(len(parts.motors)))
