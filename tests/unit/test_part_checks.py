@@ -54,8 +54,7 @@ def test_a_row_that_agrees_with_itself():
     # Every relation was tested: the row states all.
     assert all(count == 1 for count in found.tested.values())
     assert (
-        found.verdict
-        == f"x: 1 motors, 1 gearheads, 1 bearings; {len(RELATIONS)} comparisons; no row contradicts itself"
+        found.verdict == f"x: 1 motor, 1 gearhead, 1 bearing; {len(RELATIONS)} comparisons; no row contradicts itself"
     )
 
 

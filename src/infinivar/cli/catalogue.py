@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -36,8 +37,6 @@ def catalogue(context: typer.Context, as_json: Json = False) -> None:
             raise InputError(f"--json must come after {context.invoked_subcommand}")
         return
     if as_json:
-        import dataclasses
-
         from infinivar.study.catalogue import bearings, gearheads, materials, motors
 
         parts = {"motors": motors(), "gearheads": gearheads(), "bearings": bearings(), "materials": materials()}
@@ -189,7 +188,7 @@ def check(
                     "tested": dict(outcome.tested),
                     "incomplete": dict(outcome.incomplete),
                     "refused": [str(fault) for fault in found.faults],
-                    "contradictions": list(outcome.contradictions),
+                    "contradictions": [dataclasses.asdict(one) for one in outcome.contradictions],
                 }
             )
             continue
@@ -247,8 +246,8 @@ def import_files(
                 "contents": {kind: len(table) for kind, table in found.parts.tables.items()},
                 "pairs": len(found.parts.pairs) if found.parts.pairs_stated else None,
                 "incomplete": found.incomplete,
-                "refused": list(found.faults),
-                "remarks": list(found.remarks),
+                "refused": [dataclasses.asdict(fault) for fault in found.faults],
+                "remarks": [dataclasses.asdict(remark) for remark in found.remarks],
             }
         )
     else:
@@ -286,11 +285,12 @@ def _found(name: str) -> PartImport:
 
 def _contents(name: str) -> str:
     """What a set contains; why it cannot be read, if so."""
+    from infinivar.parts.tables.columns import counted
     from infinivar.parts.tables.stores import find
 
     try:
         found = find(name, _beside())
     except InputError as problem:
         return f"cannot be read: {problem}"
-    refused = f"; {len(found.faults)} rows refused" if found.faults else ""
+    refused = f"; {counted(len(found.faults), 'rows')} refused" if found.faults else ""
     return f"{found.parts.contents}{refused}"

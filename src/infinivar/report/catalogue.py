@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from infinivar import units
-from infinivar.parts.tables.columns import ONE, number_columns, text_columns
+from infinivar.parts.tables.columns import ONE, counted, number_columns, text_columns
 from infinivar.parts.tables.consistency import CatalogueCheck
 from infinivar.parts.tables.derived import derived, derived_columns
 from infinivar.parts.tables.importing import PartImport
@@ -167,7 +167,8 @@ def check(found: CatalogueCheck, every: bool = False) -> Iterator[str]:
     """The verdict, what cannot be used, and the contradictions: the worst, or every one."""
     yield found.verdict
     for kind, count in found.incomplete.items():
-        yield f"  {count} of {found.rows[kind]} {kind} lack a value that a drive needs"
+        verb = "lacks" if count == 1 else "lack"
+        yield f"  {count} of {counted(found.rows[kind], kind)} {verb} a value that a drive needs"
     shown_now = found.contradictions if every else found.contradictions[:_WORST]
     for one in shown_now:
         yield f"  {one.text}"
@@ -181,7 +182,8 @@ def imported(found: PartImport) -> Iterator[str]:
     yield found.verdict
     for kind, counts in found.incomplete.items():
         for name, count in counts.items():
-            yield f"  {count} {kind} do not state {name}: they cannot be used in a drive"
+            verb, they = ("does", "it") if count == 1 else ("do", "they")
+            yield f"  {counted(count, kind)} {verb} not state {name}: {they} cannot be used in a drive"
     for remark in found.remarks:
         yield f"  {remark}"
 

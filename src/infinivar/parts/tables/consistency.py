@@ -10,7 +10,7 @@ import numpy as np
 from infinivar import units
 from infinivar._core.result import Frozen, result
 from infinivar.parts.heat import COPPER, REFERENCE
-from infinivar.parts.tables.columns import ONE
+from infinivar.parts.tables.columns import ONE, counted
 from infinivar.parts.tables.derived import Rows
 from infinivar.parts.tables.table import PartSet, PartTable
 
@@ -387,16 +387,10 @@ class CatalogueCheck(Frozen):
     @property
     def verdict(self) -> str:
         """One line on the outcome."""
-        rows = ", ".join(f"{count:,} {kind}" for kind, count in self.rows.items() if count) or "no parts"
+        rows = ", ".join(counted(count, kind) for kind, count in self.rows.items() if count) or "no parts"
         found = len({(one.kind, one.key) for one in self.contradictions})
-        answer = (
-            "no row contradicts itself"
-            if not found
-            else f"{found} row{'' if found == 1 else 's'} contradict themselves"
-        )
-        if found == 1:
-            answer = "1 row contradicts itself"
-        return f"{self.name}: {rows}; {sum(self.tested.values()):,} comparisons; {answer}"
+        answer = f"{found} rows contradict themselves" if found > 1 else f"{found or 'no'} row contradicts itself"
+        return f"{self.name}: {rows}; {counted(sum(self.tested.values()), 'comparisons')}; {answer}"
 
 
 def check_parts(parts: PartSet) -> CatalogueCheck:

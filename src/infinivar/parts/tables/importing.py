@@ -13,7 +13,7 @@ from infinivar._core import files as reading
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.tables import delimited, mgdb, stored, tomls
-from infinivar.parts.tables.columns import PARTS
+from infinivar.parts.tables.columns import PARTS, counted
 from infinivar.parts.tables.gathering import Fault, Gathering, Remark
 from infinivar.parts.tables.table import PartSet
 
@@ -43,7 +43,7 @@ class PartImport(Frozen):
     def verdict(self) -> str:
         """One line on the outcome."""
         refused = len(self.faults)
-        return f"{self.parts.contents}; {refused or 'no'} row{'' if refused == 1 else 's'} refused"
+        return f"{self.parts.contents}; {counted(refused, 'rows') if refused else 'no rows'} refused"
 
     @property
     def incomplete(self) -> dict[str, dict[str, int]]:

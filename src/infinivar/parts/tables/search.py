@@ -12,7 +12,7 @@ import numpy as np
 from infinivar import units
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, nearest
-from infinivar.parts.tables.columns import Column, check_kind, number_columns, text_columns
+from infinivar.parts.tables.columns import Column, check_kind, counted, number_columns, text_columns
 from infinivar.parts.tables.derived import derived, derived_columns
 from infinivar.parts.tables.table import PartSet, PartTable
 
@@ -82,8 +82,12 @@ class PartSearch(Frozen):
     def verdict(self) -> str:
         """One line on the outcome."""
         shown = f", {len(self.hits)} shown" if len(self.hits) < self.count else ""
-        left = "".join(f"; {count:,} do not state {name}" for name, count in self.unstated.items() if count)
-        return f"{self.count:,} of {self.searched:,} {self.kind}{shown}{left}"
+        left = "".join(
+            f"; {count:,} {'does' if count == 1 else 'do'} not state {name}"
+            for name, count in self.unstated.items()
+            if count
+        )
+        return f"{self.count:,} of {counted(self.searched, self.kind)}{shown}{left}"
 
 
 def columns_of(kind: str) -> dict[str, Column | None]:

@@ -14,7 +14,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.parts.gear_friction import GearFriction
-from infinivar.parts.tables.columns import ONE, PARTS, check_kind, choices, number_columns, text_columns
+from infinivar.parts.tables.columns import ONE, PARTS, check_kind, choices, counted, number_columns, text_columns
 
 NO_PAIRS = np.empty((0, 2), dtype=np.int64)
 
@@ -232,9 +232,9 @@ class PartSet(Frozen):
     @property
     def contents(self) -> str:
         """How many parts of each kind, in words."""
-        counts = [f"{len(table):,} {kind}" for kind, table in self.tables.items() if table]
+        counts = [counted(len(table), kind) for kind, table in self.tables.items() if table]
         if self.pairs_stated and len(self.pairs):
-            counts.append(f"{len(self.pairs):,} compatible pairs")
+            counts.append(counted(len(self.pairs), "compatible pairs"))
         return ", ".join(counts) or "no parts"
 
     def gearheads_for(self, motor: str | int) -> tuple[str, ...]:
