@@ -96,7 +96,7 @@ def test_contradictions_of_gearheads_and_bearings():
     found = checked(gearhead={**GEARHEAD, "intermittent_torque": 0.1}, bearing={**BEARING, "bore": 0.03})
     assert [one.text for one in found.contradictions] == [
         "gearhead g: continuous torque 0.2 N m exceeds the intermittent torque, 0.1 N m (100.0 % off, tolerance 1 %)",
-        "bearing b: bore 0.03 m exceeds the outside diameter, 0.022 m (36.4 % off, tolerance 0 %)",
+        "bearing b: bore 30 mm exceeds the outside diameter, 22 mm (36.4 % off, tolerance 0 %)",
     ]
 
 

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from infinivar import units
-from infinivar.parts.tables.columns import ONE, counted, number_columns, text_columns
+from infinivar.parts.tables.columns import ONE, counted, number_columns, shown, text_columns
 from infinivar.parts.tables.consistency import CatalogueCheck
 from infinivar.parts.tables.derived import derived, derived_columns
 from infinivar.parts.tables.importing import PartImport
@@ -45,19 +44,6 @@ _LISTED: dict[str, tuple[tuple[str, str, str, float], ...]] = {
 }
 """Columns of a listing: heading, column, unit, factor from SI."""
 
-_USUAL = {
-    "rad/s": "rpm",
-    "N m/A": "mN m/A",
-    "kg": "g",
-    "m": "mm",
-    "H": "mH",
-    "kg m^2": "g cm^2",
-    "Pa": "MPa",
-    "N": "kN",
-    "m^2/s": "mm^2/s",
-}
-"""Units in which data sheets state values."""
-
 _WORST = 10
 _WIDTH = 14
 
@@ -84,16 +70,6 @@ def _listing(parts: PartSet, kind: str) -> Iterator[str]:
 
 def _cell(value: float, unit: str) -> str:
     return "" if math.isnan(value) else f"{value:{'.0f' if value >= 1e3 else '.4g'}} {unit}".rstrip()
-
-
-def shown(value: float, unit: str, kind: str = "") -> str:
-    """A value in SI in the unit in which data sheets state it; "–" where it is not stated."""
-    if math.isnan(value):
-        return "–"
-    if unit == "K":
-        return units.celsius(value)
-    usual = "mN m" if unit == "N m" and kind == "motors" else _USUAL.get(unit, unit)
-    return units.show(value, unit) if usual == unit else units.show_in(value, unit, usual)
 
 
 def sets(places: Sequence[tuple[Place, str]]) -> Iterator[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import math
 import typing
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from typing import Literal
 
 from annotated_types import Ge, Gt, Interval
 
+from infinivar import units
 from infinivar._core.bounds import Bound, NonZero
 from infinivar._core.fields import hints
 from infinivar.contact.bodies import Material
@@ -43,6 +45,19 @@ UNLIMITED = frozenset(
     {"peak_torque", "max_speed", "continuous_torque", "intermittent_torque", "continuous_speed", "continuous_power"}
 )
 """Columns in which an infinite value means that no limit is stated."""
+
+_USUAL = {
+    "rad/s": "rpm",
+    "N m/A": "mN m/A",
+    "kg": "g",
+    "m": "mm",
+    "H": "mH",
+    "kg m^2": "g cm^2",
+    "Pa": "MPa",
+    "N": "kN",
+    "m^2/s": "mm^2/s",
+}
+"""Units in which data sheets state values."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,6 +145,16 @@ def choices(kind: str) -> Mapping[str, tuple[str, ...]]:
         if typing.get_origin(hint) is Literal and all(isinstance(word, str) for word in typing.get_args(hint)):
             found[field.name] = typing.get_args(hint)
     return found
+
+
+def shown(value: float, unit: str, kind: str = "") -> str:
+    """A value in SI in the unit in which data sheets state it; "–" where it is not stated."""
+    if math.isnan(value):
+        return "–"
+    if unit == "K":
+        return units.celsius(value)
+    usual = "mN m" if unit == "N m" and kind == "motors" else _USUAL.get(unit, unit)
+    return units.show(value, unit) if usual == unit else units.show_in(value, unit, usual)
 
 
 def counted(count: int, what: str) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from infinivar import units
 from infinivar._core.result import Frozen, result
 from infinivar.parts.heat import COPPER, REFERENCE
-from infinivar.parts.tables.columns import ONE, counted
+from infinivar.parts.tables.columns import ONE, counted, shown
 from infinivar.parts.tables.derived import Rows
 from infinivar.parts.tables.table import PartSet, PartTable
 
@@ -351,7 +351,7 @@ class Contradiction:
     @property
     def text(self) -> str:
         """One line for a terminal."""
-        one, other = (units.show(value, self.unit) for value in (self.stated, self.follows))
+        one, other = (shown(value, self.unit, self.kind) for value in (self.stated, self.follows))
         apart, room = units.percent(abs(self.deviation), 1), units.percent(self.tolerance)
         verb = "exceeds" if self.at_most else "is stated, but"
         tail = f"{self.words}, {other}" if self.at_most else f"{self.words} gives {other}"
