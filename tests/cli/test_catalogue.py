@@ -171,9 +171,7 @@ def test_check(infinivar, made, folder):
     path = partfiles.write(folder, "wrong.csv", bad)
     found = infinivar("catalogue", "check", path)
     assert found.code == 1
-    assert (
-        "motor XX_A9: no-load speed 2865 rpm is stated, but (V - R I0)/K gives 7624 rpm (166.1 % off" in found.out
-    )
+    assert "motor XX_A9: no-load speed 2865 rpm is stated, but (V - R I0)/K gives 7624 rpm (166.1 % off" in found.out
     assert "wrong.csv:5: XX_D4: R must be a number" in found.err
     results = json.loads(infinivar("catalogue", "check", path, "shipped", "--json").out)
     assert [one["set"] for one in results] == ["wrong", "shipped"]

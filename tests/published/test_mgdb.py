@@ -70,6 +70,7 @@ def test_contradictions(imported):
     np.testing.assert_allclose(stated, [6000.0, 6000.0, 6000.0, 4500.0], rtol=1e-9)
     assert all(one.deviation > 0 for one in speeds)
     assert (motors["max_speed"][rows] * 30.0 / np.pi > stated).all()
+    assert [one.unusable for one in found.values()] == [(), (), ()]
     assert found["maxon"].tested["motor: no-load speed"] == 640
     assert [one for one in found["faulhaber"].contradictions if one.relation == "no-load speed"] == []
     assert len({one.key for one in found["maxon"].contradictions if one.kind == "gearheads"}) == 12

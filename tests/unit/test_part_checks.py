@@ -40,7 +40,8 @@ GOOD = {
     "stated_friction_torque": round(MOTOR.friction_torque, 6),
 }
 GEARHEAD = {"key": "g", "ratio": 4.0, "efficiency": 0.9, "continuous_torque": 0.2, "intermittent_torque": 0.3}
-BEARING = {"key": "b", "bore": 0.008, "outside_diameter": 0.022, "dynamic_rating": 3450.0, "static_rating": 1370.0}
+BEARING = {"key": "b", "series": "60", "bore": 0.008, "outside_diameter": 0.022}
+BEARING |= {"dynamic_rating": 3450.0, "static_rating": 1370.0}
 
 
 def checked(motor=GOOD, gearhead=GEARHEAD, bearing=BEARING):
@@ -100,6 +101,16 @@ def test_contradictions_of_gearheads_and_bearings():
     ]
 
 
+def test_a_complete_row_that_is_no_part():
+    found = checked(bearing={**BEARING, "outside_diameter": 0.008})
+    assert found.unusable == ("bearing b: outside_diameter must be > bore (0.008 m), got 0.008",)
+    assert not found.consistent
+    assert found.contradictions == ()
+    assert (
+        checked(bearing={**BEARING, "series": "other"}).unusable[0].startswith("bearing b: series must be the series")
+    )
+
+
 def test_the_worst_come_first_and_rounding_is_no_contradiction():
     rows = [{**GOOD, "key": str(speed), "stated_no_load_speed": speed} for speed in (600.0, 700.0, 730.0, 500.0)]
     found = iv.check_parts(part_set("x", [table("motors", rows)]))
@@ -114,7 +125,7 @@ def test_the_worst_come_first_and_rounding_is_no_contradiction():
 
 
 def test_figures_derived_from_each_other_are_not_compared():
-    row = {**GOOD, "stated_continuous_current": MOTOR.continuous_current}
+    row = {**GOOD, "stated_continuous_current": MOTOR.continuous_current, "derived": "continuous_torque"}
     assert checked(motor=row).tested["motor: continuous current"] == 0
     assert checked().tested["motor: continuous current"] == 1
 
@@ -124,7 +135,7 @@ def test_no_shipped_row_contradicts_itself():
     assert found.contradictions == ()
     assert found.tested["motor: no-load speed"] == len(iv.motors())
     assert found.tested["motor: heat at continuous current"] == len(iv.motors())
-    assert found.incomplete == {}
+    assert (found.incomplete, found.unusable) == ({}, ())
     assert shipped().motors.complete.all()
 
 

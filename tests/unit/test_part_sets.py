@@ -81,6 +81,9 @@ def test_a_stored_part_is_the_same_to_the_last_digit(folder):
     for name in ("viscous_friction", "continuous_torque", "rotor_inertia", "no_load_current", "max_speed"):
         assert getattr(motor, name) == getattr(expected, name), name
     assert gearhead == made.parts.gearheads.part("XX_G16_R16:1")
+    kinds = {row.field: (row.kind, row.where.partition(",")[0]) for row in study.provenance}
+    assert kinds["motor.continuous_torque"] == ("derived", "made:XX_B2")
+    assert kinds["motor.resistance"] == ("catalogue", "made:XX_B2")
 
 
 def test_measured_friction_of_a_set_reaches_the_drive(folder):

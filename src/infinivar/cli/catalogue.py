@@ -187,6 +187,7 @@ def check(
                     "rows": dict(outcome.rows),
                     "tested": dict(outcome.tested),
                     "incomplete": dict(outcome.incomplete),
+                    "unusable": list(outcome.unusable),
                     "refused": [str(fault) for fault in found.faults],
                     "contradictions": [dataclasses.asdict(one) for one in outcome.contradictions],
                 }

@@ -145,12 +145,15 @@ def check(found: CatalogueCheck, every: bool = False) -> Iterator[str]:
     for kind, count in found.incomplete.items():
         verb = "lacks" if count == 1 else "lack"
         yield f"  {count} of {counted(found.rows[kind], kind)} {verb} a value that a drive needs"
-    shown_now = found.contradictions if every else found.contradictions[:_WORST]
-    for one in shown_now:
-        yield f"  {one.text}"
-    left = len(found.contradictions) - len(shown_now)
-    if left:
-        yield f"  ... and {left} more; --all lists them"
+    yield from _worst([one.text for one in found.contradictions], every)
+    yield from _worst([f"cannot be used: {reason}" for reason in found.unusable], every)
+
+
+def _worst(lines: Sequence[str], every: bool) -> Iterator[str]:
+    some = lines if every else lines[:_WORST]
+    yield from (f"  {line}" for line in some)
+    if len(lines) > len(some):
+        yield f"  ... and {len(lines) - len(some)} more; --all lists them"
 
 
 def imported(found: PartImport) -> Iterator[str]:

@@ -38,6 +38,7 @@ ORIGIN = {
     "source": "Data sheet, file or publication that states the values",
     "date": "Date of the source, as precise as it is known",
     "kind": "stated, catalogue, derived, fitted or assumed",
+    "derived": "Columns that the importer derived from others, separated by spaces",
 }
 """Text columns of every table."""
 

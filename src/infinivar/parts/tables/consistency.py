@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from infinivar import units
 from infinivar._core.result import Frozen, result
+from infinivar.errors import InputError
 from infinivar.parts.heat import COPPER, REFERENCE
 from infinivar.parts.tables.columns import ONE, counted, shown
 from infinivar.parts.tables.derived import Rows
@@ -88,8 +89,8 @@ def continuous_current(rows: Rows) -> Compared:
     Source: data sheets, maxon2020.
     """
     stated, follows = rows.stated_continuous_current, rows.continuous_current
-    # Figures that agree to rounding say nothing: the torque was derived from the current.
-    return stated, np.where(np.abs(follows / stated - 1.0) < 1e-9, np.nan, follows)
+    # A torque that was derived from the current agrees with it, which says nothing.
+    return stated, np.where(rows.derived == "continuous_torque", np.nan, follows)
 
 
 def peak_efficiency(rows: Rows) -> Compared:
@@ -371,6 +372,7 @@ class CatalogueCheck(Frozen):
     tested           Number of rows that a relation could be tested on, by kind and relation.
     contradictions   Every row and relation out of tolerance, the worst first: by its excess over the tolerance.
     incomplete       Number of rows by kind that lack a value which their part requires.
+    unusable         What the part says of complete rows that it refuses, a line each.
     """
 
     name: str
@@ -378,11 +380,12 @@ class CatalogueCheck(Frozen):
     tested: Mapping[str, int]
     contradictions: tuple[Contradiction, ...]
     incomplete: Mapping[str, int]
+    unusable: tuple[str, ...]
 
     @property
     def consistent(self) -> bool:
-        """Whether no row contradicts itself."""
-        return not self.contradictions
+        """Whether no row contradicts itself, and every complete row is a part."""
+        return not self.contradictions and not self.unusable
 
     @property
     def verdict(self) -> str:
@@ -391,6 +394,16 @@ class CatalogueCheck(Frozen):
         found = len({(one.kind, one.key) for one in self.contradictions})
         answer = f"{found} rows contradict themselves" if found > 1 else f"{found or 'no'} row contradicts itself"
         return f"{self.name}: {rows}; {counted(sum(self.tested.values()), 'comparisons')}; {answer}"
+
+
+def _unusable(parts: PartSet) -> Iterator[str]:
+    """Why complete rows are no parts."""
+    for table in parts.tables.values():
+        for row in np.flatnonzero(table.complete):
+            try:
+                table.part(int(row))
+            except InputError as problem:
+                yield str(problem)
 
 
 def check_parts(parts: PartSet) -> CatalogueCheck:
@@ -434,6 +447,7 @@ def check_parts(parts: PartSet) -> CatalogueCheck:
         rows={kind: len(table) for kind, table in parts.tables.items()},
         tested=tested,
         contradictions=tuple(one for _, one in found),
+        unusable=tuple(_unusable(parts)),
         incomplete={
             kind: int((~table.complete).sum()) for kind, table in parts.tables.items() if not table.complete.all()
         },

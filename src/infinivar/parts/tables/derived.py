@@ -37,6 +37,8 @@ class Rows:
             return np.nan_to_num(columns[name])
         if name in columns:
             return columns[name]
+        if name in self._table.texts:
+            return self._table.texts[name]
         law = getattr(Motor, name, None) if self._table.kind == "motors" else None
         if not isinstance(law, property) or law.fget is None:
             raise AttributeError(name)

@@ -116,6 +116,7 @@ def _row(kind: str, cells: Mapping[str, str]) -> tuple[dict[str, Any], list[str]
             row["torque_constant"], row["stated_continuous_current"], row["no_load_current"]
         )
         if not math.isnan(row["continuous_torque"]):
+            row["derived"] = "continuous_torque"
             remarks.append("the continuous torque is derived: k_t (I_nom - I_nl)")
         if not math.isnan(row["winding_to_housing"]) and math.isnan(row["housing_to_ambient"]):
             row["winding_to_housing"] = math.nan

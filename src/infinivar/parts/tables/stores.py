@@ -203,6 +203,7 @@ def entry(kind: str, name: str, beside: Sequence[Path] = ()) -> Mapping[str, Any
 
 def _entry(said: Mapping[str, Any], kind: str, name: str) -> dict[str, Any]:
     columns = number_columns(kind)
+    derived = str(said.get("derived", "")).split()
     fields = PARTS[kind].__dataclass_fields__
     made: dict[str, Any] = {"kind": said.get("kind", "catalogue"), "where": _origin(said, name)}
     for column, value in said.items():
@@ -213,6 +214,8 @@ def _entry(said: Mapping[str, Any], kind: str, name: str) -> dict[str, Any]:
             made[column] = value
         elif inner:
             made.setdefault(outer, {})[inner] = units.exact(value, columns[column].unit)
+        elif column in derived:
+            made[column] = {"value": units.exact(value, columns[column].unit), "kind": "derived"}
         else:
             made[column] = units.exact(value, columns[column].unit)
     made.setdefault("name", said["key"])
