@@ -249,6 +249,16 @@ def test_a_file_that_is_no_set(made, tmp_path):
                       "motors.numbers": np.array([[1.0, 2.0]])})  # fmt: skip
     with pytest.raises(iv.InputError, match=r"motors\.mass is no column of 1 numbers"):
         stored.read(path)
+    random = np.random.default_rng(3)
+    for _ in range(60):
+        damaged = bytearray(content)
+        for place in random.integers(0, len(content), 5):
+            damaged[place] = int(random.integers(256))
+        path.write_bytes(bytes(damaged))
+        try:
+            stored.read(path)
+        except iv.InputError:
+            continue
     with pytest.raises(iv.InputError, match="cannot be written"):
         stored.write(made.parts, path / "below" / "x.npz")
 
