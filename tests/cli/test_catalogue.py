@@ -159,6 +159,8 @@ def test_search(infinivar, made):
     assert [part["part"] for part in result["parts"]] == ["made:XX_B2", "made:XX_C3"]
     assert result["parts"][0]["type"] == "BLDC"
     assert (result["count"], result["searched"]) == (2, 3)
+    fitting = infinivar("catalogue", "search", "gearheads", "--fits", "made:XX_B2")
+    assert [line.split()[0] for line in fitting.out.splitlines()] == ["part", "made:XX_G16_R4:1", "1"]
     none = infinivar("catalogue", "search", "gearheads", "efficiency > 99 %", "--set", "made")
     assert (none.code, none.out) == (1, "0 of 3 gearheads; 1 does not state efficiency\n")
 

@@ -223,6 +223,30 @@ def test_search_compares_texts_and_numbers_in_any_unit():
     ]
 
 
+def test_search_for_what_fits():
+    motors = table("motors", [{"key": "a"}, {"key": "b"}])
+    gearheads = table("gearheads", [{"key": "g", "ratio": 4.0}, {"key": "h", "ratio": 9.0}])
+    mine = part_set("mine", [motors, gearheads], np.array([[0, 0], [0, 1], [1, 1]]))
+    both = [shipped(), mine]
+
+    def keys(kind, fits, *conditions):
+        return [hit.key for hit in iv.search_parts(both, kind, conditions, fits=fits).hits]
+
+    assert keys("gearheads", "mine:a") == ["g", "h"]
+    assert keys("gearheads", "mine:a", "ratio > 5") == keys("gearheads", "mine:b") == ["h"]
+    assert keys("motors", "mine:h") == ["a", "b"]
+    assert keys("motors", "mine:g") == ["a"]
+    assert mine.motors_for("h") == ("a", "b")
+    for kind, fits, message in [
+        ("gearheads", "mine:c", "'c' is not among the 2 motors"),
+        ("gearheads", "re-40-24v", "the set shipped does not state what fits together"),
+        ("motors", "yours:g", "'yours' is not among the sets searched, shipped, mine"),
+        ("bearings", "mine:g", "is for motors and gearheads, not for bearings"),
+    ]:
+        with pytest.raises(iv.InputError, match=message):
+            keys(kind, fits)
+
+
 def test_rows_that_do_not_state_a_column_are_counted():
     found = iv.search_parts(shipped(), "gearheads", ["efficiency > 0.1"])
     measured = [key for key, gear in iv.gearheads().items() if gear.efficiency is None]

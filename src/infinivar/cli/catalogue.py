@@ -118,6 +118,10 @@ def search(
         ),
     ] = None,
     of: Sets = None,
+    fits: Annotated[
+        str | None,
+        typer.Option("--fits", metavar="SET:KEY", help="Only gearheads for this motor, or motors for this gearhead."),
+    ] = None,
     sort: Annotated[str | None, typer.Option("--sort", help="Column to sort by, the smallest first.")] = None,
     descending: Annotated[bool, typer.Option("--descending", help="The largest first.")] = False,
     limit: Annotated[int, typer.Option("--limit", help="Most parts to print.", min=1)] = 20,
@@ -148,6 +152,7 @@ def search(
         sort=sort,
         descending=descending,
         limit=limit,
+        fits=fits,
         show=[*(columns or ()), *usual.get(kind, ())],
     )
     if as_json:

@@ -190,7 +190,7 @@ RELATIONS = (
         law=no_load_speed,
         unit="rad/s",
         tolerance=0.10,
-        reason="voltage drop of brushes and iron loss, of which no constant tells, take up to a tenth",
+        reason="the voltage drop of brushes and iron loss, which no stated constant describes, take up to a tenth",
         follows="(V - R I0)/K",
     ),
     Relation(
@@ -236,7 +236,7 @@ RELATIONS = (
         law=peak_efficiency,
         unit="1",
         tolerance=0.10,
-        reason="voltage drop of brushes, of which no constant tells, takes up to 8 points of large motors",
+        reason="the voltage drop of brushes, which no stated constant describes, takes up to 8 points of large motors",
         follows="(1 - sqrt(I0 R/V))^2",
     ),
     Relation(
@@ -325,7 +325,7 @@ RELATIONS = (
         law=rings,
         unit="m",
         tolerance=0.0,
-        reason="between the rings there are balls",
+        reason="the balls need room between the rings",
         follows="the outside diameter",
         at_most=True,
     ),

@@ -31,7 +31,10 @@ class Rows:
         self._table = table
 
     def __getattr__(self, name: str) -> Any:
-        """A column, or what a law of a motor makes of the columns; viscous friction that is not stated is none."""
+        """A column, or a figure that follows from the columns by a law of the motor.
+
+        Viscous friction that is not stated is none.
+        """
         columns: Mapping[str, np.ndarray] = self._table.columns
         if name == "viscous_friction" and name in columns:
             return np.nan_to_num(columns[name])

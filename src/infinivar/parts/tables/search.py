@@ -157,6 +157,7 @@ def search_parts(
     descending: bool = False,
     limit: int | None = None,
     show: Sequence[str] = (),
+    fits: str | None = None,
 ) -> PartSearch:
     """Find the parts that meet conditions.
 
@@ -171,6 +172,8 @@ def search_parts(
     descending : bool         Whether the largest value comes first.
     limit : int               Most parts returned; all by default.
     show : sequence of str    Further columns to return, besides those of the conditions and of `sort`.
+    fits : str                Only gearheads that fit this motor, or motors that fit this gearhead: SET:KEY, or the KEY of a
+        shipped part. Only its set is searched, which must state what fits.
 
     Returns
     -------
@@ -179,9 +182,11 @@ def search_parts(
     Raises
     ------
     InputError
-        If a condition or a column is not understood.
+        If a condition or a column is not understood, or `fits` is not among the sets.
     """
     check_kind(kind)
+    chosen = [sets] if isinstance(sets, PartSet) else list(sets)
+    fitting = None if fits is None else _fitting(chosen, kind, fits)
     asked = [condition(kind, text) for text in ([conditions] if isinstance(conditions, str) else conditions)]
     for name in [*show, *([sort] if sort else [])]:
         _column(kind, name, "show" if name in show else "sort")
@@ -192,10 +197,10 @@ def search_parts(
     hits: list[Hit] = []
     unstated = dict.fromkeys((one.column for one in asked), 0)
     searched = 0
-    for parts in [sets] if isinstance(sets, PartSet) else sets:
+    for parts in chosen if fitting is None else [fitting[0]]:
         table = parts.tables[kind]
-        searched += len(table)
-        kept = np.ones(len(table), dtype=bool)
+        kept = np.ones(len(table), dtype=bool) if fitting is None else np.isin(table.texts["key"], fitting[1])
+        searched += int(kept.sum())
         for one in asked:
             meets, stated = _meets(table, one)
             unstated[one.column] = unstated[one.column] + int((kept & ~stated).sum())
@@ -212,6 +217,22 @@ def search_parts(
         searched=searched,
         unstated=unstated,
     )
+
+
+def _fitting(sets: Sequence[PartSet], kind: str, fits: str) -> tuple[PartSet, tuple[str, ...]]:
+    """The set of a part, and the keys of the parts of a kind that fit it."""
+    name, colon, key = fits.partition(":")
+    name, key = (name, key) if colon else ("shipped", fits)
+    parts = next((one for one in sets if one.name == name), None)
+    if kind not in ("motors", "gearheads"):
+        raise InputError(f"fits {fits!r} is for motors and gearheads, not for {kind}")
+    if parts is None:
+        raise InputError(
+            f"fits {fits!r}: {name!r} is not among the sets searched, {', '.join(one.name for one in sets)}"
+        )
+    if not parts.pairs_stated:
+        raise InputError(f"fits {fits!r}: the set {name} does not state what fits together")
+    return parts, parts.gearheads_for(key) if kind == "gearheads" else parts.motors_for(key)
 
 
 def _hit(parts: PartSet, table: PartTable, row: int, columns: Mapping[str, np.ndarray]) -> Hit:

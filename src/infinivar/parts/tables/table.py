@@ -239,8 +239,13 @@ class PartSet(Frozen):
 
     def gearheads_for(self, motor: str | int) -> tuple[str, ...]:
         """Keys of the gearheads that fit a motor, given by its key or row."""
-        at = self.motors.row(motor)
-        return tuple(self.gearheads.texts["key"][self.pairs[self.pairs[:, 0] == at, 1]].tolist())
+        rows = self.pairs[self.pairs[:, 0] == self.motors.row(motor), 1]
+        return tuple(self.gearheads.texts["key"][rows].tolist())
+
+    def motors_for(self, gearhead: str | int) -> tuple[str, ...]:
+        """Keys of the motors that fit a gearhead, given by its key or row."""
+        rows = self.pairs[self.pairs[:, 1] == self.gearheads.row(gearhead), 0]
+        return tuple(self.motors.texts["key"][rows].tolist())
 
     def _rows(self) -> Iterator[tuple[str, str]]:
         yield "name", self.name
