@@ -39,12 +39,21 @@ def test_import_keeps_good_rows_and_names_the_bad_ones(made, folder):
     ]
     assert made.out.splitlines() == [
         "3 motors, 3 gearheads, 4 compatible pairs; 7 rows refused",
+        "  motors that do not state: viscous_friction 2, peak_torque 2, inductance 1, max_speed 1, winding_to_housing 2, "
+        "housing_to_ambient 2, continuous_speed 2, stated_friction_torque 2",
+        "  gearheads that do not state: continuous_torque 1, inertia 1, stages 1, intermittent_torque 1",
         "  1 motor does not state no_load_current: it cannot be used in a drive",
         "  1 motor does not state continuous_torque: it cannot be used in a drive",
         "  1 gearhead does not state efficiency: it cannot be used in a drive",
+        "  made_motors.csv: max_int_torque is infinite, read as not stated (2 lines: 2, 3)",
+        "  made_motors.csv: max_cont_speed is infinite, read as not stated (2 lines: 2, 4)",
+        "  made_motors.csv: max_cont_power is infinite, read as not stated (3 lines: 2, 3, 4)",
         "  made_motors.csv: the continuous torque is derived: k_t (I_nom - I_nl) (2 lines: 2, 3)",
+        "  made_motors.csv: max_int_speed is infinite, read as not stated (1 line: 4)",
         "  made_motors.csv: Rth1 without Rth2 is a resistance from winding to ambient and was left out (1 line: 4)",
         "  made_gearboxes.csv: inertia is 0, read as not stated (1 line: 2)",
+        "  made_gearboxes.csv: max_int_torque is infinite, read as not stated (1 line: 4)",
+        "  made_gearboxes.csv: max_cont_torque is infinite, read as not stated (1 line: 4)",
         "  made_compatibility.csv: no gearhead fits the motor (1 line: 3)",
         f"Wrote {folder / 'home' / 'made.npz'}",
     ]

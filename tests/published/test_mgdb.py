@@ -45,6 +45,12 @@ def test_what_is_not_stated(imported):
     assert not np.isnan(maxon.gearheads["efficiency"]).any()
     lacks = np.isnan(faulhaber.motors["winding_to_housing"]) & np.isnan(faulhaber.motors["housing_to_ambient"])
     assert int(lacks.sum()) == 9
+    assert imported["faulhaber"].unstated["motors"]["winding_to_housing"] == 9
+    infinite = "max_int_torque is infinite, read as not stated"
+    counts = [
+        len(one.lines) for maker in ("maxon", "faulhaber") for one in imported[maker].remarks if one.text == infinite
+    ]
+    assert sum(counts) == 877
     assert imported["maxon"].incomplete == {}
     assert imported["faulhaber"].incomplete == {"gearheads": {"efficiency": 31}}
 

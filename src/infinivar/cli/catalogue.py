@@ -251,6 +251,7 @@ def import_files(
                 "file": str(path),
                 "contents": {kind: len(table) for kind, table in found.parts.tables.items()},
                 "pairs": len(found.parts.pairs) if found.parts.pairs_stated else None,
+                "unstated": found.unstated,
                 "incomplete": found.incomplete,
                 "refused": [dataclasses.asdict(fault) for fault in found.faults],
                 "remarks": [dataclasses.asdict(remark) for remark in found.remarks],

@@ -159,6 +159,8 @@ def _worst(lines: Sequence[str], every: bool) -> Iterator[str]:
 def imported(found: PartImport) -> Iterator[str]:
     """What was read, and what was read in another way than written."""
     yield found.verdict
+    for kind, counts in found.unstated.items():
+        yield f"  {kind} that do not state: " + ", ".join(f"{name} {count:,}" for name, count in counts.items())
     for kind, counts in found.incomplete.items():
         for name, count in counts.items():
             verb, they = ("does", "it") if count == 1 else ("do", "they")

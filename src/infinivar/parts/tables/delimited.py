@@ -111,7 +111,9 @@ def _check_unit(place: str, unit: str, column: Column) -> None:
 
 
 def _row(kind: str, said: Mapping[str, str], columns: Mapping[str, tuple[Column, str]]) -> dict[str, Any]:
-    row: dict[str, Any] = {name: said[name] for name in text_columns(kind) if said.get(name)}
+    row: dict[str, Any] = {
+        name: said[name] for name in text_columns(kind) if said.get(name, "").lower() not in NOT_STATED
+    }
     for name, (column, unit) in columns.items():
         row[name] = _number(name, said[name], unit, column)
     return row

@@ -9,6 +9,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from infinivar._core import files as reading
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, nearest, printable
@@ -44,6 +46,19 @@ class PartImport(Frozen):
         """One line on the outcome."""
         refused = len(self.faults)
         return f"{self.parts.contents}; {counted(refused, 'rows') if refused else 'no rows'} refused"
+
+    @property
+    def unstated(self) -> dict[str, dict[str, int]]:
+        """Number of rows that do not state an optional value which other rows state, by kind and column."""
+        found: dict[str, dict[str, int]] = {}
+        required = self.incomplete
+        for kind, table in self.parts.tables.items():
+            counts = {name: int(np.isnan(column).sum()) for name, column in table.columns.items()}
+            some = {name: count for name, count in counts.items() if 0 < count < len(table)}
+            some = {name: count for name, count in some.items() if name not in required.get(kind, {})}
+            if some:
+                found[kind] = some
+        return found
 
     @property
     def incomplete(self) -> dict[str, dict[str, int]]:

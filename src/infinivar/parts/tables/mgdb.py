@@ -13,6 +13,7 @@ from typing import Any
 
 from infinivar._core.array_namespace import Array
 from infinivar.errors import InputError
+from infinivar.parts.tables.columns import UNLIMITED
 from infinivar.parts.tables.gathering import Gathering, number_of
 
 Line = tuple[int, Sequence[str]]
@@ -111,6 +112,8 @@ def _row(kind: str, cells: Mapping[str, str]) -> tuple[dict[str, Any], list[str]
         if row[ours] == 0.0 and ours in _ZERO_IS_UNKNOWN:
             row[ours] = math.nan
             remarks.append(f"{theirs} is 0, read as not stated")
+        if row[ours] == math.inf and ours in UNLIMITED:
+            remarks.append(f"{theirs} is infinite, read as not stated")
     if kind == "motors":
         row["continuous_torque"] = shaft_torque(
             row["torque_constant"], row["stated_continuous_current"], row["no_load_current"]
