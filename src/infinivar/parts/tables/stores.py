@@ -110,16 +110,18 @@ def find(name: str, beside: Sequence[Path] = ()) -> PartImport:
     """
     if name == SHIPPED:
         return PartImport(parts=shipped(), faults=(), remarks=())
-    known = {place.name: place for place in places(beside)}
-    place = known.get(name)
-    if place is None and Path(name).suffix.lower() in SUFFIXES:
+    path = next((path for path in _files([*beside, users_folder()]) if path.stem == name), None)
+    if path is not None:
+        return _read(path)
+    if Path(name).suffix.lower() in SUFFIXES:
         return _read(Path(name))
-    if place is None:
-        raise InputError(
-            f"{name!r} is not a set of parts{nearest(name, known)}; sets: {', '.join(known)} (your own are in "
-            f"{printable(users_folder())}, or in the folder parts beside the study)"
-        )
-    return _of_package(name) if place.path is None else _read(place.path)
+    if name in plugins.registered(GROUP):
+        return _of_package(name)
+    known = [place.name for place in places(beside)]
+    raise InputError(
+        f"{name!r} is not a set of parts{nearest(name, known)}; sets: {', '.join(known)} (your own are in "
+        f"{printable(users_folder())}, or in the folder parts beside the study)"
+    )
 
 
 def load_parts(name: str | Path = SHIPPED) -> PartSet:
