@@ -112,3 +112,11 @@ def test_shipped_parts_agree_with_the_files(imported):
         ours, others = map(list, zip(*both, strict=True))
         for column in columns:
             np.testing.assert_allclose(mine[column][ours], theirs[column][others], rtol=1e-12, err_msg=column)
+        if kind == "motors":
+            # The torque derived from the current, and that of the catalogue: equal to three digits with brushes. That of flat
+            # brushless motors exceeds even K I, so that the derived one is on the safe side.
+            derived = theirs["continuous_torque"][others] / mine["continuous_torque"][ours]
+            brushed = theirs["type"][others] == "DC"
+            np.testing.assert_allclose(derived[brushed], 1.0, atol=0.01)
+            assert brushed.sum() >= 5
+            assert ((derived[~brushed] > 0.84) & (derived[~brushed] < 0.99)).all()

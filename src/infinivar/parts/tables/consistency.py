@@ -227,7 +227,8 @@ RELATIONS = (
         law=continuous_current,
         unit="A",
         tolerance=0.20,
-        reason="iron loss at speed lowers the continuous torque of brushless motors, by 17 % in the shipped catalogue",
+        reason="of flat brushless motors, torque and current are up to 17 % apart in the shipped catalogue: the stated torque "
+        "exceeds even K I, so that the two hold for different conditions",
         follows="T/K + I0",
     ),
     Relation(
