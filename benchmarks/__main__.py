@@ -26,6 +26,7 @@ NAMES = (
     "dynamic",
     "recording",
     "uncertainty",
+    "catalogue",
 )
 
 

@@ -12,6 +12,8 @@ from infinivar._core.bounds import words
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.parts import catalogue
+from infinivar.parts.tables.columns import ONE
+from infinivar.parts.tables.consistency import RELATIONS
 from infinivar.study import json_schema, schema
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
@@ -156,6 +158,20 @@ def _catalogue(kind: str, keys: tuple[str, ...]) -> str:
     return grid(("part", *(key.replace("_", " ") for key in keys)), rows)
 
 
+def relations() -> str:
+    """Figures of data sheets that `infinivar catalogue check` compares."""
+    rows = [
+        (
+            f"{ONE[one.kind]}: {one.name}",
+            f"{'at most' if one.at_most else 'equal to'} {one.follows}",
+            units.percent(one.tolerance) if one.unit != "1" else f"{100 * one.tolerance:g} points",
+            one.reason,
+        )
+        for one in RELATIONS
+    ]
+    return grid(("figure", "must be", "tolerance", "because"), rows)
+
+
 def parameter_set_values(name: str) -> str:
     """Values of a shipped set and their sources, drive by drive, with one line per catalogue part."""
     study = shipped_study(name)
@@ -208,6 +224,7 @@ def write(app) -> None:
         "materials": materials(),
         "references": references(),
         "set_drives": set_drives(),
+        "relations": relations(),
         **{f"set_{name}": parameter_set_values(name) for name in parameter_sets()},
     }
     for name, text in pages.items():

@@ -63,6 +63,11 @@ from .parts.motor import Motor
 from .parts.screw import Screw
 from .parts.spring import Spring, TorsionSpring
 from .parts.stage import Shaft
+from .parts.tables.consistency import CatalogueCheck, check_parts
+from .parts.tables.importing import PartImport, import_parts
+from .parts.tables.search import PartSearch, search_parts
+from .parts.tables.stores import load_parts
+from .parts.tables.table import PartSet, PartTable
 from .report.saving import save
 from .study.catalogue import bearings, gearheads, materials, motors
 from .study.load import load_study
@@ -83,6 +88,7 @@ __all__ = [
     "Belt",
     "Builds",
     "Calibration",
+    "CatalogueCheck",
     "CoboticDrive",
     "Comparison",
     "ConstantForce",
@@ -121,6 +127,10 @@ __all__ = [
     "OperatingPoint",
     "Output",
     "ParameterError",
+    "PartImport",
+    "PartSearch",
+    "PartSet",
+    "PartTable",
     "PeriodicMotion",
     "Policy",
     "Provenance",
@@ -174,6 +184,7 @@ __all__ = [
     "calibrate_cobotic",
     "calibrate_geared",
     "check_fields",
+    "check_parts",
     "compare",
     "component",
     "contact",
@@ -183,8 +194,10 @@ __all__ = [
     "dynamic_map",
     "gearheads",
     "holding",
+    "import_parts",
     "inspect_motion",
     "least_loss",
+    "load_parts",
     "load_study",
     "materials",
     "motors",
@@ -199,6 +212,7 @@ __all__ = [
     "rolling_forces",
     "save",
     "save_study",
+    "search_parts",
     "sensitivity",
     "shaking",
     "simulate",

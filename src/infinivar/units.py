@@ -177,6 +177,8 @@ def _factor(unit: str, si_unit: str) -> tuple[float, float]:
     """
     if si_unit == "K" and unit in ("degC", "°C"):
         return 1.0, ZERO_CELSIUS
+    if unit == si_unit:
+        return 1.0, 0.0
     source, target = _common(unit), _common(si_unit)
     if source is not None and target is not None and source[1] == target[1]:
         return source[0] / target[0], 0.0

@@ -94,6 +94,7 @@ def test_readme_names_commands_and_pages_that_there_are():
     for page in re.findall(r"\]\((docs/[^)]*)\)", text):
         assert (ROOT / page).is_file(), page
     known = {command.callback.__name__ for command in app.registered_commands if command.callback is not None}
+    known |= {group.name for group in app.registered_groups}
     named = set(re.findall(r"`infinivar ([a-z]+)", text))
     assert named <= known
     assert named >= {

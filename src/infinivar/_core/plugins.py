@@ -11,6 +11,7 @@ from typing import Any
 from infinivar.errors import InputError
 
 GROUPS = {
+    "infinivar.catalogues": "set of parts",
     "infinivar.creep_laws": "creep law",
     "infinivar.drives": "drive",
     "infinivar.forces": "force",

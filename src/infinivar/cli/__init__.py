@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from infinivar import __version__
-from infinivar.cli import files, motions, rigs, runs, studies
+from infinivar.cli import catalogue, files, motions, rigs, runs, studies
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -22,9 +22,10 @@ app = typer.Typer(
 for command in (
     *(files.init, studies.check, studies.compare, studies.contact, motions.motion),
     *(runs.simulate, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
-    *(files.reproduce, files.catalogue, files.schema),
+    *(files.reproduce, files.schema),
 ):
     app.command()(command)
+app.add_typer(catalogue.app, name="catalogue")
 
 
 def main() -> None:

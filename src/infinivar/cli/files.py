@@ -1,4 +1,4 @@
-"""Commands that need no study: init, schema, catalogue, reproduce."""
+"""Commands that need no study: init, schema, reproduce."""
 
 from __future__ import annotations
 
@@ -69,27 +69,6 @@ def _schema() -> str:
 def schema() -> None:
     """Print the JSON Schema of study files, for editors."""
     write(_schema())
-
-
-def catalogue(as_json: Json = False) -> None:
-    """List the catalogue parts that a study can use.
-
-    Show motors, gearheads, bearings and materials with the key to give as `part`.
-    """
-    from infinivar.study.catalogue import bearings, gearheads, materials, motors
-
-    if as_json:
-        import dataclasses
-
-        parts = {"motors": motors(), "gearheads": gearheads(), "bearings": bearings(), "materials": materials()}
-        print_json(
-            {kind: {key: dataclasses.asdict(part) for key, part in group.items()} for kind, group in parts.items()}
-        )
-        return
-    from infinivar.report.catalogue import text
-
-    for line in text().rstrip("\n").split("\n"):
-        say(line)
 
 
 def reproduce(

@@ -1,4 +1,4 @@
-from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, stage
+from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, stage, tables
 
 __all__ = [
     "amplifier",
@@ -10,4 +10,5 @@ __all__ = [
     "motor",
     "screw",
     "stage",
+    "tables",
 ]

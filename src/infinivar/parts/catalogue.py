@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -9,6 +10,7 @@ from importlib import resources
 from typing import Any
 
 from infinivar.errors import InputError, nearest
+from infinivar.parts.tables.columns import PARTS
 
 FORMS = ("m1", "m2", "m3", "m4", "m5", "m6")
 """Forms of identified friction, from Coulomb and viscous to Stribeck with squared load."""
@@ -35,12 +37,18 @@ def data(name: str) -> dict[str, Any]:
     return tomllib.loads((resources.files("infinivar.parts") / "data" / f"{name}.toml").read_text("utf-8"))
 
 
-def entries(name: str) -> dict[str, dict[str, Any]]:
-    """Parts of a catalogue ("motors", "gearheads" or "bearings") by key, each with the kind and source of its values."""
+def rows(name: str) -> dict[str, dict[str, Any]]:
+    """All that a catalogue ("motors", "gearheads", "bearings" or "materials") states of its parts, by key."""
     raw = data(name)
-    origin = {key: raw[key] for key in ("kind", "where")}
-    found = {key: {**origin, **value} for key, value in raw.items() if isinstance(value, dict)}
+    shared = {key: value for key, value in raw.items() if not isinstance(value, dict)}
+    found = {key: {**shared, **value} for key, value in raw.items() if isinstance(value, dict)}
     return {**found, **_identified()} if name == "gearheads" else found
+
+
+def entries(name: str) -> dict[str, dict[str, Any]]:
+    """Parts of a catalogue by key: the values that a study can state, with their kind and source."""
+    kept = {"kind", "where", *(field.name for field in dataclasses.fields(PARTS[name]))}
+    return {key: {word: value for word, value in row.items() if word in kept} for key, row in rows(name).items()}
 
 
 def _identified() -> dict[str, dict[str, Any]]:
@@ -50,7 +58,8 @@ def _identified() -> dict[str, dict[str, Any]]:
         if isinstance(actuator, dict):
             form = max(name for name in actuator if name in FORMS)
             found[key.replace("_", "-")] = {
-                **{name: raw[name] for name in ("kind", "where")},
+                **{name: raw[name] for name in ("kind", "where", "date")},
+                **{name: actuator[name] for name in ("manufacturer", "order_number")},
                 "name": f"{actuator['name']}, friction of gear and motor",
                 "ratio": actuator["ratio"],
                 "loss_model": "stribeck",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from infinivar._core.fields import hints
@@ -45,10 +46,13 @@ def built_part(part: type, key: str) -> Any:
         raise InputError("\n".join(problems.lines)) from None
 
 
-def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance]) -> Any:
-    """Build the dataclass that a table describes; append the provenance of its values to `rows`."""
+def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance], beside: Sequence[Path] = ()) -> Any:
+    """Build the dataclass that a table describes; append the provenance of its values to `rows`.
+
+    `beside` are the folders and files, other than the user's, in which sets of parts are looked up.
+    """
     faults: list[str] = []
-    tree = over_parts(part, tree, path)
+    tree = over_parts(part, tree, path, beside)
     made: dict[str, Any] = {}
     for field in in_kinds(part):
         # If its own kind cannot be used, nothing can be said of a table's other keys.

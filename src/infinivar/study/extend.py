@@ -11,6 +11,9 @@ from infinivar.study.messages import StudyError, quoted
 from infinivar.study.spreads import is_group, leaves
 
 _DEEPEST = 8
+PARTS_FOLDER = "parts"
+"""Folder beside a study in which sets of parts are looked up."""
+
 _TABLES = ("requirement", "rig")
 _GROUPS = ("drives", "scenarios", "duty")
 
@@ -42,12 +45,30 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     under = _with_paths(extended(read(below), below, read, depth + 1), Path(name).parent)
     over = {key: value for key, value in raw.items() if key != "extends"}
     under.pop("name", None)
-    return {**under, **over, **_merged_tables(under, over, below.name, path.name)}
+    parts = {"parts": list(dict.fromkeys([*parts_of(over), *under["parts"]]))}
+    return {**under, **over, **parts, **_merged_tables(under, over, below.name, path.name)}
+
+
+def parts_of(raw: Raw) -> list[str]:
+    """Files and folders with sets of parts that a study names; by default the folder `parts`.
+
+    Raises
+    ------
+    StudyError
+        If `parts` is neither text nor a list of texts.
+    """
+    named = raw.get("parts", PARTS_FOLDER)
+    listed = [named] if isinstance(named, str) else named
+    if not isinstance(listed, list) or not all(isinstance(one, str) and one for one in listed):
+        raise StudyError(
+            f"parts = {quoted(named)} must be the path of a file or folder with sets of parts, or a list of paths"
+        )
+    return listed
 
 
 def _with_paths(raw: Raw, folder: Path) -> Raw:
     """Resolve the files that a study names against its own folder, as seen from the study that extends it."""
-    result = dict(raw)
+    result = {**raw, "parts": [str(folder / one) for one in parts_of(raw)]}
     for group in ("scenarios", "duty"):
         tasks = result.get(group)
         if isinstance(tasks, dict):

@@ -96,7 +96,10 @@ def json_schema() -> dict[str, Any]:
         "additionalProperties": {"anyOf": [size, {"$ref": "#/$defs/Spreads"}]},
     }
     base = {"type": "string", "description": "Shipped parameter set to start from, such as faulring2006.cobotic"}
-    part = {"type": "string", "description": "Catalogue part to start from; `infinivar catalogue` lists them"}
+    part = {
+        "type": "string",
+        "description": "Catalogue part to start from, KEY or SET:KEY; `infinivar catalogue` lists them",
+    }
     definitions["Requirement"]["properties"]["base"] = {**base, "examples": ["faulring2006"]}
     definitions["Scenario"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
     definitions["DutyCycle"]["properties"]["base"] = {**base, "examples": ["faulring2006.shake"]}
@@ -120,6 +123,10 @@ def json_schema() -> dict[str, Any]:
             "extends": {
                 "type": "string",
                 "description": "Study file to start from; values in this file override it",
+            },
+            "parts": {
+                "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
+                "description": "Files or folders with sets of parts; by default the folder parts beside the study",
             },
             "title": {"type": "string", "description": "Headline of the report"},
             "name": {"type": "string", "description": "Name of the study; defaults to that of the file"},

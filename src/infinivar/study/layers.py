@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import typing
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from infinivar._core.fields import hints
@@ -143,8 +145,20 @@ def variant(part: type, tree: Any, path: str) -> type:
         raise StudyError(str(problem)) from None
 
 
-def over_parts(part: type, tree: Raw, path: str) -> Raw:
-    """Replace every `part` key of a table by the values of that catalogue entry."""
+def _entry(kind: str, name: str, beside: Sequence[Path]) -> Mapping[str, Any]:
+    """Values of a catalogue part; `SET:KEY` is one of another set than the shipped one."""
+    if ":" not in name:
+        return catalogue.entry(kind, name)
+    from infinivar.parts.tables import stores
+
+    return stores.entry(kind, name, beside)
+
+
+def over_parts(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) -> Raw:
+    """Replace every `part` key of a table by the values of that part.
+
+    `beside` are the folders and files, other than the user's, in which sets of parts are looked up.
+    """
     result = dict(tree)
     name = result.pop("part", None)
     stock = next((one for one in part.__mro__ if one in CATALOGUES), part)
@@ -154,7 +168,7 @@ def over_parts(part: type, tree: Raw, path: str) -> Raw:
             known = ", ".join(CATALOGUES.values())
             raise StudyError(f"{path}.part = {quoted(name)} must be removed: the catalogue has {known} only")
         try:
-            entry = catalogue.entry(CATALOGUES[stock], name)
+            entry = _entry(CATALOGUES[stock], name, beside)
         except InputError as problem:
             raise StudyError(f"{path}.part = {problem}") from None
         result = merged(annotated(entry, path, "catalogue", directives=_INSIDE), result)
@@ -164,5 +178,5 @@ def over_parts(part: type, tree: Raw, path: str) -> Raw:
             hint = ' with part = "..."' if inner in CATALOGUES else ""
             raise StudyError(f"{path}.{key} = {quoted(value['value'])} must be a table [{path}.{key}]{hint}")
         if inner is not None:
-            result[key] = over_parts(inner, value, f"{path}.{key}")
+            result[key] = over_parts(inner, value, f"{path}.{key}", beside)
     return result

@@ -16,7 +16,7 @@ from infinivar.errors import InputError, nearest, printable
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.scenario import Scenario
 from infinivar.study.build import built
-from infinivar.study.extend import extended
+from infinivar.study.extend import PARTS_FOLDER, extended, parts_of
 from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
 from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.provenance import Provenance
@@ -29,7 +29,7 @@ from infinivar.study.study import Study
 
 _TOP = (
     "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "rig", "uncertainty", "correlations",
-    "reconstruction", "name",
+    "reconstruction", "name", "parts",
 )  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
@@ -151,6 +151,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
     """
     loading = _Loading({}, origin, path.parent if folder is None and path is not None else folder)
     loading.raw = loading.sections(raw)
+    loading.beside = tuple(loading.places_of_parts())
     requirement = loading.requirement()
     drives, titles = loading.drives()
     scenarios = loading.tasks("scenarios", Scenario)
@@ -229,6 +230,7 @@ class _Loading:
     origin: str
     folder: Path | None
     faults: list[str] = field(default_factory=list)
+    beside: tuple[Path, ...] = ()
     rows: list[Provenance] = field(default_factory=list)
     remarks: Remarks = field(default_factory=Remarks)
 
@@ -246,6 +248,19 @@ class _Loading:
         self.faults += [fault for _, fault in found]
         wrong = {key for key, _ in found}
         return {key: value for key, value in raw.items() if key not in wrong}
+
+    def places_of_parts(self) -> Iterator[Path]:
+        """Yield the files and folders of sets of parts: by default the folder `parts` beside the study, if there is one."""
+        if self.folder is None:
+            return
+        with self.collecting():
+            named = parts_of(self.raw)
+            for name in named:
+                path = self.folder / name
+                if path.exists():
+                    yield path
+                elif path.name != PARTS_FOLDER:
+                    self.faults.append(f"parts = {quoted(name)}: no such file or folder")
 
     def requirement(self) -> Requirement | None:
         """Build the requirement, along a line or about a joint; None if the study states none."""
@@ -276,7 +291,7 @@ class _Loading:
                 tree = over_base(annotated(_table(description, where), where, self.origin), where, self.remarks)
                 kind = _type_of(tree, where)
                 titles[drive] = tree.pop("title", drive)
-                drives[drive] = built(kind, tree, where, drive, self.rows)
+                drives[drive] = built(kind, tree, where, drive, self.rows, self.beside)
         return drives, titles
 
     def tasks(self, group: str, kind: type) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""Sets of parts as tables of columns: files, importers, checks and searches."""

@@ -1,0 +1,455 @@
+"""Rows that contradict themselves: figures of a data sheet against those that follow from its other figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from infinivar import units
+from infinivar._core.result import Frozen, result
+from infinivar.errors import InputError
+from infinivar.parts.heat import COPPER, REFERENCE
+from infinivar.parts.tables.columns import ONE, counted, shown
+from infinivar.parts.tables.derived import Rows
+from infinivar.parts.tables.table import PartSet, PartTable
+
+Compared = tuple[np.ndarray, np.ndarray]
+"""What a row states, and what follows from its other values: the same figure twice, or a figure and its bound."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Relation:
+    """Two figures of a row that must agree, or one that must not exceed the other, within a tolerance."""
+
+    kind: str
+    name: str
+    law: Callable[[Rows], Compared]
+    unit: str
+    tolerance: float
+    """Largest difference: relative, or absolute for an efficiency."""
+    reason: str
+    """Why not less."""
+    follows: str
+    """What the second figure follows from, or is."""
+    resolution: float = 0.0
+    """Half of the last digit of what is stated, in SI: a difference within it is none."""
+    at_most: bool = False
+    """Whether the first figure may be less than the second."""
+
+    def deviations(self, table: PartTable) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Both figures of each row, and how far they are apart; nan where a row does not state all that they need."""
+        with np.errstate(all="ignore"):
+            one, other = self.law(Rows(table))
+            if self.unit == "1" and not self.at_most:
+                apart = other - one
+            elif self.at_most:
+                apart = np.maximum(one / other - 1.0, 0.0)
+            else:
+                apart = np.where(np.abs(other - one) > self.resolution, other / one - 1.0, 0.0)
+        return one, other, np.where(np.isfinite(one) & np.isfinite(other), apart, np.nan)
+
+
+def no_load_speed(rows: Rows) -> Compared:
+    """No-load speed: stated, and (V - R I0)/K. [rad s^-1]
+
+    Source: data sheets, maxon2020.
+    """
+    return rows.stated_no_load_speed, rows.no_load_speed
+
+
+def ideal_speed(rows: Rows) -> Compared:
+    """No-load speed as stated, and the speed of a motor without friction, V/K, that it must not exceed. [rad s^-1]
+
+    Source: data sheets, maxon2020.
+    """
+    return rows.stated_no_load_speed, rows.voltage / rows.torque_constant
+
+
+def stall_torque(rows: Rows) -> Compared:
+    """Stall torque: stated, and K V/R less friction. [N m]
+
+    Source: data sheets, maxon2020.
+    """
+    return rows.stated_stall_torque, rows.stall_torque
+
+
+def stall_current(rows: Rows) -> Compared:
+    """Stall current: stated, and V/R. [A]
+
+    Source: data sheets, maxon2020.
+    """
+    return rows.stated_stall_current, rows.stall_current
+
+
+def continuous_current(rows: Rows) -> Compared:
+    """Continuous current: stated, and that of the continuous torque, T/K + I0. [A]
+
+    Source: data sheets, maxon2020.
+    """
+    stated, follows = rows.stated_continuous_current, rows.continuous_current
+    # A torque that was derived from the current agrees with it, which says nothing.
+    return stated, np.where(rows.derived == "continuous_torque", np.nan, follows)
+
+
+def peak_efficiency(rows: Rows) -> Compared:
+    """Peak efficiency: stated, and (1 + c R/K^2) (1 - sqrt(I0 R/V))^2. [-]
+
+    Source: data sheets, maxon2020; with viscous friction, faulhaber2020.
+    """
+    return rows.stated_peak_efficiency, rows.peak_efficiency
+
+
+def friction_torque(rows: Rows) -> Compared:
+    """No-load torque: stated friction with what grows with speed, and K I0. [N m]
+
+    Source: faulhaber2020.
+    """
+    return rows.stated_friction_torque + rows.viscous_friction * rows.no_load_speed, rows.no_load_torque
+
+
+def runs_free(rows: Rows) -> Compared:
+    """No-load current, and the stall current that it must not reach, V/R. [A]
+
+    Source: data sheets, maxon2020: otherwise the motor cannot overcome its own friction.
+    """
+    return rows.no_load_current, rows.stall_current
+
+
+def below_stall(rows: Rows) -> Compared:
+    """Continuous current, and the stall current that it must not exceed, V/R. [A]
+
+    Source: data sheets, maxon2020: the supply voltage drives no more.
+    """
+    return np.fmax(rows.stated_continuous_current, rows.continuous_current), rows.stall_current
+
+
+def viscous_share(rows: Rows) -> Compared:
+    """Friction that grows with speed, at no-load speed, and the no-load torque of which it is a part, K I0. [N m]
+
+    Source: faulhaber2020.
+    """
+    viscous = np.where(rows.viscous_friction > 0.0, rows.viscous_friction, np.nan)
+    return viscous * rows.no_load_speed, rows.no_load_torque
+
+
+def heat_at_continuous_current(rows: Rows) -> Compared:
+    """Continuous current, and the current that heats the winding to its limit at 25 °C ambient. [A]
+
+    The winding settles where ``I^2 R (1 + alpha dT) (R_wh + R_ha)`` equals its temperature rise dT. Friction heat is left out,
+    which only raises the bound.
+
+    Source: maxon2020 (thermal resistances, coefficient of copper).
+    """
+    rise = rows.max_winding_temperature - REFERENCE
+    resistance = rows.resistance * (1.0 + COPPER * rise)
+    bound = np.sqrt(rise / (resistance * (rows.winding_to_housing + rows.housing_to_ambient)))
+    stated = rows.stated_continuous_current
+    return np.where(np.isnan(stated), rows.continuous_current, stated), bound
+
+
+def peak_over_continuous(rows: Rows) -> Compared:
+    """Continuous torque, and the peak torque that it must not exceed. [N m]
+
+    Source: data sheets, maxon2020.
+    """
+    return rows.continuous_torque, rows.peak_torque
+
+
+def rotor_in_housing(rows: Rows) -> Compared:
+    """Rotor inertia, and the inertia of all of the motor's mass at its outer radius, m (D/2)^2. [kg m^2]
+
+    Source: definition of the moment of inertia: no part of the rotor is farther from the axis than the housing.
+    """
+    return rows.rotor_inertia, rows.mass * (0.5 * rows.diameter) ** 2
+
+
+def intermittent_over_continuous(rows: Rows) -> Compared:
+    """Continuous output torque of a gearhead, and the intermittent torque that it must not exceed. [N m]
+
+    Source: data sheets, maxon2020.
+    """
+    return rows.continuous_torque, rows.intermittent_torque
+
+
+def rings(rows: Rows) -> Compared:
+    """Bore of a bearing, and the outside diameter that it must not reach. [m]
+
+    Source: geometry.
+    """
+    return rows.bore, rows.outside_diameter
+
+
+_ROUNDED = "both are rounded to three digits"
+_EXACT = "a bound without exceptions; 1 % for rounding"
+RELATIONS = (
+    Relation(
+        kind="motors",
+        name="no-load speed",
+        law=no_load_speed,
+        unit="rad/s",
+        tolerance=0.10,
+        reason="the voltage drop of brushes and iron loss, which no stated constant describes, take up to a tenth",
+        follows="(V - R I0)/K",
+    ),
+    Relation(
+        kind="motors",
+        name="no-load speed below V/K",
+        law=ideal_speed,
+        unit="rad/s",
+        tolerance=0.10,
+        reason="torque constants of two digits are off by up to 5 %, and so are speeds",
+        follows="the speed without friction, V/K",
+        at_most=True,
+    ),
+    Relation(
+        kind="motors",
+        name="stall torque",
+        law=stall_torque,
+        unit="N m",
+        tolerance=0.10,
+        reason="the torque constant falls by some percent in saturation",
+        follows="K V/R less friction",
+    ),
+    Relation(
+        kind="motors",
+        name="stall current",
+        law=stall_current,
+        unit="A",
+        tolerance=0.05,
+        reason=f"{_ROUNDED}, and a resistance of tens of milliohm to two or three",
+        follows="V/R",
+    ),
+    Relation(
+        kind="motors",
+        name="continuous current",
+        law=continuous_current,
+        unit="A",
+        tolerance=0.20,
+        reason="of flat brushless motors, torque and current are up to 17 % apart in the shipped catalogue: the stated torque "
+        "exceeds even K I, so that the two hold for different conditions",
+        follows="T/K + I0",
+    ),
+    Relation(
+        kind="motors",
+        name="peak efficiency",
+        law=peak_efficiency,
+        unit="1",
+        tolerance=0.10,
+        reason="the voltage drop of brushes, which no stated constant describes, takes up to 8 points of large motors",
+        follows="(1 - sqrt(I0 R/V))^2",
+    ),
+    Relation(
+        kind="motors",
+        name="friction torque",
+        law=friction_torque,
+        unit="N m",
+        tolerance=0.15,
+        reason="no-load current and speed are typical values; small friction torques are stated to 0.01 mN m",
+        follows="K I0",
+        resolution=5e-6,
+    ),
+    Relation(
+        kind="motors",
+        name="no-load current",
+        law=runs_free,
+        unit="A",
+        tolerance=0.0,
+        reason="at the stall current the motor does not turn at all",
+        follows="the stall current, V/R",
+        at_most=True,
+    ),
+    Relation(
+        kind="motors",
+        name="continuous current below stall",
+        law=below_stall,
+        unit="A",
+        tolerance=0.01,
+        reason=_EXACT,
+        follows="the stall current, V/R",
+        at_most=True,
+    ),
+    Relation(
+        kind="motors",
+        name="viscous friction",
+        law=viscous_share,
+        unit="N m",
+        tolerance=0.01,
+        reason=_EXACT,
+        follows="the no-load torque, K I0",
+        at_most=True,
+    ),
+    Relation(
+        kind="motors",
+        name="heat at continuous current",
+        law=heat_at_continuous_current,
+        unit="A",
+        tolerance=0.05,
+        reason="thermal resistances are rounded to two digits, 5 % of the temperature rise, and half of that of the current",
+        follows="the current that heats the winding to its limit",
+        at_most=True,
+    ),
+    Relation(
+        kind="motors",
+        name="continuous torque",
+        law=peak_over_continuous,
+        unit="N m",
+        tolerance=0.01,
+        reason=_EXACT,
+        follows="the peak torque",
+        at_most=True,
+    ),
+    Relation(
+        kind="motors",
+        name="rotor inertia",
+        law=rotor_in_housing,
+        unit="kg m^2",
+        tolerance=0.01,
+        reason=_EXACT,
+        follows="m (D/2)^2",
+        at_most=True,
+    ),
+    Relation(
+        kind="gearheads",
+        name="continuous torque",
+        law=intermittent_over_continuous,
+        unit="N m",
+        tolerance=0.01,
+        reason=_EXACT,
+        follows="the intermittent torque",
+        at_most=True,
+    ),
+    Relation(
+        kind="bearings",
+        name="bore",
+        law=rings,
+        unit="m",
+        tolerance=0.0,
+        reason="the balls need room between the rings",
+        follows="the outside diameter",
+        at_most=True,
+    ),
+)
+"""Every relation that `check_parts` tests, where a row states all that it needs."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contradiction:
+    """A row whose figures are farther apart than a relation tolerates."""
+
+    kind: str
+    key: str
+    relation: str
+    stated: float
+    follows: float
+    unit: str
+    deviation: float
+    tolerance: float
+    words: str
+    """What the second figure follows from, or is."""
+    at_most: bool
+
+    @property
+    def text(self) -> str:
+        """One line for a terminal."""
+        one, other = (shown(value, self.unit, self.kind) for value in (self.stated, self.follows))
+        apart, room = units.percent(abs(self.deviation), 1), units.percent(self.tolerance)
+        verb = "exceeds" if self.at_most else "is stated, but"
+        tail = f"{self.words}, {other}" if self.at_most else f"{self.words} gives {other}"
+        measure = "points" if self.unit == "1" and not self.at_most else ""
+        by = f"{apart.removesuffix(' %')} points" if measure else apart
+        return f"{ONE[self.kind]} {self.key}: {self.relation} {one} {verb} {tail} ({by} off, tolerance {room})"
+
+
+@result
+class CatalogueCheck(Frozen):
+    """Contradictions within the rows of a set.
+
+    Attributes
+    ----------
+    name             Name of the set.
+    rows             Number of rows by kind.
+    tested           Number of rows that a relation could be tested on, by kind and relation.
+    contradictions   Every row and relation out of tolerance, the worst first: by its excess over the tolerance.
+    incomplete       Number of rows by kind that lack a value which their part requires.
+    unusable         What the part says of complete rows that it refuses, a line each.
+    """
+
+    name: str
+    rows: Mapping[str, int]
+    tested: Mapping[str, int]
+    contradictions: tuple[Contradiction, ...]
+    incomplete: Mapping[str, int]
+    unusable: tuple[str, ...]
+
+    @property
+    def consistent(self) -> bool:
+        """Whether no row contradicts itself, and every complete row is a part."""
+        return not self.contradictions and not self.unusable
+
+    @property
+    def verdict(self) -> str:
+        """One line on the outcome."""
+        rows = ", ".join(counted(count, kind) for kind, count in self.rows.items() if count) or "no parts"
+        found = len({(one.kind, one.key) for one in self.contradictions})
+        answer = f"{found} rows contradict themselves" if found > 1 else f"{found or 'no'} row contradicts itself"
+        return f"{self.name}: {rows}; {counted(sum(self.tested.values()), 'comparisons')}; {answer}"
+
+
+def _unusable(parts: PartSet) -> Iterator[str]:
+    """Why complete rows are no parts."""
+    for table in parts.tables.values():
+        for row in np.flatnonzero(table.complete):
+            try:
+                table.part(int(row))
+            except InputError as problem:
+                yield str(problem)
+
+
+def check_parts(parts: PartSet) -> CatalogueCheck:
+    """Find rows of a set whose figures contradict each other.
+
+    Parameters
+    ----------
+    parts : PartSet
+
+    Returns
+    -------
+    CatalogueCheck
+        Each relation of `RELATIONS` is tested on the rows that state all it needs.
+    """
+    found: list[tuple[float, Contradiction]] = []
+    tested: dict[str, int] = {}
+    for relation in RELATIONS:
+        table = parts.tables[relation.kind]
+        if not table:
+            continue
+        one, other, apart = relation.deviations(table)
+        tested[f"{ONE[relation.kind]}: {relation.name}"] = int(np.isfinite(apart).sum())
+        # Rounding of units must not decide about a bound that a row just keeps.
+        for row in np.flatnonzero(np.abs(apart) > relation.tolerance + 1e-12):
+            made = Contradiction(
+                kind=relation.kind,
+                key=str(table.texts["key"][row]),
+                relation=relation.name,
+                stated=float(one[row]),
+                follows=float(other[row]),
+                unit=relation.unit,
+                deviation=float(apart[row]),
+                tolerance=relation.tolerance,
+                words=relation.follows,
+                at_most=relation.at_most,
+            )
+            found.append((abs(made.deviation) - relation.tolerance, made))
+    found.sort(key=lambda pair: -pair[0])
+    return CatalogueCheck(
+        name=parts.name,
+        rows={kind: len(table) for kind, table in parts.tables.items()},
+        tested=tested,
+        contradictions=tuple(one for _, one in found),
+        unusable=tuple(_unusable(parts)),
+        incomplete={
+            kind: int((~table.complete).sum()) for kind, table in parts.tables.items() if not table.complete.all()
+        },
+    )

@@ -1,0 +1,143 @@
+"""Importer of plain CSV files: a column a value, with its unit in the heading, such as ``torque_constant [mN m/A]``."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from infinivar import units
+from infinivar.errors import InputError, nearest
+from infinivar.parts.tables.columns import Column, kind_by_columns, number_columns, text_columns
+from infinivar.parts.tables.gathering import NOT_STATED, Gathering
+from infinivar.parts.tables.mgdb import Line
+
+_HEADING = re.compile(r"\s*([^\[\(]*?)\s*(?:[\[\(]\s*(.*?)\s*[\]\)])?\s*$")
+_PAIRS = ("motor", "gearhead")
+
+
+@dataclass(frozen=True, slots=True)
+class _Heading:
+    name: str
+    unit: str | None
+    written: str
+
+
+def kind_of(headings: Sequence[str], file: str) -> str:
+    """Kind of the parts of a file, "pairs" for one that says what fits together: by the columns that only one kind has.
+
+    Raises
+    ------
+    InputError
+        If the headings are those of no kind; the message gives an example.
+    """
+    names = {heading.name for heading in _headings(headings)}
+    if names == set(_PAIRS):
+        return "pairs"
+    kind = kind_by_columns(names)
+    if kind is None or "key" not in names:
+        raise InputError(
+            f"{file}:1: must have headings with key and the columns of one kind of part, such as "
+            '"key, voltage [V], torque_constant [mN m/A]" for motors or "key, ratio, efficiency" for gearheads'
+        )
+    return kind
+
+
+def _headings(cells: Sequence[str]) -> list[_Heading]:
+    found = []
+    for cell in cells:
+        parts = _HEADING.match(cell)
+        name, unit = (parts[1], parts[2]) if parts else (cell.strip(), None)
+        found.append(_Heading(name.lower().replace(" ", "_"), unit or None, cell.strip()))
+    return found
+
+
+def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str) -> None:
+    """Take the rows of a file; the first line has the headings."""
+    headings = _headings(lines[0][1])
+    columns = _columns(gathering, kind, headings, file)
+    for line, cells in lines[1:]:
+        if not any(cell.strip() for cell in cells):
+            continue
+        cells = [cell.strip() for cell in cells]
+        said = {heading.name: cell for heading, cell in zip(headings, cells, strict=False)}
+        try:
+            if len(cells) != len(headings):
+                raise InputError(f"has {len(cells)} cells, but there are {len(headings)} headings")
+            row = _row(kind, said, columns)
+        except InputError as problem:
+            gathering.refuse(file, line, said.get("key", ""), str(problem))
+            continue
+        gathering.add(kind, row, file, line)
+
+
+def _columns(gathering: Gathering, kind: str, headings: Sequence[_Heading], file: str) -> dict[str, tuple[Column, str]]:
+    """Columns of numbers that the file has, with the unit of each; unknown columns become remarks.
+
+    Raises
+    ------
+    InputError
+        If a unit is missing, unknown or of another quantity, or a column appears twice.
+    """
+    numbers, texts = number_columns(kind), text_columns(kind)
+    found: dict[str, tuple[Column, str]] = {}
+    seen: set[str] = set()
+    for heading in headings:
+        place = f"{file}:1: column {heading.written!r}"
+        if heading.name in seen:
+            raise InputError(f"{place}: appears twice")
+        seen.add(heading.name)
+        if heading.name in numbers:
+            column = numbers[heading.name]
+            unit = heading.unit or ("1" if column.unit == "1" else None)
+            if unit is None:
+                example = units.EXAMPLES.get(column.unit, f"1 {column.unit}").partition(" ")[2]
+                raise InputError(f"{place} needs a unit: write for example {heading.name} [{example}]")
+            _check_unit(place, unit, column)
+            found[heading.name] = column, unit
+        elif heading.name not in texts:
+            hint = nearest(heading.name, [*numbers, *texts])
+            gathering.remark(file, None, f"column {heading.written!r} is no column of {kind} and was left out{hint}")
+    return found
+
+
+def _check_unit(place: str, unit: str, column: Column) -> None:
+    try:
+        units.parse(f"1 {unit}" if unit != "1" else 1.0, column.unit)
+    except InputError as problem:
+        raise InputError(f"{place} {problem}") from None
+
+
+def _row(kind: str, said: Mapping[str, str], columns: Mapping[str, tuple[Column, str]]) -> dict[str, Any]:
+    row: dict[str, Any] = {
+        name: said[name] for name in text_columns(kind) if said.get(name, "").lower() not in NOT_STATED
+    }
+    for name, (column, unit) in columns.items():
+        row[name] = _number(name, said[name], unit, column)
+    return row
+
+
+def _number(name: str, cell: str, unit: str, column: Column) -> float:
+    if cell.lower() in NOT_STATED:
+        return math.nan
+    if cell.lower() in ("inf", "infinite", "infinity"):
+        return math.inf
+    try:
+        return units.parse(cell if unit == "1" else f"{cell} {unit}", column.unit)
+    except InputError as problem:
+        raise InputError(f"{name} = {cell[:40]!r} {problem}") from None
+
+
+def read_pairs(gathering: Gathering, lines: Sequence[Line], file: str) -> None:
+    """Take the lines of a file with the columns motor and gearhead; * in a key stands for any text."""
+    names = [heading.name for heading in _headings(lines[0][1])]
+    for line, cells in lines[1:]:
+        if not any(cell.strip() for cell in cells):
+            continue
+        said = dict(zip(names, (cell.strip() for cell in cells), strict=False))
+        if len(cells) != len(names) or not all(said.values()):
+            gathering.refuse(file, line, said.get("motor", ""), "must name a motor and a gearhead")
+        else:
+            gathering.fit(file, line, said["motor"], [said["gearhead"]])

@@ -1,0 +1,173 @@
+"""Read files of parts into a set: good rows are kept, bad ones reported with file, line and reason."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import io
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from infinivar._core import files as reading
+from infinivar._core.result import Frozen, result
+from infinivar.errors import InputError, nearest, printable
+from infinivar.parts.tables import delimited, mgdb, stored, tomls
+from infinivar.parts.tables.columns import PARTS, counted
+from infinivar.parts.tables.gathering import Fault, Gathering, Remark
+from infinivar.parts.tables.table import PartSet
+
+SUFFIXES = (".npz", ".toml", ".csv")
+"""Files that can hold a set, in the order in which one name is looked up."""
+
+_MOST_BYTES = 100_000_000
+_MOST_SHOWN = 5
+
+
+@result
+class PartImport(Frozen):
+    """A set that was read from files, and what was not taken over from them.
+
+    Attributes
+    ----------
+    parts      The set of all good rows.
+    faults     Rows that were refused, with file, line and reason.
+    remarks    What was read in another way than written, or left out.
+    """
+
+    parts: PartSet
+    faults: tuple[Fault, ...]
+    remarks: tuple[Remark, ...]
+
+    @property
+    def verdict(self) -> str:
+        """One line on the outcome."""
+        refused = len(self.faults)
+        return f"{self.parts.contents}; {counted(refused, 'rows') if refused else 'no rows'} refused"
+
+    @property
+    def unstated(self) -> dict[str, dict[str, int]]:
+        """Number of rows that do not state an optional value which other rows state, by kind and column."""
+        found: dict[str, dict[str, int]] = {}
+        required = self.incomplete
+        for kind, table in self.parts.tables.items():
+            counts = {name: int(np.isnan(column).sum()) for name, column in table.columns.items()}
+            some = {name: count for name, count in counts.items() if 0 < count < len(table)}
+            some = {name: count for name, count in some.items() if name not in required.get(kind, {})}
+            if some:
+                found[kind] = some
+        return found
+
+    @property
+    def incomplete(self) -> dict[str, dict[str, int]]:
+        """Number of rows without a value that their part requires, by kind and value: they cannot be used in a drive."""
+        found: dict[str, dict[str, int]] = {}
+        for kind, table in self.parts.tables.items():
+            counts: dict[str, int] = {}
+            for row in (~table.complete).nonzero()[0]:
+                for name in table.missing(int(row)):
+                    counts[name] = counts.get(name, 0) + 1
+            if counts:
+                found[kind] = counts
+        return found
+
+
+def import_parts(
+    files: str | Path | Sequence[str | Path],
+    *,
+    name: str | None = None,
+    source: str | None = None,
+    date: str | None = None,
+) -> PartImport:
+    """Read files of parts into one set.
+
+    Parameters
+    ----------
+    files : path or sequence of paths   CSV with units in its headings, CSV of the MGDB format, or TOML. In a CSV file with the
+        columns motor and gearhead, or an MGDB file of compatibility, each line says what fits together; * stands for any text.
+    name : str      Name of the set; by default that of the first file.
+    source : str    Source of rows that state none; by default the name of their file.
+    date : str      Date of the source of rows that state none; by default the day of the import.
+
+    Returns
+    -------
+    PartImport
+        The set, the rows that were refused with file, line and reason, and remarks.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read at all, or has no row that can be taken.
+    """
+    paths = [Path(files)] if isinstance(files, str | Path) else [Path(one) for one in files]
+    if not paths:
+        raise InputError("files must name at least one file of parts")
+    today = f"imported {datetime.datetime.now(datetime.UTC).date().isoformat()}"
+    gathering = Gathering(defaults={"date": today if date is None else date, "kind": "catalogue"})
+    for path in paths:
+        gathering.defaults = {**gathering.defaults, "source": source or path.name}
+        _read(gathering, path)
+    if not any(gathering.rows.values()):
+        first = [str(fault) for fault in gathering.faults[:_MOST_SHOWN]]
+        raise InputError("\n".join([f"{', '.join(map(printable, paths))}: no row could be read", *first]))
+    parts = gathering.finished(name or paths[0].stem)
+    return PartImport(
+        parts=replace(parts, path=paths[0] if len(paths) == 1 else None),
+        faults=tuple(gathering.faults),
+        remarks=gathering.remarks,
+    )
+
+
+def read_set(path: Path, name: str | None = None) -> PartImport:
+    """Read one file that holds a set: stored by the program, or TOML or CSV."""
+    if path.suffix.lower() == ".npz":
+        return PartImport(parts=stored.read(path, name), faults=(), remarks=())
+    return import_parts(path, name=name or path.stem, date="")
+
+
+def _read(gathering: Gathering, path: Path) -> None:
+    suffix = path.suffix.lower()
+    if suffix == ".npz":
+        raise InputError(f"{printable(path)}: is a stored set already; copy the file to where sets are looked up")
+    if suffix not in SUFFIXES:
+        raise InputError(f"{printable(path)}: must be a .csv or .toml file{nearest(suffix, SUFFIXES)}")
+    content = reading.read(path, _MOST_BYTES)
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        raise InputError(f"{printable(path)}: is not a text file in UTF-8 (byte {problem.start})") from problem
+    if suffix == ".toml":
+        tomls.read(gathering, text, path.name)
+        return
+    lines = list(_lines(text, path))
+    if not lines:
+        raise InputError(f"{printable(path)}: is empty")
+    _read_csv(gathering, lines, path)
+
+
+def _read_csv(gathering: Gathering, lines: list[mgdb.Line], path: Path) -> None:
+    headings = [cell.strip() for cell in lines[0][1]]
+    kind = mgdb.kind_of(headings)
+    if kind is not None:
+        mgdb.read_parts(gathering, kind, lines, path.name)
+    elif path.stem.lower().endswith("compatibility"):
+        mgdb.read_compatibility(gathering, lines, path.name)
+    elif (found := delimited.kind_of(headings, printable(path))) in PARTS:
+        delimited.read_parts(gathering, found, lines, path.name)
+    else:
+        delimited.read_pairs(gathering, lines, path.name)
+
+
+def _lines(text: str, path: Path) -> Iterator[mgdb.Line]:
+    """Cells of each line that has any, with its number."""
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    separator = max(",;\t", key=first.count)
+    rows = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
+    try:
+        for cells in rows:
+            if any(cell.strip() for cell in cells):
+                yield rows.line_num, cells
+    except csv.Error as problem:
+        raise InputError(f"{printable(path)}:{rows.line_num}: is not valid CSV: {problem}") from problem
