@@ -233,8 +233,8 @@ def forces(lateral: Array, spin: Array, a_over_b: Array, poisson: Array) -> Spin
 
     Returns
     -------
-    SpinForces   of (...,) float; inputs broadcast. They differ from the solver's by up to 0.007 below a/b = 5 and
-        0.0125 above; the moment, over the mean radius of the patch's edge, by 0.008. [-]
+    SpinForces   of (...,) float; inputs broadcast. They differ from the solver's by up to 0.008; the moment, over
+        the mean radius of the patch's edge, by 0.010. [-]
 
     Raises
     ------

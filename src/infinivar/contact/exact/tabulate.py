@@ -1,6 +1,6 @@
 """Compute the map of lateral creep with spin anew: ``python -m infinivar.contact.exact.tabulate``.
 
-A quarter of an hour on two free cores. Each patch is stored as soon as it is done, and a second start goes on from there.
+Ten minutes on two free cores. Each patch is stored as soon as it is done, and a second start goes on from there.
 """
 
 from __future__ import annotations
