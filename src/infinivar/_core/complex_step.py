@@ -175,11 +175,11 @@ class Namespace:
                 value = own(z.real)
                 with np.errstate(divide="ignore", invalid="ignore"):
                     return Stepped(_joined(value, np.where(z.imag == 0, 0.0, slope(z.real, value) * z.imag)))
-            if name in ("isnan", "isfinite", "sign"):
+            if name in ("isnan", "isfinite", "sign", "floor"):
                 return own(arguments[0].z.real)
             if name in ("zeros_like", "ones_like", "full_like"):
                 return own(arguments[0].z.real, *arguments[1:], **options)
-            if name in ("sum", "mean", "reshape", "matmul", "broadcast_to", "cumulative_sum"):
+            if name in ("sum", "mean", "reshape", "matmul", "take", "broadcast_to", "cumulative_sum"):
                 return Stepped(own(*map(_plain, arguments), **options))
             raise NotImplementedError(f"{name} carries no derivative")
 
