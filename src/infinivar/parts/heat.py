@@ -15,14 +15,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
-from infinivar.parts.heat_steps import BOUND, COPPER, MARGIN, REFERENCE, Steps, over, rates
+from infinivar.parts.heat_steps import BOUND, COPPER, MARGIN, REFERENCE, Steps, over
+from infinivar.parts.heat_steps import rates as rates
 from infinivar.parts.heat_steps import steps as steps_of
 from infinivar.parts.motor import Motor
 from infinivar.units import celsius, plain

@@ -1,0 +1,81 @@
+"""Every pair of motor and gearhead at given output stages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from infinivar.limits import Demand
+from infinivar.parts.stage import OutputStage
+from infinivar.sizing.geared import closed_form
+from infinivar.sizing.geared.candidates import Candidates
+from infinivar.sizing.geared.ranking import mixed, ranked, unchecked
+from infinivar.sizing.geared.result import GearedSizing, Objective
+from infinivar.sizing.geared.sampled import sample
+from infinivar.sizing.geared.tally import SPARE, Tally
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+
+
+def at_stages(
+    found: Candidates,
+    tasks: Sequence[Task],
+    stages: Sequence[OutputStage],
+    *,
+    objective: Objective,
+    shares: Mapping[str, float],
+    top: int,
+    prune: bool,
+) -> GearedSizing:
+    """Evaluate every pair at every stage; arguments as for `size_geared`."""
+    count, rows, tally = len(found.pairs), found.usable, Tally(found)
+    feasible, evaluated = (np.zeros((len(stages), count), dtype=bool) for _ in range(2))
+    power, best = np.full((len(stages), count), np.nan), []
+    for place, stage in enumerate(stages):
+        here = tuple(task.critical(found.template, stage) if isinstance(task, RegionTask) else task for task in tasks)
+        left = _left(found, here, stage, tally)
+        tried = rows[left] if prune else rows
+        if not tried.size:
+            continue
+        done = sample(found, tried, here, stage)
+        tally.heat(done, tried, left[left] if prune else left)
+        feasible[place, tried], evaluated[place, tried] = done.feasible, True
+        power[place, tried] = mixed(done.power, shares)
+        best += ranked(found, tried, stage, done, shares, objective, top)
+    best.sort(key=lambda one: one[0])
+    return GearedSizing(
+        objective=objective,
+        candidates=count * len(stages),
+        excluded={reason: number * len(stages) for reason, number in found.excluded.items()},
+        counts=tally.counts(),
+        designs=tuple(design for _, design in best[:top]),
+        feasible=feasible,
+        evaluated=evaluated,
+        power=power,
+        radii=np.empty((0, 2)),
+        unchecked=unchecked(found, len(stages)),
+    )
+
+
+def _left(found: Candidates, tasks: Sequence[Task], stage: OutputStage, tally: Tally) -> np.ndarray:
+    """Usable pairs that closed forms do not exclude at a stage, which are counted by limit. (k,) bool"""
+    left = np.ones(len(found.usable), dtype=bool)
+    for task in tasks:
+        for demand, utilisation in closed_forms(found, task, stage):
+            checked = tally.checked(task, demand, found.usable)
+            beyond = checked & ~(utilisation <= 1.0 + SPARE)  # also nan: a motion out of reach
+            tally.add((task.name, *demand), checked, beyond, beyond & left)
+            left = left & ~beyond
+    return left
+
+
+def closed_forms(found: Candidates, task: Task, stage: OutputStage) -> Iterable[tuple[Demand, np.ndarray]]:
+    """Demand over allowance of every limit in a task, for all usable pairs; see `closed_form.demands`."""
+    rows, signals = found.usable, task.signals(found.template, stage)
+    if any(not demand <= 1.0 for demand in signals.others.values()):
+        # No candidate is feasible, and the signals may be undefined.
+        return [(key, np.full(len(rows), demand)) for key, demand in signals.others.items()]
+    heated, low, high = found.resistances(rows, task.coldest if isinstance(task, MotionTask) else np.nan)
+    drive = closed_form.with_resistance(found.drives(rows, stage), low)
+    made, current = closed_form.moments(signals), closed_form.linear(drive)
+    return closed_form.demands(drive, current, task, signals, made, heated=heated, hottest=high)
