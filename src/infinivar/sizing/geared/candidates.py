@@ -14,7 +14,7 @@ from infinivar._core.bounds import within, words
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
-from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.gearhead import Gearhead, LossModel
 from infinivar.parts.heat import COPPER, NEEDED, REFERENCE
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
@@ -50,8 +50,8 @@ LIMIT_FIELDS: Mapping[Demand, tuple[str, tuple[str, ...]]] = {
 }
 """Limits that are checked only where a data sheet states these fields."""
 
-_BEYOND_ALL = 1e300
-"""Stands for a limit that is not stated: no demand comes near it."""
+_BEYOND_ALL = 1e140
+"""Stands for a limit that is not stated: no demand comes near it, and its square is still a number."""
 _NOTHING = 1e-300
 """Stands for an inertia that is not stated, as it must be above 0."""
 
@@ -76,7 +76,7 @@ class Candidates:
     gearheads: Mapping[str, np.ndarray]
     pairs: np.ndarray
     names: Mapping[str, np.ndarray]
-    loss_model: str
+    loss_model: LossModel
     usable: np.ndarray
     excluded: Mapping[str, int]
 
@@ -103,8 +103,8 @@ class Candidates:
 
         A limit that is not stated is out of reach; heat has data only if all rows have it.
         """
-        motor = {name: self._column("motor", name, rows) for name in LAW["motor"]}
-        gear = {name: self._column("gearhead", name, rows) for name in LAW["gearhead"]}
+        motor: dict[str, Any] = {name: self._column("motor", name, rows) for name in LAW["motor"]}
+        gear: dict[str, Any] = {name: self._column("gearhead", name, rows) for name in LAW["gearhead"]}
         for name in ("peak_torque", "max_speed"):
             motor[name] = self._column("motor", name, rows, _BEYOND_ALL)
         for name in ("continuous_torque", "intermittent_torque", "max_input_speed"):
@@ -126,7 +126,7 @@ class Candidates:
 
     def drive(self, row: int, stage: OutputStage) -> ConventionalDrive:
         """One drive as a study would have it: what is not stated is None."""
-        parts = {}
+        parts: dict[str, dict[str, Any]] = {}
         for kind, column in (("motor", 0), ("gearhead", 1)):
             fields = (*LAW[kind], *_OPTIONAL[kind], "mass", *(("inductance", "diameter") if kind == "motor" else ()))
             found = {name: float(self.values(kind, name, np.array([row]))[0]) for name in fields}
@@ -172,7 +172,7 @@ def candidates(
     gearheads: Mapping[str, Any],
     pairs: Any,
     *,
-    loss_model: str,
+    loss_model: LossModel,
     moving: bool,
     weighed: bool,
 ) -> Candidates:

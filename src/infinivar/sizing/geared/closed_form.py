@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class Moments(NamedTuple):
     """Torques at rest in rising order. (m,) [N m]"""
     sums: np.ndarray
     """Sums of the largest of them: number, torques and their squares, without the first 0 to m. (m + 1, 3)"""
-    count: int
+    instants: int
     """Number of instants."""
 
 
@@ -89,7 +89,7 @@ def moments(signals: Signals) -> Moments:
     columns = np.stack(
         [np.where(drives, torque, 0.0), np.where(drives, 0.0, torque), quickening, speed, np.ones_like(speed)]
     )
-    count = max(signals.count, 1)
+    count = max(signals.total, 1)
     rest = signals.resting
     powers = np.stack([np.ones_like(rest), rest, rest * rest], axis=-1)
     sums = np.concatenate([np.cumsum(powers[::-1], axis=0)[::-1], np.zeros((1, 3))])
@@ -112,7 +112,7 @@ def resting_square(made: Moments, slope: np.ndarray, friction: np.ndarray) -> np
     number, torque, square = np.moveaxis(made.sums[first], -1, 0)
     return (
         np.maximum(slope * slope * square - 2.0 * slope * friction * torque + friction * friction * number, 0.0)
-        / made.count
+        / made.instants
     )
 
 
@@ -231,4 +231,5 @@ def _extremes(
 
 def with_resistance(drive: ConventionalDrive, resistance: np.ndarray) -> ConventionalDrive:
     """Many drives with other resistances of their windings (k,). [ohm]"""
-    return replace(drive, motor=drive.motor.with_resistance(resistance[:, None]))
+    column: Any = resistance[:, None]
+    return replace(drive, motor=drive.motor.with_resistance(column))

@@ -55,3 +55,23 @@ def least_places(points: np.ndarray) -> np.ndarray:
     second = points[order, 1]
     before = np.concatenate([[np.inf], np.minimum.accumulate(second)[:-1]])
     return order[second < before]
+
+
+def highest_places(points: np.ndarray) -> np.ndarray:
+    """Places of points at which linear functions that rise in every coordinate are largest.
+
+    Parameters
+    ----------
+    points : (n, d) float
+
+    Returns
+    -------
+    (k,) int   Corners of the convex hull that no other corner exceeds in every coordinate.
+    """
+    if not len(points):
+        return np.arange(0)
+    places = extreme_places(points)
+    corners = points[places]
+    others = corners[None, :, :]
+    exceeded = np.all(others >= corners[:, None, :], axis=-1) & np.any(others > corners[:, None, :], axis=-1)
+    return places[~exceeded.any(axis=-1)]

@@ -28,6 +28,8 @@ _NODES = 13
 """Radii of a first look at a range."""
 _GOLDEN_STEPS = 24
 _GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+_BEYOND = 1e9
+"""Above every demand of interest."""
 _HALVINGS = 30
 """Bisections of the ends of the feasible radii, on a logarithmic scale."""
 
@@ -59,7 +61,7 @@ class _Search:
     def look(self, rows: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Largest demand of pairs at several radii each, and mean power, inf where infeasible. (k, m), (k, m)"""
         done = self.at(np.repeat(rows, radii.shape[1]), radii.ravel())
-        worst = np.where(np.isnan(done.worst), np.inf, done.worst)
+        worst = _ordered(done)
         power = np.where(done.feasible, mixed(done.power, self.shares), np.inf)
         return worst.reshape(radii.shape), np.where(np.isnan(power), 0.0, power).reshape(radii.shape)
 
@@ -125,11 +127,12 @@ def best_over_radius(
     loads = [load_of(found, task, radii) for task in judged]
     bounds = _bounds(found, loads, tally, radii)
     able = ~bounds.empty
+    reachable = all(demand <= 1.0 for load in loads for demand in load.others.values())
     whole = Bounds(np.full(len(rows), radii[0]), np.full(len(rows), radii[1]))
     if not prune:
         # Where nothing is feasible by the closed forms, the search looks at the whole range all the same.
         bounds = Bounds(np.where(able, bounds.low, whole.low), np.where(able, bounds.high, whole.high))
-    tried = np.flatnonzero(able) if prune else np.arange(len(rows))
+    tried = np.flatnonzero(able) if prune or not reachable else np.arange(len(rows))
     bounds = Bounds(bounds.low[tried], bounds.high[tried])
     least = _least(found, loads, rows[tried], bounds, objective, shares)
     search = _Search(found, judged, objective, shares)
@@ -226,6 +229,13 @@ def _designs(search: _Search, rows: np.ndarray, radius: np.ndarray, bounds: Boun
         radii = float(ends.low[place]), float(ends.high[place])
         found.append(design(search.found, int(row), stage, done, place, float(drawn[place]), radii))
     return found
+
+
+def _ordered(done: Sampled) -> np.ndarray:
+    """Largest demand; where one has no bound, such as a temperature, beyond all others but in the order of the finite ones."""
+    demands = np.stack(list(done.demands.values()))
+    finite = np.where(np.isfinite(demands), demands, 0.0).max(axis=0)
+    return np.where(np.isfinite(demands).all(axis=0), finite, _BEYOND * (1.0 + finite))
 
 
 def _nodes(low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -18,9 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from infinivar.sizing.geared.extremes import highest_places
+
 _HALVINGS = 48
 """Bisections of a range of radii on a logarithmic scale: to rounding."""
-_ROWS = 2048
+_ROWS = 512
 """Candidates handled at once, so that intermediate arrays stay small."""
 
 
@@ -75,14 +77,16 @@ def all_below(points: np.ndarray, factors: tuple[np.ndarray, ...], bound: np.nda
     Parameters
     ----------
     points : (n, 3) float   y of the instants.
-    factors : 4 x (k,) float   Of y_1 in A, of y_2 and y_3 in B, and C.
+    factors : 4 x (k,) float   Of y_1 in A, of y_2 and y_3 in B, none below 0; and C.
     bound : (k,) float      L.
     """
     count = len(bound)
     low, high = np.zeros(count), np.full(count, np.inf)
     if not len(points):
         return Bounds(low, high)
-    force, quickening, speed = sign * points.T
+    # The signal rises in every coordinate of y.
+    signed = sign * points
+    force, quickening, speed = signed[highest_places(signed)].T
     for start in range(0, count, _ROWS):
         rows = slice(start, start + _ROWS)
         first, second, third, constant = (factor[rows, None] for factor in factors)
@@ -155,7 +159,7 @@ class Resting(NamedTuple):
     """In rising order. (m,) [N]"""
     sums: np.ndarray
     """Number, sum and sum of squares of the largest of them, without the first 0 to m. (m + 1, 3)"""
-    count: int
+    instants: int
     """Number of instants."""
     linear: np.ndarray
     """A. (k,)"""
@@ -172,7 +176,7 @@ class Resting(NamedTuple):
         number, force, square = np.moveaxis(self.sums[first], -1, 0)
         value = gain * gain * square - 2.0 * gain * self.friction * force + self.friction**2 * number
         rise = 2.0 * self.linear * (gain * square - self.friction * force)
-        return np.maximum(value, 0.0) / self.count, np.maximum(rise, 0.0) / self.count
+        return np.maximum(value, 0.0) / self.instants, np.maximum(rise, 0.0) / self.instants
 
 
 def mean_square_below(

@@ -52,7 +52,7 @@ class Load(NamedTuple):
     """At the gear output. [kg m^2]"""
 
     @property
-    def count(self) -> int:
+    def instants(self) -> int:
         """Number of instants."""
         return len(self.moving) + len(self.resting)
 
@@ -81,8 +81,8 @@ def load_of(found: Candidates, task: Task, radii: tuple[float, float]) -> Load:
     else:
         ends = np.array(radii)
         terms = force[:, None] * ends, inertia * quickening[:, None] / ends
-        drives = sum(term.min(axis=-1) for term in terms) + friction > 0.0
-        brakes = sum(term.max(axis=-1) for term in terms) + friction <= 0.0
+        drives = terms[0].min(axis=-1) + terms[1].min(axis=-1) + friction > 0.0
+        brakes = terms[0].max(axis=-1) + terms[1].max(axis=-1) + friction <= 0.0
     return Load(task, signals.moving, signals.resting, drives, brakes, dict(signals.others), radii, friction, inertia)
 
 
@@ -118,7 +118,8 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
         yield (limit, "gearhead"), full.both(Bounds(each.low[np.ravel(place)], each.high[np.ravel(place)]))
     yield (Limit.SPEED, "motor"), full.both(_slow(turning, found.values("motor", "max_speed", rows), high))
     yield (Limit.THERMAL, "motor"), full.both(_thermal(found, load, who, rows))
-    yield (Limit.PEAK, "motor"), full.both(_peak_current(load, who, _allowance(who.drive, Limit.PEAK)))
+    if found.stated((Limit.PEAK, "motor"), rows).any():
+        yield (Limit.PEAK, "motor"), full.both(_peak_current(load, who, _allowance(who.drive, Limit.PEAK)))
     yield (Limit.VOLTAGE, "motor"), full.both(_voltage(load, who))
 
 
@@ -139,7 +140,7 @@ def _gear_torque(load: Load, most: np.ndarray, *, lasting: bool) -> Bounds:
     bound, ones = np.minimum(most, _BEYOND) * (1.0 + SPARE), np.ones(len(most))
     if lasting:
         moving = _mean_square(
-            _gram(load.moving, load.count), ones, load.inertia * ones, 0.0 * ones, load.friction * ones
+            _gram(load.moving, load.instants), ones, load.inertia * ones, 0.0 * ones, load.friction * ones
         )
         resting = _resting(load, ones, load.friction * ones)
         return mean_square_below(moving, resting, bound * bound, load.range)
@@ -164,9 +165,7 @@ def _peaks(
     found = Bounds(np.zeros(len(bound)), np.full(len(bound), np.inf))
     for sign, parts in ((1.0, above), (-1.0, under)):
         for points, factors in parts:
-            found = found.both(
-                all_below(points[extreme_places(points)] if len(points) else points, factors, bound, sign=sign)
-            )
+            found = found.both(all_below(points, factors, bound, sign=sign))
     if load.resting.size:
         linear, friction = rest
         with np.errstate(divide="ignore"):
@@ -269,7 +268,7 @@ def _mechanical(
 def _resting(load: Load, linear: np.ndarray, friction: np.ndarray) -> Resting:
     powers = np.stack([np.ones_like(load.resting), load.resting, load.resting**2], axis=-1)
     sums = np.concatenate([np.cumsum(powers[::-1], axis=0)[::-1], np.zeros((1, 3))])
-    return Resting(load.resting, sums, max(load.count, 1), linear, friction)
+    return Resting(load.resting, sums, max(load.instants, 1), linear, friction)
 
 
 def _resting_current(load: Load, current: Linear) -> Resting:
@@ -278,7 +277,7 @@ def _resting_current(load: Load, current: Linear) -> Resting:
 
 def current_square(load: Load, current: Linear) -> Laurent:
     """Mean square of the current in motion, without the instants whose direction of power depends on the radius. [A^2]"""
-    driving, braking = (_gram(load.moving[chosen], load.count) for chosen in (load.drives, load.brakes))
+    driving, braking = (_gram(load.moving[chosen], load.instants) for chosen in (load.drives, load.brakes))
     found = _mean_square(driving, *_constants(load, current, current.drive))
     return found.plus(_mean_square(braking, *_constants(load, current, current.brake)))
 
@@ -317,8 +316,8 @@ def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds
         return total
 
     # The current is the larger of two forms, so that either bounds the mechanical power of unsure instants from below.
-    everything = power([_gram(load.moving[chosen], load.count) for chosen, _ in sides]).plus(
-        _mechanical(_gram(load.moving[unsure], load.count), *sides[1][1]).times(who.current.back_emf)
+    everything = power([_gram(load.moving[chosen], load.instants) for chosen, _ in sides]).plus(
+        _mechanical(_gram(load.moving[unsure], load.instants), *sides[1][1]).times(who.current.back_emf)
     )
     fed_back = everything.least_in(edges) + rest
     drawn = np.maximum(fed_back, 0.0)
@@ -326,7 +325,7 @@ def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds
     for share in _LOOKS:
         radius = bounds.low * (bounds.high / bounds.low) ** share
         grams = [
-            np.tensordot(_positive(load, who, factors, radius, chosen), products[chosen], 1) / max(load.count, 1)
+            np.tensordot(_positive(load, who, factors, radius, chosen), products[chosen], 1) / max(load.instants, 1)
             for chosen, factors in sides
         ]
         drawn = np.maximum(drawn, power(grams).least_in(edges) + rest)
@@ -350,5 +349,7 @@ def region_points(task: RegionTask, template: ConventionalDrive) -> RegionTask:
     if template.amplifier.regeneration == "none":
         return task
     points = task.signals(replace(template, output_inertia=None), Pulley(radius=1.0)).moving[:, [0, 2]]
+    if not np.isfinite(points).all():  # out of reach
+        return task
     places = np.union1d(extreme_places(points), least_places(points))
     return replace(task, speed=task.speed[places], force=task.force[places])

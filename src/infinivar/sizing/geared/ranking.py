@@ -10,7 +10,7 @@ import numpy as np
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates
 from infinivar.sizing.geared.result import Design, Objective
-from infinivar.sizing.geared.sampled import Sampled
+from infinivar.sizing.geared.sampled import UNCHECKED, Sampled
 
 
 def unchecked(found: Candidates, stages: int) -> dict[Any, int]:
@@ -67,6 +67,10 @@ def design(
         mass=float(found.mass(np.array([row]))[0]),
         power=power,
         radii=radii,
-        demands={key: float(demand[place]) for key, demand in done.demands.items() if (key[1], key[2]) not in lacking},
+        demands={
+            key: float(demand[place])
+            for key, demand in done.demands.items()
+            if key[1:] not in lacking and demand[place] != UNCHECKED
+        },
         unchecked=lacking,
     )

@@ -22,6 +22,9 @@ _POINTS = 40_000
 
 HOT = (Limit.TEMPERATURE, "motor")
 
+UNCHECKED = -1.0
+"""Demand of a limit that does not apply to a candidate, such as a temperature without thermal data."""
+
 TaskDemand = tuple[str, Limit, str]
 """Name of a task, limit and part."""
 
@@ -30,7 +33,7 @@ class Sampled(NamedTuple):
     """Results of some candidates, in their order."""
 
     demands: Mapping[TaskDemand, np.ndarray]
-    """Demand over allowance; 0 where the limit is not stated. (k,) [-]"""
+    """Demand over allowance; about 0 where the limit is not stated, `UNCHECKED` where it does not apply. (k,) [-]"""
     power: Mapping[str, np.ndarray]
     """Mean power from the supply by motion. (k,) [W]"""
     feasible: np.ndarray
@@ -69,7 +72,7 @@ def sample(
                 found = _over_region(drive, task)
             for (limit, part), demand in found.items():
                 key = task.name, limit, part
-                demands.setdefault(key, np.zeros(len(rows)))[places] = demand
+                demands.setdefault(key, np.full(len(rows), UNCHECKED))[places] = demand
                 if limit != Limit.TEMPERATURE:  # judged with its own allowance for rounding
                     feasible[places] &= demands[key][places] <= 1.0
     return Sampled(demands, power, feasible)
@@ -104,9 +107,9 @@ def _over_motion(drive: ConventionalDrive, task: MotionTask) -> tuple[dict[Deman
         hot = windings(drive.motor, np.asarray(current), np.asarray(friction), duty.period, duty.ambient, start)
         point = warmed(drive, {"motor": _temperatures(drive, task, hot)}).follow(course, load_mass=duty.moved_mass)
     found = performance.demands(point)
-    cool = np.ones(np.shape(drive.motor.resistance)[0], dtype=bool)
+    cool = np.ones(len(np.ravel(drive.motor.resistance)), dtype=bool)
     if hot is not None:
-        limit = np.ravel(drive.motor.max_winding_temperature)
+        limit = np.ravel(np.asarray(drive.motor.max_winding_temperature))
         allowed = limit - duty.ambient
         rise = (hot.highest - duty.ambient) / np.where(allowed > 0.0, allowed, 1.0)
         found[HOT] = np.where(allowed > 0.0, rise, np.inf)
@@ -136,7 +139,7 @@ def _over_region(drive: ConventionalDrive, task: RegionTask) -> dict[Demand, np.
     point = drive.operate(speed=task.speed, force=task.force)
     found = placed(point.utilisation, drive.stage.title)
     motor = {*drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION}
-    count = np.shape(drive.motor.resistance)[0]
+    count = len(np.ravel(drive.motor.resistance))
     return {
         (limit, "motor" if limit in motor else part): np.broadcast_to(
             np.max(demand, axis=-1) if np.ndim(demand) else demand, (count,)

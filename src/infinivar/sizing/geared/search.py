@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import ParameterError, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
+from infinivar.parts.gearhead import LossModel
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.at_stages import at_stages
 from infinivar.sizing.geared.candidates import candidates
@@ -29,7 +31,7 @@ def size_geared(
     radius: tuple[float, float] | None = None,
     objective: Objective = "energy",
     travel: float | None = None,
-    loss_model: str | None = None,
+    loss_model: LossModel | None = None,
     samples: int | None = None,
     top: int = 20,
     prune: bool = True,
@@ -71,6 +73,8 @@ def size_geared(
         raise ParameterError(
             "duty is empty: the energy needs a motion; with a required region only, use objective = 'mass'"
         )
+    gear = replace(template.gearhead, stiffness=None, backlash=None)
+    template = replace(template, gearhead=gear)
     tasks = tasks_of(template, duty, requirement, travel=travel, samples=samples)
     shares = shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
     found = candidates(

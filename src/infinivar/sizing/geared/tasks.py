@@ -47,7 +47,7 @@ class Signals(NamedTuple):
     """Demand over allowance of limits that no candidate changes: of stage, springs, linkage and travel. [-]"""
 
     @property
-    def count(self) -> int:
+    def total(self) -> int:
         """Number of instants."""
         return len(self.moving) + len(self.resting)
 
@@ -134,6 +134,8 @@ class RegionTask:
         if template.amplifier.regeneration == "none":
             return self
         points = self.signals(template, stage).moving[:, [0, 2]]
+        if not np.isfinite(points).all():  # out of reach
+            return self
         drives = points[:, 0] > 0.0
         keep = [least_places(points)]
         keep += [np.flatnonzero(part)[extreme_places(points[part])] for part in (drives, ~drives)]
