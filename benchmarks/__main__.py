@@ -26,6 +26,7 @@ NAMES = (
     "dynamic",
     "recording",
     "uncertainty",
+    "sizing_geared",
 )
 
 
