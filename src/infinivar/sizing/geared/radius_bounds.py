@@ -63,7 +63,8 @@ def below(linear: np.ndarray, inverse: np.ndarray, constant: np.ndarray, bound: 
     """
     room = bound - constant
     root = room * room - 4.0 * linear * inverse
-    none = (linear >= 0.0) & (inverse >= 0.0) & ((root < 0.0) | (room < 0.0))
+    # Without real roots the least comes out above the largest.
+    none = (linear >= 0.0) & (inverse >= 0.0) & (room < 0.0)
     both = room + np.sqrt(np.maximum(root, 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         low = np.where((inverse > 0.0) & (both > 0.0), 2.0 * inverse / both, 0.0)
