@@ -333,6 +333,11 @@ def test_a_narrow_range_of_cool_radii_is_found():
         low, high = best.best.radii
         assert 1.0 < high / low < 1.15
         assert iv.duty_cycle(best.best.drive, REACH, samples=60).feasible
+        if objective == "energy":
+            every = np.linspace(low, high, 50)
+            rows = np.full(50, best.best.pair)
+            done = sample(found, rows, tasks, lambda places, every=every: Pulley(radius=every[places][:, None]))
+            assert best.best.power <= done.power["reach"].min() * (1.0 + 1e-7)
 
 
 @pytest.mark.parametrize("amplifier", ["burn", "store"])
