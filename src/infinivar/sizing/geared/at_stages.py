@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Demand
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.ranking import mixed, ranked, unchecked
 from infinivar.sizing.geared.result import GearedSizing, Objective
-from infinivar.sizing.geared.sampled import sample
+from infinivar.sizing.geared.sampled import HOT, sample
 from infinivar.sizing.geared.tally import SPARE, Tally
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.geared.warmth import friction_factors, warmth
 
 
 def at_stages(
@@ -33,7 +36,7 @@ def at_stages(
     power, best = np.full((len(stages), count), np.nan), []
     for place, stage in enumerate(stages):
         here = tuple(task.critical(found.template, stage) if isinstance(task, RegionTask) else task for task in tasks)
-        left = _left(found, here, stage, tally)
+        left = _left(found, here, stage, tally, prune)
         tried = rows[left] if prune else rows
         if not tried.size:
             continue
@@ -57,14 +60,17 @@ def at_stages(
     )
 
 
-def _left(found: Candidates, tasks: Sequence[Task], stage: OutputStage, tally: Tally) -> np.ndarray:
+def _left(found: Candidates, tasks: Sequence[Task], stage: OutputStage, tally: Tally, prune: bool) -> np.ndarray:
     """Usable pairs that closed forms do not exclude at a stage, which are counted by limit. (k,) bool"""
     left = np.ones(len(found.usable), dtype=bool)
     for task in tasks:
         for demand, utilisation in closed_forms(found, task, stage):
             checked = tally.checked(task, demand, found.usable)
             beyond = checked & ~(utilisation <= 1.0 + SPARE)  # also nan: a motion out of reach
-            tally.add((task.name, *demand), checked, beyond, beyond & left)
+            if demand != HOT:
+                tally.add((task.name, *demand), checked, beyond, beyond & left)
+            elif prune:  # the others are counted when they have been evaluated at every instant
+                tally.add((task.name, *demand), beyond, beyond, beyond & left)
             left = left & ~beyond
     return left
 
@@ -78,4 +84,18 @@ def closed_forms(found: Candidates, task: Task, stage: OutputStage) -> Iterable[
     heated, low, high = found.resistances(rows, task.coldest if isinstance(task, MotionTask) else np.nan)
     drive = closed_form.with_resistance(found.drives(rows, stage), low)
     made, current = closed_form.moments(signals), closed_form.linear(drive)
-    return closed_form.demands(drive, current, task, signals, made, heated=heated, hottest=high)
+    demands = closed_form.demands(drive, current, task, signals, made, heated=heated, hottest=high)
+    return itertools.chain(demands, _temperature(found, task, drive, made))
+
+
+def _temperature(
+    found: Candidates, task: Task, drive: ConventionalDrive, made: closed_form.Moments
+) -> Iterator[tuple[Demand, np.ndarray]]:
+    """Yield a lower bound of the demand for the winding temperature, where there is one; see `warmth`."""
+    warm = warmth(found, task, found.usable)
+    if warm is not None:
+        moved, rested = closed_form.squares(closed_form.linear(drive), made)
+        lost = np.ravel(drive.motor.resistance) * (moved + rested)
+        linear, square = friction_factors(drive)
+        rubbed = linear * made.all[3, 4] + square * made.all[3, 3]
+        yield HOT, warm.by_winding * lost + warm.by_friction * rubbed

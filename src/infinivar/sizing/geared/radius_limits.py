@@ -19,6 +19,7 @@ from infinivar.sizing.geared.radius_bounds import Bounds, Laurent, Resting, all_
 from infinivar.sizing.geared.sampled import HOT
 from infinivar.sizing.geared.tally import SPARE
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
+from infinivar.sizing.geared.warmth import Warmth, friction_factors, warmth
 
 _AT_ONCE = 512
 """Candidates whose power is bounded together, so that intermediate arrays stay small."""
@@ -121,6 +122,9 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
     if found.stated((Limit.PEAK, "motor"), rows).any():
         yield (Limit.PEAK, "motor"), full.both(_peak_current(load, who, _allowance(who.drive, Limit.PEAK)))
     yield (Limit.VOLTAGE, "motor"), full.both(_voltage(load, who))
+    warm = warmth(found, load.task, rows)
+    if warm is not None:
+        yield HOT, full.both(_cool(load, who, warm))
 
 
 def _slow(turning: np.ndarray, most: np.ndarray, high: float) -> Bounds:
@@ -249,6 +253,25 @@ def _mean_square(
         2.0 * constant * (second * m[..., 1, 3] + third * m[..., 2, 3]),
         second * second * m[..., 1, 1] + 2.0 * second * third * m[..., 1, 2] + third * third * m[..., 2, 2],
     )
+
+
+def _cool(load: Load, who: Judged, warm: Warmth) -> Bounds:
+    """Radii at which the lower bound of the winding temperature is permissible."""
+    factor = warm.by_winding * who.low
+    linear, square = friction_factors(who.drive)
+    speeds = load.moving[:, 2]
+    zero = np.zeros(len(factor))
+    rubbed = Laurent(
+        zero,
+        zero,
+        zero,
+        warm.by_friction * linear * (speeds.sum() / max(load.instants, 1)),
+        warm.by_friction * square * (speeds @ speeds / max(load.instants, 1)),
+    )
+    resting, root = _resting_current(load, who.current), np.sqrt(factor)
+    resting = resting._replace(linear=root * resting.linear, friction=root * resting.friction)
+    moving = current_square(load, who.current).times(factor).plus(rubbed)
+    return mean_square_below(moving, resting, np.where(warm.known, 1.0, _BEYOND), load.range)
 
 
 def _mechanical(
