@@ -297,6 +297,26 @@ def test_radii_by_closed_forms_are_those_of_a_dense_grid(loss_model):
     assert cut > 50
 
 
+@pytest.mark.parametrize("free", [False, True], ids=["stages", "radius"])
+def test_the_front_of_mass_and_power(free):
+    """All designs that no other beats, by comparing each with each; pruning leaves none out."""
+    tables = part_tables(44, motors=14, gearheads=8, thermal=0.5)
+    where = {"radius": (0.004, 0.02)} if free else {"stages": [Pulley(radius=one) for one in (0.006, 0.009)]}
+    options = {"duty": {"reach": REACH}, "samples": 60, "objective": "front", **where}
+    pruned, whole = (size_geared(PULLEY, *tables, prune=prune, **options) for prune in (True, False))
+    found = [[(one.pair, one.mass, one.power) for one in result.designs] for result in (pruned, whole)]
+    assert [one[0] for one in found[0]] == [one[0] for one in found[1]]
+    assert pruned.evaluated.sum() < whole.evaluated.sum()
+    motors, gearheads, pairs = tables
+    mass = np.broadcast_to(motors["mass"][pairs[:, 0]] + gearheads["mass"][pairs[:, 1]], whole.power.shape)
+    able = whole.feasible & np.isfinite(whole.power)
+    values = np.stack([mass[able], whole.power[able]], axis=-1)
+    beaten = [np.any(np.all(values <= one, axis=1) & np.any(values < one, axis=1)) for one in values]
+    front = sorted(map(tuple, values[~np.array(beaten)]), key=lambda one: one[1])
+    assert len(front) > 3
+    np.testing.assert_allclose([one[1:] for one in found[0]], front, rtol=1e-5 if free else 1e-12)
+
+
 def test_no_radius_is_lost_where_the_direction_of_power_depends_on_it():
     """Much inertia and friction at the pulley, and a lossy gear: the intervals contain every radius of a dense grid."""
     tables = part_tables(29, motors=6, gearheads=5, thermal=0.0, gaps=0.0)
@@ -456,7 +476,7 @@ def test_a_motion_out_of_reach_leaves_no_design():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"objective": "price"}, "objective must be energy or mass"),
+        ({"objective": "price"}, "objective must be energy, mass or front"),
         ({"duty": {}}, "duty is empty"),
         ({"duty": {}, "objective": "mass"}, "both missing"),
         ({"top": 0}, "top must be >= 1"),

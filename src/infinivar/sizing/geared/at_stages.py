@@ -12,7 +12,7 @@ from infinivar.limits import Demand
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
-from infinivar.sizing.geared.ranking import mixed, ranked, unchecked
+from infinivar.sizing.geared.ranking import front, mixed, ranked, unchecked
 from infinivar.sizing.geared.result import GearedSizing, Objective
 from infinivar.sizing.geared.sampled import HOT, sample
 from infinivar.sizing.geared.tally import SPARE, Tally
@@ -46,12 +46,18 @@ def at_stages(
         power[place, tried] = mixed(done.power, shares)
         best += ranked(found, tried, stage, done, shares, objective, top)
     best.sort(key=lambda one: one[0])
+    designs = [one for _, one in best]
+    if objective == "front":
+        mass, drawn = (np.array([getattr(one, name) for one in designs]) for name in ("mass", "power"))
+        designs = [designs[place] for place in front(mass, drawn)]
+    else:
+        designs = designs[:top]
     return GearedSizing(
         objective=objective,
         candidates=count * len(stages),
         excluded={reason: number * len(stages) for reason, number in found.excluded.items()},
         counts=tally.counts(),
-        designs=tuple(design for _, design in best[:top]),
+        designs=tuple(designs),
         feasible=feasible,
         evaluated=evaluated,
         power=power,

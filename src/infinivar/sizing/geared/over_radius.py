@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from infinivar.parts.linear import Pulley
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
-from infinivar.sizing.geared.ranking import design, mixed, unchecked
+from infinivar.sizing.geared.ranking import design, front, mixed, unchecked
 from infinivar.sizing.geared.result import Design, GearedSizing, Objective
 from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally
@@ -52,7 +52,8 @@ class _Search:
         """Search among candidates for tasks."""
         assert found.template.pulley is not None
         self.found, self.tasks, self.pulley = found, tasks, found.template.pulley
-        self.objective, self.shares = objective, shares
+        self.objective: Objective = objective
+        self.shares = shares
 
     def at(self, rows: np.ndarray, radii: np.ndarray) -> Sampled:
         """Evaluate pairs, each at its radius."""
@@ -74,11 +75,11 @@ class _Search:
         radii = _nodes(bounds.low, bounds.high)
         worst, power = self.look(rows, radii)
         radius = np.empty(len(rows))
-        cheap = np.isfinite(power).any(axis=1) & (self.objective == "energy")
+        cheap = np.isfinite(power).any(axis=1) & (self.objective != "mass")
         if not cheap.all():
             some = np.flatnonzero(~cheap)
             radius[some] = _narrowed(radii[some], worst[some], lambda tried: self.look(rows[some], tried)[0])
-            if self.objective == "energy":  # a range between the radii tried may be feasible
+            if self.objective != "mass":  # a range between the radii tried may be feasible
                 ends = (self._end(rows[some], radius[some], end[some]) for end in bounds)
                 radii[some] = _nodes(*ends)
                 power[some] = self.look(rows[some], radii[some])[1]
@@ -201,20 +202,33 @@ def _best_first(
     """The best designs, in order; which pairs were evaluated, and their power."""
     evaluated, power = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.nan)
     radius, worst = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
-    value = np.full(len(rows), np.inf)
+    value, mass = np.full(len(rows), np.inf), search.found.mass(rows)
     order = np.argsort(least, kind="stable")
-    for start in range(0, len(order), _AT_ONCE):
-        some = order[start : start + _AT_ONCE]
-        if not all_of_them and least[some[0]] > np.sort(value)[min(top, len(value)) - 1]:
+    while True:
+        promising = least <= _to_beat(search.objective, value, mass, top)
+        some = order[~evaluated[order] & (promising[order] | all_of_them)][:_AT_ONCE]
+        if not some.size:
             break
         made = search.best(rows[some], Bounds(bounds.low[some], bounds.high[some]))
         able = made.done.feasible
         evaluated[some], radius[some], worst[some] = True, made.radius, made.done.worst
         power[some] = np.where(able, made.power, np.nan)
         value[some] = np.where(able, least[some] if search.objective == "mass" else made.power, np.inf)
-    best = np.lexsort((rows, worst, value))[:top]
-    best = best[np.isfinite(value[best])]
+    able = np.flatnonzero(np.isfinite(value))
+    if search.objective == "front":
+        best = able[front(mass[able], value[able])]
+    else:
+        best = able[np.lexsort((rows[able], worst[able], value[able]))][:top]
     return _designs(search, rows[best], radius[best], Bounds(bounds.low[best], bounds.high[best])), evaluated, power
+
+
+def _to_beat(objective: Objective, value: np.ndarray, mass: np.ndarray, top: int) -> Any:
+    """Value above which pairs are not among the best, whatever their radius; of a front, that of each pair's mass."""
+    if objective != "front":
+        return np.sort(value)[min(top, len(value)) - 1] if len(value) else np.inf
+    order = np.argsort(mass)
+    least = np.minimum.accumulate(value[order])
+    return least[np.searchsorted(mass[order], mass, side="right") - 1] if len(value) else np.inf
 
 
 def _designs(search: _Search, rows: np.ndarray, radius: np.ndarray, bounds: Bounds) -> list[Design]:

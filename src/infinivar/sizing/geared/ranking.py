@@ -24,6 +24,18 @@ def mixed(power: Mapping[str, np.ndarray], shares: Mapping[str, float]) -> Any:
     return sum(shares[name] * drawn for name, drawn in power.items()) if power else np.nan
 
 
+def front(mass: np.ndarray, power: np.ndarray) -> np.ndarray:
+    """Places of the values of which no other is lower in both, or in one and equal in the other, by power. (k,) int"""
+    order = np.lexsort((mass, power))
+    light = mass[order]
+    # Of equal powers the first is the lightest; an equal pair of values is no better.
+    before = np.concatenate([[np.inf], np.minimum.accumulate(light)[:-1]])[: len(light)]
+    kept = order[light < before]
+    same = np.isin(mass + 1j * power, (mass + 1j * power)[kept])
+    places = np.flatnonzero(same)
+    return places[np.lexsort((places, power[places]))]
+
+
 def ranked(
     found: Candidates,
     rows: np.ndarray,
@@ -36,8 +48,11 @@ def ranked(
     """The best feasible designs at a stage, each with its rank."""
     able = np.flatnonzero(done.feasible)
     drawn = np.broadcast_to(mixed(done.power, shares), rows.shape)
-    first = drawn if objective == "energy" else found.mass(rows)
-    order = able[np.lexsort((rows[able], done.worst[able], first[able]))][:top]
+    first = found.mass(rows) if objective == "mass" else drawn
+    if objective == "front":
+        order = able[front(found.mass(rows[able]), drawn[able])]
+    else:
+        order = able[np.lexsort((rows[able], done.worst[able], first[able]))][:top]
     return [
         (
             (float(first[place]), float(done.worst[place]), int(rows[place])),

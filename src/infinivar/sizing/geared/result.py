@@ -12,7 +12,7 @@ from infinivar.limits import Demand, Limit
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.sampled import TaskDemand
 
-Objective = Literal["energy", "mass"]
+Objective = Literal["energy", "mass", "front"]
 
 
 class LimitCount(NamedTuple):
@@ -75,7 +75,7 @@ class GearedSizing(NamedTuple):
     counts: tuple[LimitCount, ...]
     """In the order in which limits are checked."""
     designs: tuple[Design, ...]
-    """The best, in order."""
+    """The best, in order; of a front all, by power."""
     feasible: np.ndarray
     """Candidates that keep all limits; over a range of radii, those that the closed forms leave. (s, n) bool"""
     evaluated: np.ndarray

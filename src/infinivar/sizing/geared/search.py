@@ -50,11 +50,12 @@ def size_geared(
         template.
     radius : (float, float)        Least and largest radius of the template's pulley, instead of `stages`. [m]
     objective : str                energy: least mean power from the supply, over the motions by their shares of time, equal if
-        none states one. mass: least mass of motor and gearhead, of equals the one with the largest margin.
+        none states one. mass: least mass of motor and gearhead, of equals the one with the largest margin. front: all designs
+        of which no other has less of both.
     travel : float                 End-to-end travel of the load, as for `duty_cycle`. [m]
     loss_model : str               coulomb or proportional, of all gearheads; by default that of the template's.
     samples : int                  Instants of a motion; as many as `duty_cycle` has by default.
-    top : int                      Number of designs to return.
+    top : int                      Number of designs to return; of a front, all are.
     prune : bool                   Whether closed forms spare candidates that cannot be feasible, or over a range of radii cannot
         be among the best, the evaluation at every instant. The result is the same without, only later.
 
@@ -67,9 +68,9 @@ def size_geared(
     ParameterError
         If an argument is out of range or does not fit the others.
     """
-    require(objective in ("energy", "mass"), "objective", repr(objective), "energy or mass")
+    require(objective in ("energy", "mass", "front"), "objective", repr(objective), "energy, mass or front")
     require(isinstance(top, int) and top >= 1, "top", top, ">= 1")
-    if objective == "energy" and not duty:
+    if objective != "mass" and not duty:
         raise ParameterError(
             "duty is empty: the energy needs a motion; with a required region only, use objective = 'mass'"
         )
@@ -84,7 +85,7 @@ def size_geared(
         pairs,
         loss_model=loss_model or template.gearhead.loss_model,
         moving=bool(duty),
-        weighed=objective == "mass",
+        weighed=objective != "energy",
     )
     options = {"objective": objective, "shares": shares, "top": top, "prune": prune}
     if radius is None:
