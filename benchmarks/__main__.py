@@ -27,6 +27,7 @@ NAMES = (
     "recording",
     "uncertainty",
     "catalogue",
+    "sizing_geared",
 )
 
 

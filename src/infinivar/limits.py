@@ -60,6 +60,10 @@ class Limit(IntEnum):
     """The rolling-contact life of a screw is shorter than wanted."""
     TEMPERATURE = 21
     """The winding becomes hotter than permissible. Counts rises above ambient; only over a motion, never at a point."""
+    GEAR_PEAK = 22
+    """The output torque of the gearhead exceeds its intermittent rating."""
+    GEAR_SPEED = 23
+    """The motor turns faster than the gearhead permits at its input."""
 
     @property
     def words(self) -> str:
@@ -131,6 +135,8 @@ _WORDS = {
     Limit.BUCKLING: "buckling",
     Limit.LIFE: "rated life",
     Limit.TEMPERATURE: "motor winding temperature",
+    Limit.GEAR_PEAK: "gearhead intermittent torque",
+    Limit.GEAR_SPEED: "gearhead input speed",
 }
 
 

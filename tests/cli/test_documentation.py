@@ -56,7 +56,7 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "errata", "study-file", "extending", "measurements", "catalogue")
+DAILY = ("theory", "errata", "sizing", "study-file", "extending", "measurements", "catalogue")
 SLOW = (
     "tutorial",
     "gait-to-motor",

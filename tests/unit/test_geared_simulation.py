@@ -258,3 +258,28 @@ def test_the_rotor_is_inertia_enough(stage, inertia):
     assert ends[0] == pytest.approx(ends[1], abs=1e-7)
     with pytest.raises(iv.ParameterError, match=r"motor.rotor_inertia is missing"):
         replace(bare, motor=replace(bare.motor, rotor_inertia=None)).check_motion()
+
+
+def test_peaks_of_a_gearhead_are_those_of_inverse_dynamics():
+    """A load shaken along a rack, with ratings of half the peaks: the run exceeds them as motor and continuous rating."""
+    still = drive(rack=iv.Rack(module=1e-3, teeth=20, efficiency=0.95))
+    load = {"load_mass": 2.0}
+    motion = Sinusoid(distance=0.02, frequency=3.0)
+    point = iv.duty_cycle(still, iv.DutyCycle(motion=motion, **load)).point
+    torque = np.max(np.abs(point.states["gear_output_torque_Nm"]))
+    speed = np.max(np.abs(point.states["motor_speed_rad_s"]))
+    rated = replace(still, gearhead=replace(GEAR, intermittent_torque=0.5 * torque, max_input_speed=0.5 * speed))
+    demands = iv.duty_cycle(rated, iv.DutyCycle(motion=motion, **load)).demands
+    assert demands[Limit.GEAR_PEAK, "gearhead"] == pytest.approx(2.0, rel=1e-12)
+    assert demands[Limit.GEAR_SPEED, "gearhead"] == pytest.approx(2.0, rel=1e-12)
+    both = replace(
+        rated,
+        gearhead=replace(rated.gearhead, continuous_torque=0.5 * torque),
+        motor=replace(MOTOR, max_speed=0.5 * speed),
+    )
+    run = iv.simulate(both, Scenario(motion=motion, duration=1.0, **load))
+    worst = {limit: [event.worst for event in run.events if event.limit == limit] for limit in Limit}
+    assert worst[Limit.GEAR_SPEED] == pytest.approx(worst[Limit.SPEED], rel=1e-9)
+    assert worst[Limit.GEAR_PEAK] == pytest.approx(worst[Limit.GEAR], rel=1e-9)
+    assert np.median(worst[Limit.GEAR_SPEED]) == pytest.approx(2.0, rel=0.02)
+    assert np.median(worst[Limit.GEAR_PEAK]) == pytest.approx(2.0, rel=0.1)  # the controller corrects at reversals

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 
 import infinivar as iv
 from infinivar.parts import heat
+from infinivar.parts.heat_steps import over, windings
 from infinivar.study.catalogue import motors
 
 MOTOR = motors()["dc-max-26-s-24v"]
@@ -191,11 +192,34 @@ def test_the_closed_form_is_the_matrix_exponential(key):
     time = 10.0 ** random.uniform(-4, 1, 40) / np.abs(np.linalg.eigvals(matrix)).max(axis=-1)
     generators = np.zeros((40, 3, 3))
     generators[:, :2, :2], generators[:, :2, 2] = matrix, vector
-    maps = heat._over(generators, time)
+    maps = over(generators, time)
     np.testing.assert_allclose(maps[:, :2, :2], expm(matrix * time[:, None, None]), rtol=1e-9, atol=1e-14)
     # A int_0^t exp(A s) b ds = (exp(A t) - 1) b
     gained = np.einsum("nij,nj->ni", maps[:, :2, :2] - np.eye(2), vector)
     size = np.abs(gained).max(axis=1, keepdims=True)
     np.testing.assert_allclose(np.einsum("nij,nj->ni", matrix, maps[:, :2, 2]) / size, gained / size, atol=1e-9)
     np.testing.assert_array_equal(maps[:, 2], np.tile([0.0, 0.0, 1.0], (40, 1)))
-    np.testing.assert_allclose(heat._over(generators[0], 0.0), np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(over(generators[0], 0.0), np.eye(3), atol=1e-15)
+
+
+def test_many_motors_at_once_are_as_hot_as_each_alone():
+    """Settled cycles and runs, one of them of a motor that never settles: the same temperatures to rounding."""
+    random = np.random.default_rng(5)
+    times = np.arange(200)
+    cycles = 1.0 + random.uniform(-0.5, 0.5, (4, 1)) * np.sin(0.1 * times) + np.array([[0.0], [0.5], [1.0], [9.0]])
+    rubbed = random.uniform(0.1, 0.5, (4, 200))
+    lags = np.array([[12.0], [11.0], [14.0], [12.5]])
+    many = replace(MOTOR, winding_time_constant=lags)
+    for run in (False, True):
+        options = {"start": 320.0} if run else {}
+        found = windings(many, cycles, rubbed, 0.9, AMBIENT, **options)
+        for place in range(4):
+            one = replace(MOTOR, winding_time_constant=float(lags[place, 0]))
+            alone = (heat.heat_over_run if run else heat.heat)(
+                one, cycles[place], rubbed[place], 0.9, ambient=AMBIENT, **options
+            )
+            assert found.highest[place] == pytest.approx(alone.winding, rel=1e-12)
+            assert found.mean[place] == pytest.approx(alone.mean_winding, rel=1e-12)
+            if run:
+                np.testing.assert_allclose(found.history[place], alone.winding_history, rtol=1e-12)
+        assert run or found.highest[3] == math.inf

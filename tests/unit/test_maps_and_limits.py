@@ -245,6 +245,15 @@ def test_ratings_of_motor_and_gear_are_limits(study):
     assert slow.operate(speed=0.5, force=1.0).limit == Limit.SPEED
     weak = replace(drive, gearhead=replace(drive.gearhead, continuous_torque=0.1))
     assert weak.operate(speed=0.1, force=40.0).limit == Limit.GEAR
+    brief = replace(drive, gearhead=replace(drive.gearhead, intermittent_torque=0.1))
+    fast = replace(drive, gearhead=replace(drive.gearhead, max_input_speed=100.0))
+    for sign in (1.0, -1.0):
+        point = brief.operate(speed=0.1, force=40.0 * sign)
+        assert point.limit == Limit.GEAR_PEAK
+        assert point.margin == pytest.approx(0.1 / (0.005 * (40.0 + sign * drive.guideway.friction_force())), rel=1e-12)
+        turning = fast.operate(speed=0.5 * sign, force=1.0)
+        assert turning.limit == Limit.GEAR_SPEED
+        assert turning.margin == pytest.approx(100.0 / (0.5 / 0.005 * drive.gearhead.ratio), rel=1e-12)
 
 
 def test_conventional_drive_by_hand(study):

@@ -65,7 +65,13 @@ def test_mgdb_values(made):
     assert second.viscous_friction == 1.5e-6
     assert second.friction_torque < second.no_load_torque
     assert gearheads.part("XX_G16_R16:1") == iv.Gearhead(
-        name="Made Up G16_R16:1", ratio=16, efficiency=0.8, continuous_torque=0.4, inertia=1e-8, mass=0.03
+        name="Made Up G16_R16:1",
+        ratio=16,
+        efficiency=0.8,
+        continuous_torque=0.4,
+        intermittent_torque=0.5,
+        inertia=1e-8,
+        mass=0.03,
     )
     assert motors.stated("XX_A1")["order_number"] == "A1"
     assert motors.stated("XX_A1")["source"] == "made_motors.csv"

@@ -313,7 +313,8 @@ def _utilisation(
         motor(drive.steering.motor, "steering motor", "steering.")
     motor(drive.motor, "motor", prefix)
     (out,) = (bond for bond in run.graph.bonds_of(f"{prefix}gear") if bond.tail == f"{prefix}gear")
-    for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head]).items():
+    turning = run.at(f"{prefix}motor")[0] / drive.motor.torque_constant / drive.gearhead.ratio
+    for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head], turning).items():
         found[limit, "gearhead"] = demand
     if not cobotic:
         found.update(_stage_utilisation(drive, run))

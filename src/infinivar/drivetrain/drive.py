@@ -42,6 +42,9 @@ class DrivePoint(PowerPoint, Result):
 
 T = TypeVar("T")
 
+GEAR_LIMITS = (Limit.GEAR, Limit.GEAR_PEAK, Limit.GEAR_SPEED)
+"""Limits of the gearhead among those of a motor with its gearhead."""
+
 
 @result
 class MovingPoint(Result):
@@ -307,7 +310,7 @@ def motor_side(
 
 def placed(utilisation: Mapping[Limit, Array], motor: str = "motor") -> dict[Demand, Array]:
     """Demands on one motor and its gearhead, keyed by limit and part."""
-    return {(limit, "gearhead" if limit == Limit.GEAR else motor): demand for limit, demand in utilisation.items()}
+    return {(limit, "gearhead" if limit in GEAR_LIMITS else motor): demand for limit, demand in utilisation.items()}
 
 
 def needed(value: T | None, field: str) -> T:

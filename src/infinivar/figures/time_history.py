@@ -41,6 +41,8 @@ _WHERE = {
     Limit.VOLTAGE: "motor_current_A",
     Limit.SPEED: "motor_current_A",
     Limit.GEAR: "motor_current_A",
+    Limit.GEAR_PEAK: "motor_current_A",
+    Limit.GEAR_SPEED: "motor_current_A",
     Limit.STEERING: "steering_angle_rad",
     Limit.REGENERATION: "supply_power_W",
     Limit.LINKAGE: "angle_rad",

@@ -116,6 +116,10 @@ class Gearhead:
         default=None,
     )
     continuous_torque: float | None = quantity("N m", Gt(0), "Permissible continuous output torque", default=None)
+    intermittent_torque: float | None = quantity(
+        "N m", Gt(0), "Permissible intermittent output torque; bounds the peak", default=None
+    )
+    max_input_speed: float | None = quantity("rad/s", Gt(0), "Permissible speed on the motor side", default=None)
     inertia: float | None = quantity("kg m^2", Gt(0), "Inertia on the motor side", default=None)
     stiffness: float | None = quantity("N m/rad", Gt(0), "Torsional stiffness at the output", default=None)
     backlash: float | None = quantity(
@@ -186,7 +190,7 @@ class Gearhead:
         Returns
         -------
         GearPoint
-            Motor torque [N m], motor speed [rad s^-1], loss [W], utilisation of the continuous torque if that is known.
+            Motor torque [N m], motor speed [rad s^-1], loss [W], utilisation of the limits that are known.
 
         Source: coulomb: faulring2006, section VI-A. proportional: definition of efficiency, taken in the direction in
         which power flows. stribeck: duclusaud2025.
@@ -201,7 +205,7 @@ class Gearhead:
             motor_torque=ideal + friction,
             motor_speed=motor_speed,
             loss=friction * motor_speed,
-            utilisation=self.utilisation(output_torque),
+            utilisation=self.utilisation(output_torque, output_speed),
         )
 
     def load_friction(self, speed: Array, torque: Array) -> Array:
@@ -220,9 +224,25 @@ class Gearhead:
             return 0.0
         return coulomb_torque(self._forward, given(self.rated_torque, motor_rated_torque))
 
-    def utilisation(self, output_torque: Array) -> dict[Limit, Array]:
-        """Demand over allowance for the continuous output torque; empty if that is not known. [-]"""
-        if self.continuous_torque is None:
-            return {}
-        xp = namespace(self, output_torque)
-        return {Limit.GEAR: xp.abs(output_torque) / self.continuous_torque}
+    def utilisation(self, output_torque: Array, output_speed: Array) -> dict[Limit, Array]:
+        """Demand over allowance for continuous and intermittent output torque and for the input speed, of those known.
+
+        Parameters
+        ----------
+        output_torque, output_speed : (...,) float   [N m], [rad s^-1]
+
+        Returns
+        -------
+        dict of Limit to (...,) float   1 is at the limit. [-]
+
+        Source: data sheets, maxon2020.
+        """
+        xp = namespace(self, output_torque, output_speed)
+        demand = {}
+        if self.continuous_torque is not None:
+            demand[Limit.GEAR] = xp.abs(output_torque) / self.continuous_torque
+        if self.intermittent_torque is not None:
+            demand[Limit.GEAR_PEAK] = xp.abs(output_torque) / self.intermittent_torque
+        if self.max_input_speed is not None:
+            demand[Limit.GEAR_SPEED] = xp.abs(output_speed) * self.ratio / self.max_input_speed
+        return demand

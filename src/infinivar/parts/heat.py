@@ -15,20 +15,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
+from infinivar.parts.heat_steps import BOUND, COPPER, MARGIN, REFERENCE, Steps, over
+from infinivar.parts.heat_steps import rates as rates
+from infinivar.parts.heat_steps import steps as steps_of
 from infinivar.parts.motor import Motor
 from infinivar.units import celsius, plain
 
-COPPER = 0.0039
-"""Temperature coefficient of the resistance of copper, relative to 25 °C. [1/K]"""
-REFERENCE = 298.15
-"""Temperature at which data sheets state the resistance. [K]"""
 NEEDED = (
     "winding_to_housing",
     "housing_to_ambient",
@@ -38,17 +37,10 @@ NEEDED = (
 )
 """Motor fields that the model requires."""
 
-_STEPS_PER_TIME_CONSTANT = 50
-_LEAST_STEPS, _MOST_STEPS = 8, 4000
 _RUN_STEPS = 1000
 """Most steps of a run in `through_run`."""
 _NEVER = 60
 """Doublings of a cycle, 1e18 cycles in all, after which the limit counts as never reached."""
-_MARGIN = 1e-9
-_LONGEST_STEP = 60.0
-"""Longest time step, in multiples of the slower time constant."""
-_BOUND = 1e12
-"""Largest growth of a temperature difference within a cycle; beyond it the winding counts as running away."""
 _HALVINGS = 40
 
 
@@ -127,40 +119,6 @@ def warm(motor: Motor, temperature: float) -> Motor:
     return motor.with_resistance(motor.resistance * (1.0 + COPPER * (temperature - REFERENCE)))
 
 
-def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix A and vector b of ``d(T_w, T_h)/dt = A (T_w, T_h) + b``.
-
-    Parameters
-    ----------
-    motor : Motor                     With all of `NEEDED`.
-    square_current : (n,) float       Mean square of the current. [A^2]
-    friction_power : (n,) float       Heat from friction and iron loss. [W]
-    ambient : float                   Ambient temperature. [K]
-
-    Returns
-    -------
-    A, b : (n, 2, 2), (n, 2) float    [s^-1], [K s^-1]
-
-    Source: maxon2020; see the module.
-    """
-    inner, outer = motor.winding_to_housing, motor.housing_to_ambient
-    assert inner is not None
-    assert outer is not None
-    winding, housing = (
-        (motor.winding_time_constant or math.nan) / inner,
-        (motor.housing_time_constant or math.nan) / outer,
-    )
-    joule = motor.resistance * np.atleast_1d(np.asarray(square_current, dtype=float))
-    friction = np.atleast_1d(np.asarray(friction_power, dtype=float))
-    matrix = np.empty((joule.size, 2, 2))
-    matrix[:, 0, 0] = (joule * COPPER - 1.0 / inner) / winding
-    matrix[:, 0, 1] = 1.0 / (inner * winding)
-    matrix[:, 1, 0] = 1.0 / (inner * housing)
-    matrix[:, 1, 1] = -(1.0 / inner + 1.0 / outer) / housing
-    vector = np.stack([joule * (1.0 - COPPER * REFERENCE) / winding, (friction + ambient / outer) / housing], axis=-1)
-    return matrix, vector
-
-
 def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float = REFERENCE) -> Heat:
     """Temperatures of a motor that repeats a cycle.
 
@@ -183,14 +141,14 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     Source: maxon2020; see the module.
     """
     _check(motor)
-    steps = _steps(motor, current, friction_power, period, ambient)
+    steps = steps_of(motor, current, friction_power, period, ambient)
     cycle = _cycle(steps.maps)
     limit = float(motor.max_winding_temperature or math.nan)
     start = np.array([ambient, ambient, 1.0])
     settled = None if cycle is None else _settled(cycle)
     along = np.full((1, 3), math.inf) if settled is None else _along(steps.maps, settled)[1:]
     # After a cold start each cycle begins warmer than the last: if the settled motor is within the limit, so is every cycle.
-    bears = ambient <= limit and along[:, 0].max() <= limit * (1.0 + _MARGIN)
+    bears = ambient <= limit and along[:, 0].max() <= limit * (1.0 + MARGIN)
     passing, reached = (math.inf, start) if bears else _passes(steps, cycle, start, limit)
     if settled is None and passing < math.inf:
         time, history = _history(cycle, start, period, passing, 0)
@@ -242,19 +200,19 @@ def heat_over_run(
     Source: maxon2020; see the module.
     """
     _check(motor)
-    steps = _steps(motor, current, friction_power, duration, ambient)
+    steps = steps_of(motor, current, friction_power, duration, ambient)
     limit = float(motor.max_winding_temperature or math.nan)
     begin = ambient if start is None else start
     state = np.array([begin, begin, 1.0])
     along = _along(steps.maps, state)
-    beyond = bool(along[:, 0].max() > limit * (1.0 + _MARGIN))
+    beyond = bool(along[:, 0].max() > limit * (1.0 + MARGIN))
     weight = np.diff(steps.ends)
     return Heat(
         winding=float(along[:, 0].max()),
         housing=float(along[:, 1].max()),
         mean_winding=float(np.sum(0.5 * (along[1:, 0] + along[:-1, 0]) * weight) / np.sum(weight)),
         permissible=limit,
-        time_to_limit=_crossing(steps, state, limit * (1.0 + _MARGIN))[0] if beyond else math.inf,
+        time_to_limit=_crossing(steps, state, limit * (1.0 + MARGIN))[0] if beyond else math.inf,
         ambient=ambient,
         time=steps.ends,
         winding_history=along[:, 0],
@@ -362,74 +320,12 @@ def through_run(
     return highest, total / duration
 
 
-class _Steps(NamedTuple):
-    """A cycle divided into steps of constant power."""
-
-    generators: np.ndarray
-    """Generator of (T_w, T_h, 1) for each step. (k, 3, 3) [s^-1]"""
-    ends: np.ndarray
-    """Times since the start of the cycle, beginning with 0. (k + 1,) [s]"""
-    active: np.ndarray
-    """Part of each step before the state has settled or run away. (k,) [s]"""
-    maps: np.ndarray
-    """Exact map of (T_w, T_h, 1) over each step. (k, 3, 3)"""
-
-
-def _steps(motor: Motor, current: Any, friction_power: Any, period: float, ambient: float) -> _Steps:
-    square = np.atleast_1d(np.asarray(current, dtype=float)) ** 2
-    friction = np.broadcast_to(np.asarray(friction_power, dtype=float), square.shape)
-    wanted = _STEPS_PER_TIME_CONSTANT * period / (motor.winding_time_constant or math.nan)
-    count = min(int(np.clip(math.ceil(wanted), _LEAST_STEPS, _MOST_STEPS)), square.size)
-    edges = np.linspace(0, square.size, count + 1).astype(int)
-    width = np.diff(edges)
-    square, friction = (np.add.reduceat(values, edges[:-1]) / width for values in (square, friction))
-    matrix, vector = rates(motor, square, friction, ambient)
-    generators = np.zeros((count, 3, 3))
-    generators[:, :2, :2], generators[:, :2, 2] = matrix, vector
-    ends = edges * (period / edges[-1])
-    # A longer step has settled, or run away, before it ends; its exponential would lose all digits.
-    longest = _LONGEST_STEP * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
-    grows = np.linalg.eigvals(matrix).real.max(axis=-1)
-    active = np.minimum(np.diff(ends), np.minimum(longest, 2.0 * math.log(_BOUND) / np.maximum(grows, 1.0 / longest)))
-    return _Steps(generators, ends, active, _over(generators, active))
-
-
-def _over(generators: np.ndarray, time: Any) -> np.ndarray:
-    """State maps over given times: exponentials of generators, in closed form.
-
-    The two rates of a motor's temperatures, eigenvalues of the 2 x 2 matrix A, are real and differ, as each mass warms the other.
-    A function of A is thus that of the rates, each times its projection; the part of the vector b is ``t phi(A t) b`` with
-    ``phi(x) = (exp(x) - 1)/x``.
-    """
-    time = np.asarray(time, dtype=float)
-    vector = generators[..., :2, 2]
-    a, b, c, d = (generators[..., row, column] for row in (0, 1) for column in (0, 1))
-    half = 0.5 * (a - d)
-    spread = np.sqrt(half**2 + b * c)
-    # spread - |half|, without cancellation
-    little = b * c / (spread + np.abs(half))
-    above, below = np.where(half > 0, spread + half, little), np.where(half > 0, little, spread - half)
-    maps = np.zeros((*np.broadcast_shapes(a.shape, time.shape), 3, 3))
-    for rate, first, second, sign in (
-        (np.maximum(a, d) + little, above, below, 1.0),
-        (np.minimum(a, d) - little, below, above, -1.0),
-    ):
-        rows = ((first, sign * b), (sign * c, second))
-        onto = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2) / (2.0 * spread)[..., None, None]
-        grown = rate * time
-        lasting = time * np.where(grown == 0, 1.0, np.expm1(grown) / np.where(grown == 0, 1.0, grown))
-        maps[..., :2, :2] += np.exp(grown)[..., None, None] * onto
-        maps[..., :2, 2] += lasting[..., None] * np.einsum("...ij,...j->...i", onto, vector)
-    maps[..., 2, 2] = 1.0
-    return maps
-
-
 def _cycle(steps: np.ndarray) -> np.ndarray | None:
     """Map over a whole cycle; None if temperatures run away within it."""
     cycle = np.eye(3)
     for step in steps:
         cycle = step @ cycle
-        if cycle[:2, :2].max() > _BOUND:
+        if cycle[:2, :2].max() > BOUND:
             return None
     return cycle
 
@@ -452,12 +348,12 @@ def _along(steps: np.ndarray, state: np.ndarray, limit: float = math.inf) -> np.
     return np.array(found)
 
 
-def _passes(steps: _Steps, cycle: np.ndarray | None, state: np.ndarray, limit: float) -> tuple[float, np.ndarray]:
+def _passes(steps: Steps, cycle: np.ndarray | None, state: np.ndarray, limit: float) -> tuple[float, np.ndarray]:
     """Time until the winding exceeds the limit (inf if it never does), and the state at that time.
 
     Finds the first such cycle by bisection over powers of two of the cycle map.
     """
-    limit = limit * (1.0 + _MARGIN)
+    limit = limit * (1.0 + MARGIN)
 
     def passes(state: np.ndarray) -> bool:
         return bool(_along(steps.maps, state, limit)[-1, 0] > limit)
@@ -479,7 +375,7 @@ def _passes(steps: _Steps, cycle: np.ndarray | None, state: np.ndarray, limit: f
     return begin + since, state
 
 
-def _crossing(steps: _Steps, state: np.ndarray, limit: float) -> tuple[float, np.ndarray]:
+def _crossing(steps: Steps, state: np.ndarray, limit: float) -> tuple[float, np.ndarray]:
     """Time in a cycle or run at which the winding exceeds the limit, which it must do, and the state at that time."""
     along = _along(steps.maps, state, limit)
     if len(along) == 1:
@@ -488,9 +384,9 @@ def _crossing(steps: _Steps, state: np.ndarray, limit: float) -> tuple[float, np
     low, high = 0.0, float(steps.active[place])
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        beyond = (_over(steps.generators[place], middle) @ state)[0] > limit
+        beyond = (over(steps.generators[place], middle) @ state)[0] > limit
         low, high = (low, middle) if beyond else (middle, high)
-    return float(steps.ends[place]) + high, _over(steps.generators[place], high) @ state
+    return float(steps.ends[place]) + high, over(steps.generators[place], high) @ state
 
 
 def _history(

@@ -90,7 +90,6 @@ _FURTHER: Mapping[str, tuple[Column, ...]] = {
     ),
     "gearheads": (
         _stated("stages", "1", Gt(0), "Number of stages"),
-        _stated("intermittent_torque", "N m", Gt(0), "Permissible intermittent output torque"),
         _stated("direction", "1", NonZero(), "1: output turns as the input; -1: the other way"),
     ),
     "bearings": (),

@@ -1,0 +1,1 @@
+"""Search for the best drive among parts that can be bought."""

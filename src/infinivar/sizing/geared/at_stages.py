@@ -1,0 +1,107 @@
+"""Every pair of motor and gearhead at given output stages."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.limits import Demand
+from infinivar.parts.stage import OutputStage
+from infinivar.sizing.geared import closed_form
+from infinivar.sizing.geared.candidates import Candidates
+from infinivar.sizing.geared.ranking import front, mixed, ranked, unchecked
+from infinivar.sizing.geared.result import GearedSizing, Objective
+from infinivar.sizing.geared.sampled import HOT, sample
+from infinivar.sizing.geared.tally import SPARE, Tally
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.geared.warmth import friction_factors, warmth
+
+
+def at_stages(
+    found: Candidates,
+    tasks: Sequence[Task],
+    stages: Sequence[OutputStage],
+    *,
+    objective: Objective,
+    shares: Mapping[str, float],
+    top: int,
+    prune: bool,
+) -> GearedSizing:
+    """Evaluate every pair at every stage; arguments as for `size_geared`."""
+    count, rows, tally = len(found.pairs), found.usable, Tally(found)
+    feasible, evaluated = (np.zeros((len(stages), count), dtype=bool) for _ in range(2))
+    power, best = np.full((len(stages), count), np.nan), []
+    for place, stage in enumerate(stages):
+        here = tuple(task.critical(found.template, stage) if isinstance(task, RegionTask) else task for task in tasks)
+        left = _left(found, here, stage, tally, prune)
+        tried = rows[left] if prune else rows
+        if not tried.size:
+            continue
+        done = sample(found, tried, here, stage)
+        tally.heat(done, tried, left[left] if prune else left)
+        feasible[place, tried], evaluated[place, tried] = done.feasible, True
+        power[place, tried] = mixed(done.power, shares)
+        best += ranked(found, tried, stage, done, shares, objective, top)
+    best.sort(key=lambda one: one[0])
+    designs = [one for _, one in best]
+    if objective == "front":
+        mass, drawn = (np.array([getattr(one, name) for one in designs]) for name in ("mass", "power"))
+        designs = [designs[place] for place in front(mass, drawn)]
+    else:
+        designs = designs[:top]
+    return GearedSizing(
+        objective=objective,
+        candidates=count * len(stages),
+        excluded={reason: number * len(stages) for reason, number in found.excluded.items()},
+        counts=tally.counts(),
+        designs=tuple(designs),
+        feasible=feasible,
+        evaluated=evaluated,
+        power=power,
+        radii=np.empty((0, 2)),
+        unchecked=unchecked(found, len(stages)),
+    )
+
+
+def _left(found: Candidates, tasks: Sequence[Task], stage: OutputStage, tally: Tally, prune: bool) -> np.ndarray:
+    """Usable pairs that closed forms do not exclude at a stage, which are counted by limit. (k,) bool"""
+    left = np.ones(len(found.usable), dtype=bool)
+    for task in tasks:
+        for demand, utilisation in closed_forms(found, task, stage):
+            checked = tally.checked(task, demand, found.usable)
+            beyond = checked & ~(utilisation <= 1.0 + SPARE)  # also nan: a motion out of reach
+            if demand != HOT:
+                tally.add((task.name, *demand), checked, beyond, beyond & left)
+            elif prune:  # the others are counted when they have been evaluated at every instant
+                tally.add((task.name, *demand), beyond, beyond, beyond & left)
+            left = left & ~beyond
+    return left
+
+
+def closed_forms(found: Candidates, task: Task, stage: OutputStage) -> Iterable[tuple[Demand, np.ndarray]]:
+    """Demand over allowance of every limit in a task, for all usable pairs; see `closed_form.demands`."""
+    rows, signals = found.usable, task.signals(found.template, stage)
+    if any(not demand <= 1.0 for demand in signals.others.values()):
+        # No candidate is feasible, and the signals may be undefined.
+        return [(key, np.full(len(rows), demand)) for key, demand in signals.others.items()]
+    heated, low, high = found.resistances(rows, task.coldest if isinstance(task, MotionTask) else np.nan)
+    drive = closed_form.with_resistance(found.drives(rows, stage), low)
+    made, current = closed_form.moments(signals), closed_form.linear(drive)
+    demands = closed_form.demands(drive, current, task, signals, made, heated=heated, hottest=high)
+    return itertools.chain(demands, _temperature(found, task, drive, made))
+
+
+def _temperature(
+    found: Candidates, task: Task, drive: ConventionalDrive, made: closed_form.Moments
+) -> Iterator[tuple[Demand, np.ndarray]]:
+    """Yield a lower bound of the demand for the winding temperature, where there is one; see `warmth`."""
+    warm = warmth(found, task, found.usable)
+    if warm is not None:
+        moved, rested = closed_form.squares(closed_form.linear(drive), made)
+        lost = np.ravel(drive.motor.resistance) * (moved + rested)
+        linear, square = friction_factors(drive)
+        rubbed = linear * made.all[3, 4] + square * made.all[3, 3]
+        yield HOT, warm.by_winding * lost + warm.by_friction * rubbed

@@ -1,0 +1,235 @@
+r"""Demands and energy of many candidates at one stage, without sampling.
+
+With the sign s of the speed and ``x = (torque s, acceleration s, |speed|)`` at the gear's output, the current of a candidate is
+linear where the gear drives and where it is driven:
+
+.. math::
+    s I = \alpha x_1 + \beta x_2 + \gamma x_3 + \delta, \qquad
+    \alpha = \frac{e}{n k}, \quad \beta = \frac{n J}{k}, \quad \gamma = \frac{n c}{k}, \quad \delta = \frac{\tau_g + \tau_m}{k}
+
+with :math:`e = 1/\eta` while the motor drives, the backdriving efficiency while the load drives, and 1 for constant gear friction
+:math:`\tau_g`. Its mean square is a quadratic form of the moments of x, one matrix for all candidates; current and voltage are
+extreme at corners of the convex hull of x. At rest friction carries what it can: ``|I| = max(alpha |torque| - delta, 0)``.
+
+Source: faulring2006, Fig 14; moments and hulls: linearity of the laws in x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar._core.fields import given
+from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.limits import Demand, Limit
+from infinivar.sizing.geared.extremes import extreme_places
+from infinivar.sizing.geared.tasks import Signals, Task, heat_counts
+
+_ROWS = 4096
+"""Candidates handled at once, so that intermediate arrays stay small."""
+
+
+class Linear(NamedTuple):
+    """Coefficients of the current of many candidates. (k,)"""
+
+    drive: np.ndarray
+    """alpha while the motor drives. [A N^-1 m^-1]"""
+    brake: np.ndarray
+    """alpha while the load drives, and at rest. [A N^-1 m^-1]"""
+    inertia: np.ndarray
+    """beta. [A s^2]"""
+    viscous: np.ndarray
+    """gamma. [A s]"""
+    friction: np.ndarray
+    """delta. [A]"""
+    back_emf: np.ndarray
+    """Voltage per speed at the gear's output, n k. [V s]"""
+
+
+class Moments(NamedTuple):
+    """Means over all instants of products of ``(torque s while driving, torque s while driven, acceleration s, |speed|, 1)``."""
+
+    all: np.ndarray
+    """(5, 5)"""
+    driving: np.ndarray
+    """The same with the instants in which the motor drives only. (5, 5)"""
+    resting: np.ndarray
+    """Torques at rest in rising order. (m,) [N m]"""
+    sums: np.ndarray
+    """Sums of the largest of them: number, torques and their squares, without the first 0 to m. (m + 1, 3)"""
+    instants: int
+    """Number of instants."""
+
+
+def linear(drive: ConventionalDrive) -> Linear:
+    """Coefficients of many drives, whose values are arrays of shape (k, 1)."""
+    motor, gear = drive.motor, drive.gearhead
+    constant, ratio = np.asarray(motor.torque_constant), np.asarray(gear.ratio)
+    forward, backward = gear.load_factors
+    inertia = given(motor.rotor_inertia, 0.0) + given(gear.inertia, 0.0)
+    friction = gear.coulomb_friction(motor.continuous_torque) + motor.friction_torque
+    found = (
+        forward / (ratio * constant),
+        backward / (ratio * constant),
+        ratio * inertia / constant,
+        ratio * given(motor.viscous_friction, 0.0) / constant,
+        friction / constant,
+        ratio * constant,
+    )
+    return Linear(*(np.broadcast_to(part, ratio.shape)[:, 0] for part in found))
+
+
+def moments(signals: Signals) -> Moments:
+    """Moments of a task at a stage, for all candidates."""
+    torque, quickening, speed = signals.moving.T
+    drives = torque > 0.0
+    columns = np.stack(
+        [np.where(drives, torque, 0.0), np.where(drives, 0.0, torque), quickening, speed, np.ones_like(speed)]
+    )
+    count = max(signals.total, 1)
+    rest = signals.resting
+    powers = np.stack([np.ones_like(rest), rest, rest * rest], axis=-1)
+    sums = np.concatenate([np.cumsum(powers[::-1], axis=0)[::-1], np.zeros((1, 3))])
+    return Moments(columns @ columns.T / count, (columns * drives) @ columns.T / count, rest, sums, count)
+
+
+def squares(current: Linear, made: Moments) -> tuple[np.ndarray, np.ndarray]:
+    """Mean square of the current in motion and at rest, over all instants. (k,), (k,) [A^2]"""
+    factors = np.stack([current.drive, current.brake, current.inertia, current.viscous, current.friction], axis=-1)
+    moved = np.einsum("ki,ij,kj->k", factors, made.all, factors, optimize=True)
+    return np.maximum(moved, 0.0), resting_square(made, current.brake, current.friction)
+
+
+def resting_square(made: Moments, slope: np.ndarray, friction: np.ndarray) -> np.ndarray:
+    """Mean over all instants of ``max(slope torque - friction, 0)^2`` at rest. (k,)"""
+    if not made.resting.size:
+        return np.zeros(np.shape(slope))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = np.searchsorted(made.resting, np.where(slope > 0, friction / slope, np.inf))
+    number, torque, square = np.moveaxis(made.sums[first], -1, 0)
+    return (
+        np.maximum(slope * slope * square - 2.0 * slope * friction * torque + friction * friction * number, 0.0)
+        / made.instants
+    )
+
+
+def mean_power(current: Linear, made: Moments, resistance: np.ndarray, *, driving: bool) -> np.ndarray:
+    """Mean electrical power of the motor, of all instants or of rest and those in which the motor drives. (k,) [W]"""
+    factors = np.stack([current.drive, current.brake, current.inertia, current.viscous, current.friction], axis=-1)
+    matrix = made.driving if driving else made.all
+    by_factor = factors @ matrix
+    winding = np.einsum("ki,ki->k", by_factor, factors) + resting_square(made, current.brake, current.friction)
+    return resistance * winding + current.back_emf * by_factor[:, 3]
+
+
+def least_power(drive: ConventionalDrive, current: Linear, made: Moments, resistance: np.ndarray) -> np.ndarray:
+    """Lower bound of the mean power from the supply, exact where all power is fed back without loss. (k,) [W]
+
+    What the supply gives exceeds what it would with everything fed back, and so does the sum over any choice of instants of the
+    power without its negative part: here those in which the motor drives.
+    """
+    everything = mean_power(current, made, resistance, driving=False)
+    given_out = np.maximum(everything, mean_power(current, made, resistance, driving=True))
+    return supplied(drive, everything, np.maximum(given_out, 0.0))
+
+
+def supplied(drive: ConventionalDrive, everything: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+    """Mean power from the supply, from the mean of the motor's power and of its positive part. [W]
+
+    Source: `Amplifier.supply`, which is linear in the positive and the negative part of the power.
+    """
+    amplifier = drive.amplifier
+    unit, _, _ = amplifier.supply(np.array([0.0, 1.0, -1.0]))
+    standby, rise, fall = unit[0], unit[1] - unit[0], unit[0] - unit[2]
+    return standby + fall * everything + (rise - fall) * drawn
+
+
+def demands(
+    drive: ConventionalDrive,
+    current: Linear,
+    task: Task,
+    signals: Signals,
+    made: Moments,
+    *,
+    heated: np.ndarray,
+    hottest: np.ndarray,
+) -> Iterator[tuple[Demand, np.ndarray]]:
+    """Yield demand over allowance of every limit, for all candidates, in the order in which they are checked. (k,)
+
+    Parameters
+    ----------
+    drive : ConventionalDrive   Many, as arrays of shape (k, 1), with the least resistance that their windings can have.
+    heated : (k,) bool          Candidates whose winding temperature is known, and sets the resistance in a motion: their demand
+        for voltage is a lower bound, and so are those for current of a motor with iron loss. All other values are those of
+        `duty_cycle` and `steady_map`.
+    hottest : (k,) float        Largest resistance that the windings can have. [ohm]
+    """
+    shape = current.drive.shape
+    motor, gear = drive.motor, drive.gearhead
+    for key, demand in signals.others.items():
+        yield key, np.full(shape, demand)
+    largest = float(signals.moving[:, 2].max(initial=0.0))
+    sizes = np.concatenate([np.abs(signals.moving[:, 0]), signals.resting])
+    peak = float(sizes.max(initial=0.0))
+    lasting = float(np.sqrt(np.mean(sizes**2))) if task.root_mean_square and sizes.size else peak
+    for limit, torque, speed in (
+        (Limit.GEAR_SPEED, 0.0, largest),
+        (Limit.GEAR, lasting, 0.0),
+        (Limit.GEAR_PEAK, peak, 0.0),
+    ):
+        yield (limit, "gearhead"), np.broadcast_to(gear.utilisation(torque, speed)[limit], (*shape, 1))[:, 0]
+    turning = current.back_emf / np.ravel(motor.torque_constant) * largest
+    yield (Limit.SPEED, "motor"), _of_motor(drive, Limit.SPEED, 0.0, 0.0, turning)
+    highest, volts = _extremes(drive, current, signals, heated, hottest)
+    moved, rested = squares(current, made)
+    lasting_current = np.sqrt(moved + rested) if task.root_mean_square else highest
+    spared = heated & heat_counts(task)
+    yield (Limit.THERMAL, "motor"), np.where(spared, 0.0, _of_motor(drive, Limit.THERMAL, lasting_current, 0.0, 0.0))
+    yield (Limit.PEAK, "motor"), _of_motor(drive, Limit.PEAK, highest, 0.0, 0.0)
+    yield (Limit.VOLTAGE, "motor"), _of_motor(drive, Limit.VOLTAGE, 0.0, volts, 0.0)
+
+
+def _of_motor(drive: ConventionalDrive, limit: Limit, current: object, voltage: object, speed: object) -> np.ndarray:
+    """Demand over allowance of one limit of the motor. (k,)"""
+    columns = (np.asarray(value, dtype=float)[..., None] for value in (current, voltage, speed))
+    named = dict(zip(("current", "voltage", "speed"), columns, strict=True))
+    found = np.asarray(drive.motor.utilisation(**named)[limit])
+    return np.broadcast_to(found, (*np.shape(drive.motor.resistance)[:1], 1))[:, 0]
+
+
+def _extremes(
+    drive: ConventionalDrive, current: Linear, signals: Signals, heated: np.ndarray, hottest: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Largest size of current, and of voltage or a lower bound of it where the resistance is not known. (k,), (k,)"""
+    low = np.ravel(drive.motor.resistance)
+    drives = signals.moving[:, 0] > 0.0
+    parts = []
+    for part, slope in ((signals.moving[drives], current.drive), (signals.moving[~drives], current.brake)):
+        if len(part):
+            parts.append((part[extreme_places(part)], slope))
+    top = float(signals.resting[-1]) if signals.resting.size else 0.0
+    highest = np.maximum(current.brake * top - current.friction, 0.0)
+    volts = low * highest
+    for start in range(0, len(highest), _ROWS):
+        rows = slice(start, start + _ROWS)
+        for points, slope in parts:
+            factors = np.stack([slope, current.inertia, current.viscous], axis=-1)[rows]
+            amps = factors @ points.T + current.friction[rows, None]
+            highest[rows] = np.maximum(highest[rows], np.abs(amps).max(axis=-1))
+            turned = current.back_emf[rows, None] * points[:, 2]
+            least = amps * low[rows, None] + turned
+            size = np.abs(least)
+            if heated[rows].any():
+                most = amps * hottest[rows, None] + turned
+                size = np.where(least * most > 0.0, np.minimum(size, np.abs(most)), 0.0)
+            volts[rows] = np.maximum(volts[rows], size.max(axis=-1))
+    return highest, volts
+
+
+def with_resistance(drive: ConventionalDrive, resistance: np.ndarray) -> ConventionalDrive:
+    """Many drives with other resistances of their windings (k,). [ohm]"""
+    column: Any = resistance[:, None]
+    return replace(drive, motor=drive.motor.with_resistance(column))
