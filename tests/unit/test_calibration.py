@@ -171,6 +171,22 @@ def test_losses_at_other_preloads_are_those_of_the_geometry(drive, friction):
     assert_allclose(told.motor_voltage, truth.motor_voltage, rtol=1e-9)
 
 
+def test_loads_and_slip_are_of_the_friction_at_the_speed_of_the_rig(drive):
+    """With a limit that falls with speed, loads are shares of what the wheel holds there, and the fitted wheel slips there."""
+    element = drive.transmission
+    falling = replace(element.geometry, fast_friction_ratio=0.4, friction_decay_speed=0.1)
+    drive = replace(drive, transmission=replace(element, geometry=falling, creep_law="vermeulen-johnson"))
+    slips = drive.transmission.groups(drive.cylinder_speed).slip_force
+    assert slips < 0.41 * element.slip_force
+    settings = virtual_rig.protocol(drive, RIG, ratios=RATIOS)
+    assert max(one.mass for one in settings) * RIG.gravity == pytest.approx(max(virtual_rig.LOADS) * slips)
+    made = virtual_rig.experiment(drive, RIG, settings, exact=True, simulated=False)
+    assert not made.left_out
+    told = model.predict(drive, RIG, made.data, model.known_values(drive))
+    assert_allclose(told.link_travel, made.data.link_travel, rtol=1e-9, atol=1e-12)
+    assert_allclose(told.motor_current, made.data.motor_current, rtol=1e-9)
+
+
 def test_a_proportional_gearhead_is_taken_into_account(study):
     drive = study.drives["cobotic-b"]
     truth = virtual_rig.experiment(

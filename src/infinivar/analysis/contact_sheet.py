@@ -164,7 +164,7 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
         _patch(lines, element, geometry, contact)
         _strength(lines, element, geometry, contact)
         utilisation = element.utilisation
-    _creep(lines, element, groups)
+    _creep(lines, drive, groups)
     _rolling(lines, drive, groups)
     if drive.steering is not None:
         _steering(lines, drive.steering, element)
@@ -172,8 +172,8 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
             _spin(lines, drive)
     if geometry is not None and contact is not None:
         _life(lines, drive, geometry, contact, groups)
-        _temperature(lines, drive, geometry, contact)
-    _efficiency(lines, drive)
+        _temperature(lines, drive, geometry, contact, groups)
+    _efficiency(lines, drive, groups)
     return ContactSheet(
         name=name,
         title=study.titles[name],
@@ -258,11 +258,46 @@ def _strength(lines: list[Line], element: RotaryLinearIVT, geometry: ContactGeom
             continue
         allowed = shakedown.shakedown_pressure(patch.a, patch.b, 0.5 * material.yield_strength, element.friction)
         how = f"repeated rolling stays elastic below it (johnson1985); p0 is {plain(patch.peak_pressure / allowed, 2)} of it"
+        how += "; with the friction limit at rest" if _falls(geometry) else ""
         add(f"shakedown pressure, {body}", "", allowed, "Pa", "GPa", how)
 
 
-def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> None:
+def _falls(geometry: ContactGeometry) -> bool:
+    """Whether the friction limit falls with speed."""
+    return geometry.friction_decay_speed is not None and geometry.fast_friction_ratio < 1.0
+
+
+def _friction(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None:
+    """The slip force, and the friction limit behind it where that depends on the speed."""
     add = _writer(lines, "Creep")
+    element = drive.transmission
+    if element.geometry is None or not _falls(element.geometry):
+        add("slip force", "mu P", groups.slip_force, "N", "N", "")
+        return
+    speed = plain(abs(element.cylinder_radius * drive.cylinder_speed), 3)
+    how = f"falls to {plain(element.geometry.fast_friction_ratio, 3)} of it at high speed"
+    add("friction limit at rest", "mu0", element.friction, "1", "1", how)
+    add(
+        "friction limit",
+        "mu",
+        element.friction_limit(drive.cylinder_speed),
+        "1",
+        "1",
+        f"at the surface speed of {speed} m/s",
+    )
+    add(
+        "slip force",
+        "mu P",
+        groups.slip_force,
+        "N",
+        "N",
+        f"at {speed} m/s, as in all that follows for a wheel that rolls",
+    )
+
+
+def _creep(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None:
+    add = _writer(lines, "Creep")
+    element = drive.transmission
 
     contact = element.contact
     if contact is not None:
@@ -275,7 +310,7 @@ def _creep(lines: list[Line], element: RotaryLinearIVT, groups: LossGroups) -> N
     for degrees, steered in _steered(element).items():
         how = f"{plain(steered.creep_stiffness / groups.creep_stiffness, 3)} of C"
         add(f"creep stiffness at {degrees} deg", "C", steered.creep_stiffness, "N", "kN", how)
-    add("slip force", "mu P", groups.slip_force, "N", "N", "")
+    _friction(lines, drive, groups)
     add("creep group", "K", groups.creep_group, "1", "1", "C/(mu P)")
     if contact is None:
         how = f"assumed for law exact, with Poisson's ratio {groups.poisson:g}: measured values do not tell the patch"
@@ -312,8 +347,10 @@ def _rolling(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None
             for name in ("rolling", "sliding", "seal", "drag"):
                 part = getattr(moment.first, name) + getattr(moment.second, name)
                 add(f"  {name} part", "", part, "N m", "mN m", "")
+        lateral = geometry.lateral_share * element.slip_force
         starting = geometry.axle.starting_moment(element.preload, lateral, element.wheel_radius)
-        add("bearing torque at start", "", starting, "N m", "mN m", "from rest")
+        how = f"from rest, lateral force {plain(lateral, 3)} N" if _falls(geometry) else "from rest"
+        add("bearing torque at start", "", starting, "N m", "mN m", how)
         if groups.rolling_torque > 0:
             share = groups.bearing_torque / groups.rolling_torque
             add("bearing over hysteresis", "", share, "1", "1", "about 10 in faulring2006")
@@ -358,7 +395,10 @@ def _spin(lines: list[Line], drive: CoboticDrive) -> None:
         add(f"lateral force at {rate:g} rad/s", "", force, "N", "N", "without creep, by spin alone; exact theory")
         add(f"moment at {rate:g} rad/s", "", moment, "N m", "mN m", "")
     creep, moment = turning.on_the_spot(element, HALF * element.slip_force)
-    how = "of a locked link under half the slip force, per angle steered while the cylinder rests"
+    half = "half the slip force"
+    if element.geometry is not None and _falls(element.geometry):
+        half = f"{plain(HALF * element.slip_force, 3)} N, half the slip force at rest"
+    how = f"of a locked link under {half}, per angle steered while the cylinder rests"
     add("creep on the spot", "", creep, "m/rad", "mm/rad", how)
     add("moment on the spot", "", moment, "N m", "mN m", "under the same force")
 
@@ -387,7 +427,7 @@ def _life(
         track_width=2.0 * contact.patch.b,
         lateral_force=lateral,
         creepage=creepage,
-        friction=element.friction,
+        friction=element.friction_limit(drive.cylinder_speed),
         hardness=hardness,
         wear_coefficient=geometry.wear_coefficient,
     )
@@ -395,7 +435,9 @@ def _life(
     add(f"rolling to {WORN * 1e6:.0f} um of wear", "", distance, "m", "km", how)
 
 
-def _temperature(lines: list[Line], drive: CoboticDrive, geometry: ContactGeometry, contact: PressedContact) -> None:
+def _temperature(
+    lines: list[Line], drive: CoboticDrive, geometry: ContactGeometry, contact: PressedContact, groups: LossGroups
+) -> None:
     add = _writer(lines, f"Flash temperature, half the slip force, cylinder at {plain(drive.cylinder_speed)} rad/s")
     element, patch = drive.transmission, contact.patch
     speed = abs(element.cylinder_radius * drive.cylinder_speed)
@@ -408,21 +450,21 @@ def _temperature(lines: list[Line], drive: CoboticDrive, geometry: ContactGeomet
         add(f"thermal resistance, {body}", "R", found, "K/W", "K/W", f"moving source, V a c/k = {plain(peclet, 3)}")
         resistances.append(found)
     power = element.operate(
-        cylinder_speed=drive.cylinder_speed, steering_angle=0.0, link_force=HALF * element.slip_force
+        cylinder_speed=drive.cylinder_speed, steering_angle=0.0, link_force=HALF * groups.slip_force
     ).losses["creep"]
     add("creep power", "", power, "W", "W", "f_u u, all of it heat in the patch")
     how = "of the patch above the bodies, heat spread like the pressure; about twice that, as only part of the patch slides"
     add("flash temperature", "", flash.temperature_rise(power, *resistances), "K", "K", how)
 
 
-def _efficiency(lines: list[Line], drive: CoboticDrive) -> None:
+def _efficiency(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None:
     add = _writer(lines, "Efficiency of the element at half the slip force")
     element = drive.transmission
     for ratio in RATIOS:
         point = element.operate(
             cylinder_speed=abs(drive.cylinder_speed),
             steering_angle=-math.atan(1.0 / ratio),
-            link_force=HALF * element.slip_force,
+            link_force=HALF * groups.slip_force,
         )
         how = "surface speed : link speed"
         if point.efficiency != point.efficiency:

@@ -129,7 +129,8 @@ def _speed_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str 
 
 def _load_fault(data: RigData, drive: CoboticDrive, rig: Rig, row: int) -> str | None:
     """Fault if the load exceeds the slip force by more than the preload error allows."""
-    mass, preload, friction = float(data.mass[row]), float(data.preload[row]), drive.transmission.friction
+    mass, preload = float(data.mass[row]), float(data.preload[row])
+    friction = float(drive.transmission.friction_limit(drive.cylinder_speed))
     pulls, slips = mass * rig.gravity, friction * preload
     lateral = pulls / math.cos(float(data.steering_angle[row]))
     if preload == 0 or lateral <= (1.0 + _OFF * rig.preload_deviation) * slips:

@@ -158,7 +158,7 @@ def predict(
             cylinder_radius=known.cylinder_radius,
             wheel_radius=known.wheel_radius,
             preload=preload,
-            friction=known.friction,
+            friction=known.friction_limit(drive.cylinder_speed),
             creep_law=_law_on_patch(known),
             **groups,
         ),

@@ -147,7 +147,8 @@ def efficiencies(
 
 
 def _slip(drive: CoboticDrive, data: RigData) -> np.ndarray:
-    return drive.transmission.friction * np.where(data.pressed, data.preload, drive.transmission.preload)
+    element = drive.transmission
+    return element.friction_limit(drive.cylinder_speed) * np.where(data.pressed, data.preload, element.preload)
 
 
 def impossible(found: Efficiencies) -> dict[int, str]:

@@ -107,10 +107,11 @@ def protocol(
         if wrong or not values:
             raise ParameterError(f"{name} must be {right}, got {wrong[0] if wrong else 'none'}")
     element = drive.transmission
+    friction = element.friction_limit(drive.cylinder_speed)
     found = [Setting(0.0, 0.0, 0.0)]
     for share in preloads:
         preload = share * element.preload
-        masses = [load * element.friction * preload / rig.gravity for load in loads]
+        masses = [load * friction * preload / rig.gravity for load in loads]
         found += [Setting(0.0, mass, preload) for mass in masses if mass > 0]
         towards = -math.copysign(1.0, drive.cylinder_speed)
         found += [

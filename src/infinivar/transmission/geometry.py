@@ -290,11 +290,7 @@ class ContactGeometry:
         -------
         LossGroups   The bearings carry `lateral_share` of the slip force sideways.
         """
-        if self.friction_decay_speed is not None:
-            friction = friction_law.falling(
-                surface_speed, friction, self.fast_friction_ratio, self.friction_decay_speed
-            )
-        slip_force = friction * preload
+        slip_force = self.friction_limit(friction, surface_speed) * preload
         return LossGroups(
             slip_force=slip_force,
             creep_stiffness=contact.creep_stiffness,
@@ -307,6 +303,12 @@ class ContactGeometry:
             axis_ratio=contact.axis_ratio,
             poisson=contact.poisson,
         )
+
+    def friction_limit(self, friction: Array, surface_speed: Array) -> Array:
+        """The friction limit at a surface speed, from that at rest; arguments as in `loss_groups`. [-]"""
+        if self.friction_decay_speed is None:
+            return friction
+        return friction_law.falling(surface_speed, friction, self.fast_friction_ratio, self.friction_decay_speed)
 
     def axle_friction(self, *, wheel_radius: Array, preload: Array, slip_force: Array, surface_speed: Array) -> Array:
         """Friction torque of the wheel's bearings; arguments as in `loss_groups`. [N m]"""

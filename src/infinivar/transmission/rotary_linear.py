@@ -149,6 +149,12 @@ class RotaryLinearIVT:
         """Slip limit of the lateral force, mu P, with the friction limit at rest. [N]"""
         return self.friction * self.preload
 
+    def friction_limit(self, cylinder_speed: Array) -> Array:
+        """mu at a cylinder speed [rad/s], where the geometry has a limit that falls with speed; otherwise that at rest. [-]"""
+        if self.geometry is None:
+            return self.friction
+        return self.geometry.friction_limit(self.friction, self.cylinder_radius * cylinder_speed)
+
     @property
     def utilisation(self) -> Mapping[Limit, Array]:
         """Demand over allowance for the limits that the preload alone can exceed; empty for measured values. [-]"""
