@@ -10,6 +10,7 @@ from typing import Any
 from infinivar._core.result import Result, result
 from infinivar.contact import creep, flash, hysteresis, shakedown, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
+from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
@@ -168,8 +169,8 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
     _rolling(lines, drive, groups)
     if drive.steering is not None:
         _steering(lines, drive.steering, element)
-        if element.turns_with_spin:
-            _spin(lines, drive)
+    if element.turns_with_spin:
+        _spin(lines, drive)
     if geometry is not None and contact is not None:
         _life(lines, drive, geometry, contact, groups)
         _temperature(lines, drive, geometry, contact, groups)
@@ -319,6 +320,8 @@ def _creep(lines: list[Line], drive: CoboticDrive, groups: LossGroups) -> None:
         if law.flow_factor is not None:
             continue  # below 70 % of the slip force it is the linear law
         how = f"at half the slip force, law {name}{', in use' if law == element.creep_law else ''}"
+        if law.on_patch is not None and not NARROWEST <= groups.axis_ratio <= WIDEST:
+            how += f"; fitted for a/b from {NARROWEST:g} to {WIDEST:g}: that of the nearest"
         creepage = groups.formulas(law).creepage(HALF) / groups.creep_group
         add("creepage", "u/|v|", creepage, "1", "‰", how)
 

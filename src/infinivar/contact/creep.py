@@ -250,7 +250,8 @@ def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson:
     ----------
     law : str or CreepLaw       The law, or the name of a shipped one. The flow loss of "faulring" is no part of it.
     k : (...,) float            C22 G a b upsilon/(3 mu N), may be infinite. [-]
-    a_over_b : (...,) float     Rolling over lateral semi-axis of the patch. [-]
+    a_over_b : (...,) float     Rolling over lateral semi-axis of the patch. "exact" is fitted for 0.05 to 20; beyond, it is the
+        law at the end of that range. [-]
     poisson : (...,) float      Poisson ratio of the bodies. [-]
 
     Returns

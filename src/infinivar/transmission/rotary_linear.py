@@ -31,6 +31,7 @@ from infinivar._core.fields import check, check_choice, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
+from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
 from infinivar.transmission.geometry import (
@@ -102,8 +103,8 @@ class RotaryLinearIVT:
     )
     steering_model: SteeringModel | None = component(
         "Resistance to steering: shear (constant torque of a patch that turns on the spot) or spin (of one that rolls as it "
-        "turns, by exact theory; in motion, creep then follows that theory as well; needs geometry); spin by default with "
-        "geometry and the law exact, otherwise shear",
+        "turns, by exact theory; in motion, creep then follows that theory as well; needs geometry with a patch of a/b from "
+        "0.05 to 20); spin by default with such geometry and the law exact, otherwise shear",
         default=None,
     )
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
@@ -129,6 +130,11 @@ class RotaryLinearIVT:
             }
             contact = self.geometry.press(**pressing)
             object.__setattr__(self, "contact", contact)
+            if self.steering_model == "spin" and not _spin_known(contact):
+                raise ParameterError(
+                    f"steering_model must be shear, got 'spin': the patch has a/b = {contact.axis_ratio:.3g}, and forces with "
+                    f"spin are known for {NARROWEST:g} to {WIDEST:g} (change crown_radius, wheel_radius or cylinder_radius)"
+                )
             if not self.creep_law.straight:  # the linear laws are the paper's, with one creep stiffness
                 object.__setattr__(self, "_yielding", self.geometry.yielding(contact, **pressing))
         elif len(given) < len(MEASURED):
@@ -141,7 +147,7 @@ class RotaryLinearIVT:
     def turns_with_spin(self) -> bool:
         """Whether steering is spin of the contact."""
         if self.steering_model is None:
-            return self.geometry is not None and self.creep_law == creep.EXACT
+            return self.contact is not None and self.creep_law == creep.EXACT and _spin_known(self.contact)
         return self.steering_model == "spin"
 
     @property
@@ -494,6 +500,11 @@ class RotaryLinearIVT:
         return OperatingPoint(
             cylinder_speed=omega, steering_tangent=steering.tangent, losses=losses, utilisation=utilisation, **state
         )
+
+
+def _spin_known(contact: PressedContact) -> bool:
+    """Whether the map of forces with spin covers the patch; it looks at arrays of patches itself."""
+    return not isinstance(contact.axis_ratio, float) or NARROWEST <= contact.axis_ratio <= WIDEST
 
 
 def turning_as(element: RotaryLinearIVT, known: RotaryLinearIVT) -> RotaryLinearIVT:
