@@ -13,12 +13,14 @@ theory, which depends on the shape of the patch and on Poisson's ratio. Only "fa
 from __future__ import annotations
 
 import functools
+import math
 import numbers
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.arrays import shown
 from infinivar.contact import exact_law, fastsim, kalker, probe
 from infinivar.contact.laws import (
     FASTSIM_SLIP,
@@ -33,6 +35,7 @@ from infinivar.contact.laws import (
     polach_creepage,
     polach_force,
     polach_slope,
+    signed,
     vermeulen_johnson_creepage,
     vermeulen_johnson_force,
     vermeulen_johnson_slope,
@@ -249,7 +252,7 @@ def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson:
     Parameters
     ----------
     law : str or CreepLaw       The law, or the name of a shipped one. The flow loss of "faulring" is no part of it.
-    k : (...,) float            C22 G a b upsilon/(3 mu N), may be infinite. [-]
+    k : (...,) float            C22 G a b upsilon/(3 mu N), may be infinite; or a CasADi expression. [-]
     a_over_b : (...,) float     Rolling over lateral semi-axis of the patch. "exact" is fitted for 0.05 to 20; beyond, it is the
         law at the end of that range. [-]
     poisson : (...,) float      Poisson ratio of the bodies. [-]
@@ -262,11 +265,13 @@ def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson:
     Raises
     ------
     ParameterError
-        If the law is unknown.
+        If the law is unknown; with a CasADi expression, if shape or material are no numbers.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, kalker1990, by law.
     """
     found = _find(law)
+    if _symbolic(k, a_over_b=a_over_b, poisson=poisson):
+        return found.on(float(a_over_b), float(poisson)).force(3.0 * k)
     return found.on(a_over_b, poisson).force(3.0 * _broadcast(k, a_over_b, poisson))
 
 
@@ -276,7 +281,7 @@ def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0
     Parameters
     ----------
     law : str or CreepLaw          The law, or the name of a shipped one. The flow loss of "faulring" is no part of it.
-    force_ratio : (...,) float     Fy/(mu N). [-]
+    force_ratio : (...,) float     Fy/(mu N); or a CasADi expression. [-]
     a_over_b, poisson : (...,) float   As in `lateral_force`. [-]
 
     Returns
@@ -287,16 +292,42 @@ def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0
     Raises
     ------
     ParameterError
-        If the law is unknown.
+        As in `lateral_force`.
 
     Source: faulring2006, vermeulen1964, polach2005, kalker1982, kalker1990, by law.
     """
+    if _symbolic(force_ratio, a_over_b=a_over_b, poisson=poisson):
+        return _symbolic_creep(_find(law).on(float(a_over_b), float(poisson)), force_ratio)
     found = _find(law).on(a_over_b, poisson)
     ratio = _broadcast(force_ratio, a_over_b, poisson)
     xp = namespace(ratio)
     size = xp.abs(ratio)
-    creepage = xp.where(size < 1.0, found.creepage(ratio), found.slip_creepage * xp.sign(ratio))
+    creepage = xp.where(size < 1.0, found.creepage(ratio), signed(xp, ratio, found.slip_creepage + 0.0 * size))
     return xp.where(size <= 1.0, creepage, xp.nan) / 3.0
+
+
+def _symbolic(value: Array, **numbers: Array) -> bool:
+    """Whether a value is a CasADi expression, which knows no arrays: the others must be numbers then."""
+    for name, number in numbers.items():
+        if type(number).__module__.startswith("casadi"):
+            raise ParameterError(f"{name} must be a number, got a CasADi expression; the patch is fixed")
+    if not type(value).__module__.startswith("casadi"):
+        return False
+    for name, number in numbers.items():
+        if namespace(number).ndim(number):
+            raise ParameterError(f"{name} must be a number for a CasADi expression, got {shown(number)}")
+    return True
+
+
+def _symbolic_creep(law: Formulas, ratio: Array) -> Array:
+    """`lateral_creep` of a CasADi expression."""
+    import casadi
+
+    size = casadi.fabs(ratio)
+    creepage = casadi.if_else(
+        size < 1.0, law.creepage(ratio), casadi.if_else(ratio < 0, -law.slip_creepage, law.slip_creepage)
+    )
+    return casadi.if_else(size <= 1.0, creepage, math.nan) / 3.0
 
 
 def planar_force(
