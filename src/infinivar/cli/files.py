@@ -95,6 +95,8 @@ def reproduce(
         for claim in result.claims:
             say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
         say(result.with_exact_law)
+        if result.with_spin:
+            say(result.with_spin)
         if figure is None and (missing := left_out()):
             say(missing)
         say(f"Report: {files[0]}")

@@ -116,5 +116,6 @@ def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:
         without_figure=[claim for claim in claims if claim.figure not in shown],
         farthest=FARTHEST,
         exact=reproduction.with_exact_law,
+        spin=reproduction.with_spin,
         reconstruction=reproduction.machine.study.reconstruction,
     )

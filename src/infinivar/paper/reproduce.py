@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from infinivar._core.result import Result, result
@@ -15,12 +15,18 @@ from infinivar.paper.figures import FIGURES
 EXACT = "exact"
 """Creep law of exact rolling theory, with which every check is repeated."""
 
+_BY_LAW = f"creep law {EXACT}"
+_BY_SPIN = "steering as spin"
+
 CHECKS: dict[str, Callable[[Machine], Finding]] = {
     **element.CHECKS,
     **system.CHECKS,
     **shaking.CHECKS,
     **design.CHECKS,
 }
+
+STEERED = (*shaking.CHECKS, "S5")
+"""Checks of drives that steer while they move, which are repeated with steering as spin."""
 
 
 @result
@@ -33,18 +39,27 @@ class Reproduction(Result):
     @property
     def with_exact_law(self) -> str:
         """What the creep law exact, in place of the paper's, changes: claims and verdicts."""
+        return self._changed(_BY_LAW, f"With the creep law {EXACT} instead of the paper's")
+
+    @property
+    def with_spin(self) -> str:
+        """What steering as spin, in place of the paper's constant torque, changes; empty if no claim is about steering."""
+        if not any(claim.id in STEERED for claim in self.claims):
+            return ""
+        return self._changed(_BY_SPIN, "With steering as spin instead of a constant torque")
+
+    def _changed(self, assuming: str, words: str) -> str:
         changed = {
             claim.id: variant.verdict != claim.shown
             for claim in self.claims
             for variant in claim.variants
-            if variant.assuming == f"creep law {EXACT}" and variant.kind == "contrary"
+            if variant.assuming == assuming and variant.kind == "contrary"
         }
         if not changed:
-            return f"With the creep law {EXACT} instead of the paper's, no computed value changes."
+            return f"{words}, no computed value changes."
         turned = [name for name, turns in changed.items() if turns]
         verdicts = f"so does the verdict on {', '.join(turned)}" if turned else "no verdict does"
-        values = f"the computed values of {', '.join(changed)}"
-        return f"With the creep law {EXACT} instead of the paper's, {values} change; {verdicts}."
+        return f"{words}, the computed values of {', '.join(changed)} change; {verdicts}."
 
     def to_list(self) -> list[dict[str, Any]]:
         """Claims as plain values: all fields of `Claim` except the figure, with ranges and variants as lists of dicts."""
@@ -71,16 +86,17 @@ class Reproduction(Result):
         ]
 
 
-def _beside_exact(check: Callable[[Machine], Finding], machine: Machine, exact: Machine) -> Finding:
-    """The finding of a check; among its variants that with the law exact, if its result differs.
+def _beside(check: Callable[[Machine], Finding], machine: Machine, others: Mapping[str, Machine]) -> Finding:
+    """The finding of a check; among its variants those on machines with other laws, if their results differ.
 
-    The paper states its creep law, so the law exact does not count in the verdict.
+    The paper states its creep law and its resistance to steering, so other laws do not count in the verdict.
     """
     found = check(machine)
-    other = row("contrary", f"creep law {EXACT}", _shown(check, exact))
-    if (other.computed, other.verdict) == (found.computed, found.shown):
-        return found
-    return found._replace(variants=(*found.variants, other))
+    for assuming, changed in others.items():
+        other = row("contrary", assuming, _shown(check, changed))
+        if (other.computed, other.verdict) != (found.computed, found.shown):
+            found = found._replace(variants=(*found.variants, other))
+    return found
 
 
 def _shown(check: Callable[[Machine], Finding], machine: Machine) -> Found:
@@ -112,12 +128,13 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
         raise InputError(f"figure must be a whole number from {min(FIGURES)} to {max(FIGURES)}, got {figure!r}")
     if figure is not None and figure not in FIGURES:
         raise InputError(f"figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
-    machine, exact = Machine(), Machine(EXACT)
+    machine, exact, spinning = Machine(), Machine(EXACT), Machine(steering_model="spin")
     wanted = [said for said in statements() if figure is None or said.get("figure") == figure]
     claims = []
     for index, said in enumerate(wanted):
         if progress is not None:
             progress(f"claim {said['id']}", index / len(wanted))
-        found = _beside_exact(CHECKS[said["id"]], machine, exact)
+        others = {_BY_LAW: exact} | ({_BY_SPIN: spinning} if said["id"] in STEERED else {})
+        found = _beside(CHECKS[said["id"]], machine, others)
         claims.append(Claim(**{"figure": None, **said}, **found._asdict()))
     return Reproduction(claims=tuple(claims), machine=machine)

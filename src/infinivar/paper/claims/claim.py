@@ -22,7 +22,7 @@ from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.transmission.operating_point import OperatingPoint
-from infinivar.transmission.rotary_linear import RotaryLinearIVT
+from infinivar.transmission.rotary_linear import RotaryLinearIVT, SteeringModel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,17 +61,22 @@ class Machine:
 
     set_name = "faulring2006"
 
-    def __init__(self, creep_law: str = "") -> None:
-        """The machine, with another creep law than that of the set if one is named."""
+    def __init__(self, creep_law: str = "", steering_model: SteeringModel = "shear") -> None:
+        """The machine, with another creep law than that of the set if one is named, and the paper's steering by default."""
         self.creep_law = creep_law
+        self.steering_model = steering_model
 
     def __eq__(self, other: object) -> bool:
-        """True for any two of one creep law: both represent the shipped machine, however much they have computed so far."""
-        return isinstance(other, Machine) and self.creep_law == other.creep_law
+        """True for any two of the same laws: both represent the shipped machine, however much they have computed so far."""
+        return isinstance(other, Machine) and self._laws == other._laws
 
     def __hash__(self) -> int:
         """Equal for equal machines."""
-        return hash((self.set_name, self.creep_law))
+        return hash((self.set_name, *self._laws))
+
+    @property
+    def _laws(self) -> tuple[str, str]:
+        return self.creep_law, self.steering_model
 
     @functools.cached_property
     def comparison(self) -> Comparison:
@@ -82,10 +87,11 @@ class Machine:
     def study(self) -> Study:
         """The shipped study, with all drives of the set."""
         found = shipped_study(self.set_name)
-        if not self.creep_law:
+        if self._laws == ("", "shear"):
             return found
+        laws = {name: law for name, law in zip(("creep_law", "steering_model"), self._laws, strict=True) if law}
         drives = {
-            name: replace(drive, transmission=replace(drive.transmission, creep_law=self.creep_law))
+            name: replace(drive, transmission=replace(drive.transmission, **laws))
             if isinstance(drive, CoboticDrive)
             else drive
             for name, drive in found.drives.items()
