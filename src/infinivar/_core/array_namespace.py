@@ -93,12 +93,24 @@ def finite_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
     """
     if xp.__name__ != "numpy":
         return as_floats(xp, *named.values())
-    from infinivar._core.arrays import real_array
-
-    values = tuple(real_array(name, value) for name, value in named.items())
+    values = common_floats(xp, **named)
     for name, value in zip(named, values, strict=True):
         if not xp.all(xp.isfinite(value)):
             raise ParameterError(f"{name} must be finite, got {value[~xp.isfinite(value)].ravel()[0]}")
+    return values
+
+
+def common_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
+    """NumPy arrays of real numbers that broadcast to one shape.
+
+    Raises
+    ------
+    ParameterError
+        If a value is no real number, or shapes do not broadcast; the message names the argument.
+    """
+    from infinivar._core.arrays import real_array
+
+    values = tuple(real_array(name, value) for name, value in named.items())
     try:
         xp.broadcast_shapes(*(value.shape for value in values))
     except ValueError:

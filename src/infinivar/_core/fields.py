@@ -8,11 +8,13 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import numbers
 import types
 import typing
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
+from infinivar._core.arrays import shown
 from infinivar._core.bounds import FINITE, Bound, NonZero, fits, within, words
 from infinivar.errors import ParameterError, nearest, require
 
@@ -96,6 +98,15 @@ def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
         value = np.asarray(value)
         wrong = ~(np.isfinite(value) & within(bound, value))
         require(not wrong.any(), field, value[wrong][:1], words(bound), shown)
+
+
+def check_number(field: str, value: Any, unit: str, bound: Bound) -> None:
+    """Raise ParameterError with field, value and unit unless a value is one real number, finite and within the bound."""
+    real = isinstance(value, numbers.Real) or (getattr(value, "shape", None) == () and value.dtype.kind in "iuf")
+    require(
+        real and not isinstance(value, bool), field, shown(value), "one number", "" if unit == "1" else f"in {unit}"
+    )
+    check_value(field, value, unit, bound)
 
 
 @functools.cache

@@ -19,7 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.array_namespace import Array, as_floats, common_floats, namespace
 from infinivar._core.arrays import shown
 from infinivar.contact import exact_law, fastsim, kalker, probe
 from infinivar.contact.laws import (
@@ -272,7 +272,8 @@ def lateral_force(law: str | CreepLaw, k: Array, a_over_b: Array = 1.0, poisson:
     found = _find(law)
     if _symbolic(k, a_over_b=a_over_b, poisson=poisson):
         return found.on(float(a_over_b), float(poisson)).force(3.0 * k)
-    return found.on(a_over_b, poisson).force(3.0 * _broadcast(k, a_over_b, poisson))
+    k = _broadcast(k=k, a_over_b=a_over_b, poisson=poisson)[0]
+    return found.on(a_over_b, poisson).force(3.0 * k)
 
 
 def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0, poisson: Array = 0.3) -> Array:
@@ -298,8 +299,9 @@ def lateral_creep(law: str | CreepLaw, force_ratio: Array, a_over_b: Array = 1.0
     """
     if _symbolic(force_ratio, a_over_b=a_over_b, poisson=poisson):
         return _symbolic_creep(_find(law).on(float(a_over_b), float(poisson)), force_ratio)
-    found = _find(law).on(a_over_b, poisson)
-    ratio = _broadcast(force_ratio, a_over_b, poisson)
+    law = _find(law)
+    ratio = _broadcast(force_ratio=force_ratio, a_over_b=a_over_b, poisson=poisson)[0]
+    found = law.on(a_over_b, poisson)
     xp = namespace(ratio)
     size = xp.abs(ratio)
     creepage = xp.where(size < 1.0, found.creepage(ratio), signed(xp, ratio, found.slip_creepage + 0.0 * size))
@@ -365,8 +367,7 @@ def planar_force(
         linear = kalker.coefficients(a_over_b, poisson)
         patch = fastsim.forces(k_x, k_y, psi, a_over_b, linear.c11 / linear.c22)
         return patch.fx, patch.fy
-    others = (k_x, k_y, psi, a_over_b, poisson)
-    k_x, k_y, psi = (_broadcast(value, *others) for value in (k_x, k_y, psi))
+    k_x, k_y, psi, *_ = _broadcast(k_x=k_x, k_y=k_y, psi=psi, a_over_b=a_over_b, poisson=poisson)
     found = found.on(a_over_b, poisson)
     xp = namespace(k_x)
     linear_x, linear_y = 3.0 * k_x, 3.0 * k_y + psi
@@ -377,10 +378,15 @@ def planar_force(
     return linear_x * reduction, linear_y * reduction
 
 
-def _broadcast(value: Array, *others: Array) -> Array:
-    """`value` as floats, broadcast to the common shape of all arguments."""
-    xp = namespace(value, *others)
-    return xp.broadcast_arrays(*as_floats(xp, value, *others))[0]
+def _broadcast(**named: Array) -> tuple[Array, ...]:
+    """The arguments as floats, broadcast to their common shape."""
+    xp = namespace(*named.values())
+    try:
+        return xp.broadcast_arrays(*as_floats(xp, *named.values()))
+    except (TypeError, ValueError):
+        if xp.__name__ == "numpy":
+            common_floats(xp, **named)  # says which one is wrong
+        raise
 
 
 def directed_flow_factor(law: CreepLaw | Formulas, ratio: Array, link_speed: Array) -> Array:

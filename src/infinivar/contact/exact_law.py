@@ -187,6 +187,8 @@ def curve(a_over_b: Array, poisson: Array) -> Curve:
     """
     if type(a_over_b) is float and type(poisson) is float:
         return _curve_of_numbers(a_over_b, poisson)
+    if isinstance(a_over_b, (list, tuple)):
+        (a_over_b,) = as_floats(namespace(), a_over_b)
     return _curve(a_over_b, poisson)
 
 

@@ -7,7 +7,7 @@ shear; above, the bodies deform plastically with each pass.
 
 from __future__ import annotations
 
-from annotated_types import Gt
+from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace
 from infinivar._core.fields import check_value
@@ -76,7 +76,7 @@ def shakedown_pressure(a: Array, b: Array, shear_yield: Array, friction: Array =
     Raises
     ------
     ParameterError
-        If a semi-axis or the yield stress is not above zero.
+        If a semi-axis or the yield stress is not above zero, or the friction below zero.
 
     Notes
     -----
@@ -85,6 +85,7 @@ def shakedown_pressure(a: Array, b: Array, shear_yield: Array, friction: Array =
     Source: johnson1985, section 9.2 (line contact, surface limit); ponter1985 (4.7 k for a circle).
     """
     check_value("shear_yield", shear_yield, "Pa", Gt(0))
+    check_value("friction", friction, "1", Ge(0))
     shear, _ = orthogonal_shear(a, b)
     xp = namespace(shear, shear_yield, friction)
     a, b, friction = as_floats(xp, a, b, friction)

@@ -22,6 +22,7 @@ from infinivar.analysis.steady_map import SteadyMap
 from infinivar.axis import Axis
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.contact.exact.patch import SteadyRolling
+from infinivar.contact.exact.transient import TransientRolling
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint
 from infinivar.limits import Limit
 from infinivar.parts.heat import Heat
@@ -345,3 +346,24 @@ def steady_rolling(found: SteadyRolling) -> Arrays:
     totals = {"fx": found.fx, "fy": found.fy, "mz": found.mz, "power": found.power}
     data |= {name: ((), np.asarray(value), {"units": "1"}) for name, value in totals.items()}
     return Arrays(data, {"component": ["x", "y"]}, {"outcome": found.outcome, "a_over_b": found.grid.a_over_b})
+
+
+def transient_rolling(found: TransientRolling) -> Arrays:
+    """Forces and energies by distance rolled, tractions and slip where they are kept. Units are those of `TransientRolling`."""
+    cells, vectors = ("kept", "row", "cell"), ("kept", "component", "row", "cell")
+    series = ("fx", "fy", "mz", "energy", "work", "dissipated")
+    data = {name: ("distance", getattr(found, name), {"units": "1"}) for name in series}
+    data |= {
+        "converged": ("distance", np.array([one == "converged" for one in found.outcome], np.int8), {"units": "1"}),
+        "x": (cells[1:], found.grid.x, {"units": "1", "long_name": "along the rolling direction, over c"}),
+        "y": ("row", found.grid.y, {"units": "1", "long_name": "lateral, over c"}),
+        "traction": (vectors, found.traction, {"units": "1", "long_name": "traction on the track times c^2/(mu N)"}),
+        "slip": (vectors, found.slip, {"units": "1", "long_name": "slip of the wheel per distance times G c^2/(mu N)"}),
+        "slides": (cells, found.slides.astype(np.int8), {"units": "1", "long_name": "1 on the friction bound"}),
+    }
+    axes = {
+        "distance": ("distance", found.distance, {"units": "1", "long_name": "distance rolled over c"}),
+        "kept": ("kept", found.distance[found.kept], {"units": "1", "long_name": "distance rolled over c"}),
+        "component": ["x", "y"],
+    }
+    return Arrays(data, axes, {"start_energy": found.start_energy, "a_over_b": found.grid.a_over_b})

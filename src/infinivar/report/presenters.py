@@ -83,6 +83,11 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.rolling_patch:draw_all",
         "dataset": "report.datasets:steady_rolling",
     },
+    "contact.exact.transient.TransientRolling": {
+        "plot": "figures.transient_rolling:draw_all",
+        "dataset": "report.datasets:transient_rolling",
+        "table": "report.tables:transient_rolling",
+    },
     "drivetrain.drive.DrivePoint": {"plot": "figures.single:point", "dataset": "report.datasets:point"},
     "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point", "dataset": "report.datasets:moving_point"},
     "parts.heat.Heat": {"plot": "figures.single:heat", "dataset": "report.datasets:heat"},

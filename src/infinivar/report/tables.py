@@ -19,6 +19,7 @@ from infinivar.analysis.steering_step import SteeringStep
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.result import Calibration
+from infinivar.contact.exact.transient import TransientRolling
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,6 +106,13 @@ def steering_step(found: SteeringStep) -> pd.DataFrame:
     """One row per distance rolled: slip angle, force and moment."""
     columns = {"slip_angle_rad": found.slip_angle, "force_N": found.force, "moment_Nm": found.moment}
     return frame({"distance_m": found.distance, **columns}).set_index("distance_m")
+
+
+def transient_rolling(found: TransientRolling) -> pd.DataFrame:
+    """One row per distance rolled: forces and energies."""
+    names = ("fx", "fy", "mz", "energy", "work", "dissipated")
+    columns = {name: getattr(found, name) for name in names}
+    return frame({"distance": found.distance, **columns, "outcome": found.outcome}).set_index("distance")
 
 
 def two_ways(found: TwoWays) -> pd.DataFrame:

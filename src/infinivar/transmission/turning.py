@@ -21,7 +21,8 @@ from infinivar._core.array_namespace import Array, as_floats, namespace, rising_
 from infinivar.contact.exact.spin_calls import force_ratio, moment_ratio
 from infinivar.contact.exact.spin_map import spin_map
 from infinivar.contact.exact.spin_nodes import scales
-from infinivar.transmission.geometry import LossGroups
+from infinivar.errors import ParameterError, require
+from infinivar.transmission.geometry import LossGroups, PressedContact
 from infinivar.transmission.kinematics import Steering, contact_balance
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -41,6 +42,12 @@ _CLOSE = 1e-9
 """Largest error of the force ratio at a creepage found. [-]"""
 
 
+def _contact(element: RotaryLinearIVT) -> PressedContact:
+    if element.contact is None:
+        raise ParameterError("geometry is missing: measured values of a contact do not tell its forces with spin")
+    return element.contact
+
+
 class TurningPatch(NamedTuple):
     """What determines the forces of one loaded patch that turns while it rolls."""
 
@@ -58,8 +65,7 @@ class TurningPatch(NamedTuple):
     @classmethod
     def of(cls, element: RotaryLinearIVT, groups: LossGroups) -> TurningPatch:
         """The patch of an element with geometry, at the friction limit of the groups."""
-        contact = element.contact
-        assert contact is not None
+        contact = _contact(element)
         lever = scales(contact.axis_ratio, contact.poisson).lever * (contact.patch.a * contact.patch.b) ** 0.5
         return cls(groups.slip_force, groups.creep_stiffness, lever, contact.axis_ratio, contact.poisson)
 
@@ -150,8 +156,7 @@ def on_the_spot(element: RotaryLinearIVT, lateral_force: Array) -> tuple[Array, 
 
     Source: `SpinMap.on_the_spot`.
     """
-    contact = element.contact
-    assert contact is not None
+    contact = _contact(element)
     length = (contact.patch.a * contact.patch.b) ** 0.5
     creep, moment = spin_map(contact.axis_ratio, contact.poisson).on_the_spot(lateral_force / element.slip_force)
     return length * creep, element.slip_force * length * moment
@@ -182,6 +187,11 @@ def deliver(
     -------
     Turned   Where no steering angle gives the motion, all is nan and the limit is SLIP.
 
+    Raises
+    ------
+    ParameterError
+        If the element has no geometry, or a cylinder speed is 0.
+
     Source: `RotaryLinearIVT.deliver` with the forces of `TurningPatch`.
     """
     xp = namespace(element, cylinder_speed, link_speed, link_force, steering_rate)
@@ -190,6 +200,8 @@ def deliver(
         *as_floats(xp, cylinder_speed, link_speed, link_force, steering_rate)
     )
     patch = TurningPatch.of(element, groups)
+    if xp.__name__ == "numpy":
+        require(bool(xp.all(omega != 0.0)), "cylinder_speed", 0.0, "nonzero", "rad/s")
     way, surface = xp.sign(omega), element.cylinder_radius * xp.abs(omega)
     creep, tangent, rolls = _solved(xp, patch, groups, speed / surface, force / groups.slip_force, way * rate / surface)
     secant = xp.sqrt(1.0 + tangent * tangent)

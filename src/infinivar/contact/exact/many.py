@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.array_namespace import finite_floats
 from infinivar.contact.exact.grid import Floats
 from infinivar.contact.exact.patch import RollingPatch, SteadyRolling
 from infinivar.errors import ParameterError, require
@@ -92,11 +93,13 @@ def rolling_forces(
     Source: kalker1990 for the problem; `contact.exact.patch` for the method.
     """
     require(isinstance(workers, int) and workers >= 1, "workers", repr(workers), "a whole number >= 1")
-    if cells % 4 or cells < 8:
+    if not isinstance(cells, int) or cells % 4 or cells < 8:
         raise ParameterError(f"cells must be a multiple of 4 from 8 to 60, got {cells!r}")
-    columns = np.broadcast_arrays(a_over_b, poisson, turned, longitudinal, lateral, spin)
+    named = {"a_over_b": a_over_b, "poisson": poisson, "turned": turned}
+    creepages = {"longitudinal": longitudinal, "lateral": lateral, "spin": spin}
+    columns = np.broadcast_arrays(*finite_floats(np, **named, **creepages))
     shape = columns[0].shape
-    cases = np.stack([np.asarray(column, dtype=float).ravel() for column in columns], axis=1)
+    cases = np.stack([column.ravel() for column in columns], axis=1)
     # Neighbours in these orders share grids, and are good starts for each other.
     order = np.lexsort(cases.T[::-1])
     pieces = [order[start : start + _PIECE] for start in range(0, len(order), _PIECE)]

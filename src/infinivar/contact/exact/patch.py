@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from annotated_types import Interval
 
-from infinivar._core.fields import check_value
+from infinivar._core.arrays import shown
+from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
 from infinivar.contact.exact.equations import Equations, equations, totals
 from infinivar.contact.exact.grid import FEWEST, Floats, Grid, grid
@@ -107,9 +108,9 @@ class RollingPatch:
 
     def __post_init__(self) -> None:
         """Validate the fields; plain floats serve as keys of the stored grids."""
-        check_value("a_over_b", self.a_over_b, "1", Interval(ge=0.05, le=20.0))
-        check_value("poisson", self.poisson, "1", Interval(ge=0.0, le=0.5))
-        check_value("turned", self.turned, "rad", Interval())
+        check_number("a_over_b", self.a_over_b, "1", Interval(ge=0.05, le=20.0))
+        check_number("poisson", self.poisson, "1", Interval(ge=0.0, le=0.5))
+        check_number("turned", self.turned, "rad", Interval())
         for name in ("a_over_b", "poisson", "turned"):
             object.__setattr__(self, name, float(getattr(self, name)))
         self.grid  # noqa: B018  Raises if the others are out of range.
@@ -146,6 +147,7 @@ class RollingPatch:
             If a creepage is not finite.
         """
         creepage = _checked(longitudinal, lateral, spin)
+        require(start is None or isinstance(start, SteadyRolling), "start", shown(start), "a SteadyRolling or None")
         rolling = equations(self.grid, self.poisson, self.grid.symmetric and longitudinal == 0.0)
         if start is None and self.cells >= 2 * FEWEST:
             start = replace(self, cells=self.cells // 4 * 2).steady(*creepage)
@@ -194,7 +196,7 @@ class RollingPatch:
         step : float               Longest step: longer distances are rolled in equal steps. By default an eighth of half of
             the longest row, which is a/8 if the patch is not turned: forces then err by about 0.001 of mu N after jumps of
             creepage and spin. The error falls with the square of the step. [-]
-        keep : sequence of int     Indices of the distances whose tractions are kept, besides the last.
+        keep : sequence of int     Indices of the distances whose tractions are kept, besides the last; -2 is the one before it.
         progress : callable        Receives the share done, 0 to 1, after each distance.
 
         Returns
@@ -213,12 +215,14 @@ class RollingPatch:
         creepages = {"longitudinal": longitudinal, "lateral": lateral, "spin": spin}
         series = np.stack([checked_series(name, value, count) for name, value in creepages.items()], axis=1)
         longest = LONGEST_STEP / self.grid.reach if step is None else step
-        check_value("step", longest, "1", Interval(gt=0.0))
+        check_number("step", longest, "1", Interval(gt=0.0))
         begin = None if start is None else self._tractions(start)
         return transient(self.grid, self.poisson, found, series, begin, longest, checked_keep(keep, count), progress)
 
     def _tractions(self, start: SteadyRolling | TransientRolling) -> Floats:
         """Tractions on the track of a state of this patch."""
+        is_state = isinstance(start, SteadyRolling | TransientRolling)
+        require(is_state, "start", shown(start), "a SteadyRolling, a TransientRolling or None")
         steady = isinstance(start, SteadyRolling)
         theirs, own = ((of.a_over_b, of.turned, of.cells) for of in (start.grid, self.grid))
         require(theirs == own, "start", f"one of {theirs}", f"a state of a patch with a_over_b, turned, cells = {own}")
@@ -262,5 +266,5 @@ def _by_steps(rolling: Equations, creepage: Floats) -> Solution:
 def _checked(*creepages: float) -> Floats:
     """Creepages as an array, all finite."""
     for name, value in zip(("longitudinal", "lateral", "spin"), creepages, strict=True):
-        check_value(name, value, "1", Interval())
+        check_number(name, value, "1", Interval())
     return np.array(creepages, dtype=float)

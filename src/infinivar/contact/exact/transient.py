@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from infinivar._core.arrays import real_array
+from infinivar._core.result import Result, result
 from infinivar.contact.exact.equations import Equations, equations, times, totals
 from infinivar.contact.exact.grid import Floats, Grid
 from infinivar.contact.exact.influence import half_cell_displacements
@@ -29,8 +30,8 @@ _HALVINGS = 4
 """Times that a step is halved if the iteration does not converge."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TransientRolling:
+@result
+class TransientRolling(Result):
     """States of one patch by distance rolled. Forces and tractions act on the track, as in `SteadyRolling`.
 
     Attributes
@@ -245,7 +246,7 @@ def _mirrored(traction: Floats) -> bool:
 
 def checked_distances(distance: object) -> Floats:
     """Distances as an array, which must increase from above 0."""
-    found = np.atleast_1d(np.asarray(distance, dtype=float))
+    found = np.atleast_1d(real_array("distance", distance))
     fits = found.ndim == 1 and found.size > 0 and bool(np.all(np.isfinite(found)))
     fits = fits and bool(np.all(np.diff(found, prepend=0.0) > 0.0))
     require(fits, "distance", _shortened(found), "a list of finite distances that increase, the first above 0")
@@ -254,7 +255,7 @@ def checked_distances(distance: object) -> Floats:
 
 def checked_series(name: str, value: object, count: int) -> Floats:
     """A creepage until each of several distances, from one value or as many."""
-    found = np.asarray(value, dtype=float)
+    found = real_array(name, value)
     fits = found.shape in ((), (count,)) and bool(np.all(np.isfinite(found)))
     require(fits, name, _shortened(found), f"one finite value, or {count}: one until each distance")
     return np.broadcast_to(found, count)
@@ -262,6 +263,7 @@ def checked_series(name: str, value: object, count: int) -> Floats:
 
 def checked_keep(keep: Sequence[int], count: int) -> Sequence[int]:
     """Indices of distances."""
+    require(isinstance(keep, Iterable), "keep", repr(keep), f"indices of the {count} distances")
     for index in keep:
         fits = not isinstance(index, bool) and isinstance(index, int | np.integer) and -count <= index < count
         require(fits, "keep", index, f"indices of the {count} distances")
