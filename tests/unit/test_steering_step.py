@@ -110,3 +110,25 @@ def test_figure(step):
 def test_bad_arguments(options, said):
     with pytest.raises(iv.ParameterError, match=said):
         steering_steps(STUDY, "cobotic", **options)
+
+
+def test_figure_of_a_slow_turn():
+    """Both curves go to the end of the axis, and the patch's name is right of the axis and clear of the curve."""
+    (slow,) = steering_steps(STUDY, "cobotic", angle=0.01, rate=1.0)
+    assert slow.creep_distance[-1] < 0.3 * slow.distance[-1]
+    made = steering_step.draw_all(slow)
+    above, below = made.axes[:2]
+    end = 1e3 * slow.distance[-1]
+    step, alone = [line for line in above.lines if len(line.get_xdata()) > 2]
+    assert step.get_xdata()[-1] == pytest.approx(end)
+    assert alone.get_xdata()[-1] == pytest.approx(end)
+    assert alone.get_ydata()[-1] == slow.steady_force
+    assert alone.get_ydata()[-2] == pytest.approx(slow.steady_force, rel=0.01)
+    for size in ((6.4, 4.8), (4.2, 3.6)):
+        made.set_size_inches(*size)
+        made.draw_without_rendering()
+        (name,) = below.texts
+        box, axis = name.get_window_extent(), below.get_window_extent()
+        assert box.x0 > axis.x0
+        curve = below.transData.transform(below.lines[0].get_xydata())
+        assert np.max(curve[:, 1]) < box.y0

@@ -16,14 +16,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_ROOM = 0.25
+"""Part of the axis from which the patch's length has room for its name."""
+
+
 def data(step: SteeringStep) -> dict[str, Any]:
-    """Distances [mm], forces [N], slip angle [mrad], time per distance [ms/mm]."""
+    """Distances [mm], forces [N], slip angle [mrad], time per distance [ms/mm].
+
+    The force after creep alone has settled when a slow turn has not: to its end it is the steady one.
+    """
+    beyond = step.distance[-1:][step.distance[-1:] > step.creep_distance[-1]]
     return {
         "distance": 1e3 * step.distance,
         "force": step.force,
         "slip_angle": 1e3 * step.slip_angle,
-        "creep_distance": 1e3 * step.creep_distance,
-        "creep_force": step.creep_force,
+        "creep_distance": 1e3 * np.append(step.creep_distance, beyond),
+        "creep_force": np.append(step.creep_force, np.full_like(beyond, step.steady_force)),
         "steady_force": step.steady_force,
         "relaxation_length": 1e3 * step.relaxation_length,
         "creep_relaxation_length": 1e3 * step.creep_relaxation_length,
@@ -60,17 +68,20 @@ def draw_slip_angle(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw the slip angle after the step, and how long the patch is."""
     ax.axvspan(0.0, numbers["patch_length"], color="#eeeeee", zorder=0)
     ax.plot(numbers["distance"], numbers["slip_angle"], color=style.COLOURS[0])
+    length, end = numbers["patch_length"], numbers["distance"][-1]
+    inside = length > _ROOM * end
     ax.text(
-        0.5 * numbers["patch_length"],
-        0.3,
+        0.5 * length if inside else length + 0.01 * end,
+        0.97,
         "patch length",
         transform=ax.get_xaxis_transform(),
-        ha="center",
+        ha="center" if inside else "left",
+        va="top",
         fontsize=8,
         color="grey",
     )
-    ax.set_xlim(0.0, numbers["distance"][-1])
-    ax.set_ylim(0.0, 1.25 * numbers["slip_angle"][-1])
+    ax.set_xlim(0.0, end)
+    ax.set_ylim(0.0, 1.5 * numbers["slip_angle"][-1])
     ax.set_ylabel("slip angle\n[mrad]")
     ax.set_xlabel("distance rolled [mm]")
 
