@@ -298,20 +298,20 @@ def test_the_law_exact_beside_the_papers(claims):
 
 
 def test_steering_as_spin_beside_the_papers(claims):
-    """Less is lost to steering (D5), so that the highest performance leaves what "85 %" allows (D3); S5 has no turning patch."""
+    """Less is lost to steering (D5), which takes the highest performance to the edge of what "85 %" allows (D3)."""
     beside = {
         name: one for name, claim in claims.items() for one in claim.variants if one.assuming == "steering as spin"
     }
-    assert {"D3", "D5", "D9"} <= set(beside) <= set(STEERED)
-    assert "S5" not in beside
+    assert {"D3", "D5", "D9", "S5"} <= set(beside) <= set(STEERED)
     assert all(one.kind == "contrary" for one in beside.values())
-    assert [name for name, one in beside.items() if one.verdict != claims[name].shown] == ["D3"]
+    turned = [name for name, one in beside.items() if one.verdict != claims[name].shown]
+    assert turned == (["D3"] if abs(beside["D3"].computed - 0.85) > 0.02 else [])
     assert claims["D3"].shown == "holds"
     assert 0.865 < beside["D3"].computed < 0.875
     shares = [float(one.computed.partition(" %")[0]) for one in (claims["D5"], beside["D5"])]
     assert shares[1] < 0.8 * shares[0]
     said = Reproduction(claims=tuple(claims.values()), machine=Machine()).with_spin
-    assert said.endswith(" change; so does the verdict on D3.")
+    assert said.endswith(f" change; {'so does the verdict on D3' if turned else 'no verdict does'}.")
     assert Reproduction(claims=(claims["E1"],), machine=Machine()).with_spin == ""
     assert Machine(steering_model="spin") != Machine()
     assert Machine(steering_model="spin").cobotic("cobotic-b").transmission.turns_with_spin
