@@ -23,7 +23,10 @@ from infinivar.contact.exact.many import ORDER, extrapolated
 from infinivar.contact.exact.patch import RollingPatch
 
 CELLS = 10, 20
-"""Grids whose forces are extrapolated."""
+"""Cells in each row of the grids whose forces are extrapolated; twice as many beyond `LONG`."""
+
+LONG = 12.0
+"""a/b beyond which a patch has fewer rows than cells in a row."""
 
 SHAPES = tuple(np.geomspace(exact_law.NARROWEST, exact_law.WIDEST, 17).round(6).tolist())
 POISSON = (0.0, 0.125, 0.25, 0.375, 0.5)
@@ -34,7 +37,7 @@ POWERS = 3, 5
 """Terms of the polynomials in Poisson's ratio and in ln(a/b)."""
 BENDS = 3
 
-_CALM = 0.012
+_CALM = 0.03
 """Weight that holds c1 and c2 down: without it they follow the solver's errors, and the inverse needs more steps."""
 _ROUNDS = 30
 
@@ -57,8 +60,9 @@ def force(a_over_b: float, poisson: float, share: float, cells: tuple[int, int] 
     """Lateral force over mu N at a creepage, relative to that of full slip; extrapolated from two grids, nan if it fails."""
     c22 = kalker.coefficients(a_over_b, poisson).c22
     creepage = share * float(kalker.full_slip_creepage(a_over_b, poisson, c22) / c22)
-    patch = RollingPatch(a_over_b=a_over_b, poisson=poisson, cells=cells[1])
-    return float(extrapolated(patch, (0.0, creepage, 0.0), cells[0]).forces[1])
+    coarse, fine = (count * (2 if a_over_b > LONG else 1) for count in cells)
+    patch = RollingPatch(a_over_b=a_over_b, poisson=poisson, cells=fine)
+    return float(extrapolated(patch, (0.0, creepage, 0.0), coarse).forces[1])
 
 
 def curve(shape: tuple[float, float]) -> list[float]:
