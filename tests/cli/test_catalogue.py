@@ -41,7 +41,7 @@ def test_import_keeps_good_rows_and_names_the_bad_ones(made, folder):
         "3 motors, 3 gearheads, 4 compatible pairs; 7 rows refused",
         "  motors that do not state: viscous_friction 2, peak_torque 2, inductance 1, max_speed 1, winding_to_housing 2, "
         "housing_to_ambient 2, continuous_speed 2, stated_friction_torque 2",
-        "  gearheads that do not state: continuous_torque 1, inertia 1, stages 1, intermittent_torque 1",
+        "  gearheads that do not state: continuous_torque 1, intermittent_torque 1, inertia 1, stages 1",
         "  1 motor does not state no_load_current: it cannot be used in a drive",
         "  1 motor does not state continuous_torque: it cannot be used in a drive",
         "  1 gearhead does not state efficiency: it cannot be used in a drive",

@@ -27,7 +27,7 @@ from infinivar.transmission.kinematics import Steering, contact_balance
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
-_BEYOND = 1.2
+_BEYOND = 2.0
 """Reach of the search over the creepage of full slip, as the creep stiffness falls with the steering angle."""
 
 _SHORT = 0.9
@@ -269,29 +269,14 @@ def _solved(
         d_force = (d_force + by_spin / turned * (d_spin + spin * d_ease)) / g
         return force - group * tangent + load * root, d_force - d_ratio
 
-    low, high = _bracket(xp, groups, slope, load, patch.lever * xp.abs(turn))
+    # Beyond, the wheel slides or stands at a right angle.
+    edge = _BEYOND * groups.full_slip + stiffness * patch.lever * xp.abs(turn)
+    edge = xp.minimum(edge, _SHORT * stiffness / xp.maximum(xp.abs(slope), 1e-9))
     # The linear theory, with the force and spin of the wheel that does not creep.
     root = xp.sqrt(1.0 + slope * slope)
     start = known.scale.by_spin * stiffness * patch.lever * turn / root - group * slope - load * root
-    creep = rising_root(xp, excess, stiffness * low, stiffness * high, _STEPS, start, _INWARD)
+    creep = rising_root(xp, excess, -edge, edge, _STEPS, start, _INWARD)
     e = creep / stiffness
     tangent = (e - slope) / (1.0 + e * slope)
     rolls = (xp.abs(excess(creep)[0]) <= _CLOSE) & (1.0 + e * tangent > 0.0)
     return e, tangent, rolls
-
-
-def _bracket(xp: Any, groups: LossGroups, slope: Array, load: Array, edge: Array) -> tuple[Array, Array]:
-    """Creepages between which a solution lies if there is one; `edge` is the creepage that the patch's edge has by turning.
-
-    The wheel slides beyond, stands at a right angle, or would need a lateral force beyond slip: this last from the tangent on
-    at which ``|x(T)|`` is 1.
-    """
-    group, size = groups.rolling_group, xp.abs(load)
-    reach = _BEYOND * groups.full_slip / groups.creep_group + edge
-    reach = xp.minimum(reach, _SHORT / xp.maximum(xp.abs(slope), 1e-9))
-    over = size * size - 1.0
-    root = xp.sqrt(xp.maximum(group * group - (size * size - group * group) * over, 0.0))
-    steepest = -over / (group + root)  # on the side where the load drives the wheel towards slip
-    q = xp.where(load < 0.0, slope, -slope)
-    ends = (steepest + q) / xp.maximum(1.0 - steepest * q, 1e-9)
-    return xp.maximum(-reach, xp.where(load < 0.0, -reach, -ends)), xp.minimum(reach, xp.where(load < 0.0, ends, reach))
