@@ -69,6 +69,8 @@ from .parts.tables.search import PartSearch, search_parts
 from .parts.tables.stores import load_parts
 from .parts.tables.table import PartSet, PartTable
 from .report.saving import save
+from .sizing.result import Sizing
+from .sizing.size import size
 from .study.catalogue import bearings, gearheads, materials, motors
 from .study.load import load_study
 from .study.provenance import Provenance
@@ -157,6 +159,7 @@ __all__ = [
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",
+    "Sizing",
     "SpinMap",
     "Spring",
     "SteadyMap",
@@ -216,6 +219,7 @@ __all__ = [
     "sensitivity",
     "shaking",
     "simulate",
+    "size",
     "spin_map",
     "steady_map",
     "steering_steps",

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from infinivar import __version__
-from infinivar.cli import catalogue, files, motions, rigs, runs, studies
+from infinivar.cli import catalogue, files, motions, rigs, runs, sizing, studies
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -20,7 +20,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 for command in (
-    *(files.init, studies.check, studies.compare, studies.contact, motions.motion),
+    *(files.init, studies.check, studies.compare, sizing.size, studies.contact, motions.motion),
     *(runs.simulate, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
     *(files.reproduce, files.schema),
 ):

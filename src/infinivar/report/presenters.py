@@ -91,6 +91,11 @@ _TYPES: dict[str, dict[str, str]] = {
     "drivetrain.drive.DrivePoint": {"plot": "figures.single:point", "dataset": "report.datasets:point"},
     "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point", "dataset": "report.datasets:moving_point"},
     "parts.heat.Heat": {"plot": "figures.single:heat", "dataset": "report.datasets:heat"},
+    "sizing.result.Sizing": {
+        "plot": "figures.sizing:draw_all",
+        "save": "report.sizing:save",
+        "table": "report.tables:sizing",
+    },
     "transmission.operating_point.OperatingPoint": {
         "plot": "figures.single:point",
         "dataset": "report.datasets:point",

@@ -20,6 +20,7 @@ from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.result import Calibration
 from infinivar.contact.exact.transient import TransientRolling
+from infinivar.sizing.result import Sizing, limit_words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -183,3 +184,22 @@ def trajectory(run: Trajectory) -> pd.DataFrame:
         for name, values in group.items()
     }
     return frame({"time_s": run.time, **energies}).set_index("time_s")
+
+
+def sizing(found: Sizing) -> pd.DataFrame:
+    """One row per design: parts, searched values, mass, power and tightest limit."""
+    return _rows(
+        (
+            {
+                "rank": place,
+                **{role: part.part for role, part in design.parts.items()},
+                **{path: value.value for path, value in design.free.items()},
+                "mass_kg": design.mass,
+                "power_W": design.power,
+                "margin": design.margin,
+                "tightest_limit": None if design.tightest is None else limit_words(design.tightest),
+            }
+            for place, design in enumerate(found.designs, 1)
+        ),
+        "rank",
+    )

@@ -207,7 +207,7 @@ def _entry(said: Mapping[str, Any], kind: str, name: str) -> dict[str, Any]:
     columns = number_columns(kind)
     derived = str(said.get("derived", "")).split()
     fields = PARTS[kind].__dataclass_fields__
-    made: dict[str, Any] = {"kind": said.get("kind", "catalogue"), "where": _origin(said, name)}
+    made: dict[str, Any] = {"kind": said.get("kind", "catalogue"), "where": origin_of(said, name)}
     for column, value in said.items():
         outer, _, inner = column.partition(".")
         if outer not in fields or outer in ("kind", "where"):
@@ -224,7 +224,7 @@ def _entry(said: Mapping[str, Any], kind: str, name: str) -> dict[str, Any]:
     return made
 
 
-def _origin(said: Mapping[str, Any], name: str) -> str:
+def origin_of(said: Mapping[str, Any], name: str) -> str:
     """Source of a row for its provenance: set and key, manufacturer and order number, source and date."""
     maker = " ".join(filter(None, (said.get("manufacturer"), said.get("order_number"))))
     return ", ".join(filter(None, (name, maker, said.get("source"), said.get("date"))))

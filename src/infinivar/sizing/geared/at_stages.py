@@ -13,7 +13,7 @@ from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.ranking import front, mixed, ranked, unchecked
-from infinivar.sizing.geared.result import GearedSizing, Objective
+from infinivar.sizing.geared.result import GearedSizing, Objective, Progress, best_so_far
 from infinivar.sizing.geared.sampled import HOT, sample
 from infinivar.sizing.geared.tally import SPARE, Tally
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
@@ -29,12 +29,17 @@ def at_stages(
     shares: Mapping[str, float],
     top: int,
     prune: bool,
+    progress: Progress | None = None,
 ) -> GearedSizing:
     """Evaluate every pair at every stage; arguments as for `size_geared`."""
     count, rows, tally = len(found.pairs), found.usable, Tally(found)
     feasible, evaluated = (np.zeros((len(stages), count), dtype=bool) for _ in range(2))
     power, best = np.full((len(stages), count), np.nan), []
     for place, stage in enumerate(stages):
+        if progress is not None:
+            first = min(best, key=lambda one: one[0])[1] if best else None
+            said = best_so_far(np.nan, np.nan) if first is None else best_so_far(first.power, first.mass)
+            progress(said, place / len(stages))
         here = tuple(task.critical(found.template, stage) if isinstance(task, RegionTask) else task for task in tasks)
         left = _left(found, here, stage, tally, prune)
         tried = rows[left] if prune else rows

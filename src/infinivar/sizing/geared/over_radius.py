@@ -17,7 +17,7 @@ from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
 from infinivar.sizing.geared.ranking import design, front, mixed, unchecked
-from infinivar.sizing.geared.result import Design, GearedSizing, Objective
+from infinivar.sizing.geared.result import Design, GearedSizing, Objective, Progress, best_so_far
 from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
@@ -43,7 +43,7 @@ class _Found(NamedTuple):
     power: np.ndarray
 
 
-class _Search:
+class RadiusSearch:
     """Evaluation of pairs at every instant, at radii of their own."""
 
     def __init__(
@@ -62,7 +62,7 @@ class _Search:
     def look(self, rows: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Largest demand of pairs at several radii each, and mean power, inf where infeasible. (k, m), (k, m)"""
         done = self.at(np.repeat(rows, radii.shape[1]), radii.ravel())
-        worst = _ordered(done)
+        worst = ordered(done)
         power = np.where(done.feasible, mixed(done.power, self.shares), np.inf)
         return worst.reshape(radii.shape), np.where(np.isnan(power), 0.0, power).reshape(radii.shape)
 
@@ -72,7 +72,7 @@ class _Search:
         Every limit is kept on one interval of radii, so that the largest demand falls towards the radius with the largest
         margin from both sides; the power is sought beside the best of several radii.
         """
-        radii = _nodes(bounds.low, bounds.high)
+        radii = nodes(bounds.low, bounds.high)
         worst, power = self.look(rows, radii)
         radius = np.empty(len(rows))
         cheap = np.isfinite(power).any(axis=1) & (self.objective != "mass")
@@ -81,7 +81,7 @@ class _Search:
             radius[some] = _narrowed(radii[some], worst[some], lambda tried: self.look(rows[some], tried)[0])
             if self.objective != "mass":  # a range between the radii tried may be feasible
                 ends = (self._end(rows[some], radius[some], end[some]) for end in bounds)
-                radii[some] = _nodes(*ends)
+                radii[some] = nodes(*ends)
                 power[some] = self.look(rows[some], radii[some])[1]
                 cheap = np.isfinite(power).any(axis=1)
         if cheap.any():
@@ -120,6 +120,7 @@ def best_over_radius(
     shares: Mapping[str, float],
     top: int,
     prune: bool,
+    progress: Progress | None = None,
 ) -> GearedSizing:
     """Find the best pairs, each with its best radius; arguments as for `size_geared`."""
     count, rows, tally = len(found.pairs), found.usable, Tally(found)
@@ -136,8 +137,10 @@ def best_over_radius(
     tried = np.flatnonzero(able) if prune or not reachable else np.arange(len(rows))
     bounds = Bounds(bounds.low[tried], bounds.high[tried])
     least = _least(found, loads, rows[tried], bounds, objective, shares)
-    search = _Search(found, judged, objective, shares)
-    designs, evaluated, power = _best_first(search, rows[tried], bounds, least, top, all_of_them=not prune)
+    search = RadiusSearch(found, judged, objective, shares)
+    designs, evaluated, power = _best_first(
+        search, rows[tried], bounds, least, top, all_of_them=not prune, progress=progress
+    )
     limits_of = np.full((count, 2), np.nan)
     limits_of[rows[tried]] = np.where(able[tried][:, None], np.stack(bounds, axis=-1), np.nan)
     feasible = np.zeros((1, count), dtype=bool)
@@ -197,7 +200,14 @@ def _least(
 
 
 def _best_first(
-    search: _Search, rows: np.ndarray, bounds: Bounds, least: np.ndarray, top: int, *, all_of_them: bool
+    search: RadiusSearch,
+    rows: np.ndarray,
+    bounds: Bounds,
+    least: np.ndarray,
+    top: int,
+    *,
+    all_of_them: bool,
+    progress: Progress | None,
 ) -> tuple[list[Design], np.ndarray, np.ndarray]:
     """The best designs, in order; which pairs were evaluated, and their power."""
     evaluated, power = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.nan)
@@ -206,9 +216,15 @@ def _best_first(
     order = np.argsort(least, kind="stable")
     while True:
         promising = least <= _to_beat(search.objective, value, mass, top)
-        some = order[~evaluated[order] & (promising[order] | all_of_them)][:_AT_ONCE]
+        waiting = order[~evaluated[order] & (promising[order] | all_of_them)]
+        some = waiting[:_AT_ONCE]
         if not some.size:
             break
+        if progress is not None:
+            first = int(np.argmin(value))
+            known = np.isfinite(value[first])
+            said = best_so_far(power[first], mass[first]) if known else best_so_far(np.nan, np.nan)
+            progress(said, float(evaluated.sum() / (evaluated.sum() + len(waiting))))
         made = search.best(rows[some], Bounds(bounds.low[some], bounds.high[some]))
         able = made.done.feasible
         evaluated[some], radius[some], worst[some] = True, made.radius, made.done.worst
@@ -231,7 +247,7 @@ def _to_beat(objective: Objective, value: np.ndarray, mass: np.ndarray, top: int
     return least[np.searchsorted(mass[order], mass, side="right") - 1] if len(value) else np.inf
 
 
-def _designs(search: _Search, rows: np.ndarray, radius: np.ndarray, bounds: Bounds) -> list[Design]:
+def _designs(search: RadiusSearch, rows: np.ndarray, radius: np.ndarray, bounds: Bounds) -> list[Design]:
     """Pairs at feasible radii as designs."""
     if not rows.size:
         return []
@@ -245,14 +261,14 @@ def _designs(search: _Search, rows: np.ndarray, radius: np.ndarray, bounds: Boun
     return found
 
 
-def _ordered(done: Sampled) -> np.ndarray:
+def ordered(done: Sampled) -> np.ndarray:
     """Largest demand; where one has no bound, such as a temperature, beyond all others but in the order of the finite ones."""
     demands = np.stack(list(done.demands.values()))
     finite = np.where(np.isfinite(demands), demands, 0.0).max(axis=0)
     return np.where(np.isfinite(demands).all(axis=0), finite, _BEYOND * (1.0 + finite))
 
 
-def _nodes(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def nodes(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Radii from the least to the largest of each pair, in equal ratios. (k, m)"""
     radii = low[:, None] * (high / low)[:, None] ** np.linspace(0.0, 1.0, _NODES)
     radii[:, -1] = high

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -13,6 +14,15 @@ from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.sampled import TaskDemand
 
 Objective = Literal["energy", "mass", "front"]
+
+Progress = Callable[[str, float], None]
+"""Called with words on the best design so far and the share of work done."""
+
+
+def best_so_far(power: float, mass: float) -> str:
+    """Words on the best design that a search has found until now."""
+    said = [f"{value:.3g} {unit}" for value, unit in ((power, "W"), (mass, "kg")) if math.isfinite(value)]
+    return f"best: {', '.join(said)}" if said else "no feasible design yet"
 
 
 class LimitCount(NamedTuple):

@@ -12,10 +12,11 @@ from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.at_stages import at_stages
-from infinivar.sizing.geared.candidates import candidates
+from infinivar.sizing.geared.candidates import Candidates, candidates
+from infinivar.sizing.geared.nearest import nearest_over_radius, nearest_stage
 from infinivar.sizing.geared.over_radius import best_over_radius
-from infinivar.sizing.geared.result import GearedSizing, Objective
-from infinivar.sizing.geared.tasks import tasks_of
+from infinivar.sizing.geared.result import Design, GearedSizing, Objective, Progress
+from infinivar.sizing.geared.tasks import Task, tasks_of
 from infinivar.study.requirement import Requirement
 
 
@@ -35,6 +36,7 @@ def size_geared(
     samples: int | None = None,
     top: int = 20,
     prune: bool = True,
+    progress: Progress | None = None,
 ) -> GearedSizing:
     """Find the best motor, gearhead and output stage for a required region and motions.
 
@@ -58,6 +60,7 @@ def size_geared(
     top : int                      Number of designs to return; of a front, all are.
     prune : bool                   Whether closed forms spare candidates that cannot be feasible, or over a range of radii cannot
         be among the best, the evaluation at every instant. The result is the same without, only later.
+    progress : callable            Called with words on the best design so far and the share of work done, 0 to 1.
 
     Returns
     -------
@@ -74,10 +77,92 @@ def size_geared(
         raise ParameterError(
             "duty is empty: the energy needs a motion; with a required region only, use objective = 'mass'"
         )
+    found, tasks, tried = _problem(
+        template,
+        motors,
+        gearheads,
+        pairs,
+        duty=duty,
+        requirement=requirement,
+        stages=stages,
+        radius=radius,
+        weighed=objective != "energy",
+        travel=travel,
+        loss_model=loss_model,
+        samples=samples,
+    )
+    options = {"objective": objective, "shares": equal_shares(duty), "top": top, "prune": prune, "progress": progress}
+    if isinstance(tried, tuple):
+        return best_over_radius(found, tasks, tried, **options)
+    return at_stages(found, tasks, tried, **options)
+
+
+def nearest_geared(
+    template: ConventionalDrive,
+    motors: Mapping[str, Any],
+    gearheads: Mapping[str, Any],
+    pairs: Any,
+    *,
+    duty: Mapping[str, DutyCycle],
+    requirement: Requirement | None = None,
+    stages: Sequence[OutputStage] | None = None,
+    radius: tuple[float, float] | None = None,
+    travel: float | None = None,
+    loss_model: LossModel | None = None,
+    samples: int | None = None,
+) -> Design | None:
+    """Return the candidate whose tightest limit has the largest margin, feasible or not; arguments as for `size_geared`.
+
+    Closed forms rank all pairs, at all stages or over 13 radii; the best 64 are evaluated at every instant, each at its best
+    radius.
+
+    Returns
+    -------
+    Design   None if no pair can be evaluated, or every candidate is out of reach.
+    """
+    found, tasks, tried = _problem(
+        template,
+        motors,
+        gearheads,
+        pairs,
+        duty=duty,
+        requirement=requirement,
+        stages=stages,
+        radius=radius,
+        weighed=False,
+        travel=travel,
+        loss_model=loss_model,
+        samples=samples,
+    )
+    if isinstance(tried, tuple):
+        return nearest_over_radius(found, tasks, tried, equal_shares(duty))
+    return nearest_stage(found, tasks, tried, equal_shares(duty))
+
+
+def equal_shares(duty: Mapping[str, DutyCycle]) -> dict[str, float]:
+    """Share of time of each motion; equal if none states one. [-]"""
+    return shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
+
+
+def _problem(
+    template: ConventionalDrive,
+    motors: Mapping[str, Any],
+    gearheads: Mapping[str, Any],
+    pairs: Any,
+    *,
+    duty: Mapping[str, DutyCycle],
+    requirement: Requirement | None,
+    stages: Sequence[OutputStage] | None,
+    radius: tuple[float, float] | None,
+    weighed: bool,
+    travel: float | None,
+    loss_model: LossModel | None,
+    samples: int | None,
+) -> tuple[Candidates, tuple[Task, ...], tuple[float, float] | list[OutputStage]]:
+    """Candidates, what they are judged by, and the range of radii or the stages to try."""
     gear = replace(template.gearhead, stiffness=None, backlash=None)
     template = replace(template, gearhead=gear)
     tasks = tasks_of(template, duty, requirement, travel=travel, samples=samples)
-    shares = shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
     found = candidates(
         template,
         motors,
@@ -85,11 +170,10 @@ def size_geared(
         pairs,
         loss_model=loss_model or template.gearhead.loss_model,
         moving=bool(duty),
-        weighed=objective != "energy",
+        weighed=weighed,
     )
-    options = {"objective": objective, "shares": shares, "top": top, "prune": prune}
     if radius is None:
-        return at_stages(found, tasks, tuple(stages or (template.stage,)), **options)
+        return found, tasks, list(stages or (template.stage,))
     if stages is not None:
         raise ParameterError("stages and radius are both given: state stages to try, or the range of a pulley's radius")
     if template.pulley is None:
@@ -99,4 +183,4 @@ def size_geared(
         )
     low, high = radius
     require(0.0 < low <= high < float("inf"), "radius", radius, "a range above 0, least first", "m")
-    return best_over_radius(found, tasks, (float(low), float(high)), **options)
+    return found, tasks, (float(low), float(high))

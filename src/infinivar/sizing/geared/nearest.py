@@ -1,0 +1,84 @@
+"""The candidate that comes nearest to keeping all limits, where none keeps them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from infinivar.parts.linear import Pulley
+from infinivar.parts.stage import OutputStage
+from infinivar.sizing.geared.at_stages import closed_forms
+from infinivar.sizing.geared.candidates import Candidates
+from infinivar.sizing.geared.over_radius import RadiusSearch, nodes, ordered
+from infinivar.sizing.geared.radius_bounds import Bounds
+from infinivar.sizing.geared.radius_limits import region_points
+from infinivar.sizing.geared.ranking import design, mixed
+from infinivar.sizing.geared.result import Design
+from infinivar.sizing.geared.sampled import sample
+from infinivar.sizing.geared.tally import Tally
+from infinivar.sizing.geared.tasks import RegionTask, Task
+
+_EVALUATED = 64
+"""Candidates that are evaluated at every instant."""
+
+
+def nearest_stage(
+    found: Candidates, tasks: Sequence[Task], stages: Sequence[OutputStage], shares: Mapping[str, float]
+) -> Design | None:
+    """The candidate at one of some stages; see `nearest_geared`."""
+    if not found.usable.size:
+        return None
+    demand = np.stack([_bound(found, tasks, stage) for stage in stages])
+    stage_of, best = np.argmin(demand, axis=0), np.min(demand, axis=0)
+    first = np.argsort(best, kind="stable")[:_EVALUATED]
+    made: Design | None = None
+    for place in np.unique(stage_of[first]):
+        rows, stage = found.usable[first[stage_of[first] == place]], stages[place]
+        one = _design(found, rows, stage, tasks, shares)
+        made = one if made is None or (one is not None and one.margin > made.margin) else made
+    return made
+
+
+def nearest_over_radius(
+    found: Candidates, tasks: Sequence[Task], radii: tuple[float, float], shares: Mapping[str, float]
+) -> Design | None:
+    """The candidate at its best radius; see `nearest_geared`."""
+    pulley = found.template.pulley
+    assert pulley is not None
+    if not found.usable.size:
+        return None
+    tried = nodes(*(np.array([end]) for end in radii))[0]
+    stages = [replace(pulley, radius=float(radius)) for radius in tried]
+    best = np.min([_bound(found, tasks, stage) for stage in stages], axis=0)
+    rows = found.usable[np.argsort(best, kind="stable")[:_EVALUATED]]
+    judged = tuple(region_points(task, found.template) if isinstance(task, RegionTask) else task for task in tasks)
+    search = RadiusSearch(found, judged, "mass", shares)
+    made = search.best(rows, Bounds(*(np.full(len(rows), end) for end in radii)))
+    first = int(np.argmin(ordered(made.done)))
+    stage = Pulley(radius=float(made.radius[first]), friction_torque=pulley.friction_torque)
+    return _design(found, rows[first : first + 1], stage, tasks, shares)
+
+
+def _bound(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.ndarray:
+    """Lower bound of the largest demand over allowance of the usable pairs, by closed forms; inf out of reach. (k,)"""
+    worst, tally = np.zeros(len(found.usable)), Tally(found)
+    for task in tasks:
+        here = task.critical(found.template, stage) if isinstance(task, RegionTask) else task
+        for key, demand in closed_forms(found, here, stage):
+            counted = np.where(np.isnan(demand), np.inf, demand)
+            worst = np.maximum(worst, np.where(tally.checked(task, key, found.usable), counted, 0.0))
+    return worst
+
+
+def _design(
+    found: Candidates, rows: np.ndarray, stage: OutputStage, tasks: Sequence[Task], shares: Mapping[str, float]
+) -> Design | None:
+    """The pair of some with the largest margin at a stage; None if all are out of reach."""
+    done = sample(found, rows, tasks, stage)
+    place = int(np.argmin(ordered(done)))
+    if np.isnan([demand[place] for demand in done.demands.values()]).any():
+        return None
+    power = np.broadcast_to(mixed(done.power, shares), rows.shape)
+    return design(found, int(rows[place]), stage, done, place, float(power[place]))
