@@ -48,8 +48,8 @@ def size(
     objective : str or sequence   "energy", "mass" or both; designs are ordered by the first, and two give the front of both as
         well. Both by default, energy first; mass for a study without motions.
     top : int                     Number of designs to return, besides those of the front.
-    sets : name, path or several  Sets of parts; by default all that can be had: shipped, beside the study, yours, and those of
-        installed packages.
+    sets : name, path or several  Sets of parts; by default all that can be had: shipped, in a folder parts beside the study or in
+        the working directory, yours, and those of installed packages.
     drive : str                   Template; by default the first drive of the study that can be one.
     radius : (float, float)       Least and largest radius of the template's pulley; by default a fifth and five times the
         template's. Other output stages stay as they are. [m]
@@ -69,7 +69,8 @@ def size(
     name = _template(study, drive)
     require(isinstance(top, int) and not isinstance(top, bool) and top >= 1, "top", top, ">= 1")
     asked = [sets] if isinstance(sets, str | Path) else sets
-    parts = pool(asked, () if study.path is None else (study.path.parent / "parts",))
+    beside = [] if study.path is None else [study.path.parent / "parts"]
+    parts = pool(asked, [*beside, Path("parts")])
     designs, front, record = _geared(study, name, parts, aims, top, radius, loss_model, progress)
     return Sizing(
         study=study,

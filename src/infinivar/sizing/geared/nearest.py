@@ -18,7 +18,7 @@ from infinivar.sizing.geared.ranking import design, mixed
 from infinivar.sizing.geared.result import Design
 from infinivar.sizing.geared.sampled import sample
 from infinivar.sizing.geared.tally import Tally
-from infinivar.sizing.geared.tasks import RegionTask, Task
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 
 _EVALUATED = 64
 """Candidates that are evaluated at every instant."""
@@ -30,15 +30,17 @@ def nearest_stage(
     """The candidate at one of some stages; see `nearest_geared`."""
     if not found.usable.size:
         return None
-    demand = np.stack([_bound(found, tasks, stage) for stage in stages])
+    ranking = _of_candidates(tasks)
+    demand = np.stack([_bound(found, ranking, stage) for stage in stages])
     stage_of, best = np.argmin(demand, axis=0), np.min(demand, axis=0)
     first = np.argsort(best, kind="stable")[:_EVALUATED]
-    made: Design | None = None
+    least, chosen = np.inf, None
     for place in np.unique(stage_of[first]):
-        rows, stage = found.usable[first[stage_of[first] == place]], stages[place]
-        one = _design(found, rows, stage, tasks, shares)
-        made = one if made is None or (one is not None and one.margin > made.margin) else made
-    return made
+        rows = found.usable[first[stage_of[first] == place]]
+        worst = ordered(sample(found, rows, ranking, stages[place]))
+        if worst.min() < least:
+            least, chosen = float(worst.min()), (int(rows[np.argmin(worst)]), stages[place])
+    return None if chosen is None else _design(found, *chosen, tasks, shares)
 
 
 def nearest_over_radius(
@@ -51,14 +53,20 @@ def nearest_over_radius(
         return None
     tried = nodes(*(np.array([end]) for end in radii))[0]
     stages = [replace(pulley, radius=float(radius)) for radius in tried]
-    best = np.min([_bound(found, tasks, stage) for stage in stages], axis=0)
+    ranking = _of_candidates(tasks)
+    best = np.min([_bound(found, ranking, stage) for stage in stages], axis=0)
     rows = found.usable[np.argsort(best, kind="stable")[:_EVALUATED]]
-    judged = tuple(region_points(task, found.template) if isinstance(task, RegionTask) else task for task in tasks)
+    judged = tuple(region_points(task, found.template) if isinstance(task, RegionTask) else task for task in ranking)
     search = RadiusSearch(found, judged, "mass", shares)
     made = search.best(rows, Bounds(*(np.full(len(rows), end) for end in radii)))
     first = int(np.argmin(ordered(made.done)))
     stage = Pulley(radius=float(made.radius[first]), friction_torque=pulley.friction_torque)
-    return _design(found, rows[first : first + 1], stage, tasks, shares)
+    return _design(found, int(rows[first]), stage, tasks, shares)
+
+
+def _of_candidates(tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """The tasks without the travel, which is the same for all candidates."""
+    return tuple(replace(task, travel=None) if isinstance(task, MotionTask) else task for task in tasks)
 
 
 def _bound(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.ndarray:
@@ -73,12 +81,10 @@ def _bound(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.n
 
 
 def _design(
-    found: Candidates, rows: np.ndarray, stage: OutputStage, tasks: Sequence[Task], shares: Mapping[str, float]
+    found: Candidates, row: int, stage: OutputStage, tasks: Sequence[Task], shares: Mapping[str, float]
 ) -> Design | None:
-    """The pair of some with the largest margin at a stage; None if all are out of reach."""
-    done = sample(found, rows, tasks, stage)
-    place = int(np.argmin(ordered(done)))
-    if np.isnan([demand[place] for demand in done.demands.values()]).any():
+    """A pair at a stage; None if it is out of reach."""
+    done = sample(found, np.array([row]), tasks, stage)
+    if np.isnan([demand[0] for demand in done.demands.values()]).any():
         return None
-    power = np.broadcast_to(mixed(done.power, shares), rows.shape)
-    return design(found, int(rows[place]), stage, done, place, float(power[place]))
+    return design(found, row, stage, done, 0, float(np.ravel(mixed(done.power, shares))[0]))

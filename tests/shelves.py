@@ -1,0 +1,65 @@
+"""A small set of made-up parts to search, as a file that states what fits together."""
+
+SHELF = """
+manufacturer = "Made Up"
+where = "data sheet 7"
+date = "2024-05"
+
+[motors.a]
+name = "A"
+order_number = "10"
+voltage = "24 V"
+resistance = "2 ohm"
+torque_constant = "24 mN m/A"
+no_load_current = "30 mA"
+continuous_torque = "30 mN m"
+max_speed = "1150 rad/s"
+rotor_inertia = "10 g cm^2"
+mass = "90 g"
+
+[motors.b]
+name = "B"
+order_number = "11"
+voltage = "24 V"
+resistance = "0.8 ohm"
+torque_constant = "22 mN m/A"
+no_load_current = "60 mA"
+continuous_torque = "55 mN m"
+max_speed = "1250 rad/s"
+rotor_inertia = "22 g cm^2"
+mass = "130 g"
+
+[motors.c]
+voltage = "24 V"
+resistance = { value = "0.35 ohm", kind = "fitted", where = "bench" }
+torque_constant = "30 mN m/A"
+no_load_current = "120 mA"
+continuous_torque = "130 mN m"
+rotor_inertia = "90 g cm^2"
+mass = "310 g"
+
+[gearheads.p5]
+ratio = 5
+efficiency = 0.9
+continuous_torque = "1.5 N m"
+inertia = "2 g cm^2"
+mass = "100 g"
+
+[gearheads.p14]
+ratio = 14
+efficiency = 0.83
+continuous_torque = "2.4 N m"
+inertia = "2 g cm^2"
+mass = "130 g"
+
+[gearheads.p35]
+ratio = 35
+efficiency = 0.7
+continuous_torque = "4 N m"
+inertia = "2 g cm^2"
+
+[pairs]
+a = ["p5", "p14"]
+b = ["p5", "p14"]
+c = ["p5", "p14", "p35"]
+"""
