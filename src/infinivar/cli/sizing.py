@@ -52,11 +52,11 @@ def size(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Find the best motor, gearhead and pulley for a study among all parts of some sets.
+    """Find the best motor, gearhead and pulley for a study.
 
-    Judge every pair by the requirement and the duty cycles of the study. Write a report, and each design as a study file that
-    the other commands read. Exit with code 1 if no pair is feasible; the result then names what excluded how many, and the
-    nearest miss.
+    Judge every pair in some sets of parts by the requirement and the duty cycles of the study. Write a report, and each design
+    as a study file that the other commands read. Exit with code 1 if no pair is feasible; the result then names what excluded
+    how many, and the nearest miss.
     """
     from infinivar.report.output import claimed
     from infinivar.report.saving import save

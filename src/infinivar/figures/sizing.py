@@ -55,8 +55,9 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         order = np.argsort(front[:, 0])
         ax.step(grams * front[order, 0], front[order, 1], where="post", color=style.COLOURS[1], lw=1.3)
         ax.plot(grams * front[:, 0], front[:, 1], "s", color=style.COLOURS[1], ms=5, label="front")
-        for number, (mass, power) in list(enumerate(front, 1))[:_NAMED]:
-            ax.annotate(f"front {number}", (grams * mass, power), (6, 5), textcoords="offset points", fontsize=8)
+        for number in np.unique(front, axis=0, return_index=True)[1][:_NAMED]:  # equal designs have one name
+            mass, power = front[number]
+            ax.annotate(f"front {number + 1}", (grams * mass, power), (6, 5), textcoords="offset points", fontsize=8)
     ax.set(xlabel="mass of motor and gearhead [g]", ylabel=numbers["label"])
     for axis, column in ((ax.xaxis, 0), (ax.yaxis, 1)):
         _wide(axis, np.concatenate([cloud, designs, front])[:, column] * (grams if column == 0 else 1.0))
