@@ -190,6 +190,14 @@ def test_travel_does_not_decide_which_miss_is_nearest(shelf):
     assert made.to_dict()["searches"]["geared"]["nearest"]["tightest"] == "travel, walking"
 
 
+def test_a_radius_at_the_end_of_its_range_is_said(found, shelf):
+    assert not any("end of the range" in one for one in found.cautions)
+    narrow = iv.size(
+        WALKING, sets=shelf, radius=(0.003, 0.9 * found.best.free["pulley.radius"].value), objective="energy", top=1
+    )
+    assert narrow.cautions[0].startswith("pulley radius of the best design is at an end of the range searched")
+
+
 def test_progress_is_of_both_searches(found, said):
     assert said[0] == ("no feasible design yet", 0.0)
     shares = [share for _, share in said]

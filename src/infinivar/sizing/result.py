@@ -233,6 +233,13 @@ class Sizing(Result):
             f"the set {name} does not state which gearheads fit which motors: every pair was tried; check flange and shaft"
             for name in unstated
         ]
+        if self.best is not None:
+            ranges = self.searches[self.best.template].ranges
+            said += [
+                f"{_last(path)} of the best design is at an end of the range searched; a wider range may hold a better one"
+                for path, free in self.best.free.items()
+                if any(math.isclose(free.value, end, rel_tol=1e-6) for end in ranges.get(path, ()))
+            ]
         if self.best is not None and self.best.unchecked:
             named = ", ".join(limit.words for limit, _ in self.best.unchecked)
             said.append(f"not checked for the best design, as its data sheets state no value: {named}")
