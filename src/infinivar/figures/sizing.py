@@ -9,7 +9,8 @@ import numpy as np
 
 from infinivar.errors import InputError
 from infinivar.figures import style
-from infinivar.sizing.result import SizedDrive, Sizing
+from infinivar.sizing.design import SizedDrive
+from infinivar.sizing.result import Sizing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

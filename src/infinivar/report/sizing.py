@@ -12,8 +12,9 @@ from infinivar.figures import style
 from infinivar.motion.scenario import Scenario
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json
+from infinivar.sizing.design import SizedDrive, exceeded_words, limit_words
 from infinivar.sizing.geared.sampled import TaskDemand
-from infinivar.sizing.result import SearchRecord, SizedDrive, Sizing, exceeded_words, limit_words
+from infinivar.sizing.result import SearchRecord, Sizing
 from infinivar.sizing.studies import motion_file, scenario_of, study_of
 from infinivar.units import plain, show
 

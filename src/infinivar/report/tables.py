@@ -20,7 +20,8 @@ from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.result import Calibration
 from infinivar.contact.exact.transient import TransientRolling
-from infinivar.sizing.result import Sizing, limit_words
+from infinivar.sizing.design import limit_words
+from infinivar.sizing.result import Sizing
 
 if TYPE_CHECKING:
     import pandas as pd

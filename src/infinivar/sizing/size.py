@@ -12,10 +12,11 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_fault
 from infinivar.errors import InputError, ParameterError, require
 from infinivar.parts.gearhead import LossModel
+from infinivar.sizing.design import FreeValue, SizedDrive
 from infinivar.sizing.geared.result import Design, GearedSizing, Progress
 from infinivar.sizing.geared.search import nearest_geared, size_geared
 from infinivar.sizing.pool import PartPool, pool
-from infinivar.sizing.result import FreeValue, SearchRecord, SizedDrive, Sizing
+from infinivar.sizing.result import SearchRecord, Sizing
 from infinivar.study.study import Study
 
 Aim = Literal["energy", "mass"]

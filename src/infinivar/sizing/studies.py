@@ -15,7 +15,7 @@ from infinivar._core.frozen import FrozenDict
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.waypoints import RecordedForce, Waypoints
-from infinivar.sizing.result import SizedDrive
+from infinivar.sizing.design import SizedDrive
 from infinivar.study.provenance import Provenance, recorded, text_of
 from infinivar.study.schema import described
 from infinivar.study.spreads import Uncertainty
