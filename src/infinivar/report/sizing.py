@@ -98,7 +98,7 @@ def _fates(name: str, search: SearchRecord) -> Iterator[str]:
     for count in search.counts:
         if count.first:
             where = limit_words((count.task, count.limit, count.part))
-            yield f"  {where}: excludes {count.first}; exceeded by {count.exceeded} of {count.checked}"
+            yield f"  {where}: rules out {count.first} of those left; on its own {count.exceeded} of {count.checked}"
     if search.nearest is not None:
         yield f"  nearest miss: {search.nearest.verdict}"
         yield f"    {exceeded_words(search.nearest)}"
