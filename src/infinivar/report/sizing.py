@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -59,7 +60,7 @@ def _studies(
     sizing: Sizing, directory: Path, scratch: Path, motions: Mapping[str, Scenario]
 ) -> Iterator[tuple[str, str]]:
     """Text of each study file. Other files are named from the final folder; those of the motions are beside the study there."""
-    beside = f"{scratch.relative_to(directory).as_posix()}/"
+    beside = f"{Path(os.path.relpath(scratch, directory)).as_posix()}/"
     for group, designs in (("design", sizing.designs), ("front", sizing.front)):
         for place, design in enumerate(designs, 1):
             name = file_of(group, place)
