@@ -40,9 +40,9 @@ def _errors(rng, low, high, count):
 
 
 def test_against_the_solver():
-    """Within 0.012 of mu N, and of mu N times the lever, between the nodes of the table."""
-    errors = _errors(np.random.default_rng(RNG_SEED), 0.05, 20.0, 60)
-    assert np.max(errors) < 0.012
+    """Within 0.008 of mu N, and 0.01 of mu N times the lever, between the nodes of the table."""
+    errors = _errors(np.random.default_rng(RNG_SEED), 0.05, 20.0, 30)
+    assert np.all(np.max(errors, axis=0) < [0.008, 0.01])
     assert np.sqrt(np.mean(errors**2)) < 0.002
 
 

@@ -227,7 +227,7 @@ SEARCHES = {
     for weight, template in (("light", PULLEY), ("heavy", HEAVY_PULLEY))
     for loss_model in ("coulomb", "proportional")
 }
-EVERY_DAY = ("energy-heavy-proportional", "mass-light-coulomb")
+EVERY_DAY = ("mass-light-coulomb",)
 
 
 @pytest.mark.parametrize(
