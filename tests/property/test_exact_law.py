@@ -96,6 +96,7 @@ def test_beyond_the_fitted_range_the_end_serves():
         creep.lateral_force("exact", 0.1, 1.0, 0.6)
 
 
+@pytest.mark.slow  # JAX compiles for some seconds
 def test_traced_patches():
     """jax.grad by shape and Poisson's ratio agrees with differences."""
 

@@ -95,8 +95,9 @@ def test_a_study_that_knows_of_no_loss_finds_all_of_them(drive, exact):
 
 @pytest.mark.parametrize(
     ("sessions", "low", "high", "near"),
-    [(60, 0.88, 1.0, 0.08), pytest.param(400, 0.93, 0.97, 0.03, marks=pytest.mark.slow)],
+    [(60, 0.88, 1.0, 0.08), (400, 0.93, 0.97, 0.03)],
 )
+@pytest.mark.slow
 def test_intervals_contain_the_truth_as_often_as_they_say(drive, sessions, low, high, near):
     """400 sessions, each with its own noise, counts, zero, gain, preload and masses.
 

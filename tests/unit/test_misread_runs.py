@@ -85,7 +85,7 @@ def test_an_outlier_is_named_with_what_was_read_and_what_was_expected(study, dri
     assert_allclose(list(found.fit.values.values()), list(without.fit.values.values()), rtol=1e-5)
 
 
-@pytest.mark.parametrize("factor", [0.3, 1.5, 3.0])
+@pytest.mark.parametrize("factor", [*(pytest.param(one, marks=pytest.mark.slow) for one in (0.3, 1.5)), 3.0])
 def test_a_misread_torque_without_load_leaves_out_that_run_alone(study, drive, factor):
     """Eq 18 takes it off the torque of all others: too large, it makes their efficiencies exceed 1."""
     data = session(drive, 6)

@@ -71,9 +71,8 @@ class Thing:
 
 
 class TestDerivatives:
-    @pytest.mark.parametrize(
-        "name", ["efficiency", *(pytest.param(name, marks=pytest.mark.slow) for name in ("loss", "temperature"))]
-    )  # JAX compiles for some seconds; the loss goes through the same equations as the efficiency
+    @pytest.mark.slow  # JAX compiles for some seconds
+    @pytest.mark.parametrize("name", ["efficiency", "loss", "temperature"])
     def test_three_ways_agree_at_a_thousand_designs(self, drive, thousand, name):
         """Complex step and JAX are exact to rounding; differences with a step of 2e-3, thrice extrapolated, to 1e-8."""
         function = {
