@@ -172,14 +172,20 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
 @pytest.mark.parametrize(
     ("change", "lines", "said"),
     [
-        (set_to("link_travel", "0", [9, 10]), [9, 10], "line 9: link_travel is zero"),
+        pytest.param(
+            set_to("link_travel", "0", [9, 10]), [9, 10], "line 9: link_travel is zero", marks=pytest.mark.slow
+        ),
         (
             set_to("link_travel", "0.1985", [11, 12]),
             [11, 12],
             "line 12: link_travel repeats the value of the previous line",
         ),
-        (set_to("cylinder_angle", "0", [7]), [7], "line 7: cylinder_angle is 0 rad in"),
-        (set_to("motor_current", "0.17", [11]), [11], "line 11: efficiency by Eq 18 is"),
+        pytest.param(
+            set_to("cylinder_angle", "0", [7]), [7], "line 7: cylinder_angle is 0 rad in", marks=pytest.mark.slow
+        ),
+        pytest.param(
+            set_to("motor_current", "0.17", [11]), [11], "line 11: efficiency by Eq 18 is", marks=pytest.mark.slow
+        ),
         (scaled("motor_current", -1.0, slice(1, 2)), [2], "line 2: motor_current is -0.1785 A and brakes a cylinder"),
         (scaled("motor_current", 1.1, slice(8, 9)), [9], "standard deviations off"),
     ],

@@ -43,9 +43,13 @@ def contains(choice, known, name="creep_stiffness"):
 
 
 @pytest.mark.parametrize(
-    "sessions", [2, pytest.param(20, marks=pytest.mark.slow), pytest.param(100, marks=pytest.mark.full)]
+    ("law", "sessions"),
+    [
+        *(pytest.param(law, 2, marks=() if law in ("linear", "exact") else pytest.mark.slow) for law in LAWS),
+        *(pytest.param(law, 20, marks=pytest.mark.slow) for law in LAWS),
+        *(pytest.param(law, 100, marks=pytest.mark.full) for law in LAWS),
+    ],
 )
-@pytest.mark.parametrize("law", LAWS)
 def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions):
     """A wrong law is preferred in one session of 1300 at most: none of 500 with a probability of 0.7."""
     known = model.known_values(drive)
