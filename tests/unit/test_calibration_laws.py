@@ -45,7 +45,7 @@ def contains(choice, known, name="creep_stiffness"):
 @pytest.mark.parametrize(
     ("law", "sessions"),
     [
-        *(pytest.param(law, 2, marks=() if law in ("linear", "exact") else pytest.mark.slow) for law in LAWS),
+        *(pytest.param(law, 2, marks=() if law in ("linear", "polach") else pytest.mark.slow) for law in LAWS),
         *(pytest.param(law, 20, marks=pytest.mark.slow) for law in LAWS),
         *(pytest.param(law, 100, marks=pytest.mark.full) for law in LAWS),
     ],
