@@ -185,7 +185,9 @@ def deliver(
 
     Returns
     -------
-    Turned   Where no steering angle gives the motion, all is nan and the limit is SLIP.
+    Turned   Where no steering angle gives the motion, all is nan and the limit is SLIP. So it is for some motions with a lateral
+        force above 0.8 mu P while the patch's edge turns, h times the steering rate, at more than 0.08 of the rolling speed, and
+        for some within 1 % of slip.
 
     Raises
     ------
