@@ -6,6 +6,7 @@ import infinivar as iv
 from infinivar import contact_sheets
 from infinivar.contact import exact_law
 from infinivar.contact.exact import spin_nodes
+from wheels import GOOD
 
 SLENDER = """
 [requirement]
@@ -59,36 +60,8 @@ def test_the_default_is_spin_only_where_it_is_known(write, tmp_path, crown):
 
 def test_creep_of_a_locked_link_is_stated_without_a_steering_plant(write, tmp_path):
     """It is a matter of the contact alone."""
-    study = iv.load_study(tmp_path / write(OWN))
+    alone = GOOD.partition("[drives.arm.steering]")[0].replace('creep_law = "fastsim"\n', "")
+    study = iv.load_study(tmp_path / write(alone))
     (sheet,) = contact_sheets(study)
     assert sheet.drive.steering is None
     assert sheet.value("creep on the spot") > 0.0
-
-
-OWN = """
-[requirement]
-force = "30 N"
-speed = "0.5 m/s"
-power = "8 W"
-[drives.arm]
-type = "cobotic"
-cylinder_speed = "20 rad/s"
-[drives.arm.motor]
-part = "dcx-26-l-24v"
-[drives.arm.gearhead]
-ratio = 30
-efficiency = 0.9
-[drives.arm.transmission]
-cylinder_radius = "25 mm"
-wheel_radius = "12 mm"
-preload = "400 N"
-friction = 0.15
-[drives.arm.transmission.geometry]
-crown_radius = "12 mm"
-bearing_span = "14 mm"
-wheel_material = { part = "440c" }
-cylinder_material = { part = "bearing-steel" }
-[drives.arm.transmission.geometry.axle_bearing]
-part = "608"
-viscosity = "50 mm^2/s"
-"""

@@ -313,8 +313,8 @@ def _utilisation(
         motor(drive.steering.motor, "steering motor", "steering.")
     motor(drive.motor, "motor", prefix)
     (out,) = (bond for bond in run.graph.bonds_of(f"{prefix}gear") if bond.tail == f"{prefix}gear")
-    turning = run.at(f"{prefix}motor")[0] / drive.motor.torque_constant / drive.gearhead.ratio
-    for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head], turning).items():
+    output_speed = run.at(f"{prefix}motor")[0] / drive.motor.torque_constant / drive.gearhead.ratio
+    for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head], output_speed).items():
         found[limit, "gearhead"] = demand
     if not cobotic:
         found.update(_stage_utilisation(drive, run))

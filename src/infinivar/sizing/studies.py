@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.array_namespace import bisect
 from infinivar._core.frozen import FrozenDict
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
@@ -145,18 +146,7 @@ def _resting_instant(duty: DutyCycle) -> float | None:
     turns = np.flatnonzero(speed[1:] * speed[:-1] < 0.0)
     if not turns.size:
         return None
-    first = int(turns[0])
-    return _at_rest_between(duty, time[first], time[first + 1])
-
-
-def _at_rest_between(duty: DutyCycle, low: float, high: float) -> float:
-    """The instant between two at which the speed changes its sign, by bisection. [s]"""
-
-    def speed(time: float) -> float:
-        return float(np.asarray(duty.at(np.array([time % duty.period]))[1].speed).flat[0])
-
-    rises = speed(high) > 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if (speed(middle) > 0.0) == rises else (middle, high)
-    return 0.5 * (low + high)
+    between = time[turns[0] : turns[0] + 2, None]
+    way = np.sign(speed[turns[0] + 1])
+    rest = bisect(np, lambda at: way * np.asarray(duty.at(at % duty.period)[1].speed), *between)
+    return float(rest[0])

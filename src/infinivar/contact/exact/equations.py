@@ -44,8 +44,7 @@ class Equations:
 
     def folded(self, vectors: Floats) -> Floats:
         """Vectors (2, rows, cells) in the cells of these equations, (2, n)."""
-        first = self.grid.rows // 2 if self.mirrored else 0
-        return vectors[:, first:].reshape(2, -1)
+        return vectors[:, self.grid.counted(self.mirrored)].reshape(2, -1)
 
     def unfolded(self, vectors: Floats) -> Floats:
         """Vectors (2, n) in all cells, (2, rows, cells)."""
@@ -63,7 +62,7 @@ class Equations:
 @functools.lru_cache(maxsize=8)
 def equations(grid: Grid, poisson: float, mirrored: bool) -> Equations:
     """Equations of a patch; `mirrored` for lateral creepage and spin of a symmetric one."""
-    rows = slice(grid.rows // 2 if mirrored else 0, None)
+    rows = grid.counted(mirrored)
     maps = influence(grid, poisson, mirrored)
     x, length = grid.x[rows], grid.length[rows, None]
     y = np.broadcast_to(grid.y[rows, None], x.shape).ravel()

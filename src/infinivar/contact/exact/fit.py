@@ -18,15 +18,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar.contact import exact_law, kalker
-from infinivar.contact.exact.grid import Floats
+from infinivar.contact.exact.grid import LONGEST, Floats
 from infinivar.contact.exact.many import ORDER, extrapolated
 from infinivar.contact.exact.patch import RollingPatch
 
 CELLS = 10, 20
-"""Cells in each row of the grids whose forces are extrapolated; twice as many beyond `LONG`."""
-
-LONG = 12.0
-"""a/b beyond which a patch has fewer rows than cells in a row."""
+"""Cells in each row of the grids whose forces are extrapolated; twice as many where a patch has fewer rows than
+cells in a row."""
 
 SHAPES = tuple(np.geomspace(exact_law.NARROWEST, exact_law.WIDEST, 17).round(6).tolist())
 POISSON = (0.0, 0.125, 0.25, 0.375, 0.5)
@@ -60,7 +58,7 @@ def force(a_over_b: float, poisson: float, share: float, cells: tuple[int, int] 
     """Lateral force over mu N at a creepage, relative to that of full slip; extrapolated from two grids, nan if it fails."""
     c22 = kalker.coefficients(a_over_b, poisson).c22
     creepage = share * float(kalker.full_slip_creepage(a_over_b, poisson, c22) / c22)
-    coarse, fine = (count * (2 if a_over_b > LONG else 1) for count in cells)
+    coarse, fine = (count * (2 if a_over_b > LONGEST else 1) for count in cells)
     patch = RollingPatch(a_over_b=a_over_b, poisson=poisson, cells=fine)
     return float(extrapolated(patch, (0.0, creepage, 0.0), coarse).forces[1])
 

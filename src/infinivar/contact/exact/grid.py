@@ -73,6 +73,10 @@ class Grid:
         """Number of rows, an even one."""
         return len(self.y)
 
+    def counted(self, mirrored: bool) -> slice:
+        """The rows that count: those with y > 0 where the others mirror them, else all."""
+        return slice(self.rows // 2 if mirrored else 0, None)
+
     @property
     def area(self) -> Floats:
         """Area of each cell, (rows, 1). [-]"""

@@ -53,7 +53,7 @@ def influence(grid: Grid, poisson: float, mirrored: bool) -> Influence:
     Source: kalker1990, the displacements of a half-space under a loaded rectangle.
     """
     blocks = _blocks(grid, poisson, mirrored, "middles")
-    length = grid.length[grid.rows // 2 if mirrored else 0 :]
+    length = grid.length[grid.counted(mirrored)]
     slip = (blocks[:, :, :, :-1] - blocks[:, :, :, 1:]) / length[:, None, None]
     return Influence(_square(blocks[:, :, :, 1:-1]), _square(slip[:, :, :, 1:]), _square(slip[:, :, :, :-1]))
 

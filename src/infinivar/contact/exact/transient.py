@@ -110,9 +110,9 @@ class Path:
         self.rolling: Equations = equations(grid, poisson, mirrored)
         self.ahead, behind = half_cell_displacements(grid, poisson, mirrored)
         self.mean = 0.5 * (self.ahead + behind)
-        self.bound = grid.bound[grid.rows // 2 if mirrored else 0 :]
+        self.bound = grid.bound[grid.counted(mirrored)]
         whole = np.broadcast_to(grid.area, grid.x.shape)
-        self.area = (2.0 if mirrored else 1.0) * whole[grid.rows // 2 if mirrored else 0 :].ravel()
+        self.area = (2.0 if mirrored else 1.0) * whole[grid.counted(mirrored)].ravel()
         self.steps = 0
         self._friction: tuple[float, Friction] | None = None
 
