@@ -10,6 +10,7 @@ import hypothesis
 import pytest
 
 import infinivar as iv
+from shelves import SHELF
 
 # Workers that run on all cores have one thread each; NumPy is not imported yet.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -80,6 +81,14 @@ def load(tmp_path):
         return iv.load_study(path)
 
     return write_and_load
+
+
+@pytest.fixture(scope="session")
+def shelf(tmp_path_factory):
+    """A set of made-up parts, as a file."""
+    path = tmp_path_factory.mktemp("sets") / "shelf.toml"
+    path.write_text(SHELF, "utf-8")
+    return path
 
 
 @pytest.fixture(scope="session")

@@ -56,8 +56,9 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "errata", "sizing", "study-file", "extending", "measurements", "catalogue")
+DAILY = ("theory", "errata", "compiled", "study-file", "extending", "measurements", "catalogue", "mechanisms", "legs")
 SLOW = (
+    "sizing",
     "tutorial",
     "gait-to-motor",
     "haptic-log",
@@ -67,7 +68,10 @@ SLOW = (
     "springs",
     "calibration",
     "figures",
+    "scale",
+    "smallest-motor",
     "exact-contact",
+    "sphere",
     "contact",
 )
 
