@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from annotated_types import Gt, Interval
 
@@ -14,13 +14,15 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.contact import friction as friction_law
 from infinivar.contact import hertz, hysteresis, kalker, turned
-from infinivar.contact.bodies import Cylinder, Material, Wheel
+from infinivar.contact.bodies import Cylinder, Material, Plane, Sphere, Surface, Wheel
 from infinivar.contact.creep import CreepLaw, Formulas
 from infinivar.contact.exact_law import STEEL_CIRCLE
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.bearing import Bearing, BearingPair
 from infinivar.transmission import creepage
+
+SurfaceShape = Literal["cylinder", "sphere", "plane"]
 
 
 class LossGroups(NamedTuple):
@@ -119,7 +121,7 @@ class PressedContact(NamedTuple):
     @property
     def full_slip(self) -> Array:
         """Scaled creepage at which the whole patch slips; see `infinivar.contact.kalker.full_slip_creepage`. [-]"""
-        return _plain(kalker.full_slip_creepage(self.axis_ratio, self.poisson, self.coefficients.c22))
+        return plain(kalker.full_slip_creepage(self.axis_ratio, self.poisson, self.coefficients.c22))
 
     @property
     def creep_stiffness(self) -> Array:
@@ -134,7 +136,7 @@ class PressedContact(NamedTuple):
         """C22 of the patch as it is turned from the rolling direction; see `infinivar.contact.turned`. [-]"""
         if isinstance(self.rotation, float) and self.rotation == 0.0:
             return self.coefficients.c22
-        return _plain(turned.lateral_coefficient(self.axis_ratio, self.poisson, self.rotation))
+        return plain(turned.lateral_coefficient(self.axis_ratio, self.poisson, self.rotation))
 
 
 MEASURED_FULL_SLIP = 2.586
@@ -207,7 +209,7 @@ class ContactGeometry:
     def press(
         self, *, wheel_radius: Array, cylinder_radius: Array, preload: Array, steering_angle: Array = 0.0
     ) -> PressedContact:
-        """The contact under its preload.
+        """The contact under its preload, on a cylinder.
 
         Parameters
         ----------
@@ -227,22 +229,37 @@ class ContactGeometry:
 
         Source: johnson1985, chapter 4; kalker1990, appendix E.
         """
-        wheel = Wheel(rolling_radius=wheel_radius, crown_radius=self.crown_radius, material=self.wheel_material)
         cylinder = Cylinder(radius=cylinder_radius, material=self.cylinder_material)
-        patch, rotation = hertz.crossed(preload, wheel, cylinder, steering_angle)
+        return self.press_on(cylinder, wheel_radius=wheel_radius, preload=preload, steering_angle=steering_angle)
+
+    def surface(self, shape: SurfaceShape, radius: Array | None) -> Surface:
+        """What the wheel rolls on, of the material `cylinder_material`; a plane has no radius."""
+        if shape == "plane":
+            return Plane(material=self.cylinder_material)
+        return (Cylinder if shape == "cylinder" else Sphere)(radius=radius, material=self.cylinder_material)
+
+    def press_on(
+        self, surface: Surface, *, wheel_radius: Array, preload: Array, steering_angle: Array = 0.0
+    ) -> PressedContact:
+        """The contact under its preload on any surface; arguments and result as in `press`.
+
+        Source: johnson1985, chapter 4; kalker1990, appendix E.
+        """
+        wheel = Wheel(rolling_radius=wheel_radius, crown_radius=self.crown_radius, material=self.wheel_material)
+        patch, rotation = hertz.crossed(preload, wheel, surface, steering_angle)
         shear_modulus, poisson = kalker.combined(
             wheel.material.shear_modulus,
             wheel.material.poisson,
-            cylinder.material.shear_modulus,
-            cylinder.material.poisson,
+            surface.material.shear_modulus,
+            surface.material.poisson,
         )
         coefficients = kalker.coefficients(patch.a / patch.b, poisson)
         return PressedContact(
-            hertz.Ellipse(*map(_plain, patch)),
-            _plain(rotation),
-            _plain(shear_modulus),
-            _plain(poisson),
-            kalker.KalkerCoefficients(*map(_plain, coefficients)),
+            hertz.Ellipse(*map(plain, patch)),
+            plain(rotation),
+            plain(shear_modulus),
+            plain(poisson),
+            kalker.KalkerCoefficients(*map(plain, coefficients)),
         )
 
     def yielding(
@@ -334,7 +351,7 @@ class ContactGeometry:
         Source: as `stress`; iso2006 for the bearings.
         """
         safety = self.axle.static_safety(preload, self.lateral_share * slip_force, wheel_radius)
-        return {**self.stress(contact).utilisation, Limit.BEARING: _plain(1.0 / safety)}
+        return {**self.stress(contact).utilisation, Limit.BEARING: plain(1.0 / safety)}
 
     def stress(self, contact: PressedContact) -> ContactStress:
         """Stress below the surface of both bodies, relative to their strength.
@@ -351,11 +368,12 @@ class ContactGeometry:
         """
         shear, depth = {}, {}
         demand: dict[Limit, list[Array]] = {Limit.YIELD: [], Limit.HARDNESS: []}
-        patch = contact.patch
+        patch, known = contact.patch, {}
         for body, material in self.bodies.items():
-            shear[body], depth[body] = map(
-                _plain, hertz.largest_shear(patch.a, patch.b, patch.peak_pressure, material.poisson)
-            )
+            if material.poisson not in known:
+                found = hertz.largest_shear(patch.a, patch.b, patch.peak_pressure, material.poisson)
+                known[material.poisson] = tuple(map(plain, found))
+            shear[body], depth[body] = known[material.poisson]
             if material.yield_strength is not None:
                 demand[Limit.YIELD].append(shear[body] / (0.5 * material.yield_strength))
             if material.hardness is not None:
@@ -375,9 +393,9 @@ class ContactGeometry:
 
 def _largest(values: list[Array]) -> Array:
     xp = namespace(*values)
-    return functools.reduce(lambda one, other: _plain(xp.maximum(xp.asarray(one), xp.asarray(other))), values)
+    return functools.reduce(lambda one, other: plain(xp.maximum(xp.asarray(one), xp.asarray(other))), values)
 
 
-def _plain(value: Array) -> Any:
+def plain(value: Array) -> Any:
     """A NumPy scalar as a float, which every array library accepts; any other value unchanged."""
     return float(value) if namespace(value).__name__ == "numpy" and getattr(value, "ndim", 0) == 0 else value

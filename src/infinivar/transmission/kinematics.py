@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from infinivar._core.array_namespace import Array, signed_infinity
+from infinivar._core.array_namespace import Array, as_floats, namespace, signed_infinity
+from infinivar.errors import require
 
 BEYOND_ANY = 1e200
 """Secant of a right angle: finite, so that its product with a zero force is zero."""
+
+Heading = Any
+"""Angles (..., k) from x to the rolling direction of each wheel [rad], or a tuple of their cosines and sines."""
 
 RIGHT_ANGLE = 1e-15
 """A cosine below this counts as a right angle: cos(pi/2) is 6e-17 in float64."""
@@ -87,3 +91,34 @@ def driven(
     """
     rolling = surface_speed / xp.where(along > 0, along, 1.0)
     return rolling, rolling * (creepage * steering.cosine - spin * steering.sine)
+
+
+def applied_to(matrix: Array, vector: Array) -> Array:
+    """Product of a matrix (..., m, n) and a vector (..., n)."""
+    xp = namespace(matrix, vector)
+    if matrix.ndim == 2 and vector.ndim > 1:
+        return xp.matmul(vector, xp.matrix_transpose(matrix))
+    return xp.matmul(matrix, vector[..., None])[..., 0]
+
+
+def directions(xp: Any, heading: Heading, wheels: int) -> tuple[Array, Array]:
+    """Cosines and sines of headings.
+
+    Raises
+    ------
+    ParameterError
+        If there is not one heading for each wheel, or one for all.
+    """
+    given = as_floats(xp, *heading) if isinstance(heading, tuple) else as_floats(xp, heading)
+    for part in given:
+        shape = tuple(part.shape)
+        require(
+            shape[-1:] in ((wheels,), (1,)),
+            "heading",
+            f"shape {shape}",
+            f"of shape (..., {wheels}), one for each wheel",
+        )
+    if isinstance(heading, tuple):
+        require(len(given) == 2, "heading", f"{len(given)} arrays", "angles, or a tuple of their cosines and sines")
+        return given[0], given[1]
+    return xp.cos(given[0]), xp.sin(given[0])

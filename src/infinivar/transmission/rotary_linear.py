@@ -20,51 +20,43 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
 
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, safe_divide, signed_infinity
 from infinivar._core.bounds import QUARTER_TURN
-from infinivar._core.fields import check, check_choice, component, quantity
+from infinivar._core.fields import check, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
-from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.errors import AuditError, ParameterError
 from infinivar.limits import Limit
-from infinivar.transmission.geometry import (
-    MEASURED_FULL_SLIP,
-    PRELOAD_POWERS,
-    ContactGeometry,
-    LossGroups,
-    PressedContact,
-)
+from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.inverse import steering_tangent
-from infinivar.transmission.kinematics import (
-    BEYOND_ANY,
-    RIGHT_ANGLE,
-    Steering,
-    contact_balance,
-    driven,
-    relative_velocities,
-)
+from infinivar.transmission.kinematics import RIGHT_ANGLE, Steering, contact_balance, driven, relative_velocities
 from infinivar.transmission.operating_point import OperatingPoint
+from infinivar.transmission.rolling_contact import (
+    CREEP_LAW,
+    STEERING_MODEL,
+    RollingContact,
+    SteeringModel,
+    scaled_by_preload,
+    sliding_ratio,
+)
 
-SteeringModel = Literal["shear", "spin"]
+if TYPE_CHECKING:
+    from infinivar.transmission.mechanism import Mechanism
 
-MEASURED = ("creep_stiffness", "rolling_torque", "bearing_torque")
-"""Fields that describe a contact by measured values, instead of `geometry`."""
+_OF_CONTACT = tuple(one.name for one in fields(RollingContact) if one.init and "surface" not in one.name)
+"""Fields that a wheel on a cylinder shares with any other rolling contact."""
 
 _SPEED_TOLERANCE = 1e-6
 """Relative to the sum of surface and link speed. Rounding leaves 1e-15, and more only within 1e-6 of slip with Eq 17."""
 
 _ROUNDING = 2e-15
 """Rounding error of a force ratio computed from an angle: a few units in the last place."""
-
-_ROUNDED = 1e-9
-"""Rounding error by which a creepage, as a difference of speeds, may exceed the slip limit."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,87 +88,45 @@ class RotaryLinearIVT:
     steering_range: float = quantity(
         "rad", Interval(gt=0, le=QUARTER_TURN), "Largest steering angle in either direction", default=math.pi / 2
     )
-    creep_law: CreepLaw = component(
-        "Creep law: linear, faulring (linear with the flow loss of Eq 17), vermeulen-johnson, polach, fastsim or exact; "
-        "exact by default with geometry, linear without",
-        default=None,
-    )
-    steering_model: SteeringModel | None = component(
-        "Resistance to steering: shear (constant torque of a patch that turns on the spot) or spin (of one that rolls as it "
-        "turns, by exact theory; in motion, creep then follows that theory as well; needs geometry with a patch of a/b from "
-        "0.05 to 20); spin by default with such geometry and the law exact, otherwise shear",
-        default=None,
-    )
-    contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
-    _yielding: tuple[Array, Array] | None = field(init=False, repr=False, compare=False, default=None)
-    _memo: dict[float, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
+    creep_law: CreepLaw = component(CREEP_LAW, default=None)
+    steering_model: SteeringModel | None = component(STEERING_MODEL, default=None)
+    wheel: RollingContact = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         """Validate the fields and compute the static contact."""
         check(self)
-        usual = creep.LINEAR if self.geometry is None else creep.EXACT
-        wanted = usual if self.creep_law is None else creep.law(self.creep_law)  # which may be given by its name
-        object.__setattr__(self, "creep_law", wanted)
-        if self.steering_model is not None:
-            check_choice(self, "steering_model", {"shear": (), "spin": ("geometry",)}, {"shear": ("geometry",)})
-        given = [name for name in MEASURED if getattr(self, name) is not None]
-        if self.geometry is not None:
-            if given:
-                raise ParameterError(f"{given[0]} and geometry exclude each other: geometry determines {given[0]}")
-            pressing = {
-                "wheel_radius": self.wheel_radius,
-                "cylinder_radius": self.cylinder_radius,
-                "preload": self.preload,
-            }
-            contact = self.geometry.press(**pressing)
-            object.__setattr__(self, "contact", contact)
-            if self.steering_model == "spin" and not _spin_known(contact):
-                raise ParameterError(
-                    f"steering_model must be shear, got 'spin': the patch has a/b = {contact.axis_ratio:.3g}, and forces with "
-                    f"spin are known for {NARROWEST:g} to {WIDEST:g} (change crown_radius, wheel_radius or cylinder_radius)"
-                )
-            if not self.creep_law.straight:  # the linear laws are the paper's, with one creep stiffness
-                object.__setattr__(self, "_yielding", self.geometry.yielding(contact, **pressing))
-        elif len(given) < len(MEASURED):
-            missing = next(name for name in MEASURED if name not in given)
-            raise ParameterError(
-                f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, which determines all three"
-            )
+        shared = {name: getattr(self, name) for name in _OF_CONTACT}
+        wheel = RollingContact(surface="cylinder", surface_radius=self.cylinder_radius, **shared)
+        object.__setattr__(self, "wheel", wheel)
+        object.__setattr__(self, "creep_law", wheel.creep_law)
+
+    @property
+    def contact(self) -> PressedContact | None:
+        """The contact under its preload, if its geometry is known."""
+        return self.wheel.contact
 
     @property
     def turns_with_spin(self) -> bool:
         """Whether steering is spin of the contact."""
-        if self.steering_model is None:
-            return self.contact is not None and self.creep_law == creep.EXACT and _spin_known(self.contact)
-        return self.steering_model == "spin"
+        return self.wheel.turns_with_spin
 
     @property
     def slip_force(self) -> float:
         """Slip limit of the lateral force, mu P, with the friction limit at rest. [N]"""
-        return self.friction * self.preload
+        return self.wheel.slip_force
 
     def friction_limit(self, cylinder_speed: Array) -> Array:
         """mu at a cylinder speed [rad/s], where the geometry has a limit that falls with speed; otherwise that at rest. [-]"""
-        if self.geometry is None:
-            return self.friction
-        return self.geometry.friction_limit(self.friction, self.cylinder_radius * cylinder_speed)
+        return self.wheel.friction_limit(self.cylinder_radius * cylinder_speed)
 
     @property
     def utilisation(self) -> Mapping[Limit, Array]:
         """Demand over allowance for the limits that the preload alone can exceed; empty for measured values. [-]"""
-        if self.geometry is None or self.contact is None:
-            return {}
-        return self.geometry.utilisation(
-            self.contact, wheel_radius=self.wheel_radius, preload=self.preload, slip_force=self.slip_force
-        )
+        return self.wheel.utilisation
 
     def pressed(self, preload: Array) -> RotaryLinearIVT:
         """The same wheel under another preload [N]; measured values scale by `PRELOAD_POWERS`."""
-        if self.geometry is not None:
-            return replace(self, preload=preload)
-        share = preload / self.preload
-        grown = {name: getattr(self, name) * share**power for name, power in PRELOAD_POWERS.items()}
-        return replace(self, preload=preload, **grown)
+        return replace(self, preload=preload, **scaled_by_preload(self, preload))
 
     def groups(self, cylinder_speed: Array) -> LossGroups:
         """Parameters that determine the losses, at a cylinder speed: measured values, or derived from geometry.
@@ -189,33 +139,33 @@ class RotaryLinearIVT:
         -------
         LossGroups   Slip force, creep stiffness, torques, and the groups H and K derived from them.
         """
-        if self.geometry is not None and self.contact is not None:
-            # Most callers repeat the same speed, from several threads.
-            if type(cylinder_speed).__module__ == "numpy" and cylinder_speed.ndim == 0:
-                cylinder_speed = float(cylinder_speed)
-            number = isinstance(cylinder_speed, (int, float))
-            known = self._memo.get(cylinder_speed) if number else None
-            if known is not None:
-                return known
-            groups = self.geometry.loss_groups(
-                self.contact,
-                wheel_radius=self.wheel_radius,
-                preload=self.preload,
-                friction=self.friction,
-                surface_speed=self.cylinder_radius * as_floats(namespace(self, cylinder_speed), cylinder_speed)[0],
-            )._replace(yielding=self._yielding)
-            if number:
-                self._memo.clear()
-                self._memo[cylinder_speed] = groups
-            return groups
-        return LossGroups(
-            slip_force=self.slip_force,
-            creep_stiffness=self.creep_stiffness,
-            rolling_torque=self.rolling_torque,
-            bearing_torque=self.bearing_torque,
-            wheel_radius=self.wheel_radius,
-            full_slip=MEASURED_FULL_SLIP,
-            yielding=self._yielding,
+        if self.geometry is None:
+            return self.wheel.groups(0.0)
+        if not isinstance(cylinder_speed, (int, float)):
+            cylinder_speed = as_floats(namespace(self.wheel, self.steering_range, cylinder_speed), cylinder_speed)[0]
+        return self.wheel.groups(self.cylinder_radius * cylinder_speed)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The same machine as a kinematic map over its contact, with coordinates "link" and "cylinder".
+
+        The carrier moves at ``V = (ldot, -R omega)`` and the wheel heads along ``(sin(phi), cos(phi))``, so that the force
+        applied to the link coordinate is ``-fl`` and that to the cylinder coordinate is tau.
+
+        Raises
+        ------
+        ParameterError
+            If the creep law has a flow loss.
+        """
+        from infinivar.transmission.mechanism import Mechanism  # loading a study does without
+
+        radius, xp = self.cylinder_radius, namespace(self.wheel)
+        nothing = 0.0 * radius
+        return Mechanism(
+            contacts=self.wheel,
+            jacobian=xp.asarray([[[1.0, nothing], [nothing, -radius]]], dtype=xp.float64),
+            surface=xp.asarray([[nothing, radius]], dtype=xp.float64),
+            coordinates=("link", "cylinder"),
         )
 
     @labelled
@@ -255,7 +205,7 @@ class RotaryLinearIVT:
         if (link_force is None) == (link_speed is None):
             raise ParameterError("give either link_force or link_speed")
         given = link_speed if link_force is None else link_force
-        xp = namespace(self, cylinder_speed, steering_angle, given)
+        xp = namespace(self.wheel, self.steering_range, cylinder_speed, steering_angle, given)
         omega, phi, given = as_floats(xp, cylinder_speed, steering_angle, given)
         if xp.__name__ == "numpy" and xp.any(xp.abs(phi) > math.pi / 2 + RIGHT_ANGLE):
             raise ParameterError(
@@ -286,7 +236,7 @@ class RotaryLinearIVT:
 
         Source: inverse of `operate`; derivation in the theory page.
         """
-        xp = namespace(self, cylinder_speed, link_speed, link_force)
+        xp = namespace(self.wheel, self.steering_range, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         groups = self.groups(cylinder_speed)
         tangent, possible = self._tangent(xp, groups, omega, speed, force)
@@ -297,7 +247,7 @@ class RotaryLinearIVT:
             speed, self.cylinder_radius * omega, 1.0 / root, tangent / root
         )
         groups = groups.steered(1.0 - 1.0 / (root * root))
-        demand = self._slip_demand(xp, groups, rolled - load * root, creep_speed, rolling_speed)
+        demand = self.wheel.slip_demand(groups, rolled - load * root, creep_speed, rolling_speed)
         angle = xp.where(possible & (demand <= 1.0), xp.atan(tangent), xp.nan)  # false for a nan demand
         return xp.where(decoupled, -0.5 * math.pi * xp.sign(speed), angle)
 
@@ -322,7 +272,7 @@ class RotaryLinearIVT:
 
         Source: inverse of `operate`; derivation in the theory page.
         """
-        xp = namespace(self, cylinder_speed, link_speed, link_force)
+        xp = namespace(self.wheel, self.steering_range, cylinder_speed, link_speed, link_force)
         omega, speed, force = as_floats(xp, cylinder_speed, link_speed, link_force)
         groups = self.groups(cylinder_speed)
         tangent, possible = self._tangent(xp, groups, omega, speed, force)
@@ -408,7 +358,7 @@ class RotaryLinearIVT:
             lateral_force=lateral,
             slip_demand=xp.where(
                 rolls,
-                self._slip_demand(xp, groups, ratio, creep_speed * still, rolling_speed * still),
+                self.wheel.slip_demand(groups, ratio, creep_speed * still, rolling_speed * still),
                 xp.where(xp.abs(ratio) > 1.0, xp.abs(ratio), xp.inf),
             ),
         )
@@ -420,13 +370,9 @@ class RotaryLinearIVT:
         cosine, sine = steering.cosine, steering.sine
         surface_speed = self.cylinder_radius * omega
         creep_speed, rolling_speed = relative_velocities(link_speed, surface_speed, cosine, sine)
-        # The rolling speed may be exactly zero while the wheel slides; a saturating law expects an infinite creepage then.
-        creepage = safe_divide(xp, creep_speed, xp.abs(rolling_speed), 0.0)
-        slides = (rolling_speed == 0) & (creep_speed != 0)
-        creepage = xp.where(slides, signed_infinity(xp, creep_speed), creepage)
         law = groups.formulas(self.creep_law)
-        ratio = law.force(creepage * groups.creep_group)
-        slip_demand = self._slip_demand(xp, groups, ratio, creep_speed, rolling_speed)
+        ratio = sliding_ratio(xp, law, groups, creep_speed, rolling_speed)
+        slip_demand = self.wheel.slip_demand(groups, ratio, creep_speed, rolling_speed)
         if law.flow_factor is not None:
             ratio, beyond = self._ratio_with_flow_loss(xp, groups, omega, steering, link_speed, ratio)
             slip_demand = xp.where(beyond, xp.inf, slip_demand)
@@ -448,17 +394,6 @@ class RotaryLinearIVT:
             lateral_force=lateral + unknown,
             slip_demand=slip_demand,
         )
-
-    def _slip_demand(
-        self, xp: Any, groups: LossGroups, ratio: Array, creep_speed: Array, rolling_speed: Array
-    ) -> Array:
-        """Demand over allowance for slip: the larger of lateral force and creepage relative to slip; 1 is the slip limit."""
-        most = groups.slip_creepage(self.creep_law) * (1.0 + _ROUNDED)
-        rolling = xp.abs(rolling_speed)
-        rolling = xp.where(rolling > 0, rolling, 1.0 / BEYOND_ANY)  # a wheel may slide without rolling
-        creepage = groups.creep_group * xp.abs(creep_speed) / (rolling * most)
-        by_force = xp.abs(ratio)
-        return xp.where(creepage > by_force, creepage, by_force)
 
     def _ratio_with_flow_loss(
         self, xp: Any, groups: LossGroups, omega: Array, steering: Steering, link_speed: Array, sliding: Array
@@ -488,29 +423,20 @@ class RotaryLinearIVT:
 
         Source: faulring2006, Eq 8 (creep), Eq 13 (rolling), Eq 14 (bearing).
         """
-        turned = xp.abs(state["rolling_speed"]) / self.wheel_radius
         utilisation = {Limit.SLIP: slip_demand}
         if not isinstance(self.steering_range, float) or self.steering_range < math.pi / 2:
             utilisation[Limit.STEERING] = xp.abs(xp.atan(steering.tangent)) / self.steering_range
-        losses = {
-            "creep": state["lateral_force"] * state["creep_speed"],
-            "rolling": groups.rolling_torque * turned,
-            "bearing": groups.bearing_torque * turned,
-        }
+        rolled = xp.abs(state["rolling_speed"])
+        losses = self.wheel.losses(groups, state["lateral_force"], state["creep_speed"], rolled)
         return OperatingPoint(
             cylinder_speed=omega, steering_tangent=steering.tangent, losses=losses, utilisation=utilisation, **state
         )
 
 
-def _spin_known(contact: PressedContact) -> bool:
-    """Whether the map of forces with spin covers the patch; it looks at arrays of patches itself."""
-    return not isinstance(contact.axis_ratio, float) or NARROWEST <= contact.axis_ratio <= WIDEST
-
-
 def turning_as(element: RotaryLinearIVT, known: RotaryLinearIVT) -> RotaryLinearIVT:
     """A wheel with measured values, whose creep stiffness changes with the steering angle as that of a known one."""
     found = replace(element)
-    object.__setattr__(found, "_yielding", known._yielding)
+    object.__setattr__(found.wheel, "_yielding", known.wheel._yielding)
     return found
 
 

@@ -1,0 +1,268 @@
+"""Many legs behind one power motor: motor, gearhead and amplifier of a common cylinder, and a machine that its links move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from annotated_types import Gt
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.bounds import NonZero
+from infinivar._core.fields import check, component, quantity
+from infinivar._core.result import Result, result
+from infinivar.drivetrain.cobotic import CoboticDrive, turning_inertia
+from infinivar.drivetrain.drive import motor_side, needed
+from infinivar.errors import ParameterError
+from infinivar.limits import Limit
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+from infinivar.power import PowerPoint
+from infinivar.transmission.configuration import Configuration
+from infinivar.transmission.legs import Legs, LegsPoint
+from infinivar.transmission.wrench_set import WrenchSet
+
+_HALVINGS = 40
+"""Of the interval in which the largest wrench lies: 1e-12 of it remains."""
+
+_BEYOND = 1.25
+"""Multiple of the slip limit of an ideal wheel at which the search starts; rolling resistance adds a few percent at most."""
+
+
+@result
+class MachinePoint(PowerPoint, Result):
+    """Operating point of a machine of many legs; arrays that broadcast to one shape, SI.
+
+    Attributes
+    ----------
+    power_in : (...,) float          From the supply. [W]
+    losses : name to (...,) float    From supply to user; those of legs are sums over the legs. [W]
+    stored : (...,) float            Power into the inertia of cylinder, gearhead and rotor. [W]
+    utilisation : Limit to (...)     Demand over allowance, of the worst leg. [-]
+    states : name to (...,) float    Of the motor; each name ends in its unit.
+    legs : LegsPoint                 The legs.
+    """
+
+    power_in: Array
+    losses: Mapping[str, Array]
+    stored: Array
+    utilisation: Mapping[Limit, Array]
+    states: Mapping[str, Array]
+    legs: LegsPoint
+
+    @property
+    def power_out(self) -> Array:
+        """Power to the user, ``-W xi``. [W]"""
+        return self.legs.power_out
+
+    @property
+    def loss(self) -> Array:
+        """Sum of all losses. [W]"""
+        return sum(self.losses.values())  # type: ignore[return-value]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeggedDrive:
+    """One motor turns the common cylinder of n legs.
+
+    Source: faulring2006, section I and section VI.
+    """
+
+    motor: Motor = component("Motor of the common cylinder")
+    gearhead: Gearhead = component("Gearhead between motor and cylinder")
+    legs: Legs = component("The legs")
+    cylinder_speed: float = quantity("rad/s", NonZero(), "Speed of the cylinder")
+    amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
+    cylinder_inertia: float | None = quantity("kg m^2", Gt(0), "Inertia of the cylinder about its axis", default=None)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+
+    @classmethod
+    def of(cls, leg: Any, count: int) -> LeggedDrive:
+        """The drive with as many legs like that of a `CoboticDrive`, whose output must not have springs or a linkage.
+
+        Raises
+        ------
+        ParameterError
+            If it has, it is another drive, or the number of legs is not 1 or more.
+        """
+        if not isinstance(leg, CoboticDrive):
+            raise ParameterError(f"leg must be a CoboticDrive, got a {type(leg).__name__}")
+        if leg.output.chain:
+            raise ParameterError("output must have no springs or linkage: the legs act on the machine directly")
+        return cls(
+            motor=leg.motor,
+            gearhead=leg.gearhead,
+            legs=Legs(transmission=leg.transmission, count=count, guideway=leg.guideway),
+            cylinder_speed=leg.cylinder_speed,
+            amplifier=leg.amplifier,
+            cylinder_inertia=leg.cylinder_inertia,
+        )
+
+    @property
+    def turning_inertia(self) -> float:
+        """Inertia of cylinder, gearhead and rotor about the cylinder's axis. [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If an inertia that motion requires is missing.
+        """
+        return turning_inertia(self.motor, self.gearhead, self.cylinder_inertia)
+
+    def operate(
+        self,
+        configuration: Configuration,
+        *,
+        wrench: Array,
+        twist: Array | None = None,
+        cylinder_speed: Array | None = None,
+        cylinder_acceleration: Array | None = None,
+    ) -> MachinePoint:
+        """Steady operation at poses, all losses and limits.
+
+        Parameters
+        ----------
+        configuration : Configuration            Of as many links as there are legs.
+        wrench : (..., d) float                  W, applied by the user to the machine.
+        twist : (..., d) float                   None: all wheels locked, see `Legs.operate`.
+        cylinder_speed : (...,) float            By default that of the drive. [rad s^-1]
+        cylinder_acceleration : (...,) float     Of a cylinder whose speed varies; this needs the inertias. [rad s^-2]
+
+        Returns
+        -------
+        MachinePoint   Inputs broadcast. Where a wheel would slip or a rod does not reach, all powers are nan.
+
+        Source: faulring2006, Fig 10, Fig 12 and Fig 13.
+        """
+        speed = np.asarray(self.cylinder_speed if cylinder_speed is None else cylinder_speed, dtype=float)
+        legs = self.legs.operate(configuration, cylinder_speed=speed, wrench=wrench, twist=twist)
+        torque, stored = legs.torque, np.zeros(())
+        if cylinder_acceleration is not None:
+            turning = needed(self.cylinder_inertia, "cylinder_inertia") * np.asarray(cylinder_acceleration)
+            torque, stored = torque + turning, turning * speed
+        side = motor_side(
+            self.motor,
+            self.gearhead,
+            output_torque=torque,
+            output_speed=speed,
+            output_acceleration=None if cylinder_acceleration is None else np.asarray(cylinder_acceleration),
+        )
+        power_in, burnt, returned = self.amplifier.supply(side.power)
+        utilisation = dict(legs.utilisation)
+        for limit, demand in {**side.utilisation, **returned}.items():
+            known = utilisation.get(limit)
+            utilisation[limit] = demand if known is None else np.maximum(known, demand)
+        return MachinePoint(
+            power_in=power_in,
+            losses={**side.losses, "amplifier": burnt, **legs.losses},
+            stored=stored + side.stored,
+            utilisation=utilisation,
+            states={**side.states, "cylinder_torque_Nm": torque},
+            legs=legs,
+        )
+
+    def largest_wrench(
+        self,
+        configuration: Configuration,
+        direction: Array,
+        *,
+        twist: Array | None = None,
+        cylinder_speed: Array | None = None,
+    ) -> np.ndarray:
+        """Largest multiple of a wrench within all limits: slip, steering range, motor, gearhead, kinematics.
+
+        Parameters
+        ----------
+        configuration : Configuration   Of as many links as components of the twist.
+        direction : (..., d) float      The wrench that the user applies, such as 1 N along x.
+        twist, cylinder_speed           As in `operate`; None: locked.
+
+        Returns
+        -------
+        (...,) float   nan where a limit is exceeded without a wrench. [-]
+
+        Notes
+        -----
+        By bisection: the first wrench beyond a limit on the way up, if limits are not met again beyond it.
+        """
+        along = configuration.vector(direction, "direction")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            unit = np.max(np.abs(configuration.link_forces(along)), axis=-1)
+            most = _BEYOND * np.max(self.legs.transmission.slip_force) / unit
+        motion = {"twist": twist, "cylinder_speed": cylinder_speed}
+
+        def within(multiple: np.ndarray) -> np.ndarray:
+            return self.operate(configuration, wrench=multiple[..., None] * along, **motion).limit == Limit.OK
+
+        sound = within(np.zeros_like(most))
+        low, high = np.zeros(sound.shape), np.broadcast_to(np.where(np.isfinite(most), most, 0.0), sound.shape)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            good = within(middle)
+            low, high = np.where(good, middle, low), np.where(good, high, middle)
+        return np.where(sound & np.isfinite(most), low, np.nan)
+
+    def wrench_set(
+        self, configuration: Configuration, *, twist: Array | None = None, cylinder_speed: float | None = None
+    ) -> WrenchSet:
+        """Wrenches that ideal wheels hold at one pose without slip, within the continuous torque of the motor.
+
+        Parameters
+        ----------
+        configuration : Configuration   One pose.
+        twist : (d,) float              None: at rest, where the motor does not limit a wrench.
+        cylinder_speed : float          By default that of the drive. [rad s^-1]
+
+        Returns
+        -------
+        WrenchSet   The zonotope of ``mu P cos(phi)`` of each leg, cut where the power to or from the user would exceed that
+            of the continuous torque with the losses without a wrench; see `largest_wrench` for the limits of real wheels.
+
+        Raises
+        ------
+        ParameterError
+            If the pose is singular, or the motor cannot sustain the motion without a wrench.
+        """
+        speed = self.cylinder_speed if cylinder_speed is None else cylinder_speed
+        if twist is None:
+            return WrenchSet.of(configuration, np.broadcast_to(self.legs.transmission.slip_force, (self.legs.count,)))
+        xi = configuration.vector(twist, "twist")
+        zonotope = WrenchSet.of(configuration, self.legs.force_limits(configuration.link_speeds(xi), np.asarray(speed)))
+        if not np.any(xi):
+            return zonotope
+        idle = float(
+            self.operate(
+                configuration, wrench=np.zeros(configuration.freedoms), twist=xi, cylinder_speed=speed
+            ).legs.power_in
+        )
+        spare = self.continuous_power(speed) - idle
+        if not spare >= 0.0:
+            raise ParameterError(
+                f"twist must be one that the motor sustains without a wrench; its power falls short by {-spare:.3g} W"
+            )
+        return zonotope.cut(-xi, spare).cut(xi, self.continuous_power(speed, braking=True) + idle)
+
+    def continuous_power(self, cylinder_speed: float, *, braking: bool = False) -> float:
+        """Power at the cylinder at the motor's continuous torque, into the cylinder or, braking, out of it. [W]"""
+        low, high = 0.0, 2.0 * self.gearhead.ratio * float(self.motor.continuous_torque)
+        sign = np.sign(cylinder_speed) * (-1.0 if braking else 1.0)
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            side = motor_side(
+                self.motor,
+                self.gearhead,
+                output_torque=np.asarray(sign * middle),
+                output_speed=np.asarray(cylinder_speed, dtype=float),
+            )
+            low, high = (middle, high) if np.all(side.utilisation[Limit.THERMAL] <= 1.0) else (low, middle)
+        return low * abs(cylinder_speed)
+
+    def at_speed(self, cylinder_speed: float) -> LeggedDrive:
+        """The same machine with another cylinder speed [rad s^-1]."""
+        return replace(self, cylinder_speed=cylinder_speed)

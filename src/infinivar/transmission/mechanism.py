@@ -1,0 +1,429 @@
+r"""Machines of rolling contacts: a kinematic map over one contact law.
+
+The carrier of wheel k moves relative to its surface at ``V_k = A_k qdot`` in the tangent plane and turns about the normal at
+``psi_k = S_k qdot`` plus the rate at which the wheel is steered. By virtual power the contacts exert the generalised forces
+
+.. math:: Q = \sum_k \left(A_k^T f_k - S_k^T M_k\right), \qquad
+    Q_a \cdot \dot q + \sum_k M_k \dot h_k = \sum_k \mathrm{loss}_k \ge 0, \qquad Q_a = -Q,
+
+for every machine and every law of the contact. ``Q_a`` are the forces that motors, users and loads apply to the machine in
+steady motion; a positive power ``Q_a qdot`` goes into the machine.
+
+The forces do not depend on the size of the velocities, only on their direction, with one exception: bearings and friction
+limits that depend on speed. So at rest they are indeterminate, and a motion is determined by forces alone except for its speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from infinivar._core.array_namespace import Array, as_floats, namespace
+from infinivar._core.frozen import frozen
+from infinivar._core.result import Result, equal, result
+from infinivar.errors import ParameterError, nearest, require
+from infinivar.limits import Limit
+from infinivar.power import PowerPoint
+from infinivar.transmission import mechanism_forward, mechanism_inverse
+from infinivar.transmission.kinematics import Heading, applied_to, directions
+from infinivar.transmission.rolling_contact import ContactForces, RollingContact
+
+
+@result
+class MechanismPoint(PowerPoint, Result):
+    """Where a machine stands: arrays over (..., n) coordinates or (..., k) wheels, SI.
+
+    Where no steady motion exists under prescribed forces, rates, forces and losses are nan and the limit is SLIP. Wheels that
+    slide at prescribed rates have the forces of gross sliding, and the limit is SLIP.
+    """
+
+    coordinates: tuple[str, ...]
+    rates: Array
+    """qdot. (..., n)"""
+    applied: Array
+    """Forces applied to the machine, Q_a. (..., n)"""
+    cosine: Array
+    """Of the headings, as `sine`. (..., k)"""
+    sine: Array
+    creep_speed: Array
+    """u. (..., k) [m s^-1]"""
+    rolling_speed: Array
+    """v. (..., k) [m s^-1]"""
+    lateral_force: Array
+    """f_u. (..., k) [N]"""
+    moment: Array
+    """M, against spin. (..., k) [N m]"""
+    steering_rate: Array
+    """(..., k) [rad s^-1]"""
+    wheel_losses: Mapping[str, Array]
+    """By name. (..., k) [W]"""
+    slip_demand: Array
+    """1 is the slip limit. (..., k) [-]"""
+    pressed: Mapping[Limit, Array]
+    """Demand over allowance for the limits that preload alone can exceed, of the worst wheel. [-]"""
+
+    @property
+    def heading(self) -> Array:
+        """Angle from x to the rolling direction of each wheel. (..., k) [rad]"""
+        return namespace(self.sine).atan2(self.sine, self.cosine)
+
+    @property
+    def power(self) -> Array:
+        """Power into the machine by coordinate, Q_a qdot. (..., n) [W]"""
+        return self.applied * self.rates
+
+    @property
+    def steering_power(self) -> Array:
+        """Power of the steering of each wheel, M times the steering rate. (..., k) [W]"""
+        return self.moment * self.steering_rate
+
+    @property
+    def losses(self) -> Mapping[str, Array]:
+        """Losses of all wheels by name. [W]"""
+        return {name: namespace(loss).sum(loss, axis=-1) for name, loss in self.wheel_losses.items()}
+
+    @property
+    def power_in(self) -> Array:
+        """Power into the machine, by the coordinates and steerings through which it enters. [W]"""
+        return self._directed(1.0)
+
+    @property
+    def power_out(self) -> Array:
+        """Power out of the machine, by the coordinates and steerings through which it leaves. [W]"""
+        return self._directed(-1.0)
+
+    def _directed(self, sign: float) -> Array:
+        xp = namespace(self.power)
+        powers = [sign * self.power, sign * self.steering_power]
+        # Not clipped, which would hide a nan.
+        return sum(xp.sum(xp.where(power < 0, 0.0 * power, power), axis=-1) for power in powers) + 0.0
+
+    @property
+    def utilisation(self) -> Mapping[Limit, Array]:  # type: ignore[override]
+        """Demand over allowance by limit, of the worst wheel. [-]"""
+        return {Limit.SLIP: namespace(self.slip_demand).max(self.slip_demand, axis=-1), **self.pressed}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Mechanism:
+    """A machine at one configuration, or at many.
+
+    Attributes
+    ----------
+    contacts : RollingContact, or one for each of the k wheels
+    jacobian : (..., k, 2, n) float   A: velocity of each carrier along x and y by each coordinate's rate.
+    coordinates : n names             "q1", "q2", ... by default.
+    spin : (..., k, n) float          S: turning of each carrier about the normal, relative to the surface; None: none.
+    surface : (..., k, n) float       Speed of the surface at each wheel, by each coordinate's rate: bearing friction and a
+        friction limit that falls with speed follow it. None: they follow |V|.
+
+    Raises
+    ------
+    ParameterError
+        If shapes do not fit, or a creep law has a flow loss (law "faulring"), which is defined for the wheel on a cylinder only.
+    """
+
+    contacts: Sequence[RollingContact] | RollingContact
+    jacobian: Array
+    coordinates: Sequence[str] | None = None
+    spin: Array | None = None
+    surface: Array | None = None
+    kinds: tuple[tuple[RollingContact, tuple[int, ...]], ...] = field(init=False, repr=False, default=())
+    """Contacts that differ, with their wheels."""
+    rows: Array = field(init=False, repr=False, default=None)
+    """Rows of all x, of all y and of all spins: (..., 2 k or 3 k, n)."""
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        xp = namespace(self.jacobian, self.spin, self.surface)
+        found = {}
+        for name in ("jacobian", "spin", "surface"):
+            value = getattr(self, name)
+            found[name] = value if value is None else as_floats(xp, value)[0]
+        shape = tuple(found["jacobian"].shape)
+        *_, wheels, both, count = (0, 0, 0, *shape)
+        require(
+            both == 2 and wheels * count > 0, "jacobian", f"shape {shape}", "of shape (..., wheels, 2, coordinates)"
+        )
+        for name in ("spin", "surface"):
+            if found[name] is not None:
+                said: tuple[int, ...] = tuple(found[name].shape)
+                require(said[-2:] == (wheels, count), name, f"shape {said}", f"of shape (..., {wheels}, {count})")
+        names = (
+            tuple(f"q{place + 1}" for place in range(count)) if self.coordinates is None else tuple(self.coordinates)
+        )
+        require(len(names) == count == len(set(names)), "coordinates", names, f"{count} different names")
+        for name, value in found.items():
+            object.__setattr__(self, name, frozen(value))
+        object.__setattr__(self, "coordinates", names)
+        object.__setattr__(self, "contacts", self._contacts(wheels))
+        object.__setattr__(self, "kinds", _kinds(self.contacts))  # type: ignore[arg-type]
+        a = found["jacobian"]
+        parts = [a[..., 0, :], a[..., 1, :]]
+        if found["spin"] is not None:
+            parts.append(found["spin"])
+        if any(part.shape != parts[0].shape for part in parts):
+            parts = list(xp.broadcast_arrays(*parts))
+        object.__setattr__(self, "rows", xp.concat(parts, axis=-2))
+
+    def _contacts(self, wheels: int) -> tuple[RollingContact, ...]:
+        given = self.contacts
+        contacts = (given,) * wheels if isinstance(given, RollingContact) else tuple(given)
+        require(len(contacts) == wheels, "contacts", len(contacts), f"{wheels}, one for each wheel of the jacobian")
+        for contact in contacts:
+            if not isinstance(contact, RollingContact):
+                raise ParameterError(f"contacts must be RollingContact, got {contact!r}")
+            if contact.creep_law.flow_factor is not None:
+                raise ParameterError(
+                    f"creep_law must be one without a flow loss, got {contact.creep_law.name!r}: Eq 17 is a loss of the link "
+                    "speed of a wheel on a cylinder (RotaryLinearIVT)"
+                )
+        return contacts
+
+    @property
+    def wheels(self) -> int:
+        """Number of wheels, k."""
+        return self.jacobian.shape[-3]
+
+    @property
+    def reference_force(self) -> float:
+        """Mean slip force of the wheels at rest. [N]"""
+        return sum(contact.slip_force for contact in self.contacts) / self.wheels  # type: ignore[union-attr]
+
+    def velocities(self, rates: Array) -> Array:
+        """x and y velocities, and spins where known: (..., 2 k or 3 k)."""
+        return applied_to(self.rows, rates)
+
+    def operate(
+        self, *, rates: Array, heading: Heading, steering_rate: Array = 0.0, stick_speed: float | None = None
+    ) -> MechanismPoint:
+        """Forces and losses at given rates.
+
+        Parameters
+        ----------
+        rates : (..., n) float or mapping of coordinate to (...,) float   qdot.
+        heading : (..., k) float or tuple    Angles of the wheels, or their cosines and sines; see `Heading`.
+        steering_rate : (..., k) float       Rate of the headings; counts where a contact `turns_with_spin`. [rad s^-1]
+        stick_speed : float                  As in `RollingContact.act`, for motion in time.
+
+        Returns
+        -------
+        MechanismPoint   Without a stick speed the forces of a wheel at rest are nan: any force below slip holds it.
+        """
+        if isinstance(rates, Mapping):
+            rates = self.vector(rates, "rates")
+        xp = namespace(self.rows, rates, steering_rate, *(heading if isinstance(heading, tuple) else (heading,)))
+        (rates,) = as_floats(xp, rates)
+        self.check_rates(rates)
+        heading = directions(xp, heading, self.wheels)
+        forces, applied = self.forces(rates, heading, steering_rate, stick_speed)
+        return self.point(rates, applied, heading, steering_rate, forces)
+
+    def solve(
+        self,
+        *,
+        heading: Heading,
+        rates: Mapping[str, Array],
+        applied: Mapping[str, Array],
+        steering_rate: Array = 0.0,
+    ) -> MechanismPoint:
+        """Steady motion with some rates prescribed, and the applied forces on all other coordinates.
+
+        Parameters
+        ----------
+        heading, steering_rate : as in `operate`.
+        rates : mapping of coordinate to (...,) float     Prescribed rates.
+        applied : mapping of coordinate to (...,) float   Prescribed applied forces, on each coordinate whose rate is not.
+
+        Returns
+        -------
+        MechanismPoint
+            Forces agree with those prescribed to 1e-9 of the slip force; the balance of powers is exact. Where no steady motion
+            is found, all is nan and the limit is SLIP. Where all prescribed rates are zero the machine rests: the forces of
+            each wheel are indeterminate and nan, the applied forces are those prescribed (nan on the others), and the limit is
+            OK if static friction can hold them: see `mechanism_forward.static_demand`.
+
+        Raises
+        ------
+        ParameterError
+            If a coordinate is in neither mapping, in both or unknown, or no rate is prescribed.
+
+        Notes
+        -----
+        Newton's method with a falling residual, from the motion without creep. Given as nan are also motions in which a wheel
+        is held by static friction while others move, and some that the prescribed rates hardly determine, because the machine
+        moves across them: of random motions one in a thousand. At rest with arrays of other libraries than NumPy all is nan.
+        """
+        return mechanism_forward.solve(self, heading, rates, applied, steering_rate)
+
+    def steer(
+        self, *, rates: Array, applied: Mapping[str, Array] | None = None, steering_rate: Array = 0.0
+    ) -> tuple[Array, Array]:
+        """Headings for a motion: along the velocity of each carrier, less the slip angle that its load needs.
+
+        Parameters
+        ----------
+        rates : (..., n) float or mapping of coordinate to (...,) float   qdot.
+        applied : mapping of coordinate to (...,) float   Prescribed applied forces, on at most k coordinates; the others follow.
+            With fewer than k, the wheels share them with the smallest lateral forces (to first order in the slip angles).
+            None: headings of pure rolling without lateral force.
+        steering_rate : as in `operate`.
+
+        Returns
+        -------
+        cosine, sine : (..., k) float   Of headings along the motion; a wheel that points the other way is the same wheel. nan
+            where a wheel would slip, and where a carrier stands still, as any heading serves.
+
+        Raises
+        ------
+        ParameterError
+            If a coordinate is unknown, or more forces are prescribed than there are wheels.
+        """
+        return mechanism_inverse.steer(self, rates, applied or {}, steering_rate)
+
+    def forces(
+        self, rates: Array, heading: tuple[Array, Array], steering_rate: Array = 0.0, stick_speed: float | None = None
+    ) -> tuple[ContactForces, Array]:
+        """Forces of every contact, (..., k) each, and the applied forces Q_a, (..., n); arguments as in `operate`."""
+        xp = namespace(self.rows, rates, *heading, steering_rate)
+        k = self.wheels
+        motion = self.velocities(rates)
+        speed = None if self.surface is None else applied_to(self.surface, rates)
+        spin = self.spins(motion, steering_rate)
+        found = self.by_contact(xp, _act(stick_speed), motion[..., :k], motion[..., k : 2 * k], *heading, spin, speed)
+        parts = [found.x, found.y] + ([-found.moment] if self.spin is not None else [])
+        return found, -applied_to(xp.matrix_transpose(self.rows), xp.concat(xp.broadcast_arrays(*parts), axis=-1))
+
+    def spins(self, motion: Array, steering_rate: Array) -> Array | None:
+        """psi of every wheel, (..., k), from `velocities`; None where nothing turns."""
+        if self.spin is not None:
+            return motion[..., 2 * self.wheels :] + steering_rate
+        if isinstance(steering_rate, (int, float)) and steering_rate == 0:
+            return None
+        return 0.0 * motion[..., : self.wheels] + steering_rate
+
+    def by_contact(self, xp: Any, function: Any, *columns: Array | None) -> Any:
+        """``function(contact, *columns)`` for each kind of contact on the columns (..., k) of its wheels, joined again."""
+        if len(self.kinds) == 1:
+            return function(self.kinds[0][0], *columns)
+        known = iter(xp.broadcast_arrays(*(column for column in columns if column is not None)))
+        columns = tuple(column if column is None else next(known) for column in columns)
+        parts, order = [], []
+        for contact, wheels in self.kinds:
+            places = xp.asarray(wheels, dtype=xp.int64)
+            own = (column if column is None else xp.take(column, places, axis=-1) for column in columns)
+            parts.append(function(contact, *own))
+            order += wheels
+        back = xp.asarray([order.index(place) for place in range(self.wheels)], dtype=xp.int64)
+        return _joined(xp, parts, back)
+
+    def point(
+        self,
+        rates: Array,
+        applied: Array,
+        heading: tuple[Array, Array],
+        steering_rate: Array,
+        forces: ContactForces,
+    ) -> MechanismPoint:
+        """The point of known forces."""
+        xp = namespace(rates, applied, forces.x)
+        cosine, sine, steering_rate, u = xp.broadcast_arrays(
+            *heading, *as_floats(xp, steering_rate), forces.creep_speed
+        )
+        rates, applied = xp.broadcast_arrays(rates, applied)
+        pressed: dict[Limit, Array] = {}
+        for contact, _ in self.kinds:
+            for limit, demand in contact.utilisation.items():
+                known = pressed.get(limit)
+                pressed[limit] = demand if known is None else xp.maximum(xp.asarray(known), xp.asarray(demand))
+        return MechanismPoint(
+            coordinates=tuple(self.coordinates),  # type: ignore[arg-type]
+            rates=rates,
+            applied=applied,
+            cosine=cosine,
+            sine=sine,
+            creep_speed=u,
+            rolling_speed=forces.rolling_speed,
+            lateral_force=forces.lateral_force,
+            moment=forces.moment + 0.0 * u,
+            steering_rate=steering_rate,
+            wheel_losses=forces.losses,
+            slip_demand=forces.slip_demand,
+            pressed=pressed,
+        )
+
+    def vector(self, values: Mapping[str, Array], what: str) -> Array:
+        """Values of all coordinates as one array (..., n).
+
+        Raises
+        ------
+        ParameterError
+            If a coordinate is missing or unknown.
+        """
+        self.known(values, what)
+        for name in self.coordinates:  # type: ignore[union-attr]
+            if name not in values:
+                raise ParameterError(f"{what} of {name} is missing")
+        xp = namespace(*values.values())
+        found = xp.broadcast_arrays(*as_floats(xp, *(values[name] for name in self.coordinates)))  # type: ignore[union-attr]
+        return xp.stack(found, axis=-1)
+
+    def check_rates(self, rates: Array) -> None:
+        """Raise ParameterError unless an array has one rate for each coordinate."""
+        shape, count = tuple(rates.shape), self.jacobian.shape[-1]
+        require(shape[-1:] == (count,), "rates", f"shape {shape}", f"of shape (..., {count}), one for each coordinate")
+
+    def known(self, values: Mapping[str, Array], what: str) -> None:
+        """Raise ParameterError if a name is not that of a coordinate."""
+        names = tuple(self.coordinates)  # type: ignore[arg-type]
+        for name in values:
+            if name not in names:
+                raise ParameterError(
+                    f"{what} has an unknown coordinate {name!r}{nearest(str(name), names)}; coordinates: {', '.join(names)}"
+                )
+
+
+def _act(stick_speed: float | None) -> Any:
+    def act(
+        contact: RollingContact, vx: Array, vy: Array, cosine: Array, sine: Array, spin: Array, speed: Array | None
+    ) -> ContactForces:
+        return contact.act((vx, vy), (cosine, sine), spin=spin, surface_speed=speed, stick_speed=stick_speed)
+
+    return act
+
+
+def _kinds(contacts: Sequence[RollingContact]) -> tuple[tuple[RollingContact, tuple[int, ...]], ...]:
+    """Contacts that differ, with the wheels that have them."""
+    found: list[tuple[RollingContact, list[int]]] = []
+    for place, contact in enumerate(contacts):
+        for known, wheels in found:
+            if known is contact or equal(known, contact):
+                wheels.append(place)
+                break
+        else:
+            found.append((contact, [place]))
+    return tuple((contact, tuple(wheels)) for contact, wheels in found)
+
+
+def _joined(xp: Any, parts: Sequence[Any], back: Array) -> Any:
+    """Tuples of arrays and of dictionaries of arrays, joined along the wheels; what a kind lacks is zero."""
+    joined = []
+    for place, first in enumerate(parts[0]):
+        pieces = [part[place] for part in parts]
+        if isinstance(first, dict):
+            like = [part[0] for part in parts]
+            names = dict.fromkeys(name for piece in pieces for name in piece)
+            joined.append(
+                {
+                    name: _wheels(xp, [p.get(name, 0.0 * one) for p, one in zip(pieces, like, strict=True)], back)
+                    for name in names
+                }
+            )
+        else:
+            joined.append(_wheels(xp, pieces, back))
+    return type(parts[0])(*joined)
+
+
+def _wheels(xp: Any, pieces: Sequence[Array], back: Array) -> Array:
+    return xp.take(xp.concat(pieces, axis=-1), back, axis=-1)

@@ -1,0 +1,192 @@
+r"""A platform on rods, whose lower ends are carried by links along the axis of a common cylinder.
+
+With the platform at position p and rotation Q, its joints at ``b_i`` on the platform and the guideways of the links at
+``B_i``, all along z,
+
+.. math:: c_i = p + Q b_i - B_i, \quad l_i = c_z - \sqrt{D^2 - c_x^2 - c_y^2}, \quad n_i = (c_i - l_i z)/D, \quad
+    J_i = [n_i,\; (Q b_i) \times n_i]/n_{iz}, \quad \dot l = J \xi.
+
+Source: merlet2006, chapters 2 and 3, for constant rods on linear actuators.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from annotated_types import Gt
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.arrays import real_array
+from infinivar._core.fields import check, component, quantity
+from infinivar._core.frozen import frozen
+from infinivar.errors import require
+from infinivar.limits import Limit
+from infinivar.transmission.configuration import Configuration, over_links
+
+_STILL = 1e-8
+"""Angle [rad] below which a rotation is linear in its vector to rounding."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Platform:
+    """A rigid platform on n >= 6 rods of one length.
+
+    Raises
+    ------
+    ParameterError
+        If fewer than six rods are given, a position is not three finite numbers, or a range is empty.
+    """
+
+    base: Array = component("Positions B of the guideways, (n, 3) [m]")
+    joints: Array = component("Positions b of the platform's joints in its own frame, (n, 3) [m]")
+    rod_length: float = quantity("m", Gt(0), "Length D of the rods between their joints")
+    stroke: tuple[float, float] | None = component(
+        "Lowest and highest position of the links [m]; None: unlimited", default=None
+    )
+    provenance: str = component("Where the geometry is from", default="given")
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        for name in ("base", "joints"):
+            rows = real_array(name, getattr(self, name))
+            fits = rows.ndim == 2 and rows.shape[-1:] == (3,) and len(rows) >= 6
+            require(fits, name, f"shape {rows.shape}", "of shape (rods, 3), with six rods or more")
+            require(bool(np.all(np.isfinite(rows))), name, "nan or inf", "finite")
+            object.__setattr__(self, name, frozen(rows))
+        require(
+            len(self.base) == len(self.joints),
+            "joints",
+            f"{len(self.joints)} rows",
+            f"one for each of {len(self.base)} guideways",
+        )
+        if self.stroke is not None:
+            ends = real_array("stroke", self.stroke)
+            rises = ends.shape == (2,) and bool(np.all(np.isfinite(ends)) and ends[0] < ends[1])
+            require(rises, "stroke", f"{self.stroke} m", "a range from the lowest to the highest position")
+            object.__setattr__(self, "stroke", (float(ends[0]), float(ends[1])))
+
+    @classmethod
+    def hexapod(
+        cls,
+        *,
+        base_radius: float = 0.08,
+        joint_radius: float = 0.04,
+        base_spread: float = 0.15,
+        joint_spread: float = 0.2,
+        rod_length: float = 0.14,
+        stroke: tuple[float, float] | None = (-0.05, 0.05),
+    ) -> Platform:
+        """Six rods in three pairs; every default is assumed.
+
+        Parameters
+        ----------
+        base_radius, joint_radius : float   Of the circles of guideways and of platform joints. [m]
+        base_spread, joint_spread : float   Half the angle between the guideways of a pair, and between the joints of two rods
+            that meet. [rad]
+        rod_length, stroke                  As in the class. [m]
+
+        Returns
+        -------
+        Platform   Its provenance is "assumed": faulring2006 prints no geometry of its platform.
+        """
+        turn = 2.0 * np.pi / 3.0 * np.arange(3)
+        low = np.stack([turn - base_spread, turn + base_spread], axis=-1).ravel()
+        # Rods of neighbouring pairs meet at the platform, so that the joints are turned by a sixth of a revolution.
+        high = np.stack([turn - np.pi / 3.0 + joint_spread, turn + np.pi / 3.0 - joint_spread], axis=-1).ravel()
+        return cls(
+            base=_circle(base_radius, low),
+            joints=_circle(joint_radius, high),
+            rod_length=rod_length,
+            stroke=stroke,
+            provenance="assumed",
+        )
+
+    @property
+    def home(self) -> float:
+        """Height of an unrotated platform over the links' position 0, on the axis, where all links are at 0 on average. [m]"""
+        flat = self.joints - self.base
+        room = self.rod_length**2 - flat[:, 0] ** 2 - flat[:, 1] ** 2
+        require(
+            bool(np.all(room > 0)),
+            "rod_length",
+            f"{self.rod_length:g} m",
+            "long enough to reach the platform on the axis",
+        )
+        return float(np.mean(np.sqrt(room) - flat[:, 2]))
+
+    def at(self, position: Array, rotation: Array = (0.0, 0.0, 0.0)) -> Configuration:
+        """The machine at poses of the platform.
+
+        Parameters
+        ----------
+        position : (..., 3) float   p, of the platform's origin. [m]
+        rotation : (..., 3) float   Rotation vector: axis times angle. [rad]
+
+        Returns
+        -------
+        Configuration   For twists of the velocity of the platform's origin and its angular velocity, in fixed axes (m/s,
+            rad/s), and wrenches of force and moment about that origin. Where a rod does not reach, the jacobian is nan and
+            the demand of `Limit.LINKAGE` is 1 or more; beyond the stroke that of `Limit.TRAVEL`.
+
+        Raises
+        ------
+        ParameterError
+            If a position or rotation is not three finite numbers.
+        """
+        p, arm = _three(position, "position"), rotated(_three(rotation, "rotation"), self.joints)
+        x, y, z = (p[..., axis, None] + arm[axis] - self.base[:, axis] for axis in range(3))
+        sideways = x * x + y * y
+        square = self.rod_length**2
+        reach = np.sqrt(over_links(np.maximum, sideways)) / self.rod_length
+        rise = np.sqrt(np.where(sideways < square, square - sideways, np.nan))
+        link = z - rise
+        # n/n_z, so that the last component is 1.
+        over = 1.0 / rise
+        nx, ny = x * over, y * over
+        jacobian = np.empty((*link.shape, 6))
+        jacobian[..., 0], jacobian[..., 1], jacobian[..., 2] = nx, ny, 1.0
+        jacobian[..., 3] = arm[1] - arm[2] * ny
+        jacobian[..., 4] = arm[2] * nx - arm[0]
+        jacobian[..., 5] = arm[0] * ny - arm[1] * nx
+        jacobian[reach >= 1.0] = np.nan
+        utilisation = {Limit.LINKAGE: np.where(reach >= 1.0, np.maximum(reach, 1.0 + 1e-12), reach)}
+        if self.stroke is not None:
+            low, high = self.stroke
+            off = np.abs(link - 0.5 * (low + high)) / (0.5 * (high - low))
+            utilisation[Limit.TRAVEL] = over_links(np.maximum, off)
+        return Configuration(jacobian=jacobian, link_position=link, utilisation=utilisation)
+
+
+def rotated(rotation: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Components, (..., n) each, of vectors (n, 3) turned by rotation vectors (..., 3). Source: Rodrigues' formula."""
+    square = rotation[..., 0] ** 2 + rotation[..., 1] ** 2 + rotation[..., 2] ** 2
+    angle = np.sqrt(square)
+    turns = angle > _STILL
+    safe = np.where(turns, angle, 1.0)
+    one = np.where(turns, np.sin(angle) / safe, 1.0)
+    # The half angle: 1 - cos would cancel.
+    two = np.where(turns, 2.0 * (np.sin(0.5 * angle) / safe) ** 2, 0.5)
+    x, y, z = (rotation[..., axis] for axis in range(3))
+    first, second, third = (np.asarray(vectors)[:, axis] for axis in range(3))
+
+    def turned(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+        return a[..., None] * first + b[..., None] * second + c[..., None] * third
+
+    return (
+        turned(1.0 - two * (y * y + z * z), two * x * y - one * z, two * x * z + one * y),
+        turned(two * x * y + one * z, 1.0 - two * (x * x + z * z), two * y * z - one * x),
+        turned(two * x * z - one * y, two * y * z + one * x, 1.0 - two * (x * x + y * y)),
+    )
+
+
+def _three(value: Array, name: str) -> np.ndarray:
+    given = real_array(name, value)
+    require(given.shape[-1:] == (3,), name, f"shape {given.shape}", "of shape (..., 3)")
+    require(bool(np.all(np.isfinite(given))), name, "nan or inf", "finite")
+    return given
+
+
+def _circle(radius: float, angles: np.ndarray) -> np.ndarray:
+    return np.stack([radius * np.cos(angles), radius * np.sin(angles), 0.0 * angles], axis=-1)

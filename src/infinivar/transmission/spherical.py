@@ -1,0 +1,344 @@
+r"""The rotational-to-rotational cobotic transmission: a sphere between drive rollers on two shafts and steered rollers.
+
+The sphere turns at :math:`\omega` about an axis in the plane of the drive rollers, at the angle gamma from roller 1, which the
+steered rollers select. The carriers of all rollers stand still, so that a contact with the normal n (outwards) moves over the
+sphere at :math:`V = -R_s\,\omega \times n` and turns at :math:`\psi = -\omega \cdot n`. A drive roller with the axis a rolls
+without creep at
+
+.. math:: r w_i = -R_s\, \omega \cdot a_i, \qquad w_1/w_2 = \tan\gamma
+
+for drive rollers a quarter turn apart. At gamma = 0 shaft 1 is locked and shaft 2 turns freely with the sphere, at a quarter
+turn the reverse; in between the ratio has both signs. In steady motion the forces on the sphere balance, and
+
+.. math:: \tau_1 w_1 - T_2 w_2 = \sum \mathrm{loss} \ge 0
+
+for every law of the contact, with the torque :math:`\tau_1` applied to shaft 1 and the torque :math:`T_2` that shaft 2 applies to
+its load.
+
+Source: faulring2006, section I, for the family; contacts as in `infinivar.transmission.rolling_contact`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from annotated_types import Gt
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.arrays import real_array
+from infinivar._core.fields import check, component, quantity
+from infinivar._core.result import Result, result
+from infinivar.errors import ParameterError, require
+from infinivar.limits import Limit
+from infinivar.power import PowerPoint
+from infinivar.transmission import spherical_solve
+from infinivar.transmission.driven_contact import DrivenContact
+from infinivar.transmission.mechanism import Mechanism
+from infinivar.transmission.rolling_contact import RollingContact
+from infinivar.transmission.sphere_layout import LAYOUTS, LayoutName, Roller, basis, check_rollers
+
+COORDINATES = ("shaft1", "shaft2", "sphere_x", "sphere_y", "sphere_z")
+
+_PAIRS = (("input_speed", "output_torque"), ("sphere_speed", "load"))
+"""What may be prescribed."""
+
+
+@result
+class SphericalPoint(PowerPoint, Result):
+    """Steady operation: arrays over (...,) points, or (..., k) rollers, SI.
+
+    Where a roller slips, speeds, forces and losses are nan, and the limit is SLIP.
+    """
+
+    kinds: tuple[str, ...]
+    """"drive", "steering" or "idler", by roller."""
+    steering_angle: Array
+    """gamma. [rad]"""
+    input_speed: Array
+    """w_1. [rad s^-1]"""
+    output_speed: Array
+    """w_2. [rad s^-1]"""
+    input_torque: Array
+    """tau_1, applied to shaft 1. [N m]"""
+    output_torque: Array
+    """T_2, applied by shaft 2 to its load. [N m]"""
+    sphere_velocity: Array
+    """Angular velocity of the sphere. (..., 3) [rad s^-1]"""
+    ideal_speeds: Array
+    """w_1 and w_2 without creep, over the speed of the sphere. (..., 2) [-]"""
+    roller_forces: Array
+    """Tangential force between roller and sphere. (..., k) [N]"""
+    spin: Array
+    """psi. (..., k) [rad s^-1]"""
+    roller_losses: Mapping[str, Array]
+    """By name. (..., k) [W]"""
+    slip_demand: Array
+    """1 is the slip limit. (..., k) [-]"""
+    pressed: Mapping[Limit, Array]
+    """Demand over allowance for the limits that preload alone can exceed, of the worst roller. [-]"""
+
+    @property
+    def losses(self) -> Mapping[str, Array]:
+        """Losses of all rollers by name: creep, spin, rolling, bearing. [W]"""
+        return {name: np.sum(loss, axis=-1) for name, loss in self.roller_losses.items()}
+
+    @property
+    def losses_by_kind(self) -> Mapping[str, Array]:
+        """Losses by kind of roller. [W]"""
+        total = sum(self.roller_losses.values())
+        of = np.array(self.kinds)
+        return {kind: np.sum(total[..., of == kind], axis=-1) for kind in dict.fromkeys(self.kinds)}  # type: ignore[index]
+
+    @property
+    def power_in(self) -> Array:
+        """Power from the source into shaft 1. [W]"""
+        return self.input_torque * self.input_speed
+
+    @property
+    def power_out(self) -> Array:
+        """Power from shaft 2 into its load. [W]"""
+        return self.output_torque * self.output_speed
+
+    @property
+    def slip(self) -> Array:
+        """Loss of speed by creep, 1 - w_2 (w_1/w_2 without creep)/w_1; nan where a shaft stands still. [-]"""
+        first, second = self.ideal_speeds[..., 0], self.ideal_speeds[..., 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = 1.0 - self.output_speed * first / (self.input_speed * second)
+        return np.where(np.isfinite(found), found, np.nan)
+
+    @property
+    def utilisation(self) -> Mapping[Limit, Array]:  # type: ignore[override]
+        """Demand over allowance by limit, of the worst roller. [-]"""
+        return {Limit.SLIP: np.max(self.slip_demand, axis=-1), **self.pressed}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SphericalIVT:
+    """Sphere between rollers: the infinitely variable transmission between two shafts.
+
+    Raises
+    ------
+    ParameterError
+        If a field is outside its range, a contact is not one on this sphere, or the rollers cannot hold the sphere, do not
+        balance, or do not roll together.
+    """
+
+    sphere_radius: float = quantity("m", Gt(0), "Radius R_s of the sphere")
+    drive: RollingContact = component("Drive rollers, one or more on each shaft")
+    steering: RollingContact | None = component("Steered rollers; like the drive rollers if not given", default=None)
+    idler: RollingContact | None = component("Idlers; like the drive rollers if not given", default=None)
+    layout: LayoutName = component("Positions of the rollers, unless `rollers` gives them", default="tetrahedral")
+    rollers: Sequence[Roller] | None = component(
+        "Positions and axes of the rollers; None: those of `layout`", default=None
+    )
+    _frames: Any = field(init=False, repr=False, compare=False, default=None)
+
+    def __post_init__(self) -> None:
+        """Validate the fields, and compute the kinematic map."""
+        check(self)
+        if self.rollers is None:
+            object.__setattr__(self, "rollers", LAYOUTS[self.layout])
+        object.__setattr__(self, "rollers", tuple(self.rollers))  # type: ignore[arg-type]
+        for kind in ("drive", "steering", "idler"):
+            if getattr(self, kind) is None:
+                object.__setattr__(self, kind, self.drive)
+            self._check_contact(kind, getattr(self, kind))
+        for one in self.rollers:  # type: ignore[union-attr]
+            if not isinstance(one, Roller):
+                raise ParameterError(f"rollers must be Roller, got {one!r}")
+        check_rollers(self.rollers, [getattr(self, one.kind).preload for one in self.rollers])  # type: ignore
+        object.__setattr__(self, "_frames", _Frames(self))
+
+    def _check_contact(self, kind: str, contact: Any) -> None:
+        if not isinstance(contact, RollingContact):
+            raise ParameterError(f"{kind} must be a RollingContact, got {contact!r}")
+        require(contact.surface == "sphere", f"{kind}.surface", repr(contact.surface), "'sphere'")
+        radius = contact.surface_radius
+        if radius is not None and radius != self.sphere_radius:
+            raise ParameterError(
+                f"{kind}.surface_radius must be sphere_radius, {self.sphere_radius:g} m, got {radius:g}"
+            )
+        if contact.creep_law.flow_factor is not None:
+            raise ParameterError(f"{kind}.creep_law must be one without a flow loss, got {contact.creep_law.name!r}")
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """ "drive", "steering" or "idler", by roller."""
+        return tuple(one.kind for one in self.rollers)  # type: ignore[union-attr]
+
+    @property
+    def slip_torque(self) -> float:
+        """Torque mu P r at which a drive roller slips, at rest. [N m]"""
+        return self.drive.slip_force * self.drive.wheel_radius
+
+    def pressed(self, factor: float) -> SphericalIVT:
+        """The same transmission with all preloads multiplied by a factor; measured values scale by `PRELOAD_POWERS`."""
+        changed = {kind: one.pressed(factor * one.preload) for kind, one in self._contacts.items()}
+        return replace(self, **changed)
+
+    def with_roller_radius(self, wheel_radius: float) -> SphericalIVT:
+        """The same transmission with another rolling radius of all rollers [m]; measured values are kept."""
+        return replace(self, **{kind: replace(one, wheel_radius=wheel_radius) for kind, one in self._contacts.items()})
+
+    @property
+    def _contacts(self) -> dict[str, RollingContact]:
+        return {kind: getattr(self, kind) for kind in ("drive", "steering", "idler")}
+
+    def ideal_speeds(self, steering_angle: Array) -> tuple[Array, Array]:
+        """Shaft speeds over the speed of the sphere without creep: R_s sin(gamma)/r and R_s cos(gamma)/r in both layouts.
+
+        Parameters
+        ----------
+        steering_angle : (...,) float   gamma, any angle. [rad]
+
+        Returns
+        -------
+        w_1, w_2 : (...,) float   Over Omega. [-]
+        """
+        found = self._frames.ideal(self._frames.axis(np.asarray(steering_angle, dtype=float)))
+        return found[..., 0], found[..., 1]
+
+    def headings(self, steering_angle: Array) -> Array:
+        """Angles of all rollers in their tangent frames at a steering angle; 0 for drive rollers. (..., k) [rad]"""
+        cosine, sine = self._frames.headings(np.asarray(steering_angle, dtype=float))
+        return np.arctan2(sine, cosine)
+
+    def mechanism(self, steering_angle: Array = 0.0) -> Mechanism:
+        """The kinematic map, with the shaft speeds and the angular velocity of the sphere as coordinates.
+
+        Parameters
+        ----------
+        steering_angle : (...,) float   Only rolling speeds depend on it, which bearings and friction limits follow. [rad]
+
+        Returns
+        -------
+        Mechanism
+            Operate it with `headings`. Rolling resistance and bearings of drive rollers and idlers are not part of it.
+        """
+        return self._frames.mechanism(*self._frames.headings(np.asarray(steering_angle, dtype=float)))
+
+    def operate(
+        self,
+        *,
+        steering_angle: Array,
+        input_speed: Array | None = None,
+        output_torque: Array | None = None,
+        sphere_speed: Array | None = None,
+        load: Array | None = None,
+    ) -> SphericalPoint:
+        """Steady operation, in all four quadrants.
+
+        Parameters
+        ----------
+        steering_angle : (...,) float   gamma; 0 locks shaft 1, a quarter turn shaft 2. [rad]
+        input_speed : (...,) float      w_1, with `output_torque`. [rad s^-1]
+        output_torque : (...,) float    T_2, applied by shaft 2 to its load. [N m]
+        sphere_speed : (...,) float     Omega without creep, instead, with `load`: this also passes through the steering angles
+            at which a shaft is locked. The shaft speeds are prescribed along their direction without creep. [rad s^-1]
+        load : (...,) float             kappa: drive rollers a quarter turn apart transmit the forces kappa cos(gamma) and
+            kappa sin(gamma), up to losses. [N]
+
+        Returns
+        -------
+        SphericalPoint
+            Inputs broadcast. Beyond slip all is nan with the limit SLIP; so it is with an input speed where shaft 1 is
+            locked, as it determines nothing there. At zero speed the forces are those of slow motion, without losses.
+
+        Raises
+        ------
+        ParameterError
+            If both or neither pair of inputs is given, or one is not a real number.
+        """
+        given = {
+            "input_speed": input_speed,
+            "output_torque": output_torque,
+            "sphere_speed": sphere_speed,
+            "load": load,
+        }
+        names = tuple(name for name, value in given.items() if value is not None)
+        if names not in _PAIRS:
+            raise ParameterError(
+                f"give either input_speed and output_torque, or sphere_speed and load, got {' and '.join(names) or 'none'}"
+            )
+        angle, speed, force = np.broadcast_arrays(
+            real_array("steering_angle", steering_angle),
+            *(real_array(name, given[name]) for name in names),
+        )
+        return spherical_solve.point(self, self._frames, angle, speed, force, along_shaft=names == _PAIRS[0])
+
+
+class _Frames:
+    """Tangent frames of the rollers, and all that follows from them."""
+
+    def __init__(self, ivt: SphericalIVT) -> None:
+        rollers: Sequence[Roller] = ivt.rollers  # type: ignore[assignment]
+        self.sphere_radius = radius = ivt.sphere_radius
+        self.normals = np.array([one.position for one in rollers])
+        self.p, self.q = basis(rollers)
+        self.steered = np.array([one.axis is None for one in rollers])
+        self.shaft = np.array([one.shaft or 0 for one in rollers])
+        self.contacts = [getattr(ivt, one.kind) for one in rollers]
+        self.radii = np.array([one.wheel_radius for one in self.contacts])
+        self.patches = [
+            contact if steered else DrivenContact.of(contact)
+            for contact, steered in zip(self.contacts, self.steered, strict=True)
+        ]
+        k = len(rollers)
+        first = np.array([_tangent(n) if one.axis is None else np.cross(one.axis, n)
+                          for n, one in zip(self.normals, rollers, strict=True)])  # fmt: skip
+        self.tangents = first, np.cross(self.normals, first)
+        self.axes = np.array([(0.0, 0.0, 0.0) if one.axis is None else one.axis for one in rollers])
+        # V t = -R_s (omega x n) t = -R_s omega (n x t)
+        self.jacobian = np.zeros((k, 2, 5))
+        for row, t in enumerate(self.tangents):
+            self.jacobian[:, row, 2:] = -radius * np.cross(self.normals, t)
+        self.rolling_rows = np.zeros((k, 5))
+        for place in np.flatnonzero(~self.steered & (self.shaft == 0)):
+            self.rolling_rows[place], self.jacobian[place, 0] = self.jacobian[place, 0], 0.0
+        for place in np.flatnonzero(self.shaft):
+            column = self.shaft[place] - 1
+            self.jacobian[place, 0, column] = -self.radii[place]
+            self.rolling_rows[place, column] = self.radii[place]
+        self.spin = np.concatenate([np.zeros((k, 2)), -self.normals], axis=1)
+
+    def axis(self, angle: np.ndarray) -> np.ndarray:
+        """Axis of the sphere, (..., 3)."""
+        return np.cos(angle)[..., None] * self.p + np.sin(angle)[..., None] * self.q
+
+    def ideal(self, axis: np.ndarray) -> np.ndarray:
+        """Shaft speeds over the speed of the sphere, (..., 2), those of the first roller on each shaft."""
+        places = [int(np.flatnonzero(self.shaft == shaft)[0]) for shaft in (1, 2)]
+        return np.stack([-self.sphere_radius / self.radii[one] * (axis @ self.axes[one]) for one in places], axis=-1)
+
+    def headings(self, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Cosines and sines, (..., k): steered rollers along the motion of the sphere, all others along their frames."""
+        axis = self.axis(angle)
+        moving = -np.cross(axis[..., None, :], self.normals)
+        along, across = (np.sum(moving * t, axis=-1) for t in self.tangents)
+        size = np.sqrt(along * along + across * across)
+        steers = self.steered & (size > 1e-12)
+        safe = np.where(steers, size, 1.0)
+        return np.where(steers, along / safe, 1.0), np.where(steers, across / safe, 0.0)
+
+    def mechanism(self, cosine: np.ndarray, sine: np.ndarray) -> Mechanism:
+        """The kinematic map with the rolling speeds at these headings."""
+        free = self.steered[:, None]
+        rows = cosine[..., None] * self.jacobian[:, 0] + sine[..., None] * self.jacobian[:, 1]
+        return Mechanism(
+            contacts=self.patches,
+            jacobian=self.jacobian,
+            spin=self.spin,
+            surface=np.where(free, rows, self.rolling_rows),
+            coordinates=COORDINATES,
+        )
+
+
+def _tangent(normal: np.ndarray) -> np.ndarray:
+    """A tangent as near to z as there is one; x at the poles."""
+    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 1.0 - 1e-9 else np.array([1.0, 0.0, 0.0])
+    found = up - (up @ normal) * normal
+    return found / np.linalg.norm(found)

@@ -1,0 +1,294 @@
+"""Steady operation of a sphere between rollers: Newton's method for its angular velocity and the free shaft speed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from infinivar.contact.friction import coulomb
+from infinivar.transmission.rolling_contact import ContactForces
+
+if TYPE_CHECKING:
+    from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
+
+_STEPS = 40
+_HALVINGS = 14
+"""Most times that a step is shortened until the residual falls."""
+
+_BEYOND = 1.03
+"""Force of the drive rollers without losses over the slip force, beyond which no steady motion is looked for, besides resistance
+to rolling. [-]"""
+
+_STALLED = 0.999
+"""Residual after a step over that before it at which the iteration of a point ends. [-]"""
+
+_WAY = (0.0, 0.5, 0.8, 0.94, 1.0)
+"""Shares of the load on the way to a point that the iteration has not found. [-]"""
+
+_CHUNK = 8192
+
+STANDING = 1e-4
+"""Rolling speed over that of the surface of the sphere, below which a roller creeps as if it rolled as fast. A loaded roller that
+does not roll would not creep at all. [-]"""
+
+_ASIDE = 2e-5
+"""Change of the start of a second iteration, as friction is steep where a shaft stands still. [-]"""
+
+_STEP = 1e-9
+"""Velocity over that of the surface with which slopes are computed. [-]"""
+
+_SETTLED = 1e-12
+"""Largest residual over the slip force at which the iteration of a point ends. [-]"""
+
+_CLOSE = 1e-9
+"""Largest residual of a solution, over the slip force. [-]"""
+
+
+class _Batch(NamedTuple):
+    """Points to solve, flat: prescribed motion and force, and the free unknowns' directions."""
+
+    cosine: np.ndarray
+    sine: np.ndarray
+    axis: np.ndarray
+    along: np.ndarray
+    """Direction of the prescribed shaft speed, (m, 2)."""
+    across: np.ndarray
+    """Direction of the free one, whose torque is prescribed, (m, 2)."""
+    speed: np.ndarray
+    """Prescribed. [rad s^-1]"""
+    torque: np.ndarray
+    """Prescribed. [N m]"""
+    turning: np.ndarray
+    """Size of the speed of the sphere without creep. [rad s^-1]"""
+
+    def take(self, places: np.ndarray) -> _Batch:
+        return _Batch(*(one[places] for one in self))
+
+
+def point(
+    ivt: SphericalIVT, frames: Any, angle: np.ndarray, speed: np.ndarray, force: np.ndarray, along_shaft: bool
+) -> SphericalPoint:
+    """See `SphericalIVT.operate`; arguments have one shape."""
+    shape = angle.shape
+    gamma, given, load = (one.reshape(-1) for one in (angle, speed, force))
+    axis = frames.axis(gamma)
+    ideal = frames.ideal(axis)
+    if along_shaft:
+        first = ideal[:, 0]
+        locked = np.abs(first) < 1e-12 * np.abs(ideal[:, 1])
+        turns = np.where(locked, np.nan, given / np.where(locked, 1.0, first))
+        turns = np.where(given == 0, 0.0, turns)
+        ones, zeros = np.ones_like(gamma), np.zeros_like(gamma)
+        along, across = np.stack([ones, zeros], -1), np.stack([zeros, ones], -1)
+        torque = -load  # applied to shaft 2
+    else:
+        size = np.linalg.norm(ideal, axis=-1)
+        along = ideal / size[:, None]
+        across = np.stack([along[:, 1], -along[:, 0]], -1)
+        turns, torque = given, load * frames.sphere_radius / size
+    # Forces do not depend on the size of the speed, except by bearings: at rest they are those of slow motion.
+    rests = turns == 0
+    moving = np.where(rests, 1e-6, turns)
+    own = np.sum(ideal * along, axis=-1)
+    prescribed = np.where(rests, moving * own, given if along_shaft else given * own)
+    cosine, sine = frames.headings(gamma)
+    batch = _Batch(cosine, sine, axis, along, across, prescribed, torque, np.abs(moving))
+    rates = np.empty((gamma.size, 5))
+    for start in range(0, gamma.size, _CHUNK):
+        part = slice(start, start + _CHUNK)
+        rates[part] = _solved(frames, _Batch(*(one[part] for one in batch)), moving[part, None] * ideal[part])
+    return _point(ivt, frames, batch, rates, ideal, rests, angle, shape)
+
+
+def _solved(frames: Any, batch: _Batch, ideal: np.ndarray) -> np.ndarray:
+    """Rates (m, 5); nan where no solution is found."""
+    scale = frames.sphere_radius * batch.turning
+    free = np.sum(ideal * batch.across, axis=-1) * _radius(frames) / scale
+    signed = np.where(np.sum(ideal * frames.ideal(batch.axis), axis=-1) < 0, -1.0, 1.0)
+    start = np.concatenate([free[:, None], signed[:, None] * batch.axis], axis=-1)
+    demand = _static_demand(frames, batch, ideal)
+    found = _newton(frames, batch, np.where((demand < _beyond(frames))[:, None], start, np.nan))
+    # Near slip, and near a locked shaft, the way there is followed from no load, where the drive rollers can transmit the force.
+    lost = np.flatnonzero(np.isnan(found[:, 0]) & np.isfinite(start[:, 0]))
+    lost = lost[demand[lost] < 1.0]
+    if lost.size:
+        at = start[lost] + _ASIDE
+        for share in _WAY:
+            part = batch.take(lost)
+            at = _newton(frames, part._replace(torque=share * part.torque), at)
+            reached = ~np.isnan(at[:, 0])
+            lost, at = lost[reached], at[reached]
+        found[lost] = at
+    known = ~np.isnan(found[:, 0])
+    rates = np.full((len(scale), 5), np.nan)
+    rates[known] = _rates(frames, batch.take(known), found[known])
+    return rates
+
+
+def _beyond(frames: Any) -> float:
+    """Static demand beyond which there is no steady motion: resistance to rolling relieves a drive roller by no more."""
+    resisting = sum(float(np.max(one.groups(0.0).rolling_force)) for one in frames.contacts)
+    return _BEYOND + resisting / _reference(frames)
+
+
+def _reference(frames: Any) -> float:
+    """Slip force of a drive roller. [N]"""
+    return frames.contacts[int(np.flatnonzero(frames.shaft)[0])].slip_force
+
+
+def _static_demand(frames: Any, batch: _Batch, ideal: np.ndarray) -> np.ndarray:
+    """Force of the drive rollers without losses, over the slip force. [-]"""
+    across = np.stack([ideal[:, 1], -ideal[:, 0]], axis=-1)
+    share = np.sum(across * batch.across, axis=-1)
+    torque = across * (batch.torque / np.where(share == 0, np.nan, share))[:, None]
+    worst = np.zeros(len(torque))
+    for shaft in (1, 2):
+        places = np.flatnonzero(frames.shaft == shaft)
+        most = sum(frames.radii[one] * frames.contacts[one].slip_force for one in places)
+        worst = np.maximum(worst, np.abs(torque[:, shaft - 1]) / most)
+    return worst
+
+
+def _newton(frames: Any, batch: _Batch, start: np.ndarray) -> np.ndarray:
+    """Unknowns (m, 4) of the solution; nan where none is found."""
+    unknown, found = start.copy(), np.full(start.shape, np.nan)
+    active = np.flatnonzero(np.all(np.isfinite(unknown), axis=-1))
+    missing, size = _residual(frames, batch.take(active), unknown[active])
+    for _ in range(_STEPS):
+        if not active.size:
+            break
+        part, here = batch.take(active), unknown[active]
+        trial, there, size_there = _improved(frames, part, here, missing, size)
+        better = size_there <= size
+        unknown[active] = np.where(better[:, None], trial, here)
+        missing = np.where(better[:, None], there, missing)
+        now = np.where(better, size_there, size)
+        ended = (now <= _SETTLED) | (now > _STALLED * size)
+        close = active[ended & (now <= _CLOSE)]
+        found[close] = unknown[close]
+        active, missing, size = active[~ended], missing[~ended], now[~ended]
+    return found
+
+
+def _improved(
+    frames: Any, batch: _Batch, here: np.ndarray, missing: np.ndarray, size: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unknowns after a step that is shortened until the residual falls, the missing forces there and the largest of them."""
+    slope = np.empty((len(here), 4, 4))
+    for column in range(4):
+        aside = here.copy()
+        aside[:, column] += _STEP
+        slope[:, :, column] = (_residual(frames, batch, aside)[0] - missing) / _STEP
+    step = _steps(slope, missing)
+    share, trial = np.ones(len(here)), here - step
+    there, size_there = _residual(frames, batch, trial)
+    for _ in range(_HALVINGS):
+        worse = np.flatnonzero(~(size_there <= size * (1.0 - 1e-4)) & (size > _SETTLED))
+        if not worse.size:
+            break
+        share[worse] *= 0.5
+        trial[worse] = here[worse] - share[worse, None] * step[worse]
+        there[worse], size_there[worse] = _residual(frames, batch.take(worse), trial[worse])
+    return trial, there, size_there
+
+
+def _steps(slope: np.ndarray, missing: np.ndarray) -> np.ndarray:
+    """Newton steps, of singular systems short ones."""
+    ridge = 1e-13 * np.max(np.abs(slope), axis=(1, 2))
+    ridge = np.where(ridge > 0, ridge, 1.0)
+    slope = np.where(np.isfinite(slope), slope, 0.0) + ridge[:, None, None] * np.eye(4)
+    step = np.linalg.solve(slope, np.where(np.isfinite(missing), missing, 0.0)[..., None])[..., 0]
+    # No more than a part of the velocity of the surface.
+    most = np.max(np.abs(step), axis=-1, keepdims=True)
+    return step * np.minimum(1.0, 0.05 / np.where(most > 0, most, 1.0))
+
+
+def _radius(frames: Any) -> float:
+    return float(frames.radii[np.flatnonzero(frames.shaft)[0]])
+
+
+def _rates(frames: Any, batch: _Batch, unknown: np.ndarray) -> np.ndarray:
+    scale = (frames.sphere_radius * batch.turning)[:, None]
+    free = unknown[:, :1] * scale / _radius(frames)
+    shafts = batch.along * batch.speed[:, None] + batch.across * free
+    return np.concatenate([shafts, unknown[:, 1:] * scale / frames.sphere_radius], axis=-1)
+
+
+def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Missing forces over the slip force, (m, 4), and the largest of a point."""
+    rates = _rates(frames, batch, unknown)
+    _, applied, _ = _forces(frames, batch, rates)
+    reference = _reference(frames)
+    torque = np.sum(applied[:, :2] * batch.across, axis=-1) - batch.torque
+    missing = (
+        np.concatenate([torque[:, None] / _radius(frames), applied[:, 2:] / frames.sphere_radius], axis=-1) / reference
+    )
+    size = np.max(np.abs(missing), axis=-1)
+    return missing, np.where(np.isnan(size), np.inf, size)
+
+
+def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray]]:
+    """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, and the losses by it."""
+    mechanism = frames.mechanism(batch.cosine, batch.sine)
+    stick = STANDING * frames.sphere_radius * batch.turning
+    forces, applied = mechanism.forces(rates, (batch.cosine, batch.sine), stick_speed=stick[:, None])
+    losses = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}
+    for place in np.flatnonzero(~frames.steered):
+        row, contact = frames.rolling_rows[place], frames.contacts[place]
+        speed = rates @ row
+        groups = contact.groups(speed)
+        for name, torque in (("rolling", groups.rolling_torque), ("bearing", groups.bearing_torque)):
+            resisted = coulomb(speed, torque / contact.wheel_radius, stick)
+            applied = applied + resisted[:, None] * row
+            losses[name][:, place] = resisted * speed
+    return forces, applied, losses
+
+
+def _point(
+    ivt: SphericalIVT,
+    frames: Any,
+    batch: _Batch,
+    rates: np.ndarray,
+    ideal: np.ndarray,
+    rests: np.ndarray,
+    angle: np.ndarray,
+    shape: tuple[int, ...],
+) -> SphericalPoint:
+    from infinivar.transmission.spherical import SphericalPoint
+
+    forces, applied, shaft_losses = _forces(frames, batch, rates)
+    # What the forces on the sphere miss to balance, within rounding, does no work of its own.
+    turns = batch.speed != 0
+    over = np.sum(applied[:, 2:] * rates[:, 2:], axis=-1) * turns / np.where(turns, batch.speed, 1.0)
+    applied = np.concatenate([applied[:, :2] + over[:, None] * batch.along, applied[:, 2:]], axis=-1)
+    k = len(frames.contacts)
+    at_rest = rests[:, None]
+    losses = {}
+    for name in ("creep", "spin", "rolling", "bearing"):
+        known = forces.losses.get(name, 0.0 * forces.x) + shaft_losses.get(name, 0.0)
+        losses[name] = np.where(at_rest, 0.0, known).reshape(*shape, k)
+    lost = np.any(np.isnan(rates), axis=-1)
+    rates = np.where(at_rest & ~lost[:, None], 0.0, rates)
+    demand = np.where(lost[:, None], np.inf, forces.slip_demand)
+    force = np.hypot(forces.x, forces.y)
+    force = np.where(frames.steered, np.abs(forces.lateral_force), force)
+    pressed: dict = {}
+    for contact in {id(one): one for one in frames.contacts}.values():
+        for limit, value in contact.utilisation.items():
+            pressed[limit] = max(pressed.get(limit, 0.0), float(value))
+    return SphericalPoint(
+        kinds=ivt.kinds,
+        steering_angle=angle,
+        input_speed=rates[:, 0].reshape(shape),
+        output_speed=rates[:, 1].reshape(shape),
+        input_torque=applied[:, 0].reshape(shape),
+        output_torque=-applied[:, 1].reshape(shape),
+        sphere_velocity=rates[:, 2:].reshape(*shape, 3),
+        ideal_speeds=ideal.reshape(*shape, 2),
+        roller_forces=force.reshape(*shape, k),
+        spin=(rates @ frames.spin.T).reshape(*shape, k),
+        roller_losses=losses,
+        slip_demand=demand.reshape(*shape, k),
+        pressed=pressed,
+    )

@@ -1,0 +1,123 @@
+"""Figures of machines: numbers drawn against the computation by another way."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.optimize import linprog
+
+import infinivar as iv
+from infinivar.figures import machine, planar_cobot, wrench_set
+from infinivar.transmission.planar import drift
+
+MACHINE = iv.LeggedDrive.of(iv.load_study("hand_controller").drives["cobotic"], 6)
+PLATFORM = iv.Platform.hexapod()
+HOME = PLATFORM.at([0.0, 0.0, PLATFORM.home])
+RISING = np.array([0.0, 0.0, 0.3, 0.0, 0.0, 0.0])
+
+
+def in_space(points, plane):
+    made = np.zeros((len(points), 6))
+    made[:, plane] = points
+    return made
+
+
+@pytest.mark.parametrize("plane", [[0, 1], [0, 2], [3, 4]])
+def test_outlines_of_a_wrench_set(plane):
+    """Section by the largest multiple of each wrench, projection by linear programs over wrenches, limits by the legs."""
+    found = MACHINE.wrench_set(HOME, twist=RISING)
+    numbers = wrench_set.data(found, tuple(plane))
+    section, limits, projection = (numbers[name] for name in ("section", "limits", "projection"))
+    middles = 0.5 * (section + np.roll(section, -1, axis=0))
+    for points in (section, middles):
+        assert_allclose(found.largest(in_space(points, plane)), 1.0, rtol=1e-6)
+    beyond = 1.001 * in_space(middles, plane)
+    most = MACHINE.legs.force_limits(HOME.link_speeds(RISING), MACHINE.cylinder_speed)
+    slips = np.any(np.abs(HOME.link_forces(beyond)) > most, axis=-1)
+    assert_allclose(np.where(slips, iv.Limit.SLIP, iv.Limit.THERMAL), limits)
+    assert (iv.Limit.THERMAL in limits) == (2 in plane)
+    for angle in np.linspace(0.1, 6.0, 7):
+        direction = in_space([[np.cos(angle), np.sin(angle)]], plane)[0]
+        best = linprog(-direction, A_ub=found.normals, b_ub=found.bounds, bounds=[(None, None)] * 6)
+        assert np.max(projection @ direction[plane]) == pytest.approx(-best.fun, rel=1e-6)
+
+
+def test_figure_of_a_wrench_set():
+    """Every limit drawn is named; a set of three components has two planes, one of one component none."""
+    made = wrench_set.draw_all([MACHINE.wrench_set(HOME), MACHINE.wrench_set(HOME, twist=RISING)], ["rest", "rising"])
+    assert len(made.axes) == 6
+    words = [text.get_text() for text in made.legends[0].get_texts()]
+    assert words[:2] == [f"limit: {limit.words}" for limit in (iv.Limit.SLIP, iv.Limit.THERMAL)]
+    square = iv.WrenchSet.of(iv.Configuration(jacobian=np.eye(3)), [1.0, 2.0, 3.0])
+    assert len(square.plot().axes) == 2
+    outline = wrench_set.data(square, (0, 2))["section"]
+    assert_allclose(np.abs(outline), [[1.0, 3.0]] * 4)
+    with pytest.raises(iv.InputError, match="plane must be two of the components 0 to 2 of the wrench"):
+        wrench_set.data(square, (0, 3))
+    with pytest.raises(iv.InputError, match="one component cannot be drawn"):
+        iv.WrenchSet.of(iv.Configuration(jacobian=[[1.0]]), 1.0).plot()
+
+
+def test_drawn_machine():
+    """Rods pull and push so that the platform is in equilibrium; wheels touch the cylinder and roll along their headings."""
+    position, rotation = np.array([0.01, 0.005, PLATFORM.home]), [0.0, 0.1, 0.05]
+    wrench = np.array([30.0, -15.0, -60.0, 0.4, -0.3, 0.2])
+    point = MACHINE.operate(PLATFORM.at(position, rotation), wrench=wrench, twist=[0.0, 0.1, 0.15, 0.3, 0.0, 0.0]).legs
+    numbers = machine.data(PLATFORM, MACHINE.legs, point, position, rotation)
+    rods = 1e-3 * (numbers["lower"] - numbers["upper"])
+    length = np.linalg.norm(rods, axis=1)
+    assert_allclose(length, PLATFORM.rod_length, rtol=1e-12)
+    pulls = numbers["tension"][:, None] * rods / length[:, None]
+    moments = np.cross(1e-3 * (numbers["upper"] - numbers["origin"]), pulls)
+    assert_allclose(np.concatenate([pulls.sum(axis=0), moments.sum(axis=0)]), -wrench, rtol=1e-9)
+    assert_allclose(np.hypot(*numbers["wheel"][:, :2].T), numbers["cylinder_radius"], rtol=1e-12)
+    turning = np.cross([0.0, 0.0, float(point.cylinder_speed)], 1e-3 * numbers["wheel"])
+    carrier = point.link_speed[:, None] * [0.0, 0.0, 1.0] - turning
+    assert np.max(np.linalg.norm(np.cross(carrier, numbers["rolling"]), axis=1)) < 0.01 * numbers["surface_speed"]
+    # An ideal wheel has no rolling resistance.
+    assert_allclose(np.abs(numbers["tension"]) / numbers["limit"], numbers["slip"], atol=0.02)
+    made = machine.draw_all(PLATFORM, MACHINE.legs, point, position, rotation)
+    words = [text.get_text() for text in made.axes[2].texts]
+    assert "wheel slips beyond these lines" in words
+    assert words[1:] == [f"{100 * share:.0f} %" for share in numbers["slip"]]
+    slips = MACHINE.operate(HOME, wrench=1e3 * wrench, twist=RISING).legs
+    with pytest.raises(iv.InputError, match="one pose within reach and below the slip limit"):
+        machine.data(PLATFORM, MACHINE.legs, slips, [0.0, 0.0, PLATFORM.home])
+
+
+MEASURED = {"wheel_radius": 0.03, "preload": 200.0, "friction": 0.2, "creep_stiffness": 4000.0}
+WHEEL = iv.RollingContact(**MEASURED, rolling_torque=0.009, bearing_torque=0.006, creep_law="exact")
+CART = iv.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)])
+
+
+def test_drawn_planar_cobot():
+    """The forces drawn are in equilibrium and lose the power of the point; headings are off the circles by the slip angles."""
+    twist = np.array([0.5, 0.0, 0.7])
+    point = CART.mechanism.operate(rates=twist, heading=CART.headings(twist, {"y": 50.0, "angle": 4.0}))
+    numbers = planar_cobot.data(CART, point)
+    spots, force = numbers["positions"], numbers["force"]
+    moments = spots[:, 0] * force[:, 1] - spots[:, 1] * force[:, 0]
+    assert_allclose([*force.sum(axis=0), moments.sum()], -numbers["wrench"], atol=1e-9)
+    assert_allclose(numbers["wrench"][1:], [50.0, 4.0], atol=1e-6)
+    radius = spots - numbers["centre"]
+    velocity = twist[2] * np.stack([-radius[:, 1], radius[:, 0]], axis=-1)
+    assert -np.sum(force * velocity) == pytest.approx(sum(point.losses.values()), rel=1e-9)
+    heading = numbers["headings"]
+    turned = heading[:, 0] * velocity[:, 1] - heading[:, 1] * velocity[:, 0]
+    side_load = heading[:, 1] * force[:, 0] - heading[:, 0] * force[:, 1]
+    slip_angle = np.arctan2(turned, np.sum(heading * velocity, axis=1))
+    assert_allclose(slip_angle, drift(WHEEL, side_load), rtol=1e-6)
+    made = planar_cobot.draw_all(CART, point)
+    words = [text.get_text() for text in made.axes[0].texts]
+    assert "instant centre" in words
+    assert f"{100 * numbers['slip'][0]:.0f} % of slip limit" in " ".join(words)
+
+
+def test_planar_cobots_that_roll_straight_or_rest():
+    straight = CART.mechanism.operate(rates=[0.5, 0.0, 0.0], heading=np.zeros(3))
+    assert planar_cobot.draw_all(CART, straight).axes[0].get_title() == "instant centre at infinity"
+    wide = CART.mechanism.operate(rates=[0.5, 0.0, 0.1], heading=CART.headings([0.5, 0.0, 0.1]))
+    assert planar_cobot.draw_all(CART, wide).axes[0].get_title() == "instant centre at (0, 5) m"
+    for rates in ([0.0, 0.0, 0.0], [[0.5, 0.0, 0.0]] * 2):
+        point = CART.mechanism.operate(rates=rates, heading=np.zeros(3))
+        with pytest.raises(iv.InputError, match="drawn at one point in steady motion"):
+            planar_cobot.data(CART, point)
