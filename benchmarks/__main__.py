@@ -17,6 +17,7 @@ from benchmarks._measure import Line
 NAMES = (
     "import_time",
     "steady_map",
+    "steady_map_jax",
     "compare_cold",
     "element_curves",
     "exact_law",
@@ -28,6 +29,8 @@ NAMES = (
     "uncertainty",
     "catalogue",
     "sizing_geared",
+    "sizing_cobotic",
+    "legs",
 )
 
 

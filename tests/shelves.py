@@ -1,4 +1,4 @@
-"""A small set of made-up parts to search, as a file that states what fits together."""
+"""A small set of made-up parts to search, as a file that states what fits together, and a slide to search them for."""
 
 SHELF = """
 manufacturer = "Made Up"
@@ -63,3 +63,38 @@ a = ["p5", "p14"]
 b = ["p5", "p14"]
 c = ["p5", "p14", "p35"]
 """
+
+SLIDE = """
+title = "Slide"
+
+[drives.geared]
+type = "conventional"
+output_inertia = "0.02 g m^2"
+
+[drives.geared.motor]
+part = "dcx-32-l-24v"
+
+[drives.geared.gearhead]
+part = "gpx-32-up-16"
+loss_model = "coulomb"
+
+[drives.geared.pulley]
+radius = "8 mm"
+
+[duty.shake]
+shape = "sinusoid"
+distance = "60 mm"
+frequency = "1.5 Hz"
+load_mass = "3 kg"
+force = "-30 N"
+"""
+"""Feasible with the set."""
+HEAVY = SLIDE.replace("-30 N", "-900 N")
+"""Infeasible."""
+
+
+def slides(folder, slide=SLIDE):
+    """Write the set and both studies into a folder, as shelf.toml, slide.toml and heavy.toml."""
+    for name, content in (("shelf", SHELF), ("slide", slide), ("heavy", HEAVY)):
+        (folder / f"{name}.toml").write_text(content, "utf-8")
+    return folder

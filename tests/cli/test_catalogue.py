@@ -203,3 +203,19 @@ def test_ten_worst_of_many(infinivar, folder):
     assert [line.split()[1] for line in found[1:11]] == [f"XX_{speed}:" for speed in range(300, 400, 10)]
     assert found[11:] == ["  ... and 2 more; --all lists them"]
     assert len(infinivar("catalogue", "check", "wrong.csv", "--all").out.splitlines()) == 13
+
+
+def test_a_set_that_cannot_be_read_is_left_out_with_a_warning(infinivar, folder, made):
+    """A search over all sets goes on; a check of all sets is not clean."""
+    (folder / "home" / "bad.npz").write_bytes(b"PK nonsense")
+    warning = "infinivar: the set bad was left out, as it cannot be read: "
+    found = infinivar("catalogue", "search", "motors", "mass < 0.3 kg", "--json")
+    assert found.code == 0
+    assert found.err.startswith(warning)
+    assert {one["set"] for one in json.loads(found.out)["parts"]} == {"made", "shipped"}
+    outcome = infinivar("catalogue", "check")
+    assert outcome.code == 1
+    assert outcome.err.startswith(warning)
+    assert "shipped: " in outcome.out
+    named = infinivar("catalogue", "search", "motors", "--set", "bad")
+    assert (named.code, named.out) == (2, "")

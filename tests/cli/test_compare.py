@@ -363,6 +363,7 @@ def test_a_drive_that_is_not_there(infinivar, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_quick_leaves_out_what_it_says_and_changes_no_number(infinivar, tmp_path, walked):
     """Verdicts and numbers are those of the full run; nothing is written, and the last line says what is missing."""
     _, _, full = walked

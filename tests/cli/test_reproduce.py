@@ -23,11 +23,13 @@ FIGURES = list(range(1, 18))
 BOND_GRAPHS = [2, 6, 10, 11, 12, 13, 14]
 
 
+@pytest.mark.slow
 def test_page_is_set_well_and_needs_no_network(reproduced):
     is_set_well(reproduced[1])
     needs_no_network(reproduced[1] / "reproduction.html")
 
 
+@pytest.mark.slow
 def test_claims_are_complete(reproduced):
     outcome, _, claims = reproduced
     assert (outcome.code, outcome.err) == (0, "")
@@ -62,10 +64,12 @@ def test_claims_are_complete(reproduced):
         ("S5", "undecidable"),  # a lighter cylinder: no effect, less or more loss, as the cylinder is used
     ],
 )
+@pytest.mark.slow
 def test_known_verdicts(reproduced, claim, verdict):
     assert next(row for row in reproduced[2] if row["id"] == claim)["verdict"] == verdict
 
 
+@pytest.mark.slow
 def test_thresholds_and_variants_stand_beside_every_verdict(reproduced):
     """What would be found otherwise, with its threshold and verdict; a verdict that another turns round is undecidable."""
     opposite = {"holds": "does not hold", "does not hold": "holds"}
@@ -85,6 +89,7 @@ def test_thresholds_and_variants_stand_beside_every_verdict(reproduced):
             assert (claim["verdict"] == "undecidable") == (turned or claim["shown"] == "undecidable")
 
 
+@pytest.mark.slow
 def test_what_the_paper_leaves_open_has_ranges(reproduced):
     """D1 to D7: how far four parameters may move; C3, C6 and C7 drag; E6 the loss factor."""
     for claim in reproduced[2]:
@@ -100,6 +105,7 @@ def test_what_the_paper_leaves_open_has_ranges(reproduced):
     assert 3e-4 < steering["high"] < 5e-4
 
 
+@pytest.mark.slow
 def test_known_numbers(reproduced):
     """The two printed points that the element is built from, and what follows from them."""
     computed = {claim["id"]: claim["computed"] for claim in reproduced[2]}
@@ -109,6 +115,7 @@ def test_known_numbers(reproduced):
     assert computed["E4"] == pytest.approx(0.988, abs=0.005)
 
 
+@pytest.mark.slow
 def test_files_agree_with_what_is_printed(reproduced):
     _, folder, claims = reproduced
     assert json.loads((folder / "claims.json").read_text("utf-8")) == claims
@@ -125,6 +132,7 @@ def test_files_agree_with_what_is_printed(reproduced):
     assert results(folder) == sorted(["claims.json", "reproduction.html", *figures])
 
 
+@pytest.mark.slow
 @pytest.mark.source("faulring2006", "Fig 5", "Fig 7", "Fig 8", "Fig 15", "Fig 16", "Fig 17")
 @pytest.mark.parametrize("number", FIGURES)
 def test_figures_show_something(reproduced, number):
@@ -144,6 +152,7 @@ def test_figures_show_something(reproduced, number):
     assert len(paths) > (10 if graph else 50)
 
 
+@pytest.mark.slow
 @pytest.mark.renders  # in all formats: laying out one goes on from the one before
 def test_one_figure_and_its_claims(infinivar, tmp_path, reproduced):
     outcome = infinivar("reproduce", "--figure", 7, "--out", "out", "--json")
@@ -168,6 +177,7 @@ def test_a_figure_without_claims(infinivar, tmp_path):
     assert not any(words in page for words in ('class="claims"', "Of 0 claims", "Variants"))
 
 
+@pytest.mark.slow
 def test_report_leads_through_the_figures_each_with_its_claims(reproduced):
     """Figures in the paper's order; every claim stands once, under its figure, or after them if it has none."""
     _, folder, claims = reproduced

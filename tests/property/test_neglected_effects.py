@@ -26,7 +26,10 @@ def _creepages(rolling, longitudinal, lateral, spin=0.0):
     return found.x
 
 
-@pytest.mark.parametrize("name", ["hand_controller", "knee_walking", "ankle_walking"])
+@pytest.mark.parametrize(
+    "name",
+    ["hand_controller", *(pytest.param(one, marks=pytest.mark.slow) for one in ("knee_walking", "ankle_walking"))],
+)
 def test_longitudinal_creep_of_the_driven_wheel(name):
     """Rolling resistance changes the lateral creepage, and the part of its power lost by longitudinal creep, below 1e-4."""
     drive = _wheel(name)

@@ -53,7 +53,8 @@ def test_against_the_solver():
 )
 def test_errors_of_the_documentation(low, high, force, moment):
     """The table of the contact page, by the ratio of the semi-axes."""
-    errors = _errors(np.random.default_rng(RNG_SEED + 1), low, high, 300)
+    count = 300 if high <= 5.0 else 100  # the solver takes longest for slender patches
+    errors = _errors(np.random.default_rng(RNG_SEED + 1), low, high, count)
     assert np.max(errors[:, 0]) < force
     assert np.max(errors[:, 1]) < moment
 

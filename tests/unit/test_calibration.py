@@ -29,6 +29,7 @@ def exact(drive):
     return [virtual_rig.experiment(drive, RIG, protocol, exact=True, simulated=way) for way in (True, False)]
 
 
+@pytest.mark.slow
 def test_bond_graph_settles_to_the_steady_solution(exact):
     """Simulation in time and steady equations are two codes; friction that sticks smoothly leaves 1e-10."""
     simulated, steady = ([tuple(truth) for truth in one.truth] for one in exact)

@@ -93,6 +93,7 @@ def test_a_law_that_bends_is_told_and_its_bias_gone(drive, sessions, bias_left, 
     assert chi > chi_after + 0.1
 
 
+@pytest.mark.slow
 def test_laws_that_no_run_tells_apart_are_left_open(drive, study):
     """Faulring's law is the linear one below 70 % of slip; a run above that is proposed, and decides."""
     data = session(drive, 3, ratios=(100.0, 20.0, 8.0, 3.0), loads=(0.15, 0.4, 0.62))
@@ -160,7 +161,7 @@ LOW, HIGH = (0.15, 0.5), (0.2, 0.5, 0.8)
     [
         (0.2, HIGH, 3),
         (1.0, LOW, 3),
-        (5.0, HIGH, 3),
+        pytest.param(5.0, HIGH, 3, marks=pytest.mark.slow),
         *(
             pytest.param(ratio, loads, sessions, marks=mark)
             for ratio in (0.2, 1.0, 5.0)
@@ -197,6 +198,7 @@ def half_bent(name):
     return law_of(ratio, 0.5 * (creep.LAWS[name].creepage(ratio) + ratio), "half")
 
 
+@pytest.mark.slow
 def test_where_no_law_fits_the_bend_is_left_free_and_said_so(drive, study, monkeypatch):
     """A law half as bent as Polach's, sensors good enough to see it: every law is excluded, or nearly."""
     good = replace(RIG, steering_zero_deviation=2e-5, steering_resolution=5e-6, preload_deviation=1e-3)

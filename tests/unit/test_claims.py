@@ -61,6 +61,7 @@ def test_a_claim_that_the_machine_was_fitted_to_stays():
     assert (finding.verdict, finding.by_construction) == ("holds", True)
 
 
+@pytest.mark.slow
 def test_every_claim_has_a_threshold_and_a_verdict_that_follows(claims):
     opposite = {"holds": "does not hold", "does not hold": "holds"}
     assert list(claims) == [said["id"] for said in statements()]
@@ -104,6 +105,7 @@ THRESHOLDS = {
 """What the words of a threshold say, for those that numbers decide."""
 
 
+@pytest.mark.slow
 def test_verdicts_are_what_the_words_of_their_thresholds_say(claims):
     """Number, threshold and verdict as a reader has them: of every claim by the shipped values, and of every variant."""
     judged = set()
@@ -119,6 +121,7 @@ def test_verdicts_are_what_the_words_of_their_thresholds_say(claims):
     assert set(claims) - judged == by_words
 
 
+@pytest.mark.slow
 def test_claims_whose_verdict_hangs_on_a_choice_of_ours(claims):
     """Found by changing axes and thresholds by hand; each is decided by something that the paper does not print."""
     for name in ("D2", "D5", "D6", "E7", "B3", "C5", "C7", "S5"):
@@ -134,6 +137,7 @@ def computed(claim, assuming):
     return next(variant.computed for variant in claim.variants if variant.assuming == assuming)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "prefix", "linear", "logarithmic"),
     [("cobotic", "", 1.78, 0.83), ("cobotic-b", "reconstruction B, ", 1.69, 0.90)],
@@ -185,6 +189,7 @@ def test_both_drives_must_show_both_trends(machine, drive, told_by):
     assert plane_measures.trends(pair._replace(**{drive: contrary})).verdict == "does not hold"
 
 
+@pytest.mark.slow
 def test_recovered_energy_must_lower_performance_nowhere(machine, claims):
     """D8: the same two maps the other way about: lower in as many cells as were higher, and in the others the same."""
     bench = Bench.of(machine)
@@ -227,6 +232,7 @@ def test_groups_meet_the_printed_efficiencies(machine):
     assert groups.creep_group == pytest.approx(221, rel=0.005)
 
 
+@pytest.mark.slow
 def test_98_percent_is_within_a_point_but_rounds_to_99(claims):
     assert claims["E4"].verdict == "undecidable"
     assert claims["E4"].computed == pytest.approx(0.988, abs=0.0005)
@@ -234,6 +240,7 @@ def test_98_percent_is_within_a_point_but_rounds_to_99(claims):
     assert near(claims["E4"].computed, 0.98, 0.005).verdict == "does not hold"
 
 
+@pytest.mark.slow
 def test_best_line_through_the_creep_curve(claims):
     """The slope with the least largest relative error up to 0.6 of mu P, found by search on the tabulated curves.
 
@@ -257,6 +264,7 @@ def test_best_line_through_the_creep_curve(claims):
     assert (said.kind, said.computed) == ("contrary", "13 % off at 0.6")
 
 
+@pytest.mark.slow
 def test_the_linear_law_is_decided_by_the_exact_one(machine, claims):
     """E5: no patch has a curve that stays within 20 % of its tangent up to 0.6; the reach by hand on the machine's own."""
     claim = claims["E5"]
@@ -268,6 +276,7 @@ def test_the_linear_law_is_decided_by_the_exact_one(machine, claims):
     assert min(creep.EXACT.on(shape, 0.3).creepage(0.6) / 0.6 for shape in np.geomspace(0.05, 20.0, 40)) > 1.2
 
 
+@pytest.mark.slow
 def test_a_check_as_shown_alone_finds_what_its_claim_shows(machine, claims):
     """The law exact is tried by this way alone: with the paper's law it must give the claim's value, threshold and verdict."""
     varied = {name: check for name, check in CHECKS.items() if isinstance(check, Varied)}
@@ -278,6 +287,7 @@ def test_a_check_as_shown_alone_finds_what_its_claim_shows(machine, claims):
         assert (alone.computed, alone.threshold, alone.verdict) == (claim.computed, claim.threshold, claim.shown)
 
 
+@pytest.mark.slow
 def test_the_law_exact_beside_the_papers(claims):
     """Each claim whose value it changes lists it for comparison; it turns no verdict, and efficiency falls with more creep."""
     beside = {
@@ -297,6 +307,7 @@ def test_the_law_exact_beside_the_papers(claims):
     assert Machine("exact").cobotic("cobotic-b").transmission.creep_law is creep.EXACT
 
 
+@pytest.mark.slow
 def test_steering_as_spin_beside_the_papers(claims):
     """Less is lost to steering (D5), which takes the highest performance to the edge of what "85 %" allows (D3)."""
     beside = {
@@ -318,6 +329,7 @@ def test_steering_as_spin_beside_the_papers(claims):
     assert not Machine("exact").cobotic("cobotic").transmission.turns_with_spin
 
 
+@pytest.mark.slow
 def test_page_on_steering_states_these_values(claims):
     """The table of the theory page is that of the claims."""
     page = (Path(__file__).parents[2] / "docs" / "theory.md").read_text("utf-8")
@@ -334,6 +346,7 @@ def test_page_on_steering_states_these_values(claims):
             assert cell.endswith(said)
 
 
+@pytest.mark.slow
 def test_rolling_is_most_of_the_loss_at_large_ratios_at_every_load(machine, claims):
     for load, printed in ((0.15, "99 % at f = 0.15"), (0.5, "86 % at f = 0.5"), (0.95, "62 % at f = 0.95")):
         losses = at_ratio(machine.element, load, 100.0).losses
@@ -344,6 +357,7 @@ def test_rolling_is_most_of_the_loss_at_large_ratios_at_every_load(machine, clai
     assert "more than creep at f = 0.15, 0.5, 0.95" in claims["E9"].why
 
 
+@pytest.mark.slow
 def test_drag_between_c3_and_c6(machine, claims):
     """C6 from the least drag on, C3 up to the most; C7 turns round in between."""
     least, most = claims["C6"].ranges[0].low, claims["C3"].ranges[0].high
@@ -357,6 +371,7 @@ def test_drag_between_c3_and_c6(machine, claims):
     assert np.sum(weight * losses["winding"]) == pytest.approx(np.sum(weight * losses["guideway"]), rel=0.01)
 
 
+@pytest.mark.slow
 def test_scale_for_the_best_ratio_covers_and_no_less(machine, claims):
     scale, ratio = (float(part) for part in claims["C4"].computed.split(", ")[1].removesuffix(":1").split(" at "))
     large = machine.conventional("motor2-gear4")
@@ -368,6 +383,7 @@ def test_scale_for_the_best_ratio_covers_and_no_less(machine, claims):
     assert system.smallest_scale(machine, 4.0) == pytest.approx(2.67, abs=0.01)
 
 
+@pytest.mark.slow
 def test_torque_runs_out_before_voltage(machine, claims):
     """B4: V = I R + K w at 14 rad/s x 57, at the current of the continuous torque."""
     motor = machine.drive.motor
@@ -394,6 +410,7 @@ def test_a_lossless_run_up_takes_the_energy_it_stores(machine):
     assert design.run_up_energy(drive) > stored
 
 
+@pytest.mark.slow
 def test_what_a_lighter_cylinder_is_worth(machine, claims):
     """S5: nothing at constant speed, a little in a run-up, and either way as a flywheel."""
     claim = claims["S5"]
@@ -425,6 +442,7 @@ def test_more_than_half_from_a_frequency_on_means_all_beyond(shares, start):
     assert shaking.half_from(np.arange(1.0, 5.0), shares) == start
 
 
+@pytest.mark.slow
 def test_resistance_takes_more_than_half_from_where_d6_says(machine, claims):
     """Winding loss over all that the drive itself loses, on frequencies next to it, below 10 Hz and above 10 % of the power."""
     said = float(re.search(r"exceeds half from ([\d.]+) Hz", claims["D6"].why)[1])
@@ -437,6 +455,7 @@ def test_resistance_takes_more_than_half_from_where_d6_says(machine, claims):
         assert (np.mean((found.losses["winding"] / lost)[found.works]) > 0.5) == more
 
 
+@pytest.mark.slow
 def test_fall_to_one_half_near_one_to_one(machine, claims):
     """E3: where Eqs 16 and 17 reach 0.50, found by bisection."""
     eq17 = replace(machine.element, creep_law="faulring")

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Running, Sinusoid, Tremor, Walking
-from infinivar.analysis.cycles.cylinder_policy import RANGE, _schedule, policies
+from infinivar.analysis.cycles.cylinder_policy import RANGE, policies, schedule
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
 from infinivar.analysis.cycles.tracking import two_ways
 from infinivar.motion.fourier import Series
@@ -474,7 +474,7 @@ def test_prescribed_and_followed_energy_agree(drive, shape, tolerance):
     assert float(difference) == pytest.approx(
         both.followed - both.prescribed, abs=10.0 ** -len(difference.split(".")[1])
     )
-    last_digit = 10.0 ** -len(parts[0].split(".")[1])
+    last_digit = 10.0 ** -len(difference.split(".")[1])  # of parts as well; those below half of it are not named
     assert parts == sorted(parts, key=lambda part: -abs(float(part))) or "other " in both.explanation
     assert sum(map(float, parts)) == pytest.approx(
         float(difference), abs=0.5 * (len(parts) + 2) * last_digit
@@ -525,7 +525,7 @@ def test_smoothing_passes_what_it_says(tmp_path):
 def test_schedules_follow_their_derivatives():
     parameters = np.array([0.1, 0.3, -0.2, 0.1, 0.05, -0.1, 0.2])
     time = np.linspace(0, 1.1, 20001)
-    speed = _schedule(14.0, 1.1, parameters, time)
+    speed = schedule(14.0, 1.1, parameters, time)
     step = time[1] - time[0]
     for lower, higher in ((speed.value, speed.rate), (speed.rate, speed.curvature)):
         slope = (lower[2:] - lower[:-2]) / (2 * step)

@@ -248,7 +248,14 @@ def turned(key, sign, pause=0.3):
 
 @pytest.mark.parametrize(
     ("friction", "force", "pause"),
-    [(LOADED, -25.0, 0.0), (LOADED, -25.0, 0.3), (LOADED, 25.0, 1.0), (SLOW_FALL, 25.0, 0.3), (LOCKING, -15.0, 0.3)],
+    [
+        (LOADED, -25.0, 0.0),
+        (SLOW_FALL, 25.0, 0.3),
+        *(
+            pytest.param(*one, marks=pytest.mark.slow)
+            for one in ((LOADED, -25.0, 0.3), (LOADED, 25.0, 1.0), (LOCKING, -15.0, 0.3))
+        ),
+    ],
 )
 def test_motion_and_simulation_agree(friction, force, pause):
     """Lifting and lowering, without and with rests, in which part of the friction helps to hold."""

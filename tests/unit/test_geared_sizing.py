@@ -297,7 +297,7 @@ def test_radii_by_closed_forms_are_those_of_a_dense_grid(loss_model):
     assert cut > 50
 
 
-@pytest.mark.parametrize("free", [False, True], ids=["stages", "radius"])
+@pytest.mark.parametrize("free", [pytest.param(False, marks=pytest.mark.slow), True], ids=["stages", "radius"])
 def test_the_front_of_mass_and_power(free):
     """All designs that no other beats, by comparing each with each; pruning leaves none out."""
     tables = part_tables(44, motors=14, gearheads=8, thermal=0.5)

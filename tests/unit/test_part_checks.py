@@ -8,7 +8,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.parts import heat
-from infinivar.parts.tables.consistency import RELATIONS
+from infinivar.parts.tables.consistency import RELATIONS, contradictions_of
 from infinivar.parts.tables.derived import Rows, derived, derived_columns
 from infinivar.parts.tables.search import condition
 from infinivar.parts.tables.stores import shipped
@@ -109,6 +109,28 @@ def test_a_complete_row_that_is_no_part():
     assert (
         checked(bearing={**BEARING, "series": "other"}).unusable[0].startswith("bearing b: series must be the series")
     )
+
+
+def test_a_gearhead_that_states_a_backdriving_efficiency():
+    """It is used with loss in proportion to power only; a data sheet may state it whatever the model."""
+    for model in ({}, {"loss_model": "coulomb"}, {"loss_model": "proportional"}):
+        row = {**GEARHEAD, "backdriving_efficiency": 0.7, **model}
+        assert checked(gearhead=row).unusable == ()
+        part = table("gearheads", [row]).part("g")
+        assert part.backdriving_efficiency == (0.7 if model.get("loss_model") == "proportional" else None)
+
+
+def test_contradictions_of_some_parts():
+    """The same as those of the whole set, of the parts asked for."""
+    rows = [{**GOOD, "key": str(speed), "stated_no_load_speed": speed} for speed in (600.0, 700.0, 730.0, 500.0)]
+    parts = part_set("x", [table("motors", rows), table("gearheads", [GEARHEAD])])
+    every = iv.check_parts(parts).contradictions
+    assert {one.key for one in every} >= {"600.0", "500.0"}
+    for keys in (["600.0"], ["500.0", "600.0", "600.0"], [], ["730.0", "500.0"]):
+        assert contradictions_of(parts, "motors", keys) == tuple(one for one in every if one.key in keys)
+    assert contradictions_of(parts, "gearheads", ["g"]) == ()
+    with pytest.raises(iv.InputError, match="'h' is not among the 1 gearheads"):
+        contradictions_of(parts, "gearheads", ["h"])
 
 
 def test_the_worst_come_first_and_rounding_is_no_contradiction():
@@ -241,6 +263,12 @@ def test_search_for_what_fits():
         ("gearheads", "mine:c", "'c' is not among the 2 motors"),
         ("gearheads", "re-40-24v", "the set shipped does not state what fits together"),
         ("motors", "yours:g", "'yours' is not among the sets searched, shipped, mine"),
+        (
+            "motors",
+            "mine:a",
+            "'mine:a': this is among the motors of mine; what fits it is found among the gearheads, not",
+        ),
+        ("gearheads", "mine:h", "this is among the gearheads of mine; what fits it is found among the motors, not"),
         ("bearings", "mine:g", "is for motors and gearheads, not for bearings"),
     ]:
         with pytest.raises(iv.InputError, match=message):

@@ -127,7 +127,7 @@ def test_csv_reads_the_units_of_its_headings(plain):
     assert lines(plain.faults) == [
         "motors.csv:5: m4: resistance = 'nought' must begin with a number; write for example \"2.14 ohm\"",
         "motors.csv:6: m5: resistance must be > 0 ohm, got 0.0",
-        "gearheads.csv:4: g3: efficiency must be > 0 and <= 1, got 1.8",
+        "gearheads.csv:4: g3: efficiency must be > 0 and <= 1, got 1.8, written as 180 %",
         "pairs.csv:4: g9: no gearhead has this key",
     ]
     assert lines(plain.remarks) == ["motors.csv: column 'colour' is no column of motors and was left out"]
@@ -150,7 +150,9 @@ HEAD = "key,voltage [V],resistance [ohm],torque_constant [mN m/A]\n"
         ("name,colour\na,b\n", "must have headings with key and the columns of one kind of part"),
         ("", "x.csv: is empty"),
         (HEAD, "no row could be read"),
-        (HEAD + 'a,"1,2,3\n', "no row could be read"),
+        (HEAD + 'a,"1,2,3\nb,1,2,3\n', "x.csv:2: has a quote that is not closed"),
+        (HEAD + "a\n", "x.csv:2: a: has 1 cell, but there are 4 headings"),
+        ("key,ratio,efficiency [%]\na,4,190\n", "efficiency must be > 0 and <= 1, got 1.9, written as 190 %"),
         (HEAD + "a,1,-2,3\n", "(?s)no row could be read.*x.csv:2: a: resistance must be > 0 ohm, got -2.0"),
         (HEAD + 'a,"1,5",2,3\n', "must have a point before its decimals, not a comma"),
         (HEAD + ",1,2,3\n", "x.csv:2: key is missing"),
@@ -199,6 +201,41 @@ def test_toml_takes_the_words_of_a_study(tmp_path):
 def test_a_toml_file_that_cannot_be_read_says_why(tmp_path, text, message):
     with pytest.raises(iv.InputError, match=message):
         iv.import_parts(partfiles.write(tmp_path, "x.toml", text))
+
+
+def test_shares_below_one_percent_are_noted(tmp_path):
+    """A fraction in a column of percent is most probably an error, which no check of the row can find."""
+    path = partfiles.write(tmp_path, "g.csv", "key,ratio,efficiency [%]\na,4,0.9\nb,9,0.8\nc,16,-\n")
+    found = iv.import_parts(path)
+    assert found.parts.gearheads["efficiency"][:2].tolist() == pytest.approx([0.009, 0.008])
+    assert lines(found.remarks) == [
+        "g.csv: column 'efficiency [%]' was read in percent, 0.9 as 0.9 %; if its values are fractions, write efficiency [1]"
+    ]
+    assert not iv.import_parts(
+        partfiles.write(tmp_path, "g.csv", "key,ratio,efficiency [%]\na,4,0.9\nb,9,80\n")
+    ).remarks
+
+
+def test_dates(tmp_path):
+    path = partfiles.write(tmp_path, "g.csv", "key,ratio,date\na,4,2020-13-45\nb,9,2020-12\nc,9,\n")
+    found = iv.import_parts(path, date="2024-05-31")
+    assert found.parts.gearheads["date"].tolist() == ["2020-13-45", "2020-12", "2024-05-31"]
+    assert lines(found.remarks) == [
+        "g.csv: date '2020-13-45' is no date such as 2026, 2026-03 or 2026-03-31; it was kept as text (1 line: 2)"
+    ]
+    for date in ("banana", "2024-5", "31.5.2024"):
+        with pytest.raises(iv.InputError, match=f"date '{date}' must be a year, month or day"):
+            iv.import_parts(path, date=date)
+
+
+def test_pairs_say_that_a_row_was_refused(tmp_path):
+    motors = partfiles.write(tmp_path, "m.csv", HEAD + "a,1,2,3\nb,x,2,3\nc,1,-2,3\nd,1\n")
+    gearheads = partfiles.write(tmp_path, "g.csv", "key,ratio\ng,4\n")
+    pairs = partfiles.write(tmp_path, "p.csv", "motor,gearhead\na,g\nb,g\nc,g\nd,g\n")
+    faults = lines(iv.import_parts([motors, gearheads, pairs]).faults)
+    assert [line for line in faults if line.startswith("p.csv")] == [
+        f"p.csv:{at}: {key}: the motor was refused" for at, key in ((3, "b"), (4, "c"), (5, "d"))
+    ]
 
 
 def test_files_that_hold_no_parts(tmp_path):
@@ -250,6 +287,9 @@ def test_a_file_that_is_no_set(made, tmp_path):
     content = path.read_bytes()
     path.write_bytes(content[: len(content) // 2])
     with pytest.raises(iv.InputError, match="is no set of parts"):
+        stored.read(path)
+    np.savez(path, mass=np.array([1.0]))
+    with pytest.raises(iv.InputError, match="is no set of parts, but a NumPy archive of something else"):
         stored.read(path)
     np.savez(path, format=np.array(99))
     with pytest.raises(iv.InputError, match="written by another version"):

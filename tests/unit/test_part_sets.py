@@ -208,6 +208,10 @@ def made():
 
 def nothing():
     return 3
+
+
+def boom():
+    raise RuntimeError("boom")
 """
 
 
@@ -217,7 +221,7 @@ def installed(folder, monkeypatch):
     site = folder / "site"
     site.mkdir()
     partfiles.write(site, "mine.toml", partfiles.TOML)
-    points = {"filed": "FILE", "made": "made", "empty": "nothing", "gone": "none", "shipped": "made"}
+    points = {"filed": "FILE", "made": "made", "empty": "nothing", "gone": "none", "boom": "boom", "shipped": "made"}
     words = "".join(f"{name} = shelf:{value}\n" for name, value in points.items())
     lab.install(site, monkeypatch, f"[infinivar.catalogues]\n{words}", PACKAGE, "shelf")
     yield
@@ -225,15 +229,46 @@ def installed(folder, monkeypatch):
 
 
 def test_packages_add_sets(installed, folder):
-    assert [place.name for place in stores.places()] == ["shipped", "filed", "made", "empty", "gone"]
+    assert [place.name for place in stores.places()] == ["shipped", "filed", "made", "empty", "gone", "boom"]
     for name in ("filed", "made"):
         study = iv.load_study(write_study(folder, STUDY.format(motor=f"{name}:t1", gearhead=f"{name}:h1")))
         assert study.drives["geared"].motor.voltage == 24.0
         assert stores.find(name).parts.name == name
     with pytest.raises(iv.InputError, match="'empty' must be a PartSet or the path of a file, got a int"):
         stores.find("empty")
+    with pytest.raises(
+        iv.InputError,
+        match=r"the set of parts 'boom' \(shelf:boom of shelf 1.2\) fails when it is called: RuntimeError: boom",
+    ):
+        stores.find("boom")
     with pytest.raises(iv.InputError, match=r"the set of parts 'gone' \(shelf:none of shelf 1.2\) cannot be loaded"):
         stores.find("gone")
+
+
+def test_sets_that_cannot_be_read_are_left_out_where_none_is_named(installed, folder):
+    partfiles.write(folder / "home", "mine.toml", partfiles.TOML)
+    (folder / "home" / "bad.npz").write_bytes(b"PK nonsense")
+    found, problems = stores.readable()
+    assert [one.parts.name for one in found] == ["shipped", "mine", "filed", "made"]
+    assert [line.partition(",")[0] for line in problems] == [
+        f"the set {name} was left out" for name in ("bad", "empty", "gone", "boom")
+    ]
+    assert "bad.npz: is no set of parts" in problems[0]
+
+
+@pytest.mark.parametrize("model", ["", 'loss_model = "coulomb"', 'loss_model = "proportional"'])
+def test_a_study_uses_the_backdriving_efficiency_of_a_set_where_it_applies(folder, model):
+    partfiles.write(folder / "home", "mine.toml", partfiles.TOML + '\n[gearheads.b]\nratio = 4\nefficiency = 0.9\n'
+                    "backdriving_efficiency = 0.7\n")  # fmt: skip
+    text = STUDY.format(motor="mine:t1", gearhead="mine:b").replace('"mine:b"', f'"mine:b"\n{model}')
+    gearhead = iv.load_study(write_study(folder, text)).drives["geared"].gearhead
+    assert gearhead.backdriving_efficiency == (0.7 if "proportional" in model else None)
+    own = text.replace('"mine:b"', '"mine:b"\nbackdriving_efficiency = 0.6')
+    if "proportional" in model:
+        assert iv.load_study(write_study(folder, own)).drives["geared"].gearhead.backdriving_efficiency == 0.6
+    else:  # the study itself states what does not apply
+        with pytest.raises(iv.InputError, match="backdriving_efficiency does not apply"):
+            iv.load_study(write_study(folder, own))
 
 
 def test_bearings_and_materials_of_a_set_reach_the_transmission(folder):

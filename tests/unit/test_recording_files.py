@@ -490,7 +490,8 @@ class FakeParquet:
         self.schema_arrow = types.SimpleNamespace(names=list(columns))
         self.metadata = types.SimpleNamespace(num_rows=len(next(iter(columns.values()))))
 
-    def read(self, columns):
+    def read(self, columns, use_threads):
+        assert not use_threads  # a thread at work while the interpreter ends aborts the process
         chosen = {name: self.columns[name] for name in columns}
         return types.SimpleNamespace(num_rows=self.metadata.num_rows, column=lambda name: FakeColumn(chosen[name]))
 
@@ -515,8 +516,8 @@ LOCOHUB = {
 def parquet(monkeypatch):
     """Parquet files hold the name of an entry in a dictionary here."""
     held = {}
-    fake = types.SimpleNamespace(ParquetFile=lambda file: FakeParquet(held[file.read()[4:].decode()]))
-    monkeypatch.setitem(sys.modules, "pyarrow", types.SimpleNamespace(parquet=fake))
+    fake = types.SimpleNamespace(ParquetFile=lambda file: FakeParquet(held[file[4:].decode()]))
+    monkeypatch.setitem(sys.modules, "pyarrow", types.SimpleNamespace(parquet=fake, BufferReader=bytes))
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", fake)
     return held
 

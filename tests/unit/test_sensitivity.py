@@ -14,8 +14,8 @@ from infinivar._core.fields import quantities_of, quantity, value_at, with_value
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import METHODS, designs, gradient, values_of, varied
-from infinivar.analysis.robustness.sampling import draw, low_discrepancy
-from infinivar.analysis.robustness.sensitivity import _indices, sensitivity, sobol
+from infinivar.analysis.robustness.sampling import Batch, draw, low_discrepancy
+from infinivar.analysis.robustness.sensitivity import index_values, indices, sensitivity, sobol
 from infinivar.analysis.robustness.verdicts import BAND, Mapper, band, percent
 from infinivar.errors import InputError
 from infinivar.parts import heat
@@ -264,7 +264,8 @@ class TestSobol:
             for path, low in (("motor.resistance", 1.0), ("motor.inductance", 1e-3))
         ]  # fmt: skip
         outcome = outcomes.Outcome(name="y", unit="1", words="y", better=better, of=asked)
-        first, total, lost = _indices(outcome, drive, spreads, 2**12, lambda share: None)
+        batch = Batch(asked, drive, [spread.path for spread in spreads])
+        first, total, lost = indices(outcome, index_values(batch, spreads, 2**12))
         assert_allclose(first, own, atol=0.015)
         assert_allclose(total, [1.0 - own[1], 1.0 - own[0]], atol=0.015)
         assert lost == pytest.approx(0.5, abs=1e-3)

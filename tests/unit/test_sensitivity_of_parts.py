@@ -6,17 +6,11 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from assorted import DRIVES, JOINT, LINE, REGIONS
 from infinivar._core.fields import value_at
 from infinivar.analysis.robustness.derivatives import varied
 from infinivar.analysis.robustness.outcomes import KINDS
 from infinivar.study.shipped import shipped_studies
-
-JOINT = iv.DutyCycle(motion=iv.Sinusoid(angle=0.25, frequency=1.0), load_inertia=0.2, moment=-2.0)
-LINE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.03, frequency=1.0), load_mass=1.0, force=-20.0)
-REGIONS = {
-    True: iv.JointRequirement(moment=3.0, angular_speed=1.0).requirement,
-    False: iv.Requirement(force=20.0, speed=0.2),
-}
 
 
 def _shipped():
@@ -53,65 +47,6 @@ def test_every_outcome_of_every_shipped_drive(study, drive, kind):
     if not loaded.duty:
         loaded = replace(loaded, duty={"cycle": JOINT if loaded.axis.rotary else LINE})
     _check(loaded, drive, kind)
-
-
-def _geared(**parts):
-    motor = replace(iv.motors()["dcx-32-l-24v"], viscous_friction=2e-6)
-    gear = iv.Gearhead(ratio=4.0, efficiency=0.9, loss_model="proportional")
-    return iv.ConventionalDrive(**{"motor": motor, "gearhead": gear, **parts})
-
-
-SCREW = {"lead": 0.004, "diameter": 0.012}
-FRICTION = iv.GearFriction(friction=0.02, viscous=1e-4, friction_stribeck=0.01, stribeck_exponent=0.8, load_motor=0.1)
-DRIVES = {
-    "lever": _geared(
-        screw=iv.Screw(**SCREW, efficiency=0.85, friction_torque=0.01, inertia=3e-6),
-        output=iv.Output(
-            linkage=iv.Linkage(arm=0.05),
-            parallel_torsion_spring=iv.TorsionSpring(
-                shape="one-sided", stiffness=20.0, rest=0.05, contact_width=0.01, side="negative", preload=0.2
-            ),
-            series_spring=iv.Spring(stiffness=3e4),
-        ),
-    ),
-    "crank": _geared(
-        screw=iv.Screw(**SCREW, friction_coefficient=0.1, flank_angle=0.2, length=0.3, root_diameter=0.01),
-        output=iv.Output(linkage=iv.Linkage(shape="crank", arm=0.05, base=0.2, offset=1.57)),
-    ),
-    "crank with equal bars": _geared(
-        screw=iv.Screw(**SCREW, friction_angle=0.1, shape="ball", dynamic_load=3e3, life=1e6),
-        output=iv.Output(
-            linkage=iv.Linkage(shape="crank", arm=0.1, base=0.1, offset=1.57),
-            series_torsion_spring=iv.TorsionSpring(stiffness=150.0),
-        ),
-    ),
-    "table": _geared(
-        rack=iv.Rack(module=0.001, teeth=20.0, efficiency=0.9, permissible_force=500.0),
-        output=iv.Output(
-            linkage=iv.Linkage(shape="table", angles=(-0.6, -0.2, 0.2, 0.6), arms=(0.04, 0.05, 0.05, 0.03)),
-            parallel_spring=iv.Spring(stiffness=2e3, at="drive", hysteresis=3.0),
-            series_spring=iv.Spring(
-                shape="progressive", deflections=(-0.01, 0.0, 0.01, 0.02), forces=(-300.0, 0.0, 400.0, 1000.0)
-            ),
-        ),
-    ),
-    "four-bar": _geared(
-        gearhead=iv.Gearhead(ratio=20.0, loss_model="stribeck", friction=FRICTION),
-        shaft=iv.Shaft(friction_torque=0.01, permissible_torque=20.0),
-        output=iv.Output(
-            linkage=iv.Linkage(shape="four-bar", arm=0.1, base=0.2, crank=0.08, coupler=0.19, offset=1.5),
-        ),
-    ),
-    "elastic gear": _geared(
-        gearhead=iv.Gearhead(ratio=20.0, efficiency=0.9, stiffness=300.0),
-        shaft=iv.Shaft(),
-        output=iv.Output(series_torsion_spring=iv.TorsionSpring(stiffness=100.0)),
-    ),
-    "belt": _geared(
-        belt=iv.Belt(pitch=0.003, teeth=20.0, efficiency=0.9, specific_stiffness=2e4, span=0.5, other_span=0.3),
-        guideway=iv.Guideway(friction=5.0),
-    ),
-}
 
 
 def _own_study(drive):

@@ -3,6 +3,7 @@
 import csv
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ import xarray
 
 import infinivar as iv
 from infinivar import ConstantForce, Scenario, Sinusoid, Step, StepForce
-from infinivar.analysis import simulate as simulating
+from infinivar.analysis import run_limits
 from infinivar.analysis.simulate import Event
 from infinivar.figures import energy_flow, time_history
 
@@ -131,6 +132,9 @@ def test_the_page_stands_alone_and_names_the_reconstruction(saved):
     assert page.count("data:image/svg+xml;base64,") == 2
     assert "http" not in page.replace("http-equiv", "")
     assert "supply voltage" in page
+    assert "root mean square / limit" in page
+    assert "permitted for a short time" in page
+    assert "counts as on the limit" in page
     assert {"run-history.svg", "run-energy.pdf"} <= set(saved)
 
 
@@ -173,18 +177,117 @@ def test_events_begin_and_end_between_results():
     """Where a straight line between the results passes the allowance; at the ends of a run, at its ends."""
     time = np.array([0.0, 1.0, 2.0, 3.0, 4.0])
     demand = np.array([0.0, 2.0, 0.5, 0.5, 3.0])
-    first, second = simulating._events(time, {(iv.Limit.GEAR, "gearhead"): demand})
+    first, second = run_limits.events(time, {(iv.Limit.GEAR_PEAK, "gearhead"): demand})
     assert (first.start, first.end, first.worst) == pytest.approx((0.5, 1.0 + 2.0 / 3.0, 2.0))
     assert (second.start, second.end, second.worst) == pytest.approx((3.2, 4.0, 3.0))
-    assert simulating._events(time, {(iv.Limit.GEAR, "gearhead"): np.ones(5)}) == ()
+    assert run_limits.events(time, {(iv.Limit.GEAR, "gearhead"): np.ones(5)}) == ()
 
 
-def test_heating_is_the_root_mean_square():
+def test_root_mean_squares_are_of_the_continuous_torques():
     time = np.linspace(0.0, 1.0, 2001)
-    assert simulating._root_mean_square(time, 3.0 * np.sin(2 * np.pi * time)) == pytest.approx(
-        3.0 / math.sqrt(2), rel=1e-5
+    sine = 3.0 * np.sin(2 * np.pi * time)
+    keys = (iv.Limit.GEAR, "gearhead"), (iv.Limit.THERMAL, "motor"), (iv.Limit.PEAK, "motor")
+    demands = dict.fromkeys(keys, sine)
+    found = run_limits.root_mean_squares(time, demands)
+    assert found == pytest.approx({key: 3.0 / math.sqrt(2) for key in keys[:2]}, rel=1e-5)
+    assert run_limits.root_mean_squares(time[:1], {(iv.Limit.GEAR, "gearhead"): np.array([-2.0])}) == {
+        (iv.Limit.GEAR, "gearhead"): 2.0
+    }
+
+
+def judged(demand, limit=iv.Limit.GEAR_PEAK, settled=0, settling=None):
+    """Names of limits exceeded, verdict and lines of a demand at 1001 instants of a second."""
+    time, key = np.linspace(0.0, 1.0, 1001), (limit, "gearhead")
+    demands = {key: demand(time)}
+    events = run_limits.events(time, demands, settled)
+    means = run_limits.root_mean_squares(time, demands, settled)
+    said = run_limits.verdict(events, means, 1.0, settling)
+    return run_limits.exceeded(events, means), said, run_limits.lines(events, means)
+
+
+@pytest.mark.parametrize(
+    ("size", "names"), [(1.0, 0), (1.0009, 0), (1.0011, 1)], ids=["on the limit", "within tolerance", "beyond"]
+)
+@pytest.mark.parametrize("limit", [iv.Limit.GEAR_PEAK, iv.Limit.GEAR])
+def test_a_demand_on_its_limit_is_not_beyond_it(limit, size, names):
+    exceeded, said, lines = judged(lambda time: np.full_like(time, size), limit)
+    assert len(exceeded) == names
+    assert said.startswith("limit exceeded: gearhead" if names else "within limits")
+    assert [("1.001 times the allowance" in line) for line in lines] == [True] * names
+
+
+def test_slip_has_no_tolerance():
+    exceeded, _, _ = judged(lambda time: np.full_like(time, 1.0 + 1e-6), iv.Limit.SLIP)
+    assert exceeded == ("wheel slip (gearhead)",)
+
+
+def test_continuous_torque_counts_by_its_root_mean_square():
+    """Half the time at twice the allowance is beyond it, a tenth is not; the explanation agrees with the verdict."""
+    words = r"gearhead continuous torque \(gearhead\)"
+    exceeded, said, (line,) = judged(lambda time: np.where(time % 0.2 < 0.02, 2.0, 0.5), iv.Limit.GEAR)
+    assert (exceeded, said) == ((), "within limits")
+    counts = "of the allowance, which is what counts; momentarily up to 2 times"
+    (share,) = re.fullmatch(rf"{words}: root mean square (.*) {counts}", line).groups()
+    assert float(share) == pytest.approx(math.sqrt(0.1 * 4.0 + 0.9 * 0.25), rel=0.01)
+    exceeded, said, (line,) = judged(lambda time: np.where(time % 0.2 < 0.1, 2.0, 0.5), iv.Limit.GEAR)
+    assert exceeded == ("gearhead continuous torque (gearhead)",)
+    assert said == f"limit exceeded: {exceeded[0]}"
+    (share,) = re.fullmatch(
+        rf"{words} exceeded: root mean square (.*) times the allowance, at most 2 times", line
+    ).groups()
+    assert float(share) == pytest.approx(math.sqrt(0.5 * 4.0 + 0.5 * 0.25), rel=0.01)
+
+
+def start(time):
+    return np.where(time < 0.02, 1.07, 0.9)
+
+
+def test_a_limit_exceeded_at_the_start_alone_is_called_so():
+    exceeded, said, (line,) = judged(start)
+    assert exceeded == ("gearhead intermittent torque (gearhead)",)
+    assert said == "limit exceeded only in the first 0.0194 s: gearhead intermittent torque (gearhead)"
+    assert line.endswith("exceeded from 0 s to 0.01941 s, up to 1.07 times the allowance")
+    _, said, _ = judged(lambda time: start(time % 0.5))
+    assert said == "limit exceeded: gearhead intermittent torque (gearhead)"
+
+
+def test_a_run_is_judged_after_its_settling_time():
+    exceeded, said, (line,) = judged(start, settled=100, settling=0.1)
+    assert exceeded == ()
+    assert said == (
+        "within limits after 0.1 s of settling; only while settling: gearhead intermittent torque (gearhead)"
     )
-    assert simulating._root_mean_square(time[:1], np.array([-2.0])) == 2.0
+    assert line.startswith("gearhead intermittent torque (gearhead) exceeded while settling, from 0 s to ")
+    exceeded, said, lines = judged(lambda time: start(time % 0.5), settled=100, settling=0.1)
+    assert exceeded == ("gearhead intermittent torque (gearhead)",)
+    assert said == "limit exceeded after 0.1 s of settling: gearhead intermittent torque (gearhead)"
+    assert len(lines) == 3  # and one at the very end, which begins a third cycle
+    # The root mean square is that after settling as well, and an interval across its end is two.
+    exceeded, _, _ = judged(lambda time: np.where(time < 0.5, 3.0, 0.5), iv.Limit.GEAR, 500, 0.5)
+    assert exceeded == ()
+    _, _, lines = judged(lambda time: np.where(time < 0.6, 3.0, 0.5), settled=500, settling=0.5)
+    assert [" while settling" in line for line in lines] == [True, False]
+
+
+def test_the_settling_time_of_a_scenario(study):
+    """Only what it leaves counts; the energy after it is stated, and it must leave something of the run."""
+    motion = Sinusoid(distance=0.01, frequency=5.0)
+    whole = Scenario(duration=0.4, output_step=0.001, load_mass=0.8, motion=motion)
+    drive = study.drives["motor2-gear4"]
+    run, later = iv.simulate(drive, whole), iv.simulate(drive, replace(whole, settling_time=0.2))
+    time, energy = run.trajectory.time, run.trajectory.supplied["supply"]
+    half = len(time) // 2
+    current = run.columns["motor_current_A"][half:] / drive.motor.continuous_current
+    expected = math.sqrt(np.trapezoid(current**2, time[half:]) / 0.2)
+    assert later.heating == {"motor": pytest.approx(expected, rel=1e-9)}
+    found = later.to_dict()
+    assert found["settling_time_s"] == 0.2
+    assert found["supplied_after_settling_J"] == pytest.approx(energy[-1] - energy[half], rel=1e-9)
+    assert "J of it after settling;" in later.verdict
+    assert later.verdict.startswith("within limits after 0.2 s of settling; ")
+    assert "settling" not in run.verdict
+    with pytest.raises(iv.ParameterError, match=r"settling_time must be < duration \(0.4 s\), got 0.4 s"):
+        replace(whole, settling_time=0.4)
 
 
 def test_netcdf_holds_the_labelled_data(saved, step):

@@ -1,32 +1,24 @@
 """The public search for the best drives of a study: against the search it calls, and the analyses of single drives."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import infinivar as iv
 from infinivar.drivetrain.drive import operated
+from infinivar.parts.screw import Screw
 from infinivar.sizing.geared import nearest_geared, size_geared
 from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.pool import pool
-from infinivar.sizing.studies import motion_file, scenario_of
+from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
 from part_tables import part_tables
 from shelves import SHELF
 
-ROOT = Path(__file__).parents[2]
-KNEE = iv.load_study(ROOT / "studies" / "knee_walking.toml")
-WALKING = replace(KNEE, requirement=None)
+KNEE = iv.load_study("knee_walking")
+WALKING = replace(KNEE.with_drives("geared"), requirement=None)
 """With the requirement no pair of the shelf is feasible."""
 RADII = (0.003, 0.05)
-
-
-@pytest.fixture(scope="module")
-def shelf(tmp_path_factory):
-    path = tmp_path_factory.mktemp("sets") / "shelf.toml"
-    path.write_text(SHELF, "utf-8")
-    return path
 
 
 @pytest.fixture(scope="module")
@@ -128,10 +120,50 @@ def test_a_simulated_design_needs_the_energy_it_was_chosen_for(found, tmp_path):
     drawn = sum(values[-1] - values[half] for name, values in run.trajectory.supplied.items() if "supply" in name)
     assert run.trajectory.time[-1] - run.trajectory.time[half] == pytest.approx(walking.period, rel=1e-9)
     assert drawn / walking.period == pytest.approx(found.best.power, rel=0.05)
+    assert run.to_dict()["supplied_after_settling_J"] == pytest.approx(drawn, rel=1e-9)
+
+
+def test_a_simulated_design_is_judged_as_it_was_chosen(found, tmp_path):
+    """Root mean squares of the second cycle are those of the duty cycle, for motor and gearhead."""
+    walking = KNEE.duty["walking"]
+    (tmp_path / "walking.csv").write_text(motion_file(walking), "utf-8")
+    drive = found.best.drive
+    drive = replace(drive, gearhead=replace(drive.gearhead, continuous_torque=1.0, intermittent_torque=None))
+    run = iv.simulate(drive, scenario_of(walking, tmp_path / "walking.csv"))
+    # Simulated windings are cold, which has no effect on the current.
+    demands = iv.duty_cycle(drive, walking).demands
+    assert {key[1] for key in run.root_mean_squares} == {"motor", "gearhead"}
+    for key, share in run.root_mean_squares.items():
+        assert share == pytest.approx(demands[key], rel=0.02)
+
+
+def test_a_motion_is_a_scenario_where_it_can_be_simulated(found, shelf, tmp_path):
+    """Behind a series spring the load needs a moment of inertia: said beforehand, as simulate would."""
+    walking = KNEE.duty["walking"]
+    path = tmp_path / "walking.csv"
+    path.write_text(motion_file(walking), "utf-8")
+    soft = replace(found.best.drive, output=iv.Output(series_spring=iv.Spring(stiffness=6e4)))
+    heavy = replace(walking, **{"load_inertia" if walking.axis.rotary else "load_mass": 0.05})
+    for drive, duty, able in ((soft, walking, False), (soft, heavy, True), (found.best.drive, walking, True)):
+        design = replace(found.best, drive=drive)
+        study = replace(KNEE, duty={"walking": duty}, scenarios={})
+        made = study_of(study, design, "x", {"walking": scenario_of(duty, path)})
+        assert set(made.scenarios) == ({"walking"} if able else set())
+        assert (not_simulated(drive, duty) is None) == able
+        short = replace(scenario_of(duty, path), duration=0.01, settling_time=None)
+        if able:
+            assert iv.simulate(drive, short).trajectory.time[-1] == pytest.approx(0.01)
+        else:
+            with pytest.raises(iv.ParameterError, match=r"load_(mass|inertia) is missing"):
+                iv.simulate(drive, short)
+    stiff = replace(KNEE.drives["geared"], output=soft.output)
+    study = replace(WALKING, drives={"geared": stiff})
+    (said,) = [line for line in iv.size(study, sets=shelf, radius=RADII, top=1).cautions if "scenario" in line]
+    assert said.startswith("duty.walking is not written as a scenario of designs like geared: behind a series spring")
 
 
 def test_without_motions_the_least_mass_is_found():
-    study = replace(KNEE, duty={}, requirement=iv.Requirement(force=60.0, speed=0.2, power=6.0))
+    study = replace(KNEE.with_drives("geared"), duty={}, requirement=iv.Requirement(force=60.0, speed=0.2, power=6.0))
     made = iv.size(study, sets="shipped", top=3)
     assert made.objective == ("mass",)
     assert len(made.designs) == 3
@@ -211,7 +243,19 @@ def test_progress_is_of_both_searches(found, said):
     [
         ({"objective": "speed"}, "objective must be energy, mass or both, got speed"),
         ({"objective": ()}, "objective must be energy, mass or both, got none"),
-        ({"drive": "cobotic"}, "drives.cobotic cannot be a template"),
+        ({"drive": ()}, "drive must name at least one drive"),
+        ({"drive": "cobotic", "radius": (0.01, 0.02)}, "no geared drive is searched"),
+        ({"drive": "cobotic", "leads": (0.002,)}, "leads: for geared drives only; no geared drive is searched"),
+        ({"drive": "geared", "steering_ratios": (8.0,)}, "no cobotic drive is searched"),
+        ({"drive": "geared", "slip_margin": 1.5, "life": 3600.0}, "slip_margin, life: for cobotic drives only"),
+        ({"drive": "geared", "generations": 3, "seed": 0}, "generations, seed: for cobotic drives only"),
+        ({"ranges": {"preloads": (1.0, 2.0)}}, "unknown entry 'preloads' (did you mean 'preload'"),
+        ({"ranges": {"preload": (2.0, 1.0)}}, "must be a range above 0"),
+        ({"steering_ratios": (0.0,)}, "steering_ratios must be one ratio or several different ones, each > 0, got"),
+        ({"generations": 0}, "generations must be a whole number >= 1"),
+        ({"seed": -1}, "seed must be a whole number >= 0"),
+        ({"slip_margin": 0.5, "drive": "cobotic"}, "slip_margin must be >= 1"),
+        ({"life": -1.0, "drive": "cobotic"}, "life must be > 0 s"),
         ({"drive": "gaered"}, "did you mean 'geared'"),
         ({"top": 0}, "top must be >= 1"),
         ({"radius": (0.02, 0.01)}, "radius must be a range above 0"),
@@ -228,8 +272,11 @@ def test_wrong_arguments_are_named(asked, message):
 def test_what_a_study_lacks_is_named():
     with pytest.raises(iv.InputError, match=r"\[duty.NAME\]"):
         iv.size(replace(KNEE, duty={}), objective="energy", sets="shipped")
-    with pytest.raises(iv.InputError, match=r"\[drives.NAME\] with type"):
-        iv.size(KNEE.with_drives("cobotic"), sets="shipped")
+    unable = replace(KNEE.with_drives("cobotic"), drives={"cobotic": replace(KNEE.drives["cobotic"], steering=None)})
+    with pytest.raises(iv.InputError, match=r"drives.cobotic was not searched: steering is missing"):
+        iv.size(unable, sets="shipped")
+    with pytest.raises(iv.InputError, match=r"drives.cobotic cannot be a template: steering is missing"):
+        iv.size(unable, sets="shipped", drive="cobotic")
     with pytest.raises(iv.InputError, match="both missing"):
         iv.size(replace(KNEE, duty={}, requirement=None), sets="shipped")
 
@@ -240,3 +287,73 @@ def test_a_result_is_frozen_and_shows_itself(found, tmp_path):
     table = found.to_dataframe()
     assert list(table["motor"]) == [one.parts["motor"].part for one in found.designs]
     assert found.plot().axes[0].get_ylabel() == "mean power from the supply [W]"
+
+
+def test_contradictions_of_the_designs_and_sets_that_cannot_be_read_are_noted(tmp_path, monkeypatch):
+    """A winner by figures that contradict each other says so; a bad file does not keep the other sets from being searched."""
+    path = tmp_path / "odd.toml"
+    path.write_text(SHELF.replace("[motors.a]", '[motors.a]\nstated_no_load_speed = "500 rpm"'), "utf-8")
+    found = iv.size(WALKING, objective="mass", sets=path, radius=RADII, top=1)
+    assert found.best.parts["motor"].key == "a"
+    said = [line for line in found.cautions if "contradicts itself" in line]
+    assert len(said) == 1
+    assert said[0].startswith("the data sheet contradicts itself: odd, motor a: no-load speed 500 rpm is stated, but")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("INFINIVAR_PARTS", str(tmp_path / "home"))
+    (tmp_path / "home").mkdir()
+    (tmp_path / "home" / "bad.npz").write_bytes(b"PK nonsense")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "shelf.toml").write_text(SHELF, "utf-8")
+    parts = pool(None, [tmp_path / "parts"])
+    assert {one.name for one in parts.sets} == {"shelf", "shipped"}
+    assert [line.partition(":")[0] for line in parts.unread] == ["the set bad was left out, as it cannot be read"]
+
+
+def test_pairs_that_cannot_be_judged_are_not_called_infeasible(tmp_path):
+    path = tmp_path / "light.toml"
+    path.write_text("\n".join(line for line in SHELF.splitlines() if not line.startswith("mass")), "utf-8")
+    found = iv.size(WALKING, objective="mass", sets=path, radius=RADII)
+    assert found.verdict == "none of 7 pairs of light can be judged: motor mass not stated (7)"
+    assert found.nearest is None
+    assert iv.size(WALKING, objective="energy", sets=path, radius=RADII).feasible
+
+
+def test_a_radius_is_of_a_pulley(shelf):
+    screw = replace(
+        KNEE.drives["geared"], pulley=None, screw=Screw(shape="ball", lead=0.004, diameter=0.012, efficiency=0.9)
+    )
+    with pytest.raises(iv.InputError, match="radius: the template has no pulley, but a screw, which stays as it is"):
+        iv.size(replace(WALKING, drives={"geared": screw}), sets=shelf, radius=RADII)
+
+
+def test_each_pair_is_tried_with_each_lead_of_a_screw(shelf, tmp_path):
+    """The same best as of a search at each lead, and a study that names the lead."""
+    geared = KNEE.drives["geared"]
+    screw = iv.Screw(lead=0.03, diameter=0.01, friction_coefficient=0.05)
+    study = replace(WALKING, drives={"screw": replace(geared, pulley=None, screw=screw)})
+    leads = (0.01, 0.02, 0.04)
+    made = iv.size(study, sets=shelf, leads=leads)
+    assert made.searches["screw"].candidates == 7 * len(leads)
+    assert made.searched == "21 candidates (7 pairs with 3 leads each) of shelf"
+    alone = [
+        iv.size(
+            replace(study, drives={"screw": replace(geared, pulley=None, screw=replace(screw, lead=lead))}), sets=shelf
+        )
+        for lead in leads
+    ]
+    assert made.best.power == min(one.best.power for one in alone if one.best is not None)
+    assert len(made.designs) == sum(len(one.designs) for one in alone)
+    again = iv.load_study(made.study_of(made.best).save(tmp_path / "screw.toml"))
+    assert again.drives["screw"].screw.lead == made.best.free["screw.lead"].value == 0.02
+    assert iv.compare(again, quick=True).duty["walking"].results["screw"].power_in == pytest.approx(made.best.power)
+    both = replace(study, drives={**study.drives, "geared": geared})
+    made = iv.size(both, sets=shelf, drive=("geared", "screw"), leads=leads, radius=RADII, objective="mass", top=1)
+    assert {name: record.ranges for name, record in made.searches.items()} == {
+        "geared": {"pulley.radius": RADII},
+        "screw": {"screw.lead": (0.01, 0.04)},
+    }
+    for wrong, words in (((), "leads must be one lead or several"), ((0.0,), "leads must be one lead or several")):
+        with pytest.raises(iv.InputError, match=words):
+            iv.size(study, sets=shelf, leads=wrong)
+    with pytest.raises(iv.InputError, match="leads: the template has no screw, but a pulley, whose radius is searched"):
+        iv.size(WALKING, sets=shelf, leads=leads, drive="geared")

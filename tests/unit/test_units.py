@@ -203,3 +203,25 @@ def test_numbers_on_pages():
     assert str(numbers.watts(5e8)) == f"5{bound}×{bound}10<sup>8</sup>{bound}W"
     assert numbers.watts(math.nan) == "–"
     assert numbers.percent(0.1234) == "12.3 %"
+
+
+@pytest.mark.parametrize(
+    ("value", "margin", "demand"),
+    [
+        (0.9996, "0.9996", "1 times"),
+        (0.99951, "0.9995", "1 times"),
+        (1.0 - 2e-9, "just under 1", "1 times"),
+        (1.0, "1.00", "1 times"),
+        (1.0004, "1.00", "1.0004 times"),
+        (1.0 + 1e-12, "1.00", "just over 1 times"),
+        (0.5, "0.50", "0.5 times"),
+        (1.5206, "1.52", "1.52 times"),
+        (math.inf, "inf", "infinite times"),
+    ],
+)
+def test_what_fails_by_little_does_not_read_as_one(value, margin, demand):
+    assert (units.margin_words(value), units.times(value)) == (margin, demand)
+
+
+def test_margins_to_some_digits():
+    assert [units.margin_words(value, 3) for value in (0.9996, 1.0004, 0.57216, 1e9)] == ["0.9996", "1", "0.572", "1e9"]

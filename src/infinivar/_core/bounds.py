@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -36,14 +37,16 @@ _SPELT = {QUARTER_TURN: "pi/2", 1e-3: "1e-3"}
 """Ends that read better so than as numbers."""
 
 
-def _conditions(bound: Bound) -> Iterator[tuple[str, Any]]:
+@functools.cache
+def _conditions(bound: Bound) -> tuple[tuple[str, Any], ...]:
     """Every comparison that a bound stands for: sign and number."""
     if isinstance(bound, NonZero):
-        yield "!=", 0
-        return
+        return (("!=", 0),)
+    found = []
     for one in bound if isinstance(bound, Interval) else (bound,):
         sign = _SIGNS[type(one)]
-        yield sign, getattr(one, type(one).__name__.lower())
+        found.append((sign, getattr(one, type(one).__name__.lower())))
+    return tuple(found)
 
 
 def words(bound: Bound) -> str:
@@ -61,7 +64,7 @@ def within(bound: Bound, value: Any) -> Any:
 
 def fits(bound: Bound, value: float) -> bool:
     """Whether a number is finite and keeps the bound."""
-    return math.isfinite(value) and bool(within(bound, value))
+    return math.isfinite(value) and all(_COMPARE[sign](value, end) for sign, end in _conditions(bound))
 
 
 def permitted(bound: Bound, value: float) -> tuple[float, float]:

@@ -87,6 +87,8 @@ def check_value(field: str, value: Any, unit: str, bound: Bound) -> None:
 
     Values that are neither numbers nor NumPy arrays (tracers of an array library) are not checked.
     """
+    if type(value) is float and fits(bound, value):
+        return
     shown = "" if unit == "1" else unit
     if isinstance(value, (bool, str, bytes, list, tuple, dict, set)) or value is None:
         require(False, field, repr(value), _wanted(bound), f"in {shown}" if shown and bound == FINITE else shown)
@@ -130,6 +132,12 @@ def _choices(part: type) -> Mapping[str, tuple[Any, ...]]:
 
 _CHECKED = {"unit", "row of", "texts of", "words of"}
 """Metadata of the fields whose values `check_field` checks."""
+
+
+@functools.cache
+def _checked(part: type) -> tuple[dataclasses.Field, ...]:
+    """Fields whose values `check_field` checks."""
+    return tuple(field for field in dataclasses.fields(part) if _CHECKED & field.metadata.keys())
 
 
 @functools.cache
@@ -183,9 +191,7 @@ def check(instance: Any) -> None:
         value = getattr(instance, name)
         if not isinstance(value, kinds) and not (optional and value is None):
             _check_part(name, value, kinds)
-    for field in dataclasses.fields(instance):
-        if not _CHECKED & field.metadata.keys():
-            continue
+    for field in _checked(type(instance)):
         value = getattr(instance, field.name)
         if value is None and field.default is None:
             continue

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
+import io
+import math
+import mmap
 import operator
 from collections.abc import Mapping
 from typing import Any, NoReturn, TypeVar
@@ -13,6 +18,9 @@ V = TypeVar("V")
 
 _PLAIN = frozenset({float, int, bool, str, complex, type(None), np.float64, np.int8, np.int64, np.bool_})
 """Types that cannot be changed, met so often that they are looked up first."""
+
+_LARGE = 1 << 22
+"""Size from which large pages pay off. [bytes]"""
 
 _REFERENCES = "OT"
 """Kinds of arrays that hold references to their items: bytes cannot keep those alive, so that they are locked as views."""
@@ -93,3 +101,33 @@ def _sealed(array: np.ndarray) -> np.ndarray:
         return made[...]
     order = "F" if array.flags.fnc else "C"
     return np.ndarray(array.shape, array.dtype, array.tobytes(order), order=order)
+
+
+class Room:
+    """An array to be filled once, and then locked for good without a copy.
+
+    `array` must have no other references when it is locked.
+    """
+
+    __slots__ = ("_memory", "array")
+
+    def __init__(self, shape: tuple[int, ...], dtype: Any) -> None:
+        """Reserve the memory, which the system provides where it is written to."""
+        self._memory = io.BytesIO(bytes(math.prod(shape) * np.dtype(dtype).itemsize))
+        self.array = np.frombuffer(self._memory.getbuffer(), dtype).reshape(shape)
+        if self.array.nbytes >= _LARGE and hasattr(mmap, "MADV_HUGEPAGE"):
+            _on_large_pages(self.array)
+
+    def locked(self) -> np.ndarray:
+        """The array, which no one can change from now on."""
+        shape, dtype = self.array.shape, self.array.dtype
+        del self.array
+        return np.ndarray(shape, dtype, self._memory.getvalue())
+
+
+def _on_large_pages(array: np.ndarray) -> None:
+    """Ask the system for large pages, as NumPy does for its own arrays: thousands of small ones cost more than the numbers."""
+    first = -(-array.__array_interface__["data"][0] // mmap.PAGESIZE) * mmap.PAGESIZE
+    size = (array.__array_interface__["data"][0] + array.nbytes - first) // mmap.PAGESIZE * mmap.PAGESIZE
+    with contextlib.suppress(OSError, AttributeError):  # without them it takes longer
+        ctypes.CDLL(None).madvise(ctypes.c_void_p(first), ctypes.c_size_t(size), mmap.MADV_HUGEPAGE)

@@ -77,6 +77,22 @@ def load(group: str, name: str, check: Check, known: Collection[str] = ()) -> An
     return loaded
 
 
+def call(group: str, name: str, function: Callable[[], Any]) -> Any:
+    """What a loaded extension that is a function without arguments returns.
+
+    Raises
+    ------
+    InputError
+        If the function fails.
+    """
+    try:
+        return function()
+    except Exception as problem:  # the code of others may fail in any way
+        raise InputError(
+            f"{_described(group, _one(group, name, ()))} fails when it is called: {type(problem).__name__}: {problem}"
+        ) from problem
+
+
 @functools.lru_cache(maxsize=32)
 def _found(group: str, path: tuple[str, ...]) -> dict[str, list[metadata.EntryPoint]]:
     """Entry points of a group by name, for the current search path of modules."""

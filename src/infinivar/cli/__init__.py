@@ -5,12 +5,14 @@ Commands import their dependencies when they run, so the command line starts as 
 
 from __future__ import annotations
 
-from typing import Annotated
+import functools
+from collections.abc import Callable
+from typing import Annotated, Any
 
 import typer
 
 from infinivar import __version__
-from infinivar.cli import catalogue, files, motions, rigs, runs, sizing, studies
+from infinivar.cli import catalogue, files, motions, rigs, runs, sizing, studies, sweeps
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -26,11 +28,18 @@ for command in (
 ):
     app.command()(command)
 app.add_typer(catalogue.app, name="catalogue")
+app.add_typer(sweeps.app, name="sweep")
 
 
 def main() -> None:
     """Entry point; see `infinivar.console.run` for the exit codes."""
-    run(app)
+    run(_parser())
+
+
+@functools.cache
+def _parser() -> Callable[[], Any]:
+    """What parses arguments and calls commands; made once, however often a process calls `main`."""
+    return typer.main.get_command(app)
 
 
 def _print_version(wanted: bool) -> None:

@@ -146,7 +146,7 @@ def search(
         "materials": ("youngs_modulus", "poisson", "yield_strength"),
     }
     found = search_parts(
-        (_found(name).parts for name in _names(of)),
+        (one.parts for one in _asked(of)[0]),
         kind,
         conditions or (),
         sort=sort,
@@ -175,14 +175,15 @@ def check(
     """Find rows whose figures contradict each other.
 
     Compare stated figures of each row with those that follow from its other figures: no-load speed, stall torque and current,
-    efficiency, friction, heat, and bounds between them. Exit with code 1 if a row contradicts itself or was refused.
+    efficiency, friction, heat, and bounds between them. Exit with code 1 if a row contradicts itself or was refused, or a set
+    cannot be read.
     """
     from infinivar.parts.tables.consistency import check_parts
     from infinivar.report import catalogue as report
 
-    clean, results = True, []
-    for name in _names(names):
-        found = _found(name)
+    sets, unread = _asked(names)
+    clean, results = not unread, []
+    for found in sets:
         outcome = check_parts(found.parts)
         clean = clean and outcome.consistent and not found.faults
         if as_json:
@@ -274,10 +275,16 @@ def _beside() -> tuple[Path, ...]:
     return (Path("parts"),)
 
 
-def _names(asked: list[str] | None) -> list[str]:
-    from infinivar.parts.tables.stores import places
+def _asked(names: list[str] | None) -> tuple[list[PartImport], int]:
+    """The sets named; by default all that can be read, and how many cannot, which are reported on stderr."""
+    from infinivar.parts.tables.stores import readable
 
-    return asked or [place.name for place in places(_beside())]
+    if names:
+        return [_found(name) for name in names], 0
+    found, problems = readable(_beside())
+    for line in [*problems, *(str(fault) for one in found for fault in one.faults)]:
+        complain(line)
+    return found, len(problems)
 
 
 def _found(name: str) -> PartImport:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -58,6 +58,12 @@ def compare(
             help="Print the verdicts only; skip report and files, sampled builds, cylinder speeds and the simulation check.",
         ),
     ] = False,
+    engine: Annotated[
+        str,
+        typer.Option(
+            help="What computes maps and samples: numpy, jax (compiled), or auto: jax for large ones if it is installed."
+        ),
+    ] = "auto",
     out: OptionalOut = None,
     as_json: Json = False,
 ) -> None:
@@ -66,6 +72,7 @@ def compare(
     Evaluate each drive in the duty cycles and on the requirement, print the verdicts, then write report, results and maps.
     Exit with code 1 unless at least one drive is feasible in every duty cycle and covers the requirement, if one is stated.
     """
+    from infinivar._core.engine import ENGINES
     from infinivar.analysis.compare import compare as run
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
@@ -74,13 +81,16 @@ def compare(
     if quick and out is not None:
         raise InputError("--quick writes no files: remove --out or --quick")
     out = out or Path("out")
+    asked: Any = next((known for known in ENGINES if known == engine), None)
+    if asked is None:
+        raise InputError(f"--engine {engine!r} must be one of {', '.join(ENGINES)}")
     loaded = loaded_study(study)
     with naming(study):
         loaded = loaded.with_drives(drive) if drive else loaded
         check_duty(loaded)
     with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):
-            comparison = run(loaded, quick=quick, progress=progress)
+            comparison = run(loaded, quick=quick, engine=asked, progress=progress)
         if not as_json:
             # Drawing takes longer than computing, so print the verdicts first.
             for line in _verdicts(comparison):

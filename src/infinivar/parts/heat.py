@@ -13,13 +13,12 @@ Source: maxon2020 (thermal resistances, time constants, coefficient of copper).
 
 from __future__ import annotations
 
-import itertools
 import math
 from typing import Any
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.array_namespace import Array, along_last, namespace
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError
 from infinivar.parts.heat_steps import BOUND, COPPER, MARGIN, REFERENCE, Steps, over
@@ -298,26 +297,39 @@ def through_run(
     assert motor.housing_time_constant is not None
     square, friction = xp.broadcast_arrays(current * current, friction_power + 0.0 * current)
     # The number of steps depends on no value, which may be that of an array library.
-    edges = np.linspace(0, square.shape[-1], min(_RUN_STEPS, square.shape[-1]) + 1)
-    winding = housing = start + 0.0 * xp.mean(square, axis=-1, keepdims=True)
-    highest, total = winding, 0.0 * winding
-    for first, last in itertools.pairwise(edges.astype(int).tolist()):
-        half = 0.5 * duration * (last - first) / square.shape[-1]
-        joule = motor.resistance * xp.mean(square[..., first:last], axis=-1, keepdims=True)
-        rubbed = xp.mean(friction[..., first:last], axis=-1, keepdims=True)
-        a, c = half * inner / motor.winding_time_constant, half * outer / motor.housing_time_constant
+    edges = np.linspace(0, square.shape[-1], min(_RUN_STEPS, square.shape[-1]) + 1).astype(int)
+    joule, rubbed = motor.resistance * step_means(xp, square, edges), step_means(xp, friction, edges)
+    half = 0.5 * duration / square.shape[-1] * np.diff(edges)
+    lag, slow = motor.winding_time_constant, motor.housing_time_constant
+
+    def over_step(state: tuple[Array, ...], along: tuple[Array, ...]) -> tuple[Array, ...]:
+        winding, housing, highest, total = state
+        joule, rubbed, half = along
+        a, c = half * inner / lag, half * outer / slow
         # Slopes: winding a (p T_w + T_h/inner + q), housing c (T_w/inner + s T_h + r), over half a step.
         p, q = COPPER * joule - 1.0 / inner, joule * (1.0 - COPPER * REFERENCE)
         s, r = -(1.0 / inner + 1.0 / outer), rubbed + ambient / outer
         first_row = winding + a * (p * winding + housing / inner + 2.0 * q)
         second_row = housing + c * (winding / inner + s * housing + 2.0 * r)
         determinant = (1.0 - a * p) * (1.0 - c * s) - a * c / inner**2
-        before = winding
-        winding = ((1.0 - c * s) * first_row + a / inner * second_row) / determinant
+        after = ((1.0 - c * s) * first_row + a / inner * second_row) / determinant
         housing = ((1.0 - a * p) * second_row + c / inner * first_row) / determinant
-        highest = xp.maximum(highest, winding)
-        total = total + half * (before + winding)
+        return after, housing, xp.maximum(highest, after), total + half * (winding + after)
+
+    # Of the shape that the temperatures come to have.
+    begin = start + 0.0 * (joule[..., :1] + inner + outer + lag + slow)
+    _, _, highest, total = along_last(xp, over_step, (begin, begin, begin, 0.0 * begin), (joule, rubbed, half))
     return highest, total / duration
+
+
+def step_means(xp: Any, values: Array, edges: np.ndarray) -> Array:
+    """Means of values on a last axis over steps between edges: places on that axis, from 0 to its length. (..., steps)"""
+    width = np.diff(edges)
+    if np.all(width == width[0]):
+        return xp.mean(xp.reshape(values, (*values.shape[:-1], len(width), int(width[0]))), axis=-1)
+    sums = xp.cumulative_sum(values, axis=-1)
+    sums = xp.concat([0.0 * sums[..., :1], sums], axis=-1)
+    return (xp.take(sums, xp.asarray(edges[1:]), axis=-1) - xp.take(sums, xp.asarray(edges[:-1]), axis=-1)) / width
 
 
 def _cycle(steps: np.ndarray) -> np.ndarray | None:

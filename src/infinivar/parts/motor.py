@@ -157,6 +157,42 @@ class Motor:
         idle = (self.friction_torque + drag * self.voltage / constant) / (constant + drag * resistance / constant)
         return replace(self, resistance=resistance, no_load_current=idle)
 
+    def specimen(self, *, torque_constant: Array, resistance: Array) -> Motor:
+        """A motor of this type whose constants differ from the data sheet's, as those of every single motor do.
+
+        - Its friction torque is that of the type; the no-load current follows from it.
+        - Its winding may be heated as much as the type's, so the continuous current goes with ``1/sqrt(R)``; the continuous
+          torque follows from that current. A weak motor thus has less continuous torque, not more current.
+        - Its peak current is that of the type, as magnets and brushes limit it.
+
+        Parameters
+        ----------
+        torque_constant : (...,) float   > 0. [N m/A]
+        resistance : (...,) float        > 0. [ohm]
+
+        Returns
+        -------
+        Motor   Values that follow broadcast; equal to the type itself at its own constants.
+
+        Source: winding loss I^2 R and the definitions of data sheets, maxon2020; iron loss as in faulhaber2020.
+        """
+        drag = 0.0 if self.viscous_friction is None else self.viscous_friction
+        idle = (self.friction_torque + drag * self.voltage / torque_constant) / (
+            torque_constant + drag * resistance / torque_constant
+        )
+        lasting = self.continuous_current * (self.resistance / resistance) ** 0.5
+        peak = self.peak_torque
+        if peak is not None:
+            peak = torque_constant * (peak / self.torque_constant + self.no_load_current - idle)
+        return replace(
+            self,
+            torque_constant=torque_constant,
+            resistance=resistance,
+            no_load_current=idle,
+            continuous_torque=torque_constant * (lasting - idle),
+            peak_torque=peak,
+        )
+
     def without_friction(self) -> Motor:
         """The motor without friction, with the same current limits."""
 

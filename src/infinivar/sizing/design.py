@@ -7,11 +7,40 @@ from collections.abc import Mapping
 from typing import Any
 
 from infinivar._core.result import Frozen, result
+from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import Drive
-from infinivar.limits import Demand
+from infinivar.limits import Demand, Limit
 from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.geared.tally import SPARE
+from infinivar.sizing.margins import margin_of, tightest_of
 from infinivar.sizing.pool import ChosenPart
-from infinivar.units import plain, show, show_in
+from infinivar.units import margin_words, plain, show, show_in, times
+
+STEERING_MOTOR, AXLE_BEARING, STEERING_RATIO = "steering.motor", "transmission.geometry.axle_bearing", "steering.ratio"
+"""Paths of parts and values of a cobotic drive."""
+
+COBOTIC_PATHS = {
+    "cylinder_radius": "transmission.cylinder_radius",
+    "cylinder_speed": "cylinder_speed",
+    "wheel_radius": "transmission.wheel_radius",
+    "crown_radius": "transmission.geometry.crown_radius",
+    "preload": "transmission.preload",
+}
+"""Paths of the free values of a wheel design, by name."""
+
+UNITS = {
+    "pulley.radius": "m",
+    "screw.lead": "m",
+    **dict(zip(COBOTIC_PATHS.values(), ("m", "rad/s", "m", "m", "N"), strict=True)),
+    STEERING_RATIO: "1",
+}
+"""SI unit of each free value, by path."""
+
+ROLES = ("motor", "gearhead", STEERING_MOTOR, AXLE_BEARING)
+"""Roles of parts that are searched."""
+
+_LEAD = {STEERING_MOTOR: "steering ", AXLE_BEARING: "bearings "}
+"""What precedes the name of a part, by role."""
 
 
 @result
@@ -34,8 +63,8 @@ class FreeValue(Frozen):
     def words(self) -> str:
         """Value and range."""
         if math.isnan(self.low):
-            return _shown(self.value, self.unit)
-        return f"{_shown(self.value, self.unit)} (feasible from {_shown(self.low, self.unit)} to {_shown(self.high, self.unit)})"
+            return shown(self.value, self.unit)
+        return f"{shown(self.value, self.unit)} (feasible from {shown(self.low, self.unit)} to {shown(self.high, self.unit)})"
 
 
 @result
@@ -45,10 +74,11 @@ class SizedDrive(Frozen):
     Attributes
     ----------
     template       Drive of the study whose other parts it has.
-    parts          Parts chosen, by role: "motor", "gearhead".
-    free           Values chosen from a range, by their path in the drive, such as "pulley.radius".
+    parts          Parts chosen, by role, which is their path in the drive: "motor", "gearhead"; of cobotic drives also
+        "steering.motor" and "transmission.geometry.axle_bearing". Roles that keep the template's part are left out.
+    free           Values chosen from a range, by their path in the drive, such as "pulley.radius" or "transmission.preload".
     drive          Ready for `duty_cycle`, `steady_map` and `simulate`.
-    mass           Of the parts chosen; nan if one does not state it. [kg]
+    mass           Of the motors and gearheads chosen; nan if one does not state it. [kg]
     power          Mean power from the supply over all motions; nan without a motion. [W]
     demands        Demand over allowance, by motion or "requirement", limit and part. [-]
     unchecked      Limits that the data sheets do not state.
@@ -65,35 +95,45 @@ class SizedDrive(Frozen):
 
     @property
     def title(self) -> str:
-        """The parts by name."""
-        return ", ".join(part.name for part in self.parts.values())
+        """The parts by name; a wheel that slips has no motors chosen."""
+        own = [] if "motor" in self.parts else ["wheel with any motors"]
+        return ", ".join([*own, *(f"{_LEAD.get(role, '')}{part.name}" for role, part in self.parts.items())])
+
+    @property
+    def architecture(self) -> str:
+        """geared or cobotic."""
+        return architecture_of(self.drive)
 
     @property
     def tightest(self) -> TaskDemand | None:
         """Motion, limit and part with the largest demand; None if no limit is loaded."""
-        return max(self.demands, key=lambda key: self.demands[key], default=None)
+        return tightest_of(self.demands)
 
     @property
     def margin(self) -> float:
         """Allowance over demand of the tightest limit. [-]"""
-        worst = max(self.demands.values(), default=0.0)
-        return 1.0 / worst if worst > 0.0 else math.inf
+        return margin_of(self.demands)
 
     @property
     def exceeded(self) -> dict[TaskDemand, float]:
         """Demand over allowance of the limits exceeded, the worst first."""
-        beyond = {key: demand for key, demand in self.demands.items() if not demand <= 1.0}
+        beyond = {key: demand for key, demand in self.demands.items() if not demand <= 1.0 + SPARE}
         return dict(sorted(beyond.items(), key=lambda item: -item[1]))
 
     @property
     def verdict(self) -> str:
         """One line: what it needs, weighs and keeps."""
-        said = [self.title, *(f"{path_words(path)} {value.words}" for path, value in self.free.items())]
-        said += [show(self.power, "W", 3)] if math.isfinite(self.power) else []
+        free = (f"{path_words(path)} {value.words}" for path, value in self.free.items())
+        return "; ".join((self.title, *free, *self.results))
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Power, mass and margin, in words."""
+        said = [show(self.power, "W", 3)] if math.isfinite(self.power) else []
         said.append("mass not stated" if math.isnan(self.mass) else show(self.mass, "kg", 3))
         if self.tightest is not None:
-            said.append(f"margin {plain(self.margin, 3)} ({limit_words(self.tightest)})")
-        return "; ".join(said)
+            said.append(f"margin {allowance_words(max(self.demands.values()))} ({limit_words(self.tightest)})")
+        return tuple(said)
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain numbers and texts."""
@@ -127,24 +167,53 @@ class SizedDrive(Frozen):
 
 def limit_words(key: TaskDemand) -> str:
     """Limit and part of a motion or the requirement, such as "motor continuous torque, walking"."""
-    task, limit, _ = key
-    return f"{limit.words}, {task}"
+    task, limit, part = key
+    return f"{demand_words(limit, part)}, {task}"
+
+
+def demand_words(limit: Limit, part: str) -> str:
+    """A limit of a part; of steering motors with their name, as they have the limits of the other motor."""
+    return f"{part} {limit.words.removeprefix('motor ')}" if part == "steering motor" else limit.words
 
 
 def exceeded_words(design: SizedDrive) -> str:
     """Limits that a design exceeds, and by how much."""
-    said = [f"{limit_words(key)}: {_times(demand)}" for key, demand in design.exceeded.items()]
+    return beyond_words(design.exceeded)
+
+
+def beyond_words(exceeded: Mapping[TaskDemand, float]) -> str:
+    """Demands over allowance of limits in words, three of them at most."""
+    said = [f"{limit_words(key)}: {_times(key[1], demand)}" for key, demand in exceeded.items()]
     return "; ".join(said[:3]) + (f"; {len(said) - 3} more" if len(said) > 3 else "")
 
 
-def _times(demand: float) -> str:
-    return f"{plain(demand, 3)} times the allowance" if math.isfinite(demand) else "out of reach"
+def _times(limit: Limit, demand: float) -> str:
+    if math.isfinite(demand):
+        return f"{times(demand)} the allowance"
+    return "no steady rolling" if limit == Limit.SLIP else "out of reach"
 
 
-def _shown(value: float, unit: str) -> str:
-    return show_in(value, "m", "mm") if unit == "m" else show(value, unit)
+def allowance_words(demand: float) -> str:
+    """Allowance over demand to three digits, with more where a limit is exceeded by little; "infinite" for no demand."""
+    margin = 1.0 / demand if demand > 0.0 else math.inf
+    return plain(margin, 3) if demand <= 1.0 + SPARE else margin_words(margin, 3)
+
+
+def shown(value: float, unit: str, digits: int = 4) -> str:
+    """A free value with its unit."""
+    return show_in(value, "m", "mm", digits) if unit == "m" else show(value, unit, digits)
 
 
 def path_words(path: str) -> str:
     """Path of a value in a drive, in words."""
-    return path.replace(".", " ").replace("_", " ")
+    return path.removeprefix("transmission.").removeprefix("geometry.").replace(".", " ").replace("_", " ")
+
+
+def role_words(role: str) -> str:
+    """Role of a part in words."""
+    return path_words(role)
+
+
+def architecture_of(drive: Drive) -> str:
+    """Geared or cobotic."""
+    return "cobotic" if isinstance(drive, CoboticDrive) else "geared"

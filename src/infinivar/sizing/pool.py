@@ -2,19 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
+from infinivar.parts.bearing import Bearing
 from infinivar.parts.tables.columns import ONE, number_columns
-from infinivar.parts.tables.stores import find, origin_of, places
+from infinivar.parts.tables.consistency import contradictions_of
+from infinivar.parts.tables.stores import find, origin_of, readable, shipped
 from infinivar.parts.tables.table import PartSet
+from infinivar.study.study import Study
 
 _KINDS = ("motors", "gearheads")
+_SAME = 1e-9
+_OF_BEARING = (
+    "name",
+    "series",
+    "bore",
+    "outside_diameter",
+    "dynamic_rating",
+    "static_rating",
+    "calculation_factor",
+    "contact_angle",
+    "seal_torque",
+    "mass",
+)
+"""What a bearing of a set brings with it; friction model and lubricant are those of the drive."""
 
 
 @result
@@ -76,25 +93,77 @@ class PartPool(Frozen):
     pairs: np.ndarray
     sets: tuple[SearchedSet, ...]
     sources: tuple[PartSet, ...] = field(repr=False)
+    unread: tuple[str, ...] = ()
+    """Sets that were left out, as they cannot be read, with the reason."""
+
+    def contradictions(self, chosen: Iterable[tuple[str, ChosenPart]]) -> tuple[str, ...]:
+        """What the data sheets of parts, each with its role, state that contradicts itself, a line each, the worst first."""
+        wanted: dict[tuple[str, str], list[str]] = {}
+        for role, one in chosen:
+            kind = next(kind for kind, word in ONE.items() if word in role)
+            wanted.setdefault((one.set, kind), []).append(one.key)
+        known = {one.name: one for one in self.sources}
+        found = [
+            (set_name, one)
+            for (set_name, kind), keys in wanted.items()
+            if set_name in known
+            for one in contradictions_of(known[set_name], kind, keys)
+        ]
+        found.sort(key=lambda pair: pair[1].tolerance - abs(pair[1].deviation))
+        return tuple(f"the data sheet contradicts itself: {set_name}, {one.text}" for set_name, one in found)
 
     def part(self, kind: str, row: int) -> ChosenPart:
         """Set and data sheet of a row of "motors" or "gearheads"."""
         for one in self.sources:
             table = one.tables[kind]
             if row < len(table):
-                said = table.stated(row)
-                named = {name: said.get(name, "") for name in ("manufacturer", "order_number", "source", "date")}
-                return ChosenPart(
-                    **named,
-                    set=one.name,
-                    key=said["key"],
-                    name=said.get("name", said["key"]),
-                    kind=said.get("kind", "catalogue"),
-                    derived=tuple(str(said.get("derived", "")).split()),
-                    where=origin_of(said, f"{one.name}:{said['key']}"),
-                )
+                return _chosen(one, kind, row)
             row -= len(table)
         raise IndexError(f"{ONE[kind]} {row}")
+
+    def axle_bearings(self, own: Bearing) -> list[tuple[ChosenPart | None, Bearing]]:
+        """Bearings for an axle: its own, and those of its type in the sets, or shipped ones if the sets have none.
+
+        The strength of the axle is not computed: bearings of a smaller bore than its own are left out. Friction model and
+        lubricant are those of its own bearing.
+        """
+        sources = [one for one in self.sources if len(one.bearings)] or [shipped()]
+        found: list[tuple[ChosenPart | None, Bearing]] = [(None, own)]
+        for one in sources:
+            for row in np.flatnonzero(one.bearings.complete):
+                part = one.bearings.part(int(row))
+                if part.type != own.type or part.bore < own.bore * (1.0 - _SAME):
+                    continue
+                made = replace(own, **{name: getattr(part, name) for name in _OF_BEARING})
+                if not any(_alike(made, known) for _, known in found):
+                    found.append((_chosen(one, "bearings", int(row)), made))
+        return found
+
+
+def _chosen(source: PartSet, kind: str, row: int) -> ChosenPart:
+    """A part of a set by its row."""
+    said = source.tables[kind].stated(row)
+    named = {name: said.get(name, "") for name in ("manufacturer", "order_number", "source", "date")}
+    return ChosenPart(
+        **named,
+        set=source.name,
+        key=said["key"],
+        name=said.get("name", said["key"]),
+        kind=said.get("kind", "catalogue"),
+        derived=tuple(str(said.get("derived", "")).split()),
+        where=origin_of(said, f"{source.name}:{said['key']}"),
+    )
+
+
+def _alike(one: Bearing, other: Bearing) -> bool:
+    """Whether two bearings differ in name and mass at most."""
+    return replace(one, name=other.name, mass=other.mass) == other
+
+
+def pool_of(study: Study, sets: str | Path | Sequence[str | Path] | None) -> PartPool:
+    """Gather the sets that a search for a study is over: one, several, or by default all, those beside the study first."""
+    beside = [] if study.path is None else [study.path.parent / "parts"]
+    return pool([sets] if isinstance(sets, str | Path) else sets, [*beside, Path("parts")])
 
 
 def pool(sets: Sequence[str | Path] | None = None, beside: Sequence[Path] = ()) -> PartPool:
@@ -108,13 +177,17 @@ def pool(sets: Sequence[str | Path] | None = None, beside: Sequence[Path] = ()) 
     Raises
     ------
     InputError
-        If a set does not exist or cannot be read, or none has a pair of motor and gearhead.
+        If a set that is named does not exist or cannot be read, or none has a pair of motor and gearhead.
     """
-    asked = [place.name for place in places(beside)] if sets is None else list(dict.fromkeys(map(str, sets)))
-    found = [find(name, beside) for name in asked]
-    for name, one in zip(asked, found, strict=True):
-        if sets is not None and not len(one.parts.pairs):
-            raise InputError(f"the set {name} has no pair of motor and gearhead: {one.parts.contents}")
+    unread: list[str] = []
+    if sets is None:
+        found, unread = readable(beside)
+    else:
+        asked = list(dict.fromkeys(map(str, sets)))
+        found = [find(name, beside) for name in asked]
+        for name, one in zip(asked, found, strict=True):
+            if not len(one.parts.pairs):
+                raise InputError(f"the set {name} has no pair of motor and gearhead: {one.parts.contents}")
     found = [one for one in found if len(one.parts.pairs)]
     if not found:
         raise InputError("sets must name at least one set of parts")
@@ -139,6 +212,7 @@ def pool(sets: Sequence[str | Path] | None = None, beside: Sequence[Path] = ()) 
             for one in found
         ),
         sources=used,
+        unread=tuple(unread),
     )
 
 

@@ -4,61 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import field
 from typing import Any
 
-import numpy as np
-
-from infinivar._core.result import Frozen, Result, result
-from infinivar.limits import Demand
-from infinivar.sizing.design import SizedDrive, exceeded_words, path_words
-from infinivar.sizing.geared.result import LimitCount
+from infinivar._core.result import Result, result
+from infinivar.parts.tables.columns import counted
+from infinivar.sizing.builds.result import Doubt
+from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
 from infinivar.sizing.pool import SearchedSet
+from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.sizing.studies import study_of
+from infinivar.sizing.what_if import WhatIf
 from infinivar.study.study import Study
 
+_NEAR_END = 0.02
+"""Differential evolution stops this near an end of a range, which it approaches step by step."""
 
-@result
-class SearchRecord(Frozen):
-    """What became of the candidates for one template.
-
-    Attributes
-    ----------
-    candidates     Number of candidates.
-    left           Of these, those for which closed forms leave a radius; with given stages, the feasible ones.
-    evaluated      Of these, evaluated at every instant; the others are infeasible, or cannot be among the best.
-    excluded       Candidates without the values that a law needs, by reason.
-    counts         Candidates that each limit excludes, in the order in which limits are checked.
-    unchecked      Candidates whose data sheets do not state a limit.
-    ranges         Ranges searched, by path. [m]
-    cloud          Mass and mean power of the feasible candidates that were evaluated; nan where not known. (n, 2) [kg], [W]
-    nearest        If no candidate is feasible, that with the tightest limit nearest to being kept.
-    """
-
-    candidates: int
-    left: int
-    evaluated: int
-    excluded: Mapping[str, int]
-    counts: tuple[LimitCount, ...]
-    unchecked: Mapping[Demand, int]
-    ranges: Mapping[str, tuple[float, float]]
-    cloud: np.ndarray
-    nearest: SizedDrive | None = None
-
-    def to_dict(self) -> dict[str, Any]:
-        """The same as plain numbers and texts."""
-        return {
-            "candidates": self.candidates,
-            "left": self.left,
-            "evaluated": self.evaluated,
-            "excluded": dict(self.excluded),
-            "limits": [{**count._asdict(), "limit": count.limit.name} for count in self.counts],
-            "unchecked": [
-                {"limit": limit.name, "part": part, "candidates": number}
-                for (limit, part), number in self.unchecked.items()
-            ],
-            "ranges": {path: list(ends) for path, ends in self.ranges.items()},
-            "nearest": None if self.nearest is None else self.nearest.to_dict(),
-        }
+_COSTLESS = {("wheel radius", "largest"), ("crown radius", "least")}
+"""Ends at which a wheel loses less at no cost that the search knows: only yield ends it."""
 
 
 @result
@@ -73,14 +36,23 @@ class Sizing(Result):
     front          With two objectives, every design of which no other has less of both, by power.
     searches       What became of the candidates, by template.
     sets           Sets searched.
+    best_of        The best design like each template, by template; without those that have none.
+    what_if        What would have to change for the other templates to win, or to become feasible, by template.
+    notes          Drives of the study that are not searched, sets that cannot be read, and what the data sheets of the designs'
+                   parts state that contradicts itself.
+    doubt          How far the designs withstand the spread of their parts; None if no builds were asked for.
     """
 
     study: Study
     objective: tuple[str, ...]
     designs: tuple[SizedDrive, ...]
     front: tuple[SizedDrive, ...]
-    searches: Mapping[str, SearchRecord]
+    searches: Mapping[str, SearchRecord | WheelRecord]
     sets: tuple[SearchedSet, ...]
+    best_of: Mapping[str, SizedDrive] = field(default_factory=dict)
+    what_if: Mapping[str, WhatIf] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    doubt: Doubt | None = None
 
     @property
     def feasible(self) -> bool:
@@ -97,15 +69,35 @@ class Sizing(Result):
         """Number of candidates of all searches."""
         return sum(search.candidates for search in self.searches.values())
 
+    def named(self, design: SizedDrive) -> str:
+        """Parts of a design; with its template, where there are several."""
+        return f"{design.template}: {design.title}" if len(self.searches) > 1 else design.title
+
+    def words_of(self, design: SizedDrive) -> str:
+        """Verdict on a design; with its template, where there are several."""
+        return f"{design.template}: {design.verdict}" if len(self.searches) > 1 else design.verdict
+
+    @property
+    def searched(self) -> str:
+        """What was searched, such as "7 pairs of shelf"."""
+        found = [
+            one.words if isinstance(one, SearchRecord) else counted(one.candidates, "cobotic combinations")
+            for one in self.searches.values()
+        ]
+        return f"{' and '.join(found)} of {', '.join(one.name for one in self.sets)}"
+
     @property
     def verdict(self) -> str:
         """One line on the outcome."""
-        names = ", ".join(one.name for one in self.sets)
         if self.best is not None:
-            return f"least {self.objective[0]} of {self.candidates} pairs of {names}: {self.best.verdict}"
+            return f"least {self.objective[0]} of {self.searched}: {self.words_of(self.best)}"
+        unjudged = [one.unjudged if isinstance(one, SearchRecord) else {} for one in self.searches.values()]
+        if sum(sum(one.values()) for one in unjudged) == sum(one.candidates for one in self.searches.values()):
+            reasons = ", ".join(f"{reason} ({number:,})" for one in unjudged for reason, number in one.items())
+            return f"none of {self.searched} can be judged: {reasons}"
         nearest = self.nearest
-        miss = "" if nearest is None else f"; nearest miss: {nearest.title}, {exceeded_words(nearest)}"
-        return f"none of {self.candidates} pairs of {names} is feasible{miss}"
+        miss = "" if nearest is None else f"; nearest miss: {self.named(nearest)}, {exceeded_words(nearest)}"
+        return f"none of {self.searched} is feasible{miss}"
 
     @property
     def nearest(self) -> SizedDrive | None:
@@ -121,21 +113,43 @@ class Sizing(Result):
             f"the set {name} does not state which gearheads fit which motors: every pair was tried; check flange and shaft"
             for name in unstated
         ]
-        if self.best is not None:
-            ranges = self.searches[self.best.template].ranges
-            said += [
-                f"{path_words(path)} of the best design is at an end of the range searched; a wider range may hold a better one"
-                for path, free in self.best.free.items()
-                if any(math.isclose(free.value, end, rel_tol=1e-6) for end in ranges.get(path, ()))
-            ]
+        said += self.notes
+        for design in self.best_of.values():
+            said += self._at_ends(design)
         if self.best is not None and self.best.unchecked:
-            named = ", ".join(limit.words for limit, _ in self.best.unchecked)
+            named = ", ".join(demand_words(*demand) for demand in self.best.unchecked)
             said.append(f"not checked for the best design, as its data sheets state no value: {named}")
         if self.best is not None and not self.study.duty:
             said.append(
                 "without a motion every point of the requirement counts as continuous; energy and heat are open"
             )
         return tuple(said)
+
+    def _at_ends(self, design: SizedDrive) -> list[str]:
+        """Which values of a design are at an end of their range."""
+        ranges, cobotic = self.searches[design.template].ranges, design.architecture == "cobotic"
+        near = _NEAR_END if cobotic else 1e-6
+        ends = {
+            path_words(path): "largest" if math.isclose(free.value, ends[1], rel_tol=near) else "least"
+            for path, free in design.free.items()
+            if (ends := ranges.get(path)) is not None
+            and ends[0] < ends[1]
+            and any(math.isclose(free.value, end, rel_tol=near) for end in ends)
+        }
+        owner = f"the best design of {design.template}" if len(self.searches) > 1 else "the best design"
+        grown = [word for word, end in ends.items() if cobotic and (word, end) in _COSTLESS]
+        said = [
+            f"{word} of {owner} is at an end of the range searched; a wider range may hold a better one"
+            for word in ends
+            if word not in grown
+        ]
+        if grown:
+            said.append(
+                f"{' and '.join(grown)} of {owner} {'are' if len(grown) > 1 else 'is'} at an end of the range searched: a larger "
+                "wheel turns more slowly in its bearings, and a narrower crown resists steering less; what keeps a wheel small, "
+                "its space and mass, does not count; state the range that can be built"
+            )
+        return said
 
     def study_of(self, design: SizedDrive, name: str = "design") -> Study:
         """Return the study with a design as its only drive: for `compare`, `simulate` and `save_study`."""
@@ -155,11 +169,14 @@ class Sizing(Result):
             ],
             "designs": [design.to_dict() for design in self.designs],
             "front": [design.to_dict() for design in self.front],
+            "best_of": {name: design.to_dict() for name, design in self.best_of.items()},
+            "what_if": {name: one.to_dict() for name, one in self.what_if.items()},
             "searches": {name: search.to_dict() for name, search in self.searches.items()},
+            **({} if self.doubt is None else {"doubt": self.doubt.to_dict()}),
         }
 
     def _rows(self) -> Iterator[tuple[str, str]]:
         yield "verdict", self.verdict
-        yield "candidates", str(self.candidates)
+        yield "candidates", f"{self.candidates:,}"
         for place, design in enumerate(self.designs[:5], 1):
-            yield str(place), design.verdict
+            yield str(place), self.words_of(design)

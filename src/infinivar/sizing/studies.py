@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,18 +12,22 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.array_namespace import bisect
+from infinivar._core.fields import value_at
 from infinivar._core.frozen import FrozenDict
+from infinivar.drivetrain.drive import Drive
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.waypoints import RecordedForce, Waypoints
-from infinivar.sizing.design import SizedDrive
-from infinivar.study.provenance import Provenance, recorded, text_of
+from infinivar.sizing.design import AXLE_BEARING, SizedDrive, path_words, role_words
+from infinivar.study.provenance import DEFAULT, Provenance, recorded, same, text_of
 from infinivar.study.schema import described
 from infinivar.study.spreads import Uncertainty
 from infinivar.study.study import Study
 
 _NODES = 400
 """Points of a file over one cycle."""
+_TITLE = 120
+"""Longest title of a study or drive."""
 _STEPS = 400
 """Output steps over one cycle."""
 
@@ -31,8 +35,10 @@ _STEPS = 400
 def study_of(study: Study, design: SizedDrive, name: str, scenarios: Mapping[str, Scenario] | None = None) -> Study:
     """Return a study with a design as its only drive, and more scenarios beside its own.
 
-    Each value of a part has the source that its set states, each value that was searched says so. Spreads of replaced parts
-    are left out.
+    A scenario of a duty cycle that cannot be simulated with the design is left out.
+
+    Its description says what was searched, as that of the study is on drives that it no longer has. Each value of a part has
+    the source that its set states, each value that was searched says so. Spreads of replaced parts are left out.
     """
     owner = design.template
     kept = tuple(
@@ -40,6 +46,11 @@ def study_of(study: Study, design: SizedDrive, name: str, scenarios: Mapping[str
     )
     spreads = tuple(one for one in study.uncertainty.spreads.get(owner, ()) if not _within(design, one.path))
     paths = {one.path for one in spreads}
+    able = {
+        key: one
+        for key, one in (scenarios or {}).items()
+        if key not in study.duty or not_simulated(design.drive, study.duty[key]) is None
+    }
     uncertainty = Uncertainty(
         spreads=FrozenDict({owner: spreads} if spreads else {}),
         correlations=FrozenDict(
@@ -54,39 +65,105 @@ def study_of(study: Study, design: SizedDrive, name: str, scenarios: Mapping[str
     return replace(
         study,
         name=name,
-        title=f"{study.title}: {design.title}",
+        title=_shortened(f"{study.title}: {design.title}"),
+        description=_description(study, design),
+        reconstruction=_reconstruction(study, owner, kept),
         drives={owner: design.drive},
-        titles={owner: design.title},
-        scenarios={**study.scenarios, **(scenarios or {})},
+        titles={owner: _shortened(design.title)},
+        scenarios={**study.scenarios, **able},
         uncertainty=uncertainty,
-        provenance=(*kept, *_sources(owner, design)),
+        provenance=(*kept, *_sources(owner, design), *_of_control(study, design)),
         path=None,
     )
 
 
+def _shortened(title: str) -> str:
+    """A title that a study file can have."""
+    return title if len(title) <= _TITLE else f"{title[: _TITLE - 3].rstrip(' ,')}..."
+
+
+def _description(study: Study, design: SizedDrive) -> str:
+    """What a design is: that of the study describes its drives as they were."""
+    chosen = [*map(role_words, design.parts), *map(path_words, design.free)]
+    named = " and ".join(filter(None, (", ".join(chosen[:-1]), chosen[-1]))) if chosen else "nothing"
+    kept = " and ".join(["requirement"] * (study.requirement is not None) + ["motions"] * bool(study.duty))
+    return (
+        f"Result of a search over parts for the study {study.name}, with its drive {design.template} as the template. Searched: "
+        f"{named}. All else in the drive is the template's; {kept} as in the study."
+    )
+
+
+def _reconstruction(study: Study, owner: str, kept: Iterable[Provenance]) -> tuple[str, ...]:
+    """What the design takes over from a reconstruction: the study's statements are on a machine with other parts."""
+    assumed = sum(row.kind == "assumed" and row.where != DEFAULT for row in kept)
+    if not study.reconstruction or not assumed:
+        return ()
+    return (
+        f"The study {study.name} has a drive that is a reconstruction. This design takes over {assumed} assumed values from its "
+        f"template {owner}, the requirement and the rig; the source beside each says where it is from. They are plausible but "
+        "not validated.",
+    )
+
+
+_KEPT = {
+    "gearhead": ("loss_model",),
+    AXLE_BEARING: (
+        "friction_model",
+        "friction_coefficient",
+        "viscosity",
+        "lubrication",
+        "oil_level",
+        "drag_factor",
+        "boundary_friction",
+        "starting_friction",
+        "ehl_friction",
+    ),
+}
+"""Fields that a part of a set does not bring with it, by role: those of the template stay."""
+
+
+_BANDWIDTH = "control.cylinder_bandwidth"
+
+
 def _within(design: SizedDrive, path: str) -> bool:
-    return path in design.free or path.partition(".")[0] in design.parts
+    return path in design.free or any(path.startswith(f"{role}.") for role in design.parts)
 
 
 def _replaced(design: SizedDrive, row: Provenance) -> bool:
-    """Whether a value of the template is of a part that the design replaces; the loss model is not of a part."""
-    return row.owner == design.template and row.field != "gearhead.loss_model" and _within(design, row.field)
+    """Whether a value of the template is of a part that the design replaces."""
+    role, _, name = row.field.rpartition(".")
+    if row.owner == design.template and row.field == _BANDWIDTH:
+        return not same(row.value, value_at(design.drive, _BANDWIDTH))
+    return row.owner == design.template and name not in _KEPT.get(role, ()) and _within(design, row.field)
 
 
 def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
     for role, part in design.parts.items():
-        instance = getattr(design.drive, role)
+        instance = value_at(design.drive, role)
         for field in described(type(instance)):
             value = getattr(instance, field.name)
-            if value is not None and not dataclasses.is_dataclass(value) and field.name != "loss_model":
+            if value is not None and not dataclasses.is_dataclass(value) and field.name not in _KEPT.get(role, ()):
                 kind = "derived" if field.name in part.derived else part.kind
                 yield _row(owner, f"{role}.{field.name}", field, value, kind, part.where)
     for path, free in design.free.items():
-        outer, _, inner = path.partition(".")
-        stage = getattr(design.drive, outer)
+        outer, _, inner = path.rpartition(".")
+        stage = value_at(design.drive, outer) if outer else design.drive
         field = next(one for one in described(type(stage)) if one.name == inner)
         around = "" if math.isnan(free.low) else f", feasible from {free.low:.4g} to {free.high:.4g} {free.unit}"
         yield _row(owner, path, field, free.value, "derived", f"search over parts{around}")
+
+
+def _of_control(study: Study, design: SizedDrive) -> Iterator[Provenance]:
+    """Source of the bandwidth of the cylinder's speed loop, if it is not the template's."""
+    if design.architecture != "cobotic":
+        return
+    value = value_at(design.drive, _BANDWIDTH)
+    if value != value_at(study.drives[design.template], _BANDWIDTH):
+        field = next(
+            one for one in described(type(value_at(design.drive, "control"))) if one.name == "cylinder_bandwidth"
+        )
+        where = "as fast as the steering servo, to hold the constant speed that the search over parts assumes"
+        yield _row(design.template, _BANDWIDTH, field, value, "assumed", where)
 
 
 def _row(owner: str, path: str, field: dataclasses.Field[Any], value: Any, kind: str, where: str) -> Provenance:
@@ -99,6 +176,19 @@ def _row(owner: str, path: str, field: dataclasses.Field[Any], value: Any, kind:
         kind=kind,
         where=where,
     )
+
+
+def not_simulated(drive: Drive, duty: DutyCycle) -> str | None:
+    """Why a motion from a file cannot be simulated with a drive; None if it can.
+
+    The force of a file is linear between its times. Where its slope jumps, so does the rate of a spring that a load without
+    inertia follows, see `drivetrain.graphs.output_start`.
+    """
+    output = getattr(drive, "output", None)
+    if duty.moved_mass or output is None or not output.has_series_spring:
+        return None
+    key, what = ("load_inertia", "moment of inertia") if duty.axis.rotary else ("load_mass", "mass")
+    return f"behind a series spring, a simulation needs a {what} of the load; add {key} to the duty cycle"
 
 
 def motion_file(duty: DutyCycle) -> str | None:
@@ -127,6 +217,7 @@ def scenario_of(duty: DutyCycle, file: Path) -> Scenario:
         title=duty.title,
         duration=2.0 * duty.period,
         output_step=duty.period / _STEPS,
+        settling_time=duty.period,
         motion=Waypoints.read(str(file)),
         force=RecordedForce.read(str(file)),
         load_mass=None if rotary else mass or None,

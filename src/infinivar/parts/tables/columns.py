@@ -80,8 +80,8 @@ _SHARE = Interval(gt=0, le=1)
 _FURTHER: Mapping[str, tuple[Column, ...]] = {
     "motors": (
         _stated("stated_no_load_speed", "rad/s", Gt(0), "No-load speed as stated"),
-        _stated("continuous_speed", "rad/s", Gt(0), "Largest speed in continuous operation as stated"),
-        _stated("continuous_power", "W", Gt(0), "Largest mechanical power in continuous operation as stated"),
+        _stated("continuous_speed", "rad/s", Gt(0), "Speed of continuous operation as stated; no limit"),
+        _stated("continuous_power", "W", Gt(0), "Mechanical power of continuous operation as stated; no limit"),
         _stated("stated_stall_torque", "N m", Gt(0), "Stall torque as stated"),
         _stated("stated_stall_current", "A", Gt(0), "Stall current as stated"),
         _stated("stated_continuous_current", "A", Gt(0), "Continuous current as stated"),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -407,6 +407,63 @@ def _unusable(parts: PartSet) -> Iterator[str]:
                 yield str(problem)
 
 
+def _contradictions(table: PartTable) -> Iterator[tuple[Relation, int, list[Contradiction]]]:
+    """Each relation of a kind of table, the number of rows it was tested on, and the rows out of tolerance."""
+    for relation in RELATIONS:
+        if relation.kind != table.kind or not table:
+            continue
+        one, other, apart = relation.deviations(table)
+        # Rounding of units must not decide about a bound that a row just keeps.
+        rows = np.flatnonzero(np.abs(apart) > relation.tolerance + 1e-12)
+        yield (
+            relation,
+            int(np.isfinite(apart).sum()),
+            [
+                Contradiction(
+                    kind=relation.kind,
+                    key=str(table.texts["key"][row]),
+                    relation=relation.name,
+                    stated=float(one[row]),
+                    follows=float(other[row]),
+                    unit=relation.unit,
+                    deviation=float(apart[row]),
+                    tolerance=relation.tolerance,
+                    words=relation.follows,
+                    at_most=relation.at_most,
+                )
+                for row in rows
+            ],
+        )
+
+
+def _worst_first(found: Iterable[Contradiction]) -> tuple[Contradiction, ...]:
+    return tuple(sorted(found, key=lambda one: one.tolerance - abs(one.deviation)))
+
+
+def contradictions_of(parts: PartSet, kind: str, keys: Iterable[str]) -> tuple[Contradiction, ...]:
+    """Contradictions of some parts of a set, the worst first; see `check_parts`.
+
+    Parameters
+    ----------
+    parts : PartSet
+    kind : str         "motors", "gearheads", "bearings" or "materials".
+    keys : iterable    Keys of parts.
+
+    Raises
+    ------
+    InputError
+        If the set has no such part.
+    """
+    table = parts.tables[kind]
+    rows = sorted({table.row(key) for key in keys})
+    some = replace(
+        table,
+        columns={name: column[rows] for name, column in table.columns.items()},
+        texts={name: column[rows] for name, column in table.texts.items()},
+    )
+    return _worst_first(one for _, _, found in _contradictions(some) for one in found)
+
+
 def check_parts(parts: PartSet) -> CatalogueCheck:
     """Find rows of a set whose figures contradict each other.
 
@@ -419,35 +476,17 @@ def check_parts(parts: PartSet) -> CatalogueCheck:
     CatalogueCheck
         Each relation of `RELATIONS` is tested on the rows that state all it needs.
     """
-    found: list[tuple[float, Contradiction]] = []
+    found: list[Contradiction] = []
     tested: dict[str, int] = {}
-    for relation in RELATIONS:
-        table = parts.tables[relation.kind]
-        if not table:
-            continue
-        one, other, apart = relation.deviations(table)
-        tested[f"{ONE[relation.kind]}: {relation.name}"] = int(np.isfinite(apart).sum())
-        # Rounding of units must not decide about a bound that a row just keeps.
-        for row in np.flatnonzero(np.abs(apart) > relation.tolerance + 1e-12):
-            made = Contradiction(
-                kind=relation.kind,
-                key=str(table.texts["key"][row]),
-                relation=relation.name,
-                stated=float(one[row]),
-                follows=float(other[row]),
-                unit=relation.unit,
-                deviation=float(apart[row]),
-                tolerance=relation.tolerance,
-                words=relation.follows,
-                at_most=relation.at_most,
-            )
-            found.append((abs(made.deviation) - relation.tolerance, made))
-    found.sort(key=lambda pair: -pair[0])
+    for table in parts.tables.values():
+        for relation, count, some in _contradictions(table):
+            tested[f"{ONE[relation.kind]}: {relation.name}"] = count
+            found += some
     return CatalogueCheck(
         name=parts.name,
         rows={kind: len(table) for kind, table in parts.tables.items()},
         tested=tested,
-        contradictions=tuple(one for _, one in found),
+        contradictions=_worst_first(found),
         unusable=tuple(_unusable(parts)),
         incomplete={
             kind: int((~table.complete).sum()) for kind, table in parts.tables.items() if not table.complete.all()

@@ -10,12 +10,13 @@ from typing import Any
 
 from infinivar import units
 from infinivar.errors import InputError, nearest
-from infinivar.parts.tables.columns import Column, kind_by_columns, number_columns, text_columns
-from infinivar.parts.tables.gathering import NOT_STATED, Gathering
+from infinivar.parts.tables.columns import Column, counted, kind_by_columns, number_columns, text_columns
+from infinivar.parts.tables.gathering import NOT_STATED, Gathering, checked_number
 from infinivar.parts.tables.mgdb import Line
 
 _HEADING = re.compile(r"\s*([^\[\(]*?)\s*(?:[\[\(]\s*(.*?)\s*[\]\)])?\s*$")
 _PAIRS = ("motor", "gearhead")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +59,7 @@ def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str
     """Take the rows of a file; the first line has the headings."""
     headings = _headings(lines[0][1])
     columns = _columns(gathering, kind, headings, file)
+    _remark_small_shares(gathering, columns, file, [dict(zip(headings, cells, strict=False)) for _, cells in lines[1:]])
     for line, cells in lines[1:]:
         if not any(cell.strip() for cell in cells):
             continue
@@ -65,10 +67,12 @@ def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str
         said = {heading.name: cell for heading, cell in zip(headings, cells, strict=False)}
         try:
             if len(cells) != len(headings):
-                raise InputError(f"has {len(cells)} cells, but there are {len(headings)} headings")
+                raise InputError(
+                    f"has {counted(len(cells), 'cells')}, but there are {counted(len(headings), 'headings')}"
+                )
             row = _row(kind, said, columns)
         except InputError as problem:
-            gathering.refuse(file, line, said.get("key", ""), str(problem))
+            gathering.refuse(file, line, said.get("key", ""), str(problem), kind)
             continue
         gathering.add(kind, row, file, line)
 
@@ -103,6 +107,27 @@ def _columns(gathering: Gathering, kind: str, headings: Sequence[_Heading], file
     return found
 
 
+def _remark_small_shares(
+    gathering: Gathering,
+    columns: Mapping[str, tuple[Column, str]],
+    file: str,
+    rows: Sequence[Mapping[_Heading, str]],
+) -> None:
+    """Note columns in percent of which no value exceeds 1: these may be meant as fractions."""
+    for name, (column, unit) in columns.items():
+        if unit != "%" or column.unit != "1":
+            continue
+        cells = [cell.strip() for row in rows for heading, cell in row.items() if heading.name == name]
+        known = [float(cell) for cell in cells if _NUMBER.fullmatch(cell)]
+        if known and max(known) <= 1.0:
+            gathering.remark(
+                file,
+                None,
+                f"column '{name} [%]' was read in percent, {max(known):g} as {max(known):g} %; if its values are fractions, "
+                f"write {name} [1]",
+            )
+
+
 def _check_unit(place: str, unit: str, column: Column) -> None:
     try:
         units.parse(f"1 {unit}" if unit != "1" else 1.0, column.unit)
@@ -125,9 +150,14 @@ def _number(name: str, cell: str, unit: str, column: Column) -> float:
     if cell.lower() in ("inf", "infinite", "infinity"):
         return math.inf
     try:
-        return units.parse(cell if unit == "1" else f"{cell} {unit}", column.unit)
+        value = units.parse(cell if unit == "1" else f"{cell} {unit}", column.unit)
     except InputError as problem:
         raise InputError(f"{name} = {cell[:40]!r} {problem}") from None
+    try:
+        return checked_number(column, value)
+    except InputError as problem:
+        written = "" if unit == column.unit else f", written as {cell[:40]} {unit}"
+        raise InputError(f"{problem}{written}") from None
 
 
 def read_pairs(gathering: Gathering, lines: Sequence[Line], file: str) -> None:

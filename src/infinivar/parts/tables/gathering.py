@@ -18,6 +18,9 @@ from infinivar.parts.tables.table import PartSet, part_set, table
 NOT_STATED = frozenset({"", "-", "–", "nan", "n/a", "na"})
 """Cells, in lower case, that state no value."""
 
+DATE = re.compile(r"\d{4}(-(0[1-9]|1[0-2])(-(0[1-9]|[12]\d|3[01]))?)?")
+"""Year, year and month, or day."""
+
 _LONGEST = 200
 """Longest text of a cell, in characters."""
 _SHOWN_LINES = 5
@@ -89,8 +92,10 @@ class Gathering:
         """Note something about a line."""
         self._remarks.setdefault((file, text), []).extend([] if line is None else [line])
 
-    def refuse(self, file: str, line: int | None, what: str, reason: str) -> None:
-        """Note a fault."""
+    def refuse(self, file: str, line: int | None, what: str, reason: str, kind: str | None = None) -> None:
+        """Note a fault; with a kind, of the row of a part."""
+        if kind is not None:
+            self._refused.add((kind, what))
         self.faults.append(Fault(file=file, line=line, what=what, reason=reason))
 
     def add(self, kind: str, row: Mapping[str, Any], file: str, line: int | None) -> bool:
@@ -101,9 +106,12 @@ class Gathering:
             if (kind, key) in self._keys:
                 raise InputError(f"the key is that of another {ONE[kind]}, in {self._keys[kind, key]}")
         except InputError as problem:
-            self._refused.add((kind, str(key)))
-            self.refuse(file, line, str(key), str(problem))
+            self.refuse(file, line, str(key), str(problem), kind)
             return False
+        if not DATE.fullmatch(row.get("date", "") or "2000"):
+            self.remark(
+                file, line, f"date {row['date']!r} is no date such as 2026, 2026-03 or 2026-03-31; it was kept as text"
+            )
         self._keys[kind, key] = file if line is None else f"line {line} of {file}"
         self.rows[kind].append(made)
         return True
@@ -198,6 +206,13 @@ def checked_number(column: Column, value: float) -> float:
         return math.nan
     try:
         check_value(column.name, value, column.unit, column.bound)
+    except ParameterError:
+        pass
+    else:
+        return value
+    try:
+        # Units leave digits that nobody has written.
+        check_value(column.name, float(f"{value:.12g}"), column.unit, column.bound)
     except ParameterError as problem:
         raise InputError(str(problem)) from None
     return value

@@ -16,7 +16,7 @@ from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.tables import delimited, mgdb, stored, tomls
 from infinivar.parts.tables.columns import PARTS, counted
-from infinivar.parts.tables.gathering import Fault, Gathering, Remark
+from infinivar.parts.tables.gathering import DATE, Fault, Gathering, Remark
 from infinivar.parts.tables.table import PartSet
 
 SUFFIXES = (".npz", ".toml", ".csv")
@@ -104,6 +104,8 @@ def import_parts(
     paths = [Path(files)] if isinstance(files, str | Path) else [Path(one) for one in files]
     if not paths:
         raise InputError("files must name at least one file of parts")
+    if date and not DATE.fullmatch(date):
+        raise InputError(f"date {date!r} must be a year, month or day, such as 2026, 2026-03 or 2026-03-31")
     today = f"imported {datetime.datetime.now(datetime.UTC).date().isoformat()}"
     gathering = Gathering(defaults={"date": today if date is None else date, "kind": "catalogue"})
     for path in paths:
@@ -164,6 +166,7 @@ def _lines(text: str, path: Path) -> Iterator[mgdb.Line]:
     """Cells of each line that has any, with its number."""
     first = next((line for line in text.splitlines() if line.strip()), "")
     separator = max(",;\t", key=first.count)
+    _check_quotes(text, separator, path)
     rows = csv.reader(io.StringIO(text, newline=""), delimiter=separator)
     try:
         for cells in rows:
@@ -171,3 +174,14 @@ def _lines(text: str, path: Path) -> Iterator[mgdb.Line]:
                 yield rows.line_num, cells
     except csv.Error as problem:
         raise InputError(f"{printable(path)}:{rows.line_num}: is not valid CSV: {problem}") from problem
+
+
+def _check_quotes(text: str, separator: str, path: Path) -> None:
+    """Raise InputError if a quote is open to the end of the file, and has made one cell of the lines behind it."""
+    rows, begin = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True), 1
+    try:
+        for _ in rows:
+            begin = rows.line_num + 1
+    except csv.Error as problem:
+        if "end of data" in str(problem):
+            raise InputError(f"{printable(path)}:{begin}: has a quote that is not closed") from None

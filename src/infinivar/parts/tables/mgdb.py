@@ -13,7 +13,7 @@ from typing import Any
 
 from infinivar._core.array_namespace import Array
 from infinivar.errors import InputError
-from infinivar.parts.tables.columns import UNLIMITED
+from infinivar.parts.tables.columns import UNLIMITED, counted
 from infinivar.parts.tables.gathering import Gathering, number_of
 
 Line = tuple[int, Sequence[str]]
@@ -91,10 +91,12 @@ def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str
         key = cells[headings.index("key")].strip() if headings.index("key") < len(cells) else ""
         try:
             if len(cells) != len(headings):
-                raise InputError(f"has {len(cells)} cells, but there are {len(headings)} headings")
+                raise InputError(
+                    f"has {counted(len(cells), 'cells')}, but there are {counted(len(headings), 'headings')}"
+                )
             row, remarks = _row(kind, dict(zip(headings, cells, strict=True)))
         except InputError as problem:
-            gathering.refuse(file, line, key, str(problem))
+            gathering.refuse(file, line, key, str(problem), kind)
             continue
         if gathering.add(kind, row, file, line):
             for text in remarks:

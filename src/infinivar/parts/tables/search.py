@@ -232,6 +232,11 @@ def _fitting(sets: Sequence[PartSet], kind: str, fits: str) -> tuple[PartSet, tu
         )
     if not parts.pairs_stated:
         raise InputError(f"fits {fits!r}: the set {name} does not state what fits together")
+    own = "motors" if kind == "gearheads" else "gearheads"
+    if key not in parts.tables[own].part_keys and key in parts.tables[kind].part_keys:
+        raise InputError(
+            f"fits {fits!r}: this is among the {kind} of {name}; what fits it is found among the {own}, not the {kind}"
+        )
     return parts, parts.gearheads_for(key) if kind == "gearheads" else parts.motors_for(key)
 
 

@@ -81,6 +81,8 @@ def read(path: Path, name: str | None = None) -> PartSet:
             for one in archive.infolist():
                 with archive.open(one) as member:
                     arrays[one.filename.removesuffix(".npy")] = np.lib.format.read_array(member, allow_pickle=False)
+        if "format" not in arrays:
+            raise InputError(f"{printable(path)}: is no set of parts, but a NumPy archive of something else")
         if int(arrays["format"]) != _FORMAT:
             raise InputError(
                 f"{printable(path)}: was written by another version of the program; import its files again"

@@ -124,6 +124,20 @@ def find(name: str, beside: Sequence[Path] = ()) -> PartImport:
     )
 
 
+def readable(beside: Sequence[Path] = ()) -> tuple[list[PartImport], list[str]]:
+    """Every set that can be had and read, in the order of `places`, and why the others cannot be read, a line each.
+
+    One bad file in a folder of sets must not keep the others from being used where none is named.
+    """
+    found, problems = [], []
+    for place in places(beside):
+        try:
+            found.append(find(place.name, beside))
+        except InputError as problem:
+            problems.append(f"the set {place.name} was left out, as it cannot be read: {problem}")
+    return found, problems
+
+
 def load_parts(name: str | Path = SHIPPED) -> PartSet:
     """A set of parts as tables of columns in SI.
 
@@ -162,7 +176,7 @@ def _of_package(name: str) -> PartImport:
     loaded = plugins.load(GROUP, name, _not_a_set, (SHIPPED,))
     if isinstance(loaded, PartSet):
         return PartImport(parts=replace(loaded, name=name), faults=(), remarks=())
-    made = loaded() if callable(loaded) else loaded
+    made = plugins.call(GROUP, name, loaded) if callable(loaded) else loaded
     if isinstance(made, PartSet):
         return PartImport(parts=replace(made, name=name), faults=(), remarks=())
     if isinstance(made, str | Path):

@@ -100,6 +100,9 @@ class PartTable(Frozen):
         fields = {field.name for field in dataclasses.fields(part)} - set(text_columns(self.kind))
         values = {name: value for name, value in said.items() if name in {*fields, *choices(self.kind)}}
         friction = {name.partition(".")[2]: value for name, value in said.items() if name.startswith("friction.")}
+        if values.get("loss_model", "coulomb") != "proportional":
+            # A data sheet may state it all the same: constant friction does not need it.
+            values.pop("backdriving_efficiency", None)
         try:
             if friction:
                 values["friction"] = GearFriction(**friction)

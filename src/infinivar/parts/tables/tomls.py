@@ -85,7 +85,7 @@ def read_row(gathering: Gathering, kind: str, key: str, row: Any, file: str, lin
             raise InputError("must be a table of values")
         made, remarks = _row(kind, row)
     except InputError as problem:
-        gathering.refuse(file, line, key, str(problem))
+        gathering.refuse(file, line, key, str(problem), kind)
         return
     if gathering.add(kind, {**made, "key": key}, file, line):
         for text in remarks:

@@ -7,17 +7,19 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from infinivar._core.pareto import front
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Demand
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
-from infinivar.sizing.geared.ranking import front, mixed, ranked, unchecked
-from infinivar.sizing.geared.result import GearedSizing, Objective, Progress, best_so_far
+from infinivar.sizing.geared.ranking import mixed, ranked, unchecked
+from infinivar.sizing.geared.result import GearedSizing, Objective, best_so_far
 from infinivar.sizing.geared.sampled import HOT, sample
 from infinivar.sizing.geared.tally import SPARE, Tally
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 from infinivar.sizing.geared.warmth import friction_factors, warmth
+from infinivar.sizing.progress import Progress
 
 
 def at_stages(
@@ -47,6 +49,7 @@ def at_stages(
             continue
         done = sample(found, tried, here, stage)
         tally.heat(done, tried, left[left] if prune else left)
+        tally.rest(done, tried, left[left] if prune else left)
         feasible[place, tried], evaluated[place, tried] = done.feasible, True
         power[place, tried] = mixed(done.power, shares)
         best += ranked(found, tried, stage, done, shares, objective, top)
@@ -109,4 +112,4 @@ def _temperature(
         lost = np.ravel(drive.motor.resistance) * (moved + rested)
         linear, square = friction_factors(drive)
         rubbed = linear * made.all[3, 4] + square * made.all[3, 3]
-        yield HOT, warm.by_winding * lost + warm.by_friction * rubbed
+        yield HOT, np.where(warm.hopeless, np.inf, warm.by_winding * lost + warm.by_friction * rubbed)

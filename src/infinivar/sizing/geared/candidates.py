@@ -57,12 +57,11 @@ _NOTHING = 1e-300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Candidates:
+class Pairs:
     """Pairs of motor and gearhead, and for which of them the laws can be evaluated.
 
     Attributes
     ----------
-    template : ConventionalDrive   Everything but motor and gearhead.
     motors, gearheads : name to (n,) float   Fields of `Motor` and `Gearhead` in SI, nan where not stated.
     pairs : (m, 2) int             Row of the motor and of the gearhead.
     names : mapping                Names of "motor" and "gearhead" by row; empty if the tables have none.
@@ -71,7 +70,6 @@ class Candidates:
     excluded : reason to int       Number of pairs left out, each counted once under its first reason.
     """
 
-    template: ConventionalDrive
     motors: Mapping[str, np.ndarray]
     gearheads: Mapping[str, np.ndarray]
     pairs: np.ndarray
@@ -98,8 +96,8 @@ class Candidates:
         """Mass of motor and gearhead; nan where one is not stated. (k,) [kg]"""
         return self.values("motor", "mass", rows) + self.values("gearhead", "mass", rows)
 
-    def drives(self, rows: np.ndarray, stage: OutputStage) -> ConventionalDrive:
-        """Many drives as one, whose values are arrays of shape (k, 1).
+    def parts(self, rows: np.ndarray) -> tuple[Motor, Gearhead]:
+        """Many motors and gearheads as one, whose values are arrays of shape (k, 1).
 
         A limit that is not stated is out of reach; heat has data only if all rows have it.
         """
@@ -122,10 +120,10 @@ class Candidates:
             gear["backdriving_efficiency"] = self._column(
                 "gearhead", "backdriving_efficiency", rows, gear["efficiency"]
             )
-        return self._drive(Motor(**motor), Gearhead(**gear, loss_model=self.loss_model), stage)
+        return Motor(**motor), Gearhead(**gear, loss_model=self.loss_model)
 
-    def drive(self, row: int, stage: OutputStage) -> ConventionalDrive:
-        """One drive as a study would have it: what is not stated is None."""
+    def part(self, row: int) -> tuple[Motor, Gearhead]:
+        """One motor and gearhead as a study would have them: what is not stated is None."""
         parts: dict[str, dict[str, Any]] = {}
         for kind, column in (("motor", 0), ("gearhead", 1)):
             fields = (*LAW[kind], *_OPTIONAL[kind], "mass", *(("inductance", "diameter") if kind == "motor" else ()))
@@ -135,7 +133,7 @@ class Candidates:
                 parts[kind]["name"] = str(self.names[kind][self.pairs[row, column]])
         for name in {name for model, names in _BY_MODEL.items() if model != self.loss_model for name in names}:
             parts["gearhead"].pop(name, None)
-        return self._drive(Motor(**parts["motor"]), Gearhead(**parts["gearhead"], loss_model=self.loss_model), stage)
+        return Motor(**parts["motor"]), Gearhead(**parts["gearhead"], loss_model=self.loss_model)
 
     def resistances(self, rows: np.ndarray, coldest: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Which windings' temperatures are known, and the least and largest resistance that each can have.
@@ -157,6 +155,21 @@ class Candidates:
         found = self.values(kind, name, rows)[:, None]
         return found if otherwise is None else np.where(np.isnan(found), otherwise, found)
 
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Candidates(Pairs):
+    """Pairs as drives with an output stage; `template` has everything but motor and gearhead."""
+
+    template: ConventionalDrive
+
+    def drives(self, rows: np.ndarray, stage: OutputStage) -> ConventionalDrive:
+        """Many drives as one, whose values are arrays of shape (k, 1); see `parts`."""
+        return self._drive(*self.parts(rows), stage)
+
+    def drive(self, row: int, stage: OutputStage) -> ConventionalDrive:
+        """One drive as a study would have it: what is not stated is None."""
+        return self._drive(*self.part(row), stage)
+
     def _drive(self, motor: Motor, gearhead: Gearhead, stage: OutputStage) -> ConventionalDrive:
         return with_stage(replace(self.template, motor=motor, gearhead=gearhead), stage)
 
@@ -176,11 +189,24 @@ def candidates(
     moving: bool,
     weighed: bool,
 ) -> Candidates:
+    """Check tables of parts, for drives like a template; other arguments as for `pairs_of`."""
+    found = pairs_of(motors, gearheads, pairs, loss_model=loss_model, moving=moving, weighed=weighed)
+    return Candidates(template=template, **{one.name: getattr(found, one.name) for one in dataclasses.fields(found)})
+
+
+def pairs_of(
+    motors: Mapping[str, Any],
+    gearheads: Mapping[str, Any],
+    pairs: Any,
+    *,
+    loss_model: LossModel,
+    moving: bool,
+    weighed: bool,
+) -> Pairs:
     """Check tables of parts.
 
     Parameters
     ----------
-    template : ConventionalDrive   Everything but motor and gearhead.
     motors, gearheads : mapping    Columns by the names of the fields of `Motor` and `Gearhead`, in SI, nan where not stated; a
         column "name" holds texts. Other columns do not matter.
     pairs : (m, 2) int             Row of the motor and of the gearhead.
@@ -209,8 +235,7 @@ def candidates(
             raise ParameterError(
                 f"pairs[{place}, {column}] must be a row of the {kind}s, 0 to {count - 1}, got {pairs[place, column]}"
             )
-    made = Candidates(
-        template=template,
+    made = Pairs(
         motors=tables["motor"],
         gearheads=tables["gearhead"],
         pairs=pairs,
@@ -260,7 +285,7 @@ _MAY_BE_INFINITE = frozenset(
 )
 
 
-def _faults(made: Candidates, moving: bool, weighed: bool) -> list[tuple[str, np.ndarray]]:
+def _faults(made: Pairs, moving: bool, weighed: bool) -> list[tuple[str, np.ndarray]]:
     """Reasons to leave a pair out, and the pairs that have each of them."""
     rows, found = np.arange(len(made.pairs)), []
     needs = [("motor", name) for name in LAW["motor"]] + [("motor", "rotor_inertia")] * moving

@@ -25,6 +25,9 @@ import numpy as np
 from infinivar._core.fields import given
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Demand, Limit
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
 from infinivar.sizing.geared.extremes import extreme_places
 from infinivar.sizing.geared.tasks import Signals, Task, heat_counts
 
@@ -66,7 +69,11 @@ class Moments(NamedTuple):
 
 def linear(drive: ConventionalDrive) -> Linear:
     """Coefficients of many drives, whose values are arrays of shape (k, 1)."""
-    motor, gear = drive.motor, drive.gearhead
+    return linear_of(drive.motor, drive.gearhead)
+
+
+def linear_of(motor: Motor, gear: Gearhead) -> Linear:
+    """Coefficients of many motors with their gearheads, whose values are arrays of shape (k, 1)."""
     constant, ratio = np.asarray(motor.torque_constant), np.asarray(gear.ratio)
     forward, backward = gear.load_factors
     inertia = given(motor.rotor_inertia, 0.0) + given(gear.inertia, 0.0)
@@ -133,15 +140,14 @@ def least_power(drive: ConventionalDrive, current: Linear, made: Moments, resist
     """
     everything = mean_power(current, made, resistance, driving=False)
     given_out = np.maximum(everything, mean_power(current, made, resistance, driving=True))
-    return supplied(drive, everything, np.maximum(given_out, 0.0))
+    return supplied(drive.amplifier, everything, np.maximum(given_out, 0.0))
 
 
-def supplied(drive: ConventionalDrive, everything: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+def supplied(amplifier: Amplifier, everything: np.ndarray, drawn: np.ndarray) -> np.ndarray:
     """Mean power from the supply, from the mean of the motor's power and of its positive part. [W]
 
     Source: `Amplifier.supply`, which is linear in the positive and the negative part of the power.
     """
-    amplifier = drive.amplifier
     unit, _, _ = amplifier.supply(np.array([0.0, 1.0, -1.0]))
     standby, rise, fall = unit[0], unit[1] - unit[0], unit[0] - unit[2]
     return standby + fall * everything + (rise - fall) * drawn

@@ -75,3 +75,27 @@ def highest_places(points: np.ndarray) -> np.ndarray:
     others = corners[None, :, :]
     exceeded = np.all(others >= corners[:, None, :], axis=-1) & np.any(others > corners[:, None, :], axis=-1)
     return places[~exceeded.any(axis=-1)]
+
+
+def braking_places(points: np.ndarray) -> np.ndarray:
+    """Places of points of a region whose loads decide whether a motor returns power.
+
+    A motor returns power while its current is below 0 and its voltage above. Both rise with the speed at one torque, and current
+    by less than back-emf over resistance, as the no-load current is below half of the stall current. The speeds at which power
+    is returned then are one interval, which at one torque and any candidate either has its upper end at twice its lower
+    or more, or lies beyond the largest speed: speeds in ratios of two, the least and the largest find it.
+
+    Parameters
+    ----------
+    points : (n, 2) float   Torque and speed with the motion, speeds of one torque in equal steps.
+
+    Returns
+    -------
+    (k,) int   Points at which the load drives: of each torque those at the first, second, third, fifth, ninth speed and so on.
+    """
+    driven = np.flatnonzero(points[:, 0] < 0.0)
+    order = driven[np.lexsort((points[driven, 1], points[driven, 0]))]
+    torque, every = points[order, 0], np.arange(len(order))
+    place = every - np.searchsorted(torque, torque, side="left")
+    last = every == np.searchsorted(torque, torque, side="right") - 1
+    return order[last | (place & (place - 1) == 0)]

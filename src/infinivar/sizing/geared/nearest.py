@@ -13,10 +13,11 @@ from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.over_radius import RadiusSearch, nodes, ordered
 from infinivar.sizing.geared.radius_bounds import Bounds
-from infinivar.sizing.geared.radius_limits import region_points
+from infinivar.sizing.geared.radius_limits import load_of, region_points
 from infinivar.sizing.geared.ranking import design, mixed
+from infinivar.sizing.geared.regeneration import returning, union, windows
 from infinivar.sizing.geared.result import Design
-from infinivar.sizing.geared.sampled import sample
+from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
 
@@ -37,10 +38,16 @@ def nearest_stage(
     least, chosen = np.inf, None
     for place in np.unique(stage_of[first]):
         rows = found.usable[first[stage_of[first] == place]]
-        worst = ordered(sample(found, rows, ranking, stages[place]))
+        worst = _missed(sample(found, rows, ranking, stages[place]), tasks)
         if worst.min() < least:
             least, chosen = float(worst.min()), (int(rows[np.argmin(worst)]), stages[place])
     return None if chosen is None else _design(found, *chosen, tasks, shares)
+
+
+def _missed(done: Sampled, tasks: Sequence[Task]) -> np.ndarray:
+    """Largest demands in their order; inf for candidates that keep all limits, unless it is the travel that all exceed."""
+    kept = done.feasible & (not any(isinstance(task, MotionTask) and task.exceeds_travel for task in tasks))
+    return np.where(kept, np.inf, ordered(done))
 
 
 def nearest_over_radius(
@@ -58,8 +65,23 @@ def nearest_over_radius(
     rows = found.usable[np.argsort(best, kind="stable")[:_EVALUATED]]
     judged = tuple(region_points(task, found.template) if isinstance(task, RegionTask) else task for task in ranking)
     search = RadiusSearch(found, judged, "mass", shares)
-    made = search.best(rows, Bounds(*(np.full(len(rows), end) for end in radii)))
-    first = int(np.argmin(ordered(made.done)))
+    whole = Bounds(*(np.full(len(rows), end) for end in radii))
+    made = search.best(rows, whole)
+    worst = _missed(made.done, tasks)
+    if found.template.amplifier.regeneration == "none":
+        loads = [load_of(found, task, radii) for task in judged]
+        gaps = [
+            union(np.concatenate(all_of))
+            for all_of in zip(*(returning(found, load, rows) for load in loads), strict=True)
+        ]
+        places, left = windows(gaps, whole)
+        if places.size:
+            rows = rows[places]
+            made = search.best(rows, left)
+            worst = _missed(made.done, tasks)
+    first = int(np.argmin(worst))
+    if np.isinf(worst[first]):
+        return None
     stage = Pulley(radius=float(made.radius[first]), friction_torque=pulley.friction_torque)
     return _design(found, int(rows[first]), stage, tasks, shares)
 

@@ -12,15 +12,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.pareto import front
 from infinivar.parts.linear import Pulley
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
-from infinivar.sizing.geared.ranking import design, front, mixed, unchecked
-from infinivar.sizing.geared.result import Design, GearedSizing, Objective, Progress, best_so_far
-from infinivar.sizing.geared.sampled import Sampled, sample
+from infinivar.sizing.geared.ranking import design, mixed, unchecked
+from infinivar.sizing.geared.regeneration import RETURNED, returning, union, windows
+from infinivar.sizing.geared.result import Design, GearedSizing, Objective, best_so_far
+from infinivar.sizing.geared.sampled import Sampled, TaskDemand, sample
 from infinivar.sizing.geared.tally import Tally
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.progress import Progress
 
 _AT_ONCE = 32
 """Pairs evaluated together."""
@@ -69,8 +72,8 @@ class RadiusSearch:
     def best(self, rows: np.ndarray, bounds: Bounds) -> _Found:
         """Best radius of pairs within bounds: of the largest margin, or of the least power at which every limit is kept.
 
-        Every limit is kept on one interval of radii, so that the largest demand falls towards the radius with the largest
-        margin from both sides; the power is sought beside the best of several radii.
+        Within bounds every limit is kept on one interval of radii, so that the largest demand falls towards the radius with the
+        largest margin from both sides; the power is sought beside the best of several radii.
         """
         radii = nodes(bounds.low, bounds.high)
         worst, power = self.look(rows, radii)
@@ -127,32 +130,32 @@ def best_over_radius(
     template = found.template
     judged = tuple(region_points(task, template) if isinstance(task, RegionTask) else task for task in tasks)
     loads = [load_of(found, task, radii) for task in judged]
-    bounds = _bounds(found, loads, tally, radii)
-    able = ~bounds.empty
-    reachable = all(demand <= 1.0 for load in loads for demand in load.others.values())
-    whole = Bounds(np.full(len(rows), radii[0]), np.full(len(rows), radii[1]))
-    if not prune:
-        # Where nothing is feasible by the closed forms, the search looks at the whole range all the same.
-        bounds = Bounds(np.where(able, bounds.low, whole.low), np.where(able, bounds.high, whole.high))
-    tried = np.flatnonzero(able) if prune or not reachable else np.arange(len(rows))
-    bounds = Bounds(bounds.low[tried], bounds.high[tried])
-    least = _least(found, loads, rows[tried], bounds, objective, shares)
-    search = RadiusSearch(found, judged, objective, shares)
-    designs, evaluated, power = _best_first(
-        search, rows[tried], bounds, least, top, all_of_them=not prune, progress=progress
-    )
+    places, bounds = _left(found, loads, tally, radii)
+    able = np.isin(np.arange(len(rows)), places)
     limits_of = np.full((count, 2), np.nan)
-    limits_of[rows[tried]] = np.where(able[tried][:, None], np.stack(bounds, axis=-1), np.nan)
+    for column, one, of in ((0, bounds.low, np.fmin), (1, bounds.high, np.fmax)):
+        of.at(limits_of[:, column], rows[places], one)
+    if not prune and all(demand <= 1.0 for load in loads for demand in load.others.values()):
+        # Where nothing is feasible by the closed forms, the search looks at the whole range all the same.
+        others = np.flatnonzero(~able)
+        places = np.concatenate([places, others])
+        bounds = Bounds(*(np.append(one, np.full(len(others), end)) for one, end in zip(bounds, radii, strict=True)))
+    tried = rows[places]
+    least = _least(found, loads, tried, bounds, objective, shares)
+    search = RadiusSearch(found, judged, objective, shares)
+    first = _best_first(search, tried, bounds, least, top, all_of_them=not prune, progress=progress)
+    seen, drawn = np.zeros((1, count), dtype=bool), np.full((1, count), np.nan)
+    seen[0, tried[first.evaluated]] = True
+    np.fmin.at(drawn[0], tried, first.power)
+    _tally_evaluated(tally, first, np.where(able[places], places, -1))
     feasible = np.zeros((1, count), dtype=bool)
     feasible[0, rows[able]] = True
-    drawn, seen = np.full((1, count), np.nan), np.zeros((1, count), dtype=bool)
-    drawn[0, rows[tried]], seen[0, rows[tried]] = power, evaluated
     return GearedSizing(
         objective=objective,
         candidates=count,
         excluded=dict(found.excluded),
         counts=tally.counts(),
-        designs=tuple(designs),
+        designs=tuple(first.designs),
         feasible=feasible,
         evaluated=seen,
         power=drawn,
@@ -161,24 +164,57 @@ def best_over_radius(
     )
 
 
-def _bounds(found: Candidates, loads: Sequence[Load], tally: Tally, radii: tuple[float, float]) -> Bounds:
-    """Radii that closed forms leave to each usable pair; pairs without one are counted by limit."""
+def _left(
+    found: Candidates, loads: Sequence[Load], tally: Tally, radii: tuple[float, float]
+) -> tuple[np.ndarray, Bounds]:
+    """Radii that closed forms leave to usable pairs; pairs without one are counted by limit.
+
+    Returns
+    -------
+    places : (m,) int   Pair of each range of radii, in rising order: one range, or several where no power may be returned.
+    bounds : Bounds     (m,)
+    """
     rows = found.usable
-    bounds = Bounds(np.full(len(rows), radii[0]), np.full(len(rows), radii[1]))
+    whole = Bounds(np.full(len(rows), radii[0]), np.full(len(rows), radii[1]))
+    bounds, gaps, places = whole, None, np.arange(len(rows))
     for load in loads:
         if any(not demand <= 1.0 for demand in load.others.values()):
             for key, demand in load.others.items():
+                before, places = places, places if demand <= 1.0 else places[:0]
                 beyond = np.full(len(rows), not demand <= 1.0)
-                tally.add((load.task.name, *key), np.ones_like(beyond), beyond, beyond & ~bounds.empty)
-            return Bounds(bounds.high + 1.0, bounds.low)
+                tally.add((load.task.name, *key), np.ones_like(beyond), beyond, _lost(before, places, len(rows)))
+            return places, Bounds(np.empty(0), np.empty(0))
         for key, one in limits(found, load, rows):
             checked = tally.checked(load.task, key, rows)
             # Rounding must not part an interval that is a single radius.
             one = Bounds(one.low * (1.0 - 1e-12), one.high * (1.0 + 1e-12))
-            left = ~bounds.empty
             bounds = bounds.both(one)
-            tally.add((load.task.name, *key), checked, one.empty, left & bounds.empty)
-    return bounds
+            before, places = places, places[~bounds.empty[places]]
+            tally.add((load.task.name, *key), checked, one.empty, _lost(before, places, len(rows)))
+        if found.template.amplifier.regeneration == "none":
+            more = returning(found, load, rows)
+            gaps = more if gaps is None else [union(np.concatenate(both)) for both in zip(gaps, more, strict=True)]
+            before, places = places, windows(gaps, bounds)[0]
+            beyond = _lost(np.arange(len(rows)), windows(more, whole)[0], len(rows))
+            tally.add((load.task.name, *RETURNED), np.ones_like(beyond), beyond, _lost(before, places, len(rows)))
+    return windows(gaps, bounds)
+
+
+def _lost(before: np.ndarray, after: np.ndarray, count: int) -> np.ndarray:
+    """Which of some candidates are among places before, but not after. (count,) bool"""
+    every = np.arange(count)
+    return np.isin(every, before) & ~np.isin(every, after)
+
+
+def _tally_evaluated(tally: Tally, first: _First, places: np.ndarray) -> None:
+    """Count pairs that turned out infeasible in all their ranges, by the tightest limit; places below 0 do not count."""
+    order = np.lexsort((first.worst, places))
+    order = order[places[order] >= 0]
+    pairs, begin = np.unique(places[order], return_index=True)
+    if not pairs.size:
+        return
+    failed = np.logical_and.reduceat((first.evaluated & ~first.able)[order], begin)
+    tally.tightest(first.keys, first.tightest[order[begin[failed]]])
 
 
 def _least(
@@ -199,6 +235,21 @@ def _least(
     return total
 
 
+class _First(NamedTuple):
+    """What became of ranges of radii, best first. (m,) each"""
+
+    designs: list[Design]
+    evaluated: np.ndarray
+    able: np.ndarray
+    """Found to be feasible. bool"""
+    power: np.ndarray
+    worst: np.ndarray
+    """Largest demand at the best radius, in the order of `ordered`."""
+    tightest: np.ndarray
+    """Place of its limit among `keys`."""
+    keys: tuple[TaskDemand, ...]
+
+
 def _best_first(
     search: RadiusSearch,
     rows: np.ndarray,
@@ -208,14 +259,15 @@ def _best_first(
     *,
     all_of_them: bool,
     progress: Progress | None,
-) -> tuple[list[Design], np.ndarray, np.ndarray]:
-    """The best designs, in order; which pairs were evaluated, and their power."""
+) -> _First:
+    """Evaluate ranges of radii of pairs, of which one may have several, until no other can be among the best."""
     evaluated, power = np.zeros(len(rows), dtype=bool), np.full(len(rows), np.nan)
     radius, worst = np.full(len(rows), np.nan), np.full(len(rows), np.nan)
     value, mass = np.full(len(rows), np.inf), search.found.mass(rows)
+    tightest, keys = np.zeros(len(rows), dtype=int), ()
     order = np.argsort(least, kind="stable")
     while True:
-        promising = least <= _to_beat(search.objective, value, mass, top)
+        promising = least <= _to_beat(search.objective, rows, value, mass, top)
         waiting = order[~evaluated[order] & (promising[order] | all_of_them)]
         some = waiting[:_AT_ONCE]
         if not some.size:
@@ -227,24 +279,31 @@ def _best_first(
             progress(said, float(evaluated.sum() / (evaluated.sum() + len(waiting))))
         made = search.best(rows[some], Bounds(bounds.low[some], bounds.high[some]))
         able = made.done.feasible
-        evaluated[some], radius[some], worst[some] = True, made.radius, made.done.worst
+        evaluated[some], radius[some], worst[some] = True, made.radius, ordered(made.done)
+        keys = tuple(made.done.demands)
+        tightest[some] = np.argmax(list(made.done.demands.values()), axis=0)
         power[some] = np.where(able, made.power, np.nan)
         value[some] = np.where(able, least[some] if search.objective == "mass" else made.power, np.inf)
-    able = np.flatnonzero(np.isfinite(value))
-    if search.objective == "front":
-        best = able[front(mass[able], value[able])]
-    else:
-        best = able[np.lexsort((rows[able], worst[able], value[able]))][:top]
-    return _designs(search, rows[best], radius[best], Bounds(bounds.low[best], bounds.high[best])), evaluated, power
+    able = np.isfinite(value)
+    best = np.flatnonzero(able)
+    best = best[np.lexsort((rows[best], worst[best], value[best]))]
+    best = best[np.sort(np.unique(rows[best], return_index=True)[1])]  # of a pair with several ranges the best
+    best = best[front(mass[best], value[best])] if search.objective == "front" else best[:top]
+    designs = _designs(search, rows[best], radius[best], Bounds(bounds.low[best], bounds.high[best]))
+    return _First(designs, evaluated, able, power, worst, tightest, keys)
 
 
-def _to_beat(objective: Objective, value: np.ndarray, mass: np.ndarray, top: int) -> Any:
+def _to_beat(objective: Objective, rows: np.ndarray, value: np.ndarray, mass: np.ndarray, top: int) -> Any:
     """Value above which pairs are not among the best, whatever their radius; of a front, that of each pair's mass."""
+    if not len(value):
+        return np.inf
     if objective != "front":
-        return np.sort(value)[min(top, len(value)) - 1] if len(value) else np.inf
+        order = np.argsort(value, kind="stable")
+        first = np.sort(np.unique(rows[order], return_index=True)[1])
+        return value[order[first[min(top, len(first)) - 1]]]
     order = np.argsort(mass)
     least = np.minimum.accumulate(value[order])
-    return least[np.searchsorted(mass[order], mass, side="right") - 1] if len(value) else np.inf
+    return least[np.searchsorted(mass[order], mass, side="right") - 1]
 
 
 def _designs(search: RadiusSearch, rows: np.ndarray, radius: np.ndarray, bounds: Bounds) -> list[Design]:

@@ -14,7 +14,7 @@ from infinivar.parts.linear import Pulley
 from infinivar.sizing.geared import closed_form
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.closed_form import Linear
-from infinivar.sizing.geared.extremes import extreme_places, least_places
+from infinivar.sizing.geared.extremes import braking_places, extreme_places, least_places
 from infinivar.sizing.geared.radius_bounds import Bounds, Laurent, Resting, all_below, mean_square_below
 from infinivar.sizing.geared.sampled import HOT
 from infinivar.sizing.geared.tally import SPARE
@@ -124,7 +124,8 @@ def limits(found: Candidates, load: Load, rows: np.ndarray) -> Iterator[tuple[De
     yield (Limit.VOLTAGE, "motor"), full.both(_voltage(load, who))
     warm = warmth(found, load.task, rows)
     if warm is not None:
-        yield HOT, full.both(_cool(load, who, warm))
+        cool = _cool(load, who, warm)
+        yield HOT, full.both(Bounds(np.where(warm.hopeless, np.inf, cool.low), cool.high))
 
 
 def _slow(turning: np.ndarray, most: np.ndarray, high: float) -> Bounds:
@@ -178,17 +179,17 @@ def _peaks(
     return found
 
 
-def _constants(load: Load, current: Linear, slope: np.ndarray) -> tuple[np.ndarray, ...]:
+def constants(load: Load, current: Linear, slope: np.ndarray) -> tuple[np.ndarray, ...]:
     """Factors of the current in ``A r + B/r + C``, with the slope while the motor or while the load drives."""
     return slope, slope * load.inertia + current.inertia, current.viscous, current.friction + slope * load.friction
 
 
 def _sides(load: Load, current: Linear) -> tuple[list, list]:
     """Points and factors of the current: as it is the larger of its two forms, both bound it from above everywhere."""
-    driving = _constants(load, current, current.drive)
+    driving = constants(load, current, current.drive)
     if load.drives.all():
         return [(load.moving, driving)], [(load.moving, driving)]
-    braking = _constants(load, current, current.brake)
+    braking = constants(load, current, current.brake)
     above = [(load.moving, driving), (load.moving, braking)]
     return above, [(load.moving[load.drives], driving), (load.moving[load.brakes], braking)]
 
@@ -301,8 +302,8 @@ def _resting_current(load: Load, current: Linear) -> Resting:
 def current_square(load: Load, current: Linear) -> Laurent:
     """Mean square of the current in motion, without the instants whose direction of power depends on the radius. [A^2]"""
     driving, braking = (_gram(load.moving[chosen], load.instants) for chosen in (load.drives, load.brakes))
-    found = _mean_square(driving, *_constants(load, current, current.drive))
-    return found.plus(_mean_square(braking, *_constants(load, current, current.brake)))
+    found = _mean_square(driving, *constants(load, current, current.drive))
+    return found.plus(_mean_square(braking, *constants(load, current, current.brake)))
 
 
 def least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds) -> np.ndarray:
@@ -324,7 +325,7 @@ def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds
     rest = (who.low * _resting_current(load, who.current).at(bounds.low)[0])[:, None]
     edges = bounds.low[:, None] * (bounds.high / bounds.low)[:, None] ** np.linspace(0.0, 1.0, _CELLS + 1)
     sides = [
-        (chosen, _constants(load, who.current, slope))
+        (chosen, constants(load, who.current, slope))
         for chosen, slope in ((load.drives, who.current.drive), (load.brakes, who.current.brake))
     ]
     unsure = ~(load.drives | load.brakes)
@@ -352,7 +353,7 @@ def _least_power(found: Candidates, load: Load, rows: np.ndarray, bounds: Bounds
             for chosen, factors in sides
         ]
         drawn = np.maximum(drawn, power(grams).least_in(edges) + rest)
-    return closed_form.supplied(found.template, fed_back, drawn).min(axis=-1)
+    return closed_form.supplied(found.template.amplifier, fed_back, drawn).min(axis=-1)
 
 
 def _positive(
@@ -368,11 +369,11 @@ def _positive(
 
 
 def region_points(task: RegionTask, template: ConventionalDrive) -> RegionTask:
-    """Points of a required region at which some candidate has its largest demand, at whatever radius."""
-    if template.amplifier.regeneration == "none":
-        return task
+    """Points of a required region that decide whether a candidate keeps its limits, at whatever radius."""
     points = task.signals(replace(template, output_inertia=None), Pulley(radius=1.0)).moving[:, [0, 2]]
     if not np.isfinite(points).all():  # out of reach
         return task
     places = np.union1d(extreme_places(points), least_places(points))
+    if template.amplifier.regeneration == "none":
+        places = np.union1d(places, braking_places(points))
     return replace(task, speed=task.speed[places], force=task.force[places])

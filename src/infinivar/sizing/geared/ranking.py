@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.pareto import front
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates
 from infinivar.sizing.geared.result import Design, Objective
@@ -22,18 +23,6 @@ def unchecked(found: Candidates, stages: int) -> dict[Any, int]:
 def mixed(power: Mapping[str, np.ndarray], shares: Mapping[str, float]) -> Any:
     """Mean power over all motions, by their shares of time; nan without a motion. [W]"""
     return sum(shares[name] * drawn for name, drawn in power.items()) if power else np.nan
-
-
-def front(mass: np.ndarray, power: np.ndarray) -> np.ndarray:
-    """Places of the values of which no other is lower in both, or in one and equal in the other, by power. (k,) int"""
-    order = np.lexsort((mass, power))
-    light = mass[order]
-    # Of equal powers the first is the lightest; an equal pair of values is no better.
-    before = np.concatenate([[np.inf], np.minimum.accumulate(light)[:-1]])[: len(light)]
-    kept = order[light < before]
-    same = np.isin(mass + 1j * power, (mass + 1j * power)[kept])
-    places = np.flatnonzero(same)
-    return places[np.lexsort((places, power[places]))]
 
 
 def ranked(

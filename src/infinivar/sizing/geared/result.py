@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -12,11 +12,9 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.limits import Demand, Limit
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.margins import margin_of, tightest_of
 
 Objective = Literal["energy", "mass", "front"]
-
-Progress = Callable[[str, float], None]
-"""Called with words on the best design so far and the share of work done."""
 
 
 def best_so_far(power: float, mass: float) -> str:
@@ -34,9 +32,13 @@ class LimitCount(NamedTuple):
     checked: int
     """Candidates for which the limit was evaluated; a limit that a data sheet does not state is not."""
     exceeded: int
-    """Of these, candidates that exceed it; over a range of radii, at every radius."""
+    """Of these, candidates that exceed it; over a range of radii, at every radius by the closed forms."""
     first: int
-    """Of these, candidates that no limit before it in the list excludes; over a range of radii, that have no radius left."""
+    """Of these, candidates that no limit before it in the list excludes; over a range of radii, that have no radius left.
+
+    Candidates that only the evaluation at every instant excludes count here once; over a range of radii under the limit that is
+    the tightest at their best radius. Every candidate that is judged and infeasible is thus counted once.
+    """
 
 
 class Design(NamedTuple):
@@ -65,13 +67,12 @@ class Design(NamedTuple):
     @property
     def margin(self) -> float:
         """Allowance over demand of the tightest limit. [-]"""
-        worst = max(self.demands.values(), default=0.0)
-        return 1.0 / worst if worst > 0.0 else float("inf")
+        return margin_of(self.demands)
 
     @property
     def tightest(self) -> TaskDemand | None:
         """Task, limit and part with the largest demand; None if no limit is loaded."""
-        return max(self.demands, key=lambda key: self.demands[key], default=None)
+        return tightest_of(self.demands)
 
 
 class GearedSizing(NamedTuple):

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.array_namespace import Array, namespace
 from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_cycle import heating, warmed
+from infinivar.analysis.cycles.performance import motors_of
+from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import placed
 from infinivar.limits import Demand, Limit
+from infinivar.parts.heat import missing
 from infinivar.parts.heat_steps import MARGIN, Windings, step_count, windings
+from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
-from infinivar.sizing.geared.candidates import Candidates
+from infinivar.sizing.geared.candidates import Candidates, Pairs
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, heat_counts
 
 _POINTS = 40_000
@@ -62,14 +67,15 @@ def sample(
     demands: dict[TaskDemand, np.ndarray] = {}
     power = {task.name: np.empty(len(rows)) for task in tasks if isinstance(task, MotionTask)}
     feasible = np.ones(len(rows), dtype=bool)
-    for places in _batches(candidates, rows, tasks):
-        drive = candidates.drives(rows[places], stage(places) if callable(stage) else stage)
+    for places in batches(candidates, rows, tasks):
+        laws = Laws(candidates.drives(rows[places], stage(places) if callable(stage) else stage), len(places))
         for task in tasks:
             if isinstance(task, MotionTask):
-                found, cool, power[task.name][places] = _over_motion(drive, task)
-                feasible[places] &= cool
+                found, cool, power[task.name][places] = over_motion(laws, task)
+                for one in cool.values():
+                    feasible[places] &= one
             else:
-                found = _over_region(drive, task)
+                found = laws.within(task)
             for (limit, part), demand in found.items():
                 key = task.name, limit, part
                 demands.setdefault(key, np.full(len(rows), UNCHECKED))[places] = demand
@@ -78,7 +84,7 @@ def sample(
     return Sampled(demands, power, feasible)
 
 
-def _batches(candidates: Candidates, rows: np.ndarray, tasks: Sequence[Task]) -> Iterator[np.ndarray]:
+def batches(candidates: Pairs, rows: np.ndarray, tasks: Sequence[Task]) -> Iterator[np.ndarray]:
     """Yield places of candidates to be computed together: of motors with thermal data and equal steps, or without."""
     motions = [task for task in tasks if isinstance(task, MotionTask)]
     known = candidates.stated(HOT, rows)
@@ -96,53 +102,103 @@ def _batches(candidates: Candidates, rows: np.ndarray, tasks: Sequence[Task]) ->
             yield one[start : start + size]
 
 
-def _over_motion(drive: ConventionalDrive, task: MotionTask) -> tuple[dict[Demand, np.ndarray], np.ndarray, np.ndarray]:
-    """Demands over a motion, whether windings stay within their limit, and the mean power."""
-    duty, course = task.duty, task.instants.course
-    point = drive.follow(course, load_mass=duty.moved_mass)
-    hot = None
-    if drive.motor.max_winding_temperature is not None:
-        current, friction = heating(point, "motor")
+class Laws:
+    """What many drives as one do in tasks, by the laws of the drive.
+
+    Parameters
+    ----------
+    drive   With arrays of shape (count, 1) for values that differ.
+    """
+
+    def __init__(self, drive: ConventionalDrive | CoboticDrive, count: int) -> None:
+        """Compute nothing yet."""
+        self.drive, self.count = drive, count
+        self._rolled: dict[str, Any] = {}
+
+    def heat_sources(self, task: MotionTask) -> dict[str, tuple[Array, Array]]:
+        """Current, and power of friction and iron loss, of each motor with thermal data while windings are cold. [A], [W]"""
+        heated = [what for what, motor in motors_of(self.drive).items() if not missing(motor)]
+        point = self._follow(self.drive, task) if heated else None
+        return {what: heating(point, what) for what in heated if point is not None}
+
+    def over(self, task: MotionTask, warm: Mapping[str, Array]) -> tuple[dict[Demand, Array], Array]:
+        """Demands over a motion and mean power, with windings at temperatures. [-], [W]"""
+        point = self._follow(warmed(self.drive, warm), task)
+        demands = performance.demands(point)
+        xp = namespace(point.power_in)
+        return demands, xp.mean(xp.broadcast_to(point.power_in, (self.count, len(task.instants.time))), axis=-1)
+
+    def within(self, task: RegionTask) -> dict[Demand, Array]:
+        """Largest demands at the points of the required region. [-]"""
+        point = self.drive.operate(speed=task.speed, force=task.force)
+        rest = self.drive.stage.title if isinstance(self.drive, ConventionalDrive) else "wheel"
+        motor = {*self.drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION}
+        return {
+            (limit, "motor" if limit in motor else part): namespace(demand).max(demand, axis=-1)
+            if np.ndim(demand)
+            else demand
+            for (limit, part), demand in placed(point.utilisation, rest).items()
+        }
+
+    def _follow(self, drive: ConventionalDrive | CoboticDrive, task: MotionTask) -> Any:
+        course, mass = task.instants.course, task.duty.moved_mass
+        if not isinstance(drive, CoboticDrive):
+            return drive.follow(course, load_mass=mass)
+        if task.name not in self._rolled:
+            self._rolled[task.name] = drive.roll(course, load_mass=mass)
+        return drive.follow(course, load_mass=mass, rolled=self._rolled[task.name])
+
+
+def over_motion(laws: Laws, task: MotionTask) -> tuple[dict[Demand, np.ndarray], dict[Demand, np.ndarray], np.ndarray]:
+    """Demands over a motion of many drives as one, whether each winding stays within its limit, and the mean power.
+
+    Returns
+    -------
+    demands : by limit and part   (count,), or one number that all share. [-]
+    cool : by limit and part      Of motors with thermal data; false where the motion has no solution. (count,) bool
+    power : (count,) float        [W]
+    """
+    duty, shape = task.duty, (laws.count, len(task.instants.time))
+    motors = motors_of(laws.drive)
+    hot, warm = {}, {}
+    for what, sources in laws.heat_sources(task).items():
+        current, friction = (np.broadcast_to(np.asarray(part), shape) for part in sources)
+        # Heat has no meaning where a wheel slips; slip itself is a demand beyond its allowance.
+        lost = np.asarray(~np.isfinite(current).all(axis=-1))
+        if lost.any():
+            current, friction = (np.where(lost[..., None], 0.0, part) for part in (current, friction))
         start = None if duty.closed else duty.start
-        hot = windings(drive.motor, np.asarray(current), np.asarray(friction), duty.period, duty.ambient, start)
-        point = warmed(drive, {"motor": _temperatures(drive, task, hot)}).follow(course, load_mass=duty.moved_mass)
-    found = performance.demands(point)
-    cool = np.ones(len(np.ravel(drive.motor.resistance)), dtype=bool)
-    if hot is not None:
-        limit = np.ravel(np.asarray(drive.motor.max_winding_temperature))
-        allowed = limit - duty.ambient
-        rise = (hot.highest - duty.ambient) / np.where(allowed > 0.0, allowed, 1.0)
-        found[HOT] = np.where(allowed > 0.0, rise, np.inf)
-        cool = hot.highest <= limit * (1.0 + MARGIN)
-        if duty.closed:
-            cool = cool & (duty.ambient <= limit)
+        found = windings(motors[what], current, friction, duty.period, duty.ambient, start)
+        rise, cool = overheating(motors[what], task, found)
+        hot[Limit.TEMPERATURE, what] = rise, cool & ~lost
+        warm[what] = temperatures(motors[what], task, found)
+    demands, power = laws.over(task, warm)
+    for key, (rise, _) in hot.items():
+        demands[key] = rise
         if heat_counts(task):
-            del found[Limit.THERMAL, "motor"]
+            del demands[Limit.THERMAL, key[1]]
     if task.travel is not None:
-        found[Limit.TRAVEL, "load"] = np.asarray(np.ptp(task.instants.position) / task.travel)
-    return found, cool, np.mean(np.broadcast_to(point.power_in, (len(cool), len(task.instants.time))), axis=-1)
+        demands[Limit.TRAVEL, "load"] = np.asarray(np.ptp(task.instants.position) / task.travel)
+    return demands, {key: cool for key, (_, cool) in hot.items()}, power
 
 
-def _temperatures(drive: ConventionalDrive, task: MotionTask, hot: Windings) -> np.ndarray:
+def overheating(motor: Motor, task: MotionTask, hot: Windings) -> tuple[np.ndarray, np.ndarray]:
+    """Rise over permissible rise of many windings, and whether each stays within its limit. (k,), (k,) bool"""
+    duty, limit = task.duty, np.ravel(np.asarray(motor.max_winding_temperature))
+    allowed = limit - duty.ambient
+    rise = (hot.highest - duty.ambient) / np.where(allowed > 0.0, allowed, 1.0)
+    cool = hot.highest <= limit * (1.0 + MARGIN)
+    if duty.closed:
+        cool = cool & (duty.ambient <= limit)
+    return np.where(allowed > 0.0, rise, np.inf), cool
+
+
+def temperatures(motor: Motor, task: MotionTask, hot: Windings) -> np.ndarray:
     """Winding temperature with which a motion counts: its mean, in a run that at each instant; at most the limit. [K]"""
-    limit = np.asarray(drive.motor.max_winding_temperature)
+    limit = np.asarray(motor.max_winding_temperature)
     if task.duty.closed:
         return np.minimum(hot.mean[:, None], limit)
     time = task.instants.time
     place = np.clip(np.searchsorted(hot.time, time, side="right") - 1, 0, len(hot.time) - 2)
     share = (time - hot.time[place]) / np.diff(hot.time)[place]
     return np.minimum(hot.history[:, place] * (1.0 - share) + hot.history[:, place + 1] * share, limit)
-
-
-def _over_region(drive: ConventionalDrive, task: RegionTask) -> dict[Demand, np.ndarray]:
-    """Largest demands at the points of the required region."""
-    point = drive.operate(speed=task.speed, force=task.force)
-    found = placed(point.utilisation, drive.stage.title)
-    motor = {*drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION}
-    count = len(np.ravel(drive.motor.resistance))
-    return {
-        (limit, "motor" if limit in motor else part): np.broadcast_to(
-            np.max(demand, axis=-1) if np.ndim(demand) else demand, (count,)
-        )
-        for (limit, part), demand in found.items()
-    }

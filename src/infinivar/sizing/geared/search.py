@@ -15,8 +15,9 @@ from infinivar.sizing.geared.at_stages import at_stages
 from infinivar.sizing.geared.candidates import Candidates, candidates
 from infinivar.sizing.geared.nearest import nearest_over_radius, nearest_stage
 from infinivar.sizing.geared.over_radius import best_over_radius
-from infinivar.sizing.geared.result import Design, GearedSizing, Objective, Progress
+from infinivar.sizing.geared.result import Design, GearedSizing, Objective
 from infinivar.sizing.geared.tasks import Task, tasks_of
+from infinivar.sizing.progress import Progress
 from infinivar.study.requirement import Requirement
 
 
@@ -110,15 +111,18 @@ def nearest_geared(
     travel: float | None = None,
     loss_model: LossModel | None = None,
     samples: int | None = None,
+    weighed: bool = False,
 ) -> Design | None:
-    """Return the candidate whose tightest limit has the largest margin, feasible or not; arguments as for `size_geared`.
+    """Return the infeasible candidate whose tightest limit has the largest margin; arguments as for `size_geared`.
+
+    With `weighed`, only candidates count whose masses are stated, as in a search for the least mass.
 
     Closed forms rank all pairs, at all stages or over 13 radii; the best 64 are evaluated at every instant, each at its best
     radius.
 
     Returns
     -------
-    Design   None if no pair can be evaluated, or every candidate is out of reach.
+    Design   None if no pair can be evaluated, every candidate is out of reach, or all those evaluated are feasible.
     """
     found, tasks, tried = _problem(
         template,
@@ -129,7 +133,7 @@ def nearest_geared(
         requirement=requirement,
         stages=stages,
         radius=radius,
-        weighed=False,
+        weighed=weighed,
         travel=travel,
         loss_model=loss_model,
         samples=samples,
@@ -182,5 +186,5 @@ def _problem(
             f"{template.stage.title}s to try as stages"
         )
     low, high = radius
-    require(0.0 < low <= high < float("inf"), "radius", radius, "a range above 0, least first", "m")
+    require(0.0 < low <= high < float("inf"), "radius", radius, "a range above 0 m, the least radius first")
     return found, tasks, (float(low), float(high))

@@ -15,7 +15,7 @@ import numpy as np
 from infinivar.analysis.cycles import performance
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import axis_fault, operated, orders_of, placed, smoothness_fault
+from infinivar.drivetrain.drive import Drive, axis_fault, operated, orders_of, placed, smoothness_fault
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.duty_cycles import DutyCycle, Instants
@@ -23,7 +23,7 @@ from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.candidates import with_stage
-from infinivar.sizing.geared.extremes import extreme_places, least_places
+from infinivar.sizing.geared.extremes import braking_places, extreme_places, least_places
 from infinivar.study.requirement import Requirement
 
 REQUIREMENT = "requirement"
@@ -65,6 +65,11 @@ class MotionTask:
     def root_mean_square(self) -> bool:
         """Whether continuous torques bound the root mean square."""
         return True
+
+    @property
+    def exceeds_travel(self) -> bool:
+        """Whether the motion is longer than the travel, which no candidate changes."""
+        return self.travel is not None and float(np.ptp(self.instants.position)) > self.travel
 
     @property
     def period(self) -> float:
@@ -125,20 +130,20 @@ class RegionTask:
         return _with_the_motion(torque, np.zeros_like(torque), speed, others)
 
     def critical(self, template: ConventionalDrive, stage: OutputStage) -> RegionTask:
-        """The points at which some candidate can have its largest demand; all where returned power is a limit.
+        """The points at which some candidate can have its largest demand, and those that decide whether it returns power.
 
         Current and voltage with the motion are convex in torque and speed, as a gear loses less of what it returns than of what
         it passes on, and rise with both: their largest values are at corners of the convex hull, their smallest at points that
         no other undercuts in both.
         """
-        if template.amplifier.regeneration == "none":
-            return self
         points = self.signals(template, stage).moving[:, [0, 2]]
         if not np.isfinite(points).all():  # out of reach
             return self
         drives = points[:, 0] > 0.0
         keep = [least_places(points)]
         keep += [np.flatnonzero(part)[extreme_places(points[part])] for part in (drives, ~drives)]
+        if template.amplifier.regeneration == "none":
+            keep.append(braking_places(points))
         places = np.unique(np.concatenate(keep))
         return replace(self, speed=self.speed[places], force=self.force[places])
 
@@ -147,7 +152,7 @@ Task = MotionTask | RegionTask
 
 
 def tasks_of(
-    template: ConventionalDrive,
+    template: Drive,
     duty: Mapping[str, DutyCycle],
     requirement: Requirement | None,
     *,

@@ -17,7 +17,7 @@ import numpy as np
 
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.parts.heat_steps import step_count
-from infinivar.sizing.geared.candidates import Candidates
+from infinivar.sizing.geared.candidates import Pairs
 from infinivar.sizing.geared.sampled import HOT
 from infinivar.sizing.geared.tasks import MotionTask, Task
 
@@ -36,9 +36,11 @@ class Warmth(NamedTuple):
     """Rise per winding loss, over the permissible rise; 0 where the bound does not apply. [W^-1]"""
     by_friction: np.ndarray
     """Rise per friction and iron loss, over the permissible rise. [W^-1]"""
+    hopeless: np.ndarray
+    """Whether the surroundings alone are warmer than the winding may be. bool"""
 
 
-def warmth(found: Candidates, task: Task, rows: np.ndarray) -> Warmth | None:
+def warmth(found: Pairs, task: Task, rows: np.ndarray) -> Warmth | None:
     """Thermal values of candidates; None for a task other than a cycle, and where no motor has them."""
     if not isinstance(task, MotionTask) or not task.duty.closed:
         return None
@@ -46,14 +48,14 @@ def warmth(found: Candidates, task: Task, rows: np.ndarray) -> Warmth | None:
         found.values("motor", name, rows)
         for name in ("winding_to_housing", "housing_to_ambient", "winding_time_constant", "max_winding_temperature")
     )
-    allowed = limit - task.duty.ambient
-    known = found.stated(HOT, rows) & (allowed > 0.0)
+    allowed, stated = limit - task.duty.ambient, found.stated(HOT, rows)
+    known, hopeless = stated & (allowed > 0.0), stated & (allowed < 0.0)
     count = step_count(np.where(known, lag, 1.0), task.period, len(task.instants.time))
     known = known & (task.period <= _SHORT * count * lag)
-    if not known.any():
+    if not (known | hopeless).any():
         return None
     most = np.where(known, allowed, 1.0) * (1.0 + SPARE)
-    return Warmth(known, np.where(known, (inner + outer) / most, 0.0), np.where(known, outer / most, 0.0))
+    return Warmth(known, np.where(known, (inner + outer) / most, 0.0), np.where(known, outer / most, 0.0), hopeless)
 
 
 def friction_factors(drive: ConventionalDrive) -> tuple[np.ndarray, np.ndarray]:

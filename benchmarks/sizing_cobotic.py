@@ -1,0 +1,151 @@
+"""Search over cobotic drives for walking, among the shipped parts: designs a second, and how near the best it comes in time.
+
+A wheel design is a bearing and five values. Each is evaluated with the best of all motors, gearheads, steering motors and ratios
+behind it; their product is the number of drives that it covers. There is no known best: distances are from the best of all seeds.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+import infinivar as iv
+from benchmarks._measure import ROOT, Line
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.sizing.cobotic import size_cobotic
+from infinivar.sizing.cobotic.compiled import Compiled
+from infinivar.sizing.cobotic.evaluation import TIER
+from infinivar.sizing.cobotic.search import prepared
+from infinivar.sizing.cobotic.wheels import Points
+from infinivar.sizing.pool import pool
+from infinivar.study.catalogue import bearings
+
+INSTANTS = 400
+FEW = 100
+"""Instants of most generations of a search that has few."""
+RATIOS = (6.0, 9.0, 12.0, 16.0, 22.0, 30.0)
+"""Of the gear between steering motor and bell."""
+SEEDS = (0, 1)
+GENERATIONS = (100, 600, 3000)
+"""Of searches that take some 10 seconds, a minute and five minutes."""
+DESIGNS = 512
+"""Wheel designs of which the rate is measured."""
+
+
+def run() -> list[Line]:
+    """Measure rates with NumPy and, if installed, JAX, and distances from the best."""
+    study = iv.load_study(ROOT / "studies" / "knee_walking.toml")
+    template = study.drives["cobotic"]
+    assert isinstance(template, CoboticDrive)
+    parts = pool(["shipped"])
+    asked = {
+        "steering_ratios": RATIOS,
+        "bearings": _bearings(template),
+        "duty": study.duty,
+        "travel": study.travel,
+        "samples": INSTANTS,
+    }
+    tables = {"motors": parts.motors, "gearheads": parts.gearheads, "steering_motors": parts.motors}
+    lines = []
+    for instants in (FEW, INSTANTS):
+        at = {**asked, "samples": instants}
+        lines.append(_rate("NumPy", template, tables, parts.pairs, at, compiled=False))
+        if importlib.util.find_spec("jax") is not None:
+            lines.append(_rate("JAX, warm", template, tables, parts.pairs, at, compiled=True))
+    found = [[_search(template, tables, parts.pairs, asked, seed, one) for seed in SEEDS] for one in GENERATIONS]
+    least = min(power for one in found for power, _ in one)
+    for generations, searches in zip(GENERATIONS, found, strict=True):
+        gaps = ", ".join(f"{100.0 * (power / least - 1.0):.2g} %" for power, _ in searches)
+        seconds = np.mean([taken for _, taken in searches])
+        lines.append(
+            Line(
+                what=f"cobotic: power over the least known, {generations} generations, {len(SEEDS)} seeds",
+                ours=f"{gaps} after {seconds:.0f} s of processor time",
+                theirs="",
+                ratio="",
+            )
+        )
+    return lines
+
+
+def _bearings(template: CoboticDrive) -> tuple[Any, ...]:
+    """Shipped bearings that an axle can have, with the friction model of the template's."""
+    geometry = template.transmission.geometry
+    assert geometry is not None
+    model = geometry.axle_bearing.friction_model
+    return tuple(replace(one, friction_model=model) for one in bearings().values() if one.type == "deep_groove")
+
+
+def _rate(
+    name: str,
+    template: CoboticDrive,
+    tables: dict[str, Any],
+    pairs: np.ndarray,
+    asked: dict[str, Any],
+    *,
+    compiled: bool,
+) -> Line:
+    """Wheel designs a second, and drives that they cover, around the template."""
+    evaluation, box = prepared(
+        template,
+        tables,
+        pairs,
+        **asked,
+        requirement=None,
+        ranges={},
+        loss_model="coulomb",
+        objective="energy",
+        slip_margin=1.0,
+        life=None,
+        prune=True,
+    )
+    random = np.random.default_rng(0)
+    values = box.own * np.exp(random.uniform(-0.1, 0.1, (DESIGNS, len(box.own))))
+    points = Points(values, np.full(DESIGNS, next(i for i, one in enumerate(box.bearings) if one.name == "6000")))
+    if compiled:
+        evaluation.space.compiled = Compiled(evaluation.space)
+    found, seconds = evaluation.values(points), []
+    for _ in range(2):
+        start = time.perf_counter()
+        evaluation.values(points)
+        seconds.append(time.perf_counter() - start)
+    behind = np.prod([len(side.rows) for side in evaluation.sides])
+    rate = DESIGNS / min(seconds)
+    rolling = np.mean(found.value < TIER)
+    return Line(
+        what=f"cobotic, {name}: wheel designs a second, {asked['samples']} instants, {100.0 * rolling:.0f} % feasible",
+        ours=f"{rate:.0f}, {rate * behind:.2g} drives",
+        theirs="",
+        ratio="",
+        target=">= 2500",
+        passed=bool(rate >= 2500.0),
+    )
+
+
+def _search(
+    template: CoboticDrive,
+    tables: dict[str, Any],
+    pairs: np.ndarray,
+    asked: dict[str, Any],
+    seed: int,
+    generations: int,
+) -> tuple[float, float]:
+    """Least power found, and processor time. [W], [s]"""
+    start = time.process_time()
+    found = size_cobotic(
+        template,
+        tables["motors"],
+        tables["gearheads"],
+        pairs,
+        steering_motors=tables["steering_motors"],
+        **asked,
+        generations=generations,
+        seed=seed,
+        top=1,
+    )
+    assert found.best is not None
+    return found.best.power, time.process_time() - start

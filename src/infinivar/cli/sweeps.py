@@ -1,0 +1,320 @@
+"""Commands on large studies in chunks: sweep size, cobotic, builds, sensitivity, sessions and show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, print_json
+from infinivar.cli.sizing import (
+    Life,
+    Ranges,
+    SlipMargin,
+    SteeringRatios,
+    aims_of_option,
+    range_of_option,
+    wheel_options,
+)
+from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
+from infinivar.options import Json, OptionalOut, StudyFile, drives_of_study, named_path, numbers
+
+if TYPE_CHECKING:
+    from infinivar.sweeps.problem import Problem
+    from infinivar.sweeps.sweep import Sweep
+
+app = typer.Typer(help="Run large searches and studies in chunks.", no_args_is_help=True)
+
+Folder = Annotated[
+    Path, typer.Option("--folder", parser=named_path, metavar="PATH", help="Folder of the sweep; created if missing.")
+]
+Workers = Annotated[
+    int | None, typer.Option("--workers", help="Processes on this machine. [default: compute in this process]", min=1)
+]
+Dask = Annotated[
+    str | None,
+    typer.Option("--dask", metavar="ADDRESS", help="Scheduler of a Dask cluster, such as tcp://10.0.0.1:8786."),
+]
+Resume = Annotated[
+    bool, typer.Option("--resume", help="Continue what the folder holds; the other options must be the same.")
+]
+
+_SHOWN = 10
+_RATIOS = "100,50,20,8,4,2,1"
+
+
+@app.command()
+def size(
+    study: StudyFile,
+    folder: Folder,
+    objective: Annotated[
+        str | None,
+        typer.Option("--objective", help="energy, mass, or both separated by a comma, as for the command size."),
+    ] = None,
+    top: Annotated[
+        int, typer.Option("--top", help="Number of designs to keep, besides those of the front.", min=1)
+    ] = 50,
+    sets: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", help="Search only this set, by name or as a file; repeat for more sets. [default: all sets]"
+        ),
+    ] = None,
+    drive: Annotated[
+        str | None,
+        typer.Option("--drive", help="Template. [default: the first geared drive]", autocompletion=drives_of_study),
+    ] = None,
+    radius: Annotated[
+        tuple[str, str] | None,
+        typer.Option("--radius", metavar="LOW HIGH", help="Least and largest radius of the pulley, as for size."),
+    ] = None,
+    radii: Annotated[
+        int | None,
+        typer.Option(
+            "--radii", help="Try this many radii of the range, in equal ratios, instead of the best one.", min=2
+        ),
+    ] = None,
+    pairs: Annotated[
+        int | None,
+        typer.Option(
+            "--pairs", help="Pairs of motor and gearhead in a chunk. [default: 20000; 200000 with --radii]", min=1
+        ),
+    ] = None,
+    workers: Workers = None,
+    dask: Dask = None,
+    resume: Resume = False,
+    out: OptionalOut = None,
+    as_json: Json = False,
+) -> None:
+    """Search as the command size does, in chunks.
+
+    Each chunk is kept in the folder when it is done. However the command ends, --resume continues with the chunks that are
+    left, and the result is the same. With --out, write the report and the study files of the command size. Exit with code 1
+    if no pair is feasible.
+    """
+    from infinivar.report.saving import save
+    from infinivar.report.sizing import keep_inputs
+    from infinivar.sweeps.geared import geared_sweep
+
+    ends = None if radius is None else range_of_option(*radius)
+    aims = aims_of_option(objective)
+    loaded = loaded_study(study)
+    if out is not None:
+        keep_inputs(loaded, out, sets)
+    with naming(study):
+        problem = geared_sweep(
+            loaded, objective=aims, top=top, sets=sets, drive=drive, radius=ends, radii=radii, size=pairs
+        )
+    for one in problem.parts.sets:
+        for fault in one.refused:
+            complain(fault)
+    found = _run(problem, folder, workers, dask, resume)
+    made = problem.result(found)
+    files = [] if out is None else save(made, out)
+    if as_json:
+        print_json({**made.to_dict(), "sweep": found.to_dict(0), "files": [str(file) for file in files]})
+    else:
+        say(f"{made.verdict[:1].upper()}{made.verdict[1:]}")
+        say(found.verdict)
+        for file in files[:1]:
+            say(f"Report: {file}")
+    raise typer.Exit(0 if made.feasible else NOT_FEASIBLE)
+
+
+@app.command()
+def cobotic(
+    study: StudyFile,
+    folder: Folder,
+    starts: Annotated[int, typer.Option("--starts", help="Number of searches, each from a start of its own.", min=1)],
+    objective: Annotated[
+        str | None,
+        typer.Option("--objective", help="energy, mass, or both separated by a comma. [default: both, with a motion]"),
+    ] = None,
+    top: Annotated[
+        int, typer.Option("--top", help="Number of designs to keep, besides those of the front.", min=1)
+    ] = 50,
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="Search only this set; repeat for more sets. [default: all sets]"),
+    ] = None,
+    drive: Annotated[
+        str | None,
+        typer.Option("--drive", help="Template. [default: the first cobotic drive]", autocompletion=drives_of_study),
+    ] = None,
+    ranges: Ranges = None,
+    steering_ratios: SteeringRatios = None,
+    slip_margin: SlipMargin = None,
+    life: Life = None,
+    generations: Annotated[int, typer.Option("--generations", help="Length of each search.", min=1)] = 40,
+    workers: Workers = None,
+    dask: Dask = None,
+    resume: Resume = False,
+    as_json: Json = False,
+) -> None:
+    """Search over cobotic drives from many starts, one in each chunk.
+
+    Exit with code 1 if no design is feasible.
+    """
+    from infinivar.sweeps.cobotic import cobotic_study_sweep
+
+    aims = aims_of_option(objective)
+    wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
+    loaded = loaded_study(study)
+    with naming(study):
+        problem = cobotic_study_sweep(
+            loaded, starts=starts, objective=aims, top=top, sets=sets, drive=drive, generations=generations, **wheel
+        )
+    found = _run(problem, folder, workers, dask, resume)
+    if as_json:
+        print_json({"verdict": problem.verdict(found), **found.to_dict()})
+    else:
+        verdict = problem.verdict(found)
+        say(f"{verdict[:1].upper()}{verdict[1:]}")
+        for line in found.lines():
+            say(line)
+    raise typer.Exit(0 if found.rows else NOT_FEASIBLE)
+
+
+@app.command()
+def builds(
+    study: StudyFile,
+    folder: Folder,
+    drive: Annotated[
+        str | None,
+        typer.Option("--drive", help="[default: the first drive with spreads]", autocompletion=drives_of_study),
+    ] = None,
+    draws: Annotated[int, typer.Option("--draws", help="Number of samples, a power of two.")] = 2**16,
+    size: Annotated[int, typer.Option("--size", help="Samples in a chunk, a power of two.")] = 2**12,
+    workers: Workers = None,
+    dask: Dask = None,
+    resume: Resume = False,
+    as_json: Json = False,
+) -> None:
+    """Sample a drive within its tolerances, as compare does, in chunks."""
+    from infinivar.sweeps.builds import builds_sweep
+
+    loaded = loaded_study(study)
+    with naming(study):
+        problem = builds_sweep(loaded, drive, draws=draws, size=size)
+    found = _run(problem, folder, workers, dask, resume)
+    made = problem.result(found)
+    if as_json:
+        print_json({**made.to_dict(), "sweep": found.to_dict(0)})
+        return
+    say(made.verdict)
+    for task, judged in made.duty.items():
+        say(f"{task}: {judged.verdict}")
+    say(found.verdict)
+
+
+@app.command()
+def sensitivity(
+    study: StudyFile,
+    folder: Folder,
+    of: Annotated[str, typer.Option("--of", help="Result, as for the command sensitivity.")],
+    drive: Annotated[
+        str | None, typer.Option("--drive", help="[default: the first drive]", autocompletion=drives_of_study)
+    ] = None,
+    duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
+    samples: Annotated[int, typer.Option("--samples", help="Number of base samples, a power of two.")] = 2**16,
+    size: Annotated[int, typer.Option("--size", help="Base samples in a chunk, a power of two.")] = 2**11,
+    workers: Workers = None,
+    dask: Dask = None,
+    resume: Resume = False,
+    as_json: Json = False,
+) -> None:
+    """Compute Sobol's indices of a drive's parameters, in chunks.
+
+    The operating point of an efficiency or a loss is the requirement's corner of maximum force.
+    """
+    from infinivar.sweeps.sensitivity import sensitivity_sweep
+
+    loaded = loaded_study(study)
+    name = chosen(study, "drive", drive, loaded.drives)
+    with naming(study):
+        problem = sensitivity_sweep(loaded, name, of, duty=duty, samples=samples, size=size)
+    found = _run(problem, folder, workers, dask, resume)
+    made = problem.result(found)
+    if as_json:
+        print_json({**made.to_dict(), "sweep": found.to_dict(0)})
+        return
+    for sentence in made.ranking:
+        say(sentence)
+    say(found.verdict)
+
+
+@app.command()
+def sessions(
+    study: StudyFile,
+    folder: Folder,
+    drive: Annotated[
+        str | None,
+        typer.Option("--drive", help="[default: the first cobotic drive]", autocompletion=drives_of_study),
+    ] = None,
+    ratios: Annotated[str, typer.Option(help="Reduction ratios of a session, as for the command rig.")] = _RATIOS,
+    loads: Annotated[str, typer.Option(help="Loads of a session, as fractions of the slip force.")] = "0.15,0.5",
+    preloads: Annotated[str, typer.Option(help="Preloads, as multiples of the study's preload.")] = "1",
+    number: Annotated[int, typer.Option("--sessions", help="Number of sessions.", min=1)] = 1000,
+    size: Annotated[int, typer.Option("--size", help="Sessions in a chunk.", min=1)] = 20,
+    workers: Workers = None,
+    dask: Dask = None,
+    resume: Resume = False,
+    as_json: Json = False,
+) -> None:
+    """Calibrate a drive with many sessions on the study's rig, which is simulated: how well would it be known?"""
+    from infinivar.sweeps.sessions import sessions_sweep
+
+    loaded = loaded_study(study)
+    runs: dict[str, Any] = {
+        "ratios": numbers("ratios", ratios),
+        "loads": numbers("loads", loads),
+        "preloads": numbers("preloads", preloads),
+    }
+    name = chosen_cobotic(study, drive, loaded.drives)
+    with naming(study):
+        problem = sessions_sweep(loaded, name, sessions=number, size=size, **runs)
+    found = _run(problem, folder, workers, dask, resume)
+    made = problem.result(found)
+    if as_json:
+        print_json({**made.to_dict(), "sweep": found.to_dict(0)})
+        return
+    say(made.verdict)
+    for parameter, one in made.parameters.items():
+        say(f"  {parameter}: {one.verdict}")
+    say(found.verdict)
+
+
+@app.command()
+def show(
+    folder: Annotated[
+        Path, typer.Argument(parser=named_path, metavar="FOLDER", help="Folder of a sweep.", show_default=False)
+    ],
+    top: Annotated[int, typer.Option("--top", help="Number of designs of each list to print.", min=1)] = _SHOWN,
+    as_json: Json = False,
+) -> None:
+    """Print what a sweep has found so far, without computing anything.
+
+    Exit with code 1 if it is not finished.
+    """
+    from infinivar.sweeps.sweep import load_sweep
+
+    found = load_sweep(folder)
+    if as_json:
+        print_json(found.to_dict(top))
+    else:
+        for line in found.lines(top):
+            say(line)
+    raise typer.Exit(0 if found.finished else NOT_FEASIBLE)
+
+
+def _run(problem: Problem, folder: Path, workers: int | None, dask: str | None, resume: bool) -> Sweep:
+    """Run a sweep with a progress bar; say how to continue if it is interrupted."""
+    from infinivar.sweeps.sweep import sweep
+
+    try:
+        with progress_bar() as progress:
+            return sweep(problem, folder, workers=workers, dask=dask, resume=resume, progress=progress)
+    except KeyboardInterrupt:
+        complain(f"{folder}: stopped; the chunks that are done are kept: continue with --resume")
+        raise

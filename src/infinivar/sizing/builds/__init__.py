@@ -1,0 +1,1 @@
+"""How far the designs of a search withstand the spread of their parts: samples common to all designs."""

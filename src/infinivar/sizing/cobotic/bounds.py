@@ -1,0 +1,224 @@
+r"""What is known of every motor with a given wheel, without its history in time: exact demands, or lower bounds of them.
+
+At constant cylinder speed the current of its motor is linear in the torque of the cylinder, with one slope where the motor
+drives and one where it is driven. The current of the steering motor is linear in torque, acceleration and speed of the bell.
+Both are ``s I = a . b(t)`` with four signals b that no motor changes, so that mean squares, mean powers and largest values of all
+motors follow from 4 x 4 moments and few instants of each wheel design.
+
+Source: faulring2006, Fig 11 and Fig 12; linearity of the laws in these signals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar.drivetrain.steering import SteeringPlant
+from infinivar.limits import Demand, Limit
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+from infinivar.sizing.cobotic.wheels import Shaft
+from infinivar.sizing.geared.candidates import Pairs
+from infinivar.sizing.geared.closed_form import linear_of, supplied
+from infinivar.sizing.geared.sampled import HOT
+from infinivar.sizing.geared.tasks import MotionTask, Task, heat_counts
+from infinivar.sizing.geared.warmth import warmth
+
+MOTOR, STEERING = "motor", "steering motor"
+
+_LEVELS = (0.0, 0.25, 0.5, 0.75)
+"""Parts of the lowest signal above which instants count in a lower bound of the power drawn."""
+
+_NO_INERTIA = Motor(
+    voltage=1.0, resistance=1.0, torque_constant=1.0, no_load_current=0.0, continuous_torque=1.0, rotor_inertia=1e-300
+)
+
+
+class Signals(NamedTuple):
+    """What a task asks of one motor, by wheel design."""
+
+    moments: np.ndarray
+    """Means of products of the four signals, of all instants and of those above each level. (levels + 1, k, 4, 4)"""
+    points: np.ndarray
+    """Signals at instants at which current or voltage may be largest. (points, k, 4)"""
+    peak: np.ndarray
+    """Largest torque at the gear's output. (k,) [N m]"""
+    lasting: np.ndarray
+    """Root mean square of it; in a required region the largest. (k,) [N m]"""
+    fastest: np.ndarray
+    """Largest speed at the gear's output. (k,) [rad s^-1]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Side:
+    """A motor of the drive with all its candidates: pairs of motor and gearhead, or of steering motor and ratio."""
+
+    name: str
+    found: Pairs
+    amplifier: Amplifier
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Pairs whose laws can be evaluated. (p,)"""
+        return self.found.usable
+
+    @property
+    def gearhead(self) -> str:
+        """Whose limits those of the gear are; the gear of a steering motor has none."""
+        return "gearhead" if self.name == MOTOR else "steering gear"
+
+
+class Bounds(NamedTuple):
+    """Lower bounds for all candidates of a side with some wheel designs. (p, k) each"""
+
+    demands: Mapping[Demand, np.ndarray]
+    power: np.ndarray
+    """Mean power from the supply; 0 for a required region. [W]"""
+
+
+def cylinder_signals(task: Task, shaft: Shaft) -> Signals:
+    """What a task asks of the cylinder motor of wheel designs."""
+    turning = shaft.turning[:, 0]
+    along = shaft.torque * np.sign(turning)[:, None]
+    fast = np.abs(turning)
+    ones = np.ones_like(along)
+    signals = np.stack([np.maximum(along, 0.0), np.minimum(along, 0.0), ones * fast[:, None], ones], axis=-1)
+    places = np.stack([along.argmax(axis=-1), along.argmin(axis=-1)])
+    points = np.stack([signals[np.arange(len(along)), place] for place in places])
+    peak = np.abs(along).max(axis=-1)
+    lasting = np.sqrt(np.mean(along**2, axis=-1)) if task.root_mean_square else peak
+    return Signals(_moments(signals, along), points, peak, lasting, fast)
+
+
+def steering_signals(plant: SteeringPlant, shaft: Shaft) -> Signals:
+    """What a motion asks of the steering motor of wheel designs; instants at which steering rests count as without current."""
+    side = shaft.steer(replace(plant, motor=_NO_INERTIA, ratio=1.0))
+    sign = np.sign(shaft.rate)
+    torque = np.asarray(side.states["steering_torque_Nm"])
+    signals = np.stack([torque * sign, shaft.acceleration * sign, np.abs(shaft.rate), np.abs(sign)], axis=-1)
+    ends = [signals[..., place] for place in range(3)]
+    ends += [
+        signals[..., 0] + 0.5 * np.abs(signals[..., 0]).max(axis=-1, keepdims=True) * _unit(signals[..., place])
+        for place in (1, 2)
+    ]
+    places = [pick(end, axis=-1) for end in ends for pick in (np.argmax, np.argmin)]
+    points = np.stack([signals[np.arange(len(torque)), place] for place in places])
+    size = np.abs(torque * sign)
+    return Signals(
+        _moments(signals, torque * sign),
+        points,
+        size.max(axis=-1),
+        np.sqrt(np.mean(size**2, axis=-1)),
+        np.abs(shaft.rate).max(axis=-1),
+    )
+
+
+def _unit(values: np.ndarray) -> np.ndarray:
+    largest = np.abs(values).max(axis=-1, keepdims=True)
+    return values / np.where(largest > 0.0, largest, 1.0)
+
+
+def _moments(signals: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Means of products of signals, of all instants and of those in which torque along the motion exceeds each level."""
+    low = np.minimum(along.min(axis=-1, keepdims=True), 0.0)
+    count = signals.shape[-2]
+    found = [np.swapaxes(signals, -1, -2) @ signals / count]
+    for level in _LEVELS:
+        some = signals * (along > level * low)[..., None]
+        found.append(np.swapaxes(some, -1, -2) @ signals / count)
+    return np.stack(found)
+
+
+def lower_bounds(side: Side, task: Task, signals: Signals) -> Bounds:
+    """Demands and power of all candidates of a side, each at most the true one.
+
+    Exact are speed, torques of the gearhead and, for the cylinder motor, currents; and voltages where the resistance is known.
+    What heat adds to voltage, power and temperature is not counted beyond what a cycle's mean losses prove.
+    """
+    found, rows = side.found, side.rows
+    motor, gear = found.parts(rows)
+    heated, low, high = found.resistances(rows, task.coldest if isinstance(task, MotionTask) else np.nan)
+    columns: Any = low[:, None]
+    motor = motor.with_resistance(columns)
+    current = linear_of(motor, gear)
+    second = current.brake if side.name == MOTOR else current.inertia
+    factors = np.stack([current.drive, second, current.viscous, current.friction], axis=-1)
+    spread = (factors[:, :, None] * factors[:, None, :]).reshape(len(rows), 16)
+    square = np.maximum(spread @ signals.moments[0].reshape(-1, 16).T, 0.0)
+    demands = _of_gear(side, gear, signals)
+    demands |= _of_motor(side, task, motor, low, high, heated, factors, current.back_emf, signals, square)
+    if not isinstance(task, MotionTask):
+        return Bounds(demands, np.zeros_like(square))
+    demands |= _temperature(side, task, motor, gear, signals, square)
+    powers = [
+        low[:, None] * np.maximum(spread @ one.reshape(-1, 16).T, 0.0)
+        + current.back_emf[:, None] * (factors @ one[:, :, 2].T)
+        for one in signals.moments
+    ]
+    drawn = np.maximum(np.max(powers, axis=0), 0.0)
+    return Bounds(demands, supplied(side.amplifier, powers[0], drawn))
+
+
+def _of_gear(side: Side, gear: Gearhead, signals: Signals) -> dict[Demand, np.ndarray]:
+    if side.name != MOTOR:
+        return {}
+    found = {}
+    for limit, torque, speed in (
+        (Limit.GEAR_SPEED, 0.0, signals.fastest),
+        (Limit.GEAR, signals.lasting, 0.0),
+        (Limit.GEAR_PEAK, signals.peak, 0.0),
+    ):
+        found[limit, side.gearhead] = np.asarray(gear.utilisation(torque, speed)[limit])
+    return found
+
+
+def _of_motor(
+    side: Side,
+    task: Task,
+    motor: Motor,
+    low: np.ndarray,
+    high: np.ndarray,
+    heated: np.ndarray,
+    factors: np.ndarray,
+    back_emf: np.ndarray,
+    signals: Signals,
+    square: np.ndarray,
+) -> dict[Demand, np.ndarray]:
+    """Lower bounds of the demands for continuous and peak torque, speed and voltage."""
+    highest = volts = np.zeros(square.shape)
+    for point in signals.points:
+        amps, turned = factors @ point.T, back_emf[:, None] * point[:, 2]
+        highest = np.maximum(highest, np.abs(amps))
+        least, most = amps * low[:, None] + turned, amps * high[:, None] + turned
+        size = np.where(least * most > 0.0, np.minimum(np.abs(least), np.abs(most)), 0.0)
+        volts = np.maximum(volts, np.where(heated[:, None], size, np.abs(least)))
+    lasting = np.sqrt(square) if task.root_mean_square else highest
+    spared = heated[:, None] & heat_counts(task)
+    fast = back_emf[:, None] / np.asarray(motor.torque_constant) * signals.fastest
+    demand = motor.utilisation(current=lasting, voltage=volts, speed=fast)
+    return {
+        (Limit.THERMAL, side.name): np.where(spared, 0.0, demand[Limit.THERMAL]),
+        (Limit.PEAK, side.name): np.asarray(motor.utilisation(current=highest, voltage=0.0, speed=0.0)[Limit.PEAK]),
+        (Limit.VOLTAGE, side.name): np.asarray(demand[Limit.VOLTAGE]),
+        (Limit.SPEED, side.name): np.asarray(demand[Limit.SPEED]),
+    }
+
+
+def _temperature(
+    side: Side, task: MotionTask, motor: Motor, gear: Gearhead, signals: Signals, square: np.ndarray
+) -> dict[Demand, np.ndarray]:
+    """Lower bound of the rise of the winding over the permissible one; 0 where none is known."""
+    heat = warmth(side.found, task, side.rows)
+    if heat is None:
+        return {}
+    ratio = np.asarray(gear.ratio)
+    viscous = 0.0 if motor.viscous_friction is None else np.asarray(motor.viscous_friction)
+    speed, speed_square = signals.moments[0][:, 2, 3], signals.moments[0][:, 2, 2]
+    rubbed = np.asarray(motor.friction_torque) * ratio * speed + viscous * ratio**2 * speed_square
+    rise = heat.by_winding[:, None] * np.asarray(motor.resistance) * square + heat.by_friction[:, None] * rubbed
+    # Where `known` is false, both factors are 0.
+    return {(HOT[0], side.name): rise}

@@ -1,0 +1,138 @@
+"""Wheel designs with their motors as drives, evaluated once more for their demands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.limits import Demand
+from infinivar.sizing.cobotic.bounds import MOTOR, Side
+from infinivar.sizing.cobotic.evaluation import Evaluation
+from infinivar.sizing.cobotic.evolution import Entry, Key, Record
+from infinivar.sizing.cobotic.result import CoboticDesign
+from infinivar.sizing.cobotic.sampled import sample
+from infinivar.sizing.cobotic.wheels import FREE, Points, Wheels, evaluate, static_demands
+from infinivar.sizing.geared.candidates import LIMIT_FIELDS
+from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.geared.tasks import RegionTask, Task
+
+_ROUNDING = 1e-9
+
+
+class Chosen(NamedTuple):
+    """The drive of a wheel design with its motors."""
+
+    drive: CoboticDrive
+    ratio: float
+    unchecked: tuple[Demand, ...]
+
+
+def best_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task], top: int) -> tuple[CoboticDesign, ...]:
+    """The best feasible designs in order, each of other parts, judged by the whole tasks."""
+    by_mass = evaluation.objective == "mass"
+    ordered = sorted(record.best, key=lambda key: (record.best[key].mass if by_mass else record.best[key].value, key))
+    return _feasible(evaluation, ((key, record.best[key]) for key in ordered), whole, top)
+
+
+def front_designs(evaluation: Evaluation, record: Record, whole: Sequence[Task]) -> tuple[CoboticDesign, ...]:
+    """Feasible designs of which no other has both less mass and less power, by power."""
+    keys = record.front() if evaluation.moving else []
+    return _feasible(evaluation, ((key, record.light[key]) for key in keys), whole, len(keys))
+
+
+def _feasible(
+    evaluation: Evaluation, entries: Iterable[tuple[Key, Entry]], whole: Sequence[Task], most: int
+) -> tuple[CoboticDesign, ...]:
+    """The first designs that keep all limits; those found at some points of a required region may fail at others."""
+    found: list[CoboticDesign] = []
+    for (pair, bearing, steered), entry in entries:
+        if len(found) == most:
+            break
+        made = _design(evaluation, entry.values, bearing, (pair, steered), whole)
+        # Limits of motions were judged at the same instants, with their own allowances for rounding.
+        beyond = [demand for (task, *_), demand in made.demands.items() if task in _regions(whole)]
+        if all(demand <= 1.0 + _ROUNDING for demand in beyond):
+            found.append(made._replace(mass=entry.mass))
+    return tuple(found)
+
+
+def _regions(tasks: Sequence[Task]) -> set[str]:
+    return {task.name for task in tasks if isinstance(task, RegionTask)}
+
+
+def nearest_design(evaluation: Evaluation, record: Record, whole: Sequence[Task]) -> CoboticDesign | None:
+    """The infeasible wheel design nearest to feasible, with the motors nearest to it."""
+    if record.nearest is None:
+        return None
+    _, values, bearing = record.nearest
+    points = Points(values[None], np.array([bearing]))
+    wheels = evaluate(evaluation.space, points, evaluation.tasks, life=evaluation.life)
+    rows: list[int] = []
+    if not wheels.slipping[0]:
+        rows = [evaluation.nearest(side, wheels) for side in evaluation.sides]
+    return _design(evaluation, values, bearing, rows, whole)
+
+
+def _design(
+    evaluation: Evaluation, values: np.ndarray, bearing: int, rows: Sequence[int], whole: Sequence[Task]
+) -> CoboticDesign:
+    """A wheel design with a candidate of each side, or without motors."""
+    points = Points(values[None], np.array([bearing]))
+    wheels = evaluate(evaluation.space, points, whole, life=evaluation.life, compiled=False)
+    # Sides without a task, such as steering in a required region, have no candidate.
+    chosen = [(side, row) for side, row in zip(evaluation.sides, rows, strict=False) if row >= 0]
+    demands = {**static_demands(evaluation.space.columns(points)), **evaluation.judged(wheels.demands)}
+    power = 0.0 if chosen and evaluation.moving else math.nan
+    for side, row in chosen:
+        here, drawn = _of_side(evaluation, side, row, wheels, whole)
+        demands |= here
+        power += drawn
+    made = _drive(evaluation, values, bearing, chosen)
+    pair = chosen[0][1] if chosen else -1
+    steered = chosen[1][1] if len(chosen) > 1 else -1
+    motor, gearhead = evaluation.sides[0].found.pairs[pair] if chosen else (-1, -1)
+    masses = [float(side.found.mass(np.array([row]))[0]) for side, row in chosen]
+    return CoboticDesign(
+        pair=pair,
+        motor=int(motor),
+        gearhead=int(gearhead),
+        bearing=bearing,
+        steering=int(evaluation.sides[1].found.pairs[steered, 0]) if steered >= 0 else -1,
+        ratio=made.ratio,
+        values=dict(zip(FREE, map(float, values), strict=True)),
+        drive=made.drive,
+        mass=sum(masses) if masses else math.nan,
+        power=power,
+        demands={name: float(demand[0]) for name, demand in demands.items()},
+        unchecked=made.unchecked,
+    )
+
+
+def _of_side(
+    evaluation: Evaluation, side: Side, row: int, wheels: Wheels, whole: Sequence[Task]
+) -> tuple[Mapping[TaskDemand, np.ndarray], float]:
+    """Demands on a candidate, and the power that it draws."""
+    plant = evaluation.space.template.steering
+    done = sample(side, np.array([row]), np.array([0]), whole, wheels.shafts, evaluation.shares, plant)
+    return {name: demand for name, demand in done.demands.items() if demand[0] >= 0.0}, float(done.power[0])
+
+
+def _drive(evaluation: Evaluation, values: np.ndarray, bearing: int, chosen: Sequence[tuple[Side, int]]) -> Chosen:
+    """A design as a study would have it."""
+    drive, ratio, missing = evaluation.space.one(values, bearing), math.nan, []
+    for side, row in chosen:
+        motor, gear = side.found.part(row)
+        unstated = [key for key in LIMIT_FIELDS if not side.found.stated(key, np.array([row]))[0]]
+        if side.name == MOTOR:
+            drive = replace(drive, motor=motor, gearhead=gear)
+            missing += unstated
+        elif drive.steering is not None:
+            ratio = float(gear.ratio)
+            drive = replace(drive, steering=replace(drive.steering, motor=motor, ratio=ratio))
+            missing += [(limit, side.name) for limit, part in unstated if part == MOTOR]
+    return Chosen(drive, ratio, tuple(missing))

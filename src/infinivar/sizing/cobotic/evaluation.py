@@ -1,0 +1,256 @@
+"""Value of wheel designs with the best motors behind them, in tiers: infeasible designs by what they exceed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from infinivar.limits import Limit
+from infinivar.sizing.cobotic.bounds import MOTOR, Bounds, Side, cylinder_signals, lower_bounds, steering_signals
+from infinivar.sizing.cobotic.capped import least_power
+from infinivar.sizing.cobotic.choice import Behind, Chosen, best_behind, towards_lighter
+from infinivar.sizing.cobotic.result import Objective
+from infinivar.sizing.cobotic.sampled import Sampled, sample
+from infinivar.sizing.cobotic.wheels import (
+    Points,
+    Shaft,
+    Space,
+    Wheels,
+    critical,
+    evaluate,
+    joined,
+    shape_excess,
+    static_demands,
+)
+from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.geared.tasks import MotionTask, Task
+
+TIER = 1e9
+"""Between the values of designs that are infeasible for reasons of different kinds; above every power and mass."""
+_NO_MOTION = 1e3
+"""Excess of a wheel that slips where the demand has no number; twice that of one that slips all the time."""
+
+
+_POINTS = 40_000
+"""Instants of all designs computed at once, so that intermediate arrays fit the processor's caches."""
+_POINTS_COMPILED = 400_000
+"""The same where a compiler keeps intermediate values small, and the most whose results are kept to choose motors by."""
+_BEHIND = 1_000_000
+"""Candidates behind all designs computed at once."""
+_NEAREST = 64
+"""Candidates that are evaluated at every instant where none is feasible."""
+_AT_ONCE = 1000
+"""Wheel designs looked at together first."""
+
+
+class Value(NamedTuple):
+    """Values of wheel designs. (k,) each"""
+
+    value: np.ndarray
+    """Of the objective where feasible, otherwise `TIER` and more."""
+    pair: np.ndarray
+    """Best pair of motor and gearhead; -1 where none is feasible."""
+    steering: np.ndarray
+    """Best pair of steering motor and ratio; -1 where none is feasible."""
+    power: np.ndarray
+    """[W]"""
+    mass: np.ndarray
+    """[kg]"""
+
+
+class Evaluation:
+    """Evaluates wheel designs, and counts."""
+
+    def __init__(
+        self,
+        space: Space,
+        sides: Sequence[Side],
+        tasks: Sequence[Task],
+        *,
+        objective: Objective,
+        shares: Mapping[str, float],
+        slip_margin: float,
+        life: float | None,
+        prune: bool,
+    ) -> None:
+        """Arguments as for `size_cobotic`."""
+        self.space, self.sides = space, sides
+        self.objective, self.shares, self.slip_margin = objective, shares, slip_margin
+        self.life, self.prune = life, prune
+        self.look_at(tasks, tasks)
+        self.heaviest = np.inf
+        """Largest mass of both motors with gearhead, where the objective is the energy. [kg]"""
+        self.moving = any(isinstance(task, MotionTask) for task in tasks)
+        self.wheels = self.rolled = self.sampled = 0
+        self.blocked: dict[TaskDemand, int] = {}
+
+    def look_at(self, tasks: Sequence[Task], whole: Sequence[Task]) -> None:
+        """Judge wheel designs by other tasks from now on, and first by the critical instants of all that there are."""
+        self.tasks, self.first = tasks, critical(self.space.template, whole)
+
+    @property
+    def _rolled_at_once(self) -> int:
+        """Number of wheel designs to evaluate together."""
+        points = _POINTS if self.space.compiled is None else _POINTS_COMPILED
+        longest = max(len(task.instants.time if isinstance(task, MotionTask) else task.speed) for task in self.tasks)
+        return max(1, points // longest)
+
+    @property
+    def _chosen_at_once(self) -> int:
+        """Number of wheel designs behind which motors are chosen together: their instants are kept."""
+        instants = sum(len(task.instants.time) for task in self.tasks if isinstance(task, MotionTask))
+        candidates = max([1, *(len(side.rows) for side in self.sides)])
+        return max(1, min(_POINTS_COMPILED // max(instants, 1), _BEHIND // candidates))
+
+    def judged(self, demands: Mapping[TaskDemand, np.ndarray]) -> dict[TaskDemand, np.ndarray]:
+        """Demands with the margin wanted against slip."""
+        return {key: demand * self.slip_margin if key[1] == Limit.SLIP else demand for key, demand in demands.items()}
+
+    def values(self, points: Points) -> Value:
+        """Evaluate wheel designs."""
+        count = len(points.bearing)
+        self.wheels += count
+        result = _none(count)
+        for some in self.space.batches(points, _AT_ONCE):
+            result.value[some], held = self._first_look(points.of(some))
+            some = some[held]
+            for places in self.space.batches(points.of(some), self._chosen_at_once):
+                here = self._with_motors(points.of(some[places]))
+                for whole, one in zip(result, here, strict=True):
+                    whole[some[places]] = one
+        return result
+
+    def _first_look(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
+        """Value of designs that preload or the critical instants rule out, and which they do not. (k,), (k,) bool"""
+        drive = self.space.columns(points)
+        static = static_demands(drive)
+        excess = np.max([shape_excess(drive), *static.values()], axis=0)
+        value, held = 3.0 * TIER + _bounded(excess), excess <= 1.0
+        self._block(static, ~held)
+        if self.first and held.any():
+            some = np.flatnonzero(held)
+            wheels = evaluate(self.space, points.of(some), self.first, life=None, compiled=False)
+            judged = self.judged(wheels.demands)
+            excess = _excess(judged, wheels)
+            self._block(judged, excess > 1.0)
+            value[some], held[some] = 2.0 * TIER + 1e7 + _bounded(excess), excess <= 1.0
+        return value, held
+
+    def _block(self, demands: Mapping[TaskDemand, np.ndarray], where: np.ndarray) -> None:
+        """Count infeasible designs by their tightest limit."""
+        if not demands or not where.any():
+            return
+        keys = list(demands)
+        tight = np.argmax([demands[key][where] for key in keys], axis=0)
+        for place, number in zip(*np.unique(tight, return_counts=True), strict=True):
+            self.blocked[keys[place]] = self.blocked.get(keys[place], 0) + int(number)
+
+    def _with_motors(self, points: Points) -> Value:
+        """Value of wheels that the preload does not damage."""
+        count = len(points.bearing)
+        self.rolled += count
+        wheels = joined(
+            [
+                evaluate(self.space, points.of(some), self.tasks, life=self.life)
+                for some in self.space.batches(points, self._rolled_at_once)
+            ]
+        )
+        judged = self.judged(wheels.demands)
+        excess = _excess(judged, wheels)
+        result = _none(count)
+        result.value[:] = 2.0 * TIER + _bounded(excess)
+        rolls = excess <= 1.0
+        self._block(judged, ~rolls)
+        able = np.flatnonzero(rolls)
+        if not able.size:
+            return result
+        if np.isfinite(self.heaviest):
+            self._choose_under(result, wheels, able)
+            return result
+        chosen = [self._best(side, wheels, able) for side in self.sides]
+        excess = np.max([one[0].excess for one in chosen], axis=0)
+        feasible = np.all([one[0].row >= 0 for one in chosen], axis=0)
+        total = np.sum([one[1] for one in chosen], axis=0)
+        result.value[able] = np.where(feasible, total, TIER + _bounded(excess))
+        for column, (one, _) in zip((result.pair, result.steering), chosen, strict=False):
+            column[able] = np.where(feasible, one.row, -1)
+        result.power[able] = np.where(feasible, np.sum([one.power for one, _ in chosen], axis=0), np.nan)
+        masses = [side.found.mass(np.maximum(one.row, 0)) for side, (one, _) in zip(self.sides, chosen, strict=True)]
+        result.mass[able] = np.where(feasible, np.sum(masses, axis=0), np.nan)
+        return result
+
+    def _choose_under(self, result: Value, wheels: Wheels, able: np.ndarray) -> None:
+        """Put in the motors of the least power that are not too heavy."""
+        cylinder, steering = (self._behind(side, wheels, able) for side in self.sides)
+        found = least_power(cylinder, steering, self.heaviest, prune=self.prune)
+        self.sampled += found.evaluated
+        feasible = found.cylinder >= 0
+        result.value[able] = np.where(feasible, found.power, TIER + _bounded(found.excess))
+        result.pair[able], result.steering[able], result.mass[able] = found.cylinder, found.steering, found.mass
+        result.power[able] = np.where(feasible, found.power, np.nan)
+
+    def nearest(self, side: Side, wheels: Wheels) -> int:
+        """Candidate of a side behind the first of some wheels that is nearest to feasible; the best if some are feasible."""
+        shafts = {name: shaft.of(np.array([0])) for name, shaft in wheels.shafts.items()}
+        chosen, _ = self._best(side, wheels, np.array([0]))
+        if chosen.row[0] >= 0:
+            return int(chosen.row[0])
+        bounds = [np.max(list(one.demands.values()), axis=0)[:, 0] for _, one in self._bounds(side, shafts)]
+        first = side.rows[np.argsort(np.max(bounds, axis=0), kind="stable")[:_NEAREST]]
+        none = np.zeros(len(first), dtype=int)
+        done = sample(side, first, none, self.tasks, shafts, self.shares, self.space.template.steering)
+        return int(first[np.argmin(done.worst)])
+
+    def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[Chosen, np.ndarray]:
+        """Best candidate of a side behind wheels that roll, and its part of the value."""
+        by_mass, behind = self.objective == "mass", self._behind(side, wheels, able)
+        chosen = best_behind(behind, by_mass=by_mass, prune=self.prune)
+        self.sampled += chosen.evaluated
+        return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
+
+    def _behind(self, side: Side, wheels: Wheels, able: np.ndarray) -> Behind:
+        """Candidates of a side behind wheels that roll."""
+        shafts = {name: shaft.of(able) for name, shaft in wheels.shafts.items()}
+        bounds = self._bounds(side, shafts)
+        nothing = np.zeros((len(side.rows), len(able)))
+        drawn = [self.shares[name] * one.power for name, one in bounds if name in self.shares]
+
+        def evaluate_some(tried: np.ndarray, places: np.ndarray) -> Sampled:
+            return sample(side, tried, places, self.tasks, shafts, self.shares, self.space.template.steering)
+
+        return Behind(
+            rows=side.rows,
+            mass=side.found.mass(side.rows),
+            power=np.sum([nothing, *drawn], axis=0),
+            worst=np.max([nothing, *(np.max(list(one.demands.values()), axis=0) for _, one in bounds)], axis=0),
+            evaluate=evaluate_some,
+        )
+
+    def _bounds(self, side: Side, shafts: Mapping[str, Shaft]) -> list[tuple[str, Bounds]]:
+        found, plant = [], self.space.template.steering
+        for task in self.tasks:
+            if side.name == MOTOR:
+                found.append((task.name, lower_bounds(side, task, cylinder_signals(task, shafts[task.name]))))
+            elif isinstance(task, MotionTask) and plant is not None:
+                found.append((task.name, lower_bounds(side, task, steering_signals(plant, shafts[task.name]))))
+        return found
+
+
+def _none(count: int) -> Value:
+    """Values of designs of which none is feasible."""
+    unknown = np.full(count, np.nan)
+    return Value(np.full(count, np.inf), np.full(count, -1), np.full(count, -1), unknown, unknown.copy())
+
+
+def _excess(judged: Mapping[TaskDemand, np.ndarray], wheels: Wheels) -> np.ndarray:
+    """Largest demand on wheels; where they slip beyond it, by the share of instants that do. (k,)"""
+    worst = np.max([np.zeros(len(wheels.slipping)), *judged.values()], axis=0)
+    slips = ~np.isfinite(worst) | (wheels.slipping > 0.0)
+    return np.where(slips, _NO_MOTION * (1.0 + wheels.slipping), worst)
+
+
+def _bounded(excess: np.ndarray) -> np.ndarray:
+    """A demand over allowance above 1 as a number below `TIER` that rises with it."""
+    return 1e6 * (1.0 - 1.0 / np.maximum(excess, 1.0))

@@ -1,0 +1,264 @@
+"""Differential evolution over the values of wheel designs, and the record of what it found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar._core.pareto import front
+from infinivar.parts.bearing import Bearing
+from infinivar.sizing.cobotic.evaluation import TIER, Evaluation, Value
+from infinivar.sizing.cobotic.wheels import FREE, Points
+from infinivar.sizing.geared.tasks import Task
+from infinivar.sizing.progress import Progress
+
+Key = tuple[int, int, int]
+"""Pair of motor and gearhead, bearing, pair of steering motor and ratio."""
+
+
+class Box(NamedTuple):
+    """Where wheel designs are searched."""
+
+    low: np.ndarray
+    """Of the values in the order of `FREE`. (5,)"""
+    high: np.ndarray
+    """(5,)"""
+    bearings: tuple[Bearing, ...]
+    own: np.ndarray
+    """Values of the template, where the search starts if they are within. (5,)"""
+
+
+class Stage(NamedTuple):
+    """A part of the search."""
+
+    tasks: Sequence[Task]
+    """What wheel designs are judged by."""
+    whole: Sequence[Task]
+    """The same at all instants: no wheel may slip at the critical ones among them."""
+    generations: int
+
+    def shorter(self, times: int) -> Stage:
+        """The same with fewer generations."""
+        return self._replace(generations=max(1, self.generations // times))
+
+
+class Entry(NamedTuple):
+    """A wheel design with the best motors behind it."""
+
+    value: float
+    """Of the objective."""
+    values: np.ndarray
+    """In the order of `FREE`. (5,)"""
+    mass: float
+    power: float
+
+
+class Record:
+    """Feasible designs: the best values of every combination of parts, and the infeasible wheel design nearest to feasible."""
+
+    def __init__(self) -> None:
+        """Nothing is known yet."""
+        self.best: dict[Key, Entry] = {}
+        """By the objective."""
+        self.light: dict[Key, Entry] = {}
+        """By power."""
+        self.nearest: tuple[float, np.ndarray, int] | None = None
+        """Value, values and bearing."""
+
+    def add(self, points: Points, found: Value) -> None:
+        """Add wheel designs."""
+        for place in np.flatnonzero(found.value < TIER):
+            key = int(found.pair[place]), int(points.bearing[place]), int(found.steering[place])
+            one = Entry(
+                float(found.value[place]), points.values[place], float(found.mass[place]), float(found.power[place])
+            )
+            if key not in self.best or one.value < self.best[key].value:
+                self.best[key] = one
+            if key not in self.light or one.power < self.light[key].power:
+                self.light[key] = one
+        if len(found.value):
+            first = int(np.argmin(found.value))
+            if self.nearest is None or found.value[first] < self.nearest[0]:
+                self.nearest = float(found.value[first]), points.values[first], int(points.bearing[first])
+
+    @property
+    def least(self) -> float:
+        """Least value of a feasible design; inf if there is none. [W] or [kg]"""
+        return min((one.value for one in self.best.values()), default=np.inf)
+
+    def front(self) -> list[Key]:
+        """Combinations of parts of which no other has less mass and less power, by power."""
+        keys = sorted(self.light)
+        mass, power = (np.array([getattr(self.light[key], name) for key in keys]) for name in ("mass", "power"))
+        known = np.flatnonzero(np.isfinite(mass) & np.isfinite(power)) if keys else np.empty(0, dtype=int)
+        places = known[front(mass[known], power[known])] if known.size else known
+        return [keys[place] for place in places]
+
+    def points(self, most: int) -> Points:
+        """Wheel designs of the front, and of the best combinations."""
+        entries = [(key[1], self.light[key].values) for key in self.front()]
+        best = sorted(self.best, key=lambda key: (self.best[key].value, key))[:most]
+        return _points([*entries, *((key[1], self.best[key].values) for key in best)])
+
+    def points_near(self, mass: float, most: int) -> Points:
+        """Wheel designs of the front nearest to a mass, heavier and lighter, and of the least power among the lighter ones."""
+        nearest = sorted(self.front(), key=lambda key: (abs(self.light[key].mass - mass), key))[: most // 2]
+        lighter = [key for key, one in self.light.items() if one.mass <= mass and key not in nearest]
+        lighter.sort(key=lambda key: (self.light[key].power, key))
+        return _points([(key[1], self.light[key].values) for key in (*nearest, *lighter)][:most])
+
+    def merge_best(self, other: Record) -> None:
+        """Add the designs of another record, found with the same objective."""
+        for key, one in other.best.items():
+            if key not in self.best or one.value < self.best[key].value:
+                self.best[key] = one
+        self.merge(other)
+
+    def by_power(self) -> Record:
+        """All designs by their power."""
+        made = Record()
+        made.light = made.best = {key: one._replace(value=one.power) for key, one in self.light.items()}
+        return made
+
+    def merge(self, other: Record) -> None:
+        """Add the designs of another record, found with another objective: they count by their power alone."""
+        for key, one in other.light.items():
+            if key not in self.light or one.power < self.light[key].power:
+                self.light[key] = one
+
+
+def _points(entries: Sequence[tuple[int, np.ndarray]]) -> Points:
+    """Wheel designs of bearings and values."""
+    values = np.array([values for _, values in entries]).reshape(-1, len(FREE))
+    return Points(values, np.array([bearing for bearing, _ in entries], dtype=int))
+
+
+class Hunt(NamedTuple):
+    """What every search over a problem has in common."""
+
+    evaluation: Evaluation
+    box: Box
+    population: int
+    top: int
+    """Designs to return."""
+
+    @property
+    def kept(self) -> int:
+        """Designs kept from one stage to the next, besides the front: the best may not be feasible at more instants."""
+        return max(self.top, self.population // 2)
+
+
+def evolve(
+    hunt: Hunt, stages: Sequence[Stage], seed: int, progress: Progress | None, start: Points | None = None
+) -> tuple[Record, np.ndarray]:
+    """Search a box in stages, each from the last generation of the one before: designs of the last stage, and the history.
+
+    Values are searched on a logarithmic scale. The bearing is a whole number, its place in the order of static ratings. The
+    history has the best value after each generation. Designs of `start` take the place of some of the first generation.
+    """
+    evaluation, space = hunt.evaluation, _Space(hunt.box)
+    record, history = Record(), []
+    total = sum(stage.generations for stage in stages)
+    generation = space.start(hunt.population, seed, start)
+
+    def objective(x: np.ndarray) -> np.ndarray:
+        points = space.points(x)
+        found = evaluation.values(points)
+        record.add(points, found)
+        return found.value
+
+    def said(intermediate_result: Any) -> None:
+        best = float(intermediate_result.fun)
+        history.append(best if best < TIER else np.inf)
+        if progress is not None:
+            unit = "kg" if evaluation.objective == "mass" else "W"
+            words = f"best so far: {best:.5g} {unit}" if best < TIER else "no feasible design so far"
+            progress(words, len(history) / total)
+
+    for place, stage in enumerate(stages):
+        evaluation.look_at(stage.tasks, stage.whole)
+        again, record = record.points(hunt.kept), Record()
+        if len(again.bearing):
+            record.add(again, evaluation.values(again))
+        if not len(generation[0]):
+            objective(np.empty((0, 1)))
+            history.append(record.least)
+            continue
+        generation = _evolved(objective, space, generation, stage.generations, seed + place, said)
+    return record, np.array(history)
+
+
+class _Space:
+    """Wheel designs as vectors of numbers: logarithms of the free values, and the rank of the bearing."""
+
+    def __init__(self, box: Box) -> None:
+        self._low, self._high = np.log(box.low), np.log(box.high)
+        self._own = np.clip(np.log(box.own), self._low, self._high)
+        self._free = np.flatnonzero(self._high > self._low)
+        self._ranks = np.argsort([bearing.static_rating for bearing in box.bearings], kind="stable")
+        self._several = [True] if len(self._ranks) > 1 else []
+
+    @property
+    def bounds(self) -> list[tuple[float, float]]:
+        """Of each number."""
+        ends = list(zip(self._low[self._free], self._high[self._free], strict=True))
+        return [*ends, *((0.0, len(self._ranks) - 1.0) for _ in self._several)]
+
+    @property
+    def integrality(self) -> list[bool]:
+        """Which of them are whole."""
+        return [*[False] * len(self._free), *self._several]
+
+    @property
+    def own(self) -> list[float]:
+        """The template, with a bearing of middle rank."""
+        return [*self._own[self._free], *(int(0.5 * (len(self._ranks) - 1)) for _ in self._several)]
+
+    def points(self, x: np.ndarray) -> Points:
+        """Wheel designs of vectors. (n, k)"""
+        values = np.broadcast_to(self._low, (x.shape[1], len(FREE))).copy()
+        values[:, self._free] = np.clip(x[: len(self._free)].T, self._low[self._free], self._high[self._free])
+        bearing = self._ranks[np.rint(x[-1]).astype(int)] if self._several else np.full(x.shape[1], self._ranks[0])
+        return Points(np.exp(values), bearing)
+
+    def vectors(self, points: Points) -> np.ndarray:
+        """Vectors of wheel designs. (k, n)"""
+        ranks = np.argsort(self._ranks)[points.bearing, None]
+        return np.hstack([np.log(points.values)[:, self._free], *(ranks for _ in self._several)])
+
+    def start(self, population: int, seed: int, known: Points | None) -> np.ndarray:
+        """Vectors of the first generation: the template, designs that are known, and a Latin hypercube. (population, n)"""
+        from scipy.stats import qmc
+
+        ends = np.array(self.bounds, dtype=float).reshape(-1, 2)
+        if not len(ends):
+            return np.empty((1, 0))
+        spread = qmc.LatinHypercube(len(ends), rng=np.random.default_rng(seed)).random(population)
+        made = ends[:, 0] + spread * (ends[:, 1] - ends[:, 0])
+        made[0] = self.own
+        if known is not None:
+            made[1 : 1 + len(known.bearing)] = self.vectors(known)
+        return made
+
+
+def _evolved(objective: Any, space: _Space, start: np.ndarray, generations: int, seed: int, said: Any) -> np.ndarray:
+    """Last generation of differential evolution from a first one. (population, n)"""
+    from scipy.optimize import differential_evolution
+
+    return differential_evolution(
+        objective,
+        space.bounds,
+        integrality=space.integrality,
+        init=start,  # type: ignore[arg-type]
+        maxiter=generations,
+        tol=0.0,
+        mutation=(0.4, 0.9),
+        recombination=0.8,
+        polish=False,
+        updating="deferred",
+        vectorized=True,
+        rng=np.random.default_rng(seed),
+        callback=said,
+    ).population

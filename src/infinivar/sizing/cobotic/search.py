@@ -1,0 +1,297 @@
+"""Search for the best cobotic drive: parts of tables, and radii, cylinder speed and preload of ranges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import orders_of
+from infinivar.errors import ParameterError, require
+from infinivar.limits import Demand, Limit
+from infinivar.motion.duty_cycles import DutyCycle, shares_of
+from infinivar.parts.bearing import Bearing
+from infinivar.parts.gearhead import LossModel
+from infinivar.sizing.cobotic.bounds import MOTOR, STEERING, Side
+from infinivar.sizing.cobotic.designs import best_designs, front_designs, nearest_design
+from infinivar.sizing.cobotic.evaluation import Evaluation
+from infinivar.sizing.cobotic.evolution import Box, Hunt, Record, Stage
+from infinivar.sizing.cobotic.levels import fill_front, find_lightest, find_thriftiest
+from infinivar.sizing.cobotic.region import judged, outer
+from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing, Objective
+from infinivar.sizing.cobotic.wheels import FREE, Space, check_template, plain_bearings, values_of
+from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Pairs, pairs_of
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task, tasks_of
+from infinivar.sizing.progress import Progress, part_of
+from infinivar.study.requirement import Requirement
+
+RANGE = 2.0
+"""Values are searched from the template's divided by this to the template's times this, unless a range is given."""
+
+LEVELS = 16
+"""Most masses between the ends of a front at which the least power is searched, each in a search shorter by as much."""
+
+_WEIGHTLESS = 1e-300
+"""Mass of the steering gear, of which only the ratio is searched."""
+
+
+def size_cobotic(
+    template: CoboticDrive,
+    motors: Mapping[str, Any],
+    gearheads: Mapping[str, Any],
+    pairs: Any,
+    *,
+    steering_motors: Mapping[str, Any],
+    steering_ratios: Sequence[float],
+    bearings: Sequence[Bearing],
+    duty: Mapping[str, DutyCycle],
+    requirement: Requirement | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    objective: Objective = "energy",
+    slip_margin: float = 1.0,
+    life: float | None = None,
+    travel: float | None = None,
+    loss_model: LossModel | None = None,
+    samples: int | None = None,
+    population: int = 40,
+    generations: int = 100,
+    seed: int = 0,
+    top: int = 20,
+    first_samples: int = 100,
+    prune: bool = True,
+    method: Literal["numpy", "jax"] = "numpy",
+    progress: Progress | None = None,
+) -> CoboticSizing:
+    """Find the best motors, gearhead, bearing, radii, cylinder speed and preload for a required region and motions.
+
+    Parameters
+    ----------
+    template : CoboticDrive        Everything but what is searched; gearheads count as rigid.
+    motors, gearheads : mapping    Columns by the names of the fields of `Motor` and `Gearhead`, in SI, nan where not stated. A
+        limit that is not stated is not checked.
+    pairs : (n, 2) int             Row of the motor and of the gearhead of each pair.
+    steering_motors : mapping      As `motors`; every one is tried with every ratio.
+    steering_ratios : sequence     Of the gear between steering motor and bell. [-]
+    bearings : sequence            Of the axle.
+    duty : mapping of DutyCycle    Motions by name; may be empty.
+    requirement : Requirement      Required region; none by default.
+    ranges : mapping               Least and largest cylinder_radius [m], cylinder_speed [rad s^-1], wheel_radius [m],
+        crown_radius [m] and preload [N]; by default half and twice the template's. Equal ends fix a value.
+    objective : str                energy: least mean power from the supply, over the motions by their shares of time, equal if
+        none states one. mass: least mass of motors and gearhead. front: both, and the least power at masses between.
+    slip_margin : float            Slip force over lateral force that is wanted, at least 1. [-]
+    life : float                   Wanted life of the axle bearings, at the loads of their friction; any by default. [s]
+    travel, samples                As for `duty_cycle`.
+    loss_model : str               coulomb or proportional, of all gearheads; by default that of the template's.
+    population, generations : int  Of differential evolution.
+    seed : int                     The same seed gives the same result.
+    top : int                      Number of designs to return, each of other parts.
+    first_samples : int            Instants of a motion, at most, at which most generations are evaluated; the last tenth, and all
+        designs returned, are evaluated at all instants. A required region is searched at points of its edge; the
+        designs returned keep all limits at its whole edge and on a grid inside.
+    prune : bool                   Whether bounds spare motors that cannot be feasible or best behind a wheel the evaluation at
+        every instant. The result is the same without, only later.
+    method : str                   numpy, or jax, which compiles for some ten seconds and is then faster.
+    progress : callable            Called with words on the best value so far and the share of work done, 0 to 1.
+
+    Returns
+    -------
+    CoboticSizing   Empty of designs if none that was found is feasible.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range or does not fit the others.
+
+    Source: storn1997.
+    """
+    require(method in ("numpy", "jax"), "method", repr(method), "numpy or jax")
+    for name, number, least in (
+        ("top", top, 1),
+        ("population", population, 5),
+        ("generations", generations, 1),
+        ("first_samples", first_samples, 2),
+    ):
+        require(isinstance(number, int) and number >= least, name, number, f"a whole number >= {least}")
+    evaluation, box = prepared(
+        template,
+        {"motors": motors, "gearheads": gearheads, "steering_motors": steering_motors},
+        pairs,
+        steering_ratios=steering_ratios,
+        bearings=bearings,
+        duty=duty,
+        requirement=requirement,
+        ranges=ranges or {},
+        loss_model=loss_model or template.gearhead.loss_model,
+        travel=travel,
+        samples=samples,
+        objective=objective,
+        slip_margin=slip_margin,
+        life=life,
+        prune=prune,
+    )
+    if method == "jax":
+        from infinivar.sizing.cobotic.compiled import Compiled
+
+        evaluation.space.compiled = Compiled(evaluation.space)
+    sides = evaluation.sides
+    whole = [judged(task) if isinstance(task, RegionTask) else task for task in evaluation.tasks]
+    stages = _stages(template, whole, generations, first_samples)
+    hunt = Hunt(evaluation, box, population, top)
+    if not all(side.rows.size for side in sides):
+        record, history, designs = Record(), np.empty(0), ()
+    elif objective == "front":
+        record, history, designs = _front(hunt, stages, whole, seed, progress)
+    else:
+        search = find_lightest if objective == "mass" else find_thriftiest
+        record, history = search(hunt, stages, seed, progress)
+        designs = best_designs(evaluation, record, whole, top)
+    kept = np.array([(one.mass, one.power) for one in record.light.values()]).reshape(-1, 2)
+    return CoboticSizing(
+        objective=objective,
+        designs=designs,
+        front=front_designs(evaluation, record, whole),
+        wheels=evaluation.wheels,
+        rolled=evaluation.rolled,
+        drives=evaluation.rolled * math.prod(len(side.rows) for side in sides),
+        sampled=evaluation.sampled,
+        excluded={
+            f"{side.name}: {reason.removeprefix('motor ')}": number
+            for side in sides
+            for reason, number in side.found.excluded.items()
+        },
+        blocked=evaluation.blocked,
+        history=history,
+        cloud=kept if evaluation.moving else np.empty((0, 2)),
+        candidates=math.prod(len(side.found.pairs) for side in sides) * len(box.bearings),
+        unchecked=_unchecked(sides),
+        nearest=None if designs else nearest_design(evaluation, record, whole),
+    )
+
+
+def _front(
+    hunt: Hunt, stages: Sequence[Stage], whole: Sequence[Task], seed: int, progress: Progress | None
+) -> tuple[Record, np.ndarray, tuple[CoboticDesign, ...]]:
+    """Search for the least power, the least mass and what is between: the designs of the first two, and all in one record."""
+    evaluation, top = hunt.evaluation, hunt.top
+    evaluation.objective = "energy"
+    record, history = find_thriftiest(hunt, stages, seed, part_of(progress, 0.0, 0.4))
+    evaluation.objective = "mass"
+    light, _ = find_lightest(hunt, [one.shorter(2) for one in stages], seed, part_of(progress, 0.4, 0.6))
+    lightest = best_designs(evaluation, light, whole, top)
+    record.merge(light)
+    evaluation.objective = "energy"
+    fill_front(hunt, [one.shorter(LEVELS) for one in stages], record, LEVELS, seed, part_of(progress, 0.6, 1.0))
+    return record, history, (*best_designs(evaluation, record.by_power(), whole, top), *lightest)
+
+
+def _stages(template: CoboticDrive, whole: Sequence[Task], generations: int, first_samples: int) -> list[Stage]:
+    """Most generations at few instants, the last ones at all; of a required region the outer points."""
+    edge = [outer(task) if isinstance(task, RegionTask) else task for task in whole]
+    few = [_thinned(template, task, first_samples) if isinstance(task, MotionTask) else task for task in edge]
+    last = max(1, generations // 10)
+    if all(one is other for one, other in zip(edge, few, strict=True)) or last == generations:
+        return [Stage(edge, edge, generations)]
+    return [Stage(few, edge, generations - last), Stage(edge, edge, last)]
+
+
+def _thinned(template: CoboticDrive, task: MotionTask, most: int) -> MotionTask:
+    """A motion at fewer instants."""
+    if len(task.instants.time) <= most:
+        return task
+    return replace(task, instants=task.duty.instants(most, orders_of(template)))
+
+
+def _unchecked(sides: Sequence[Side]) -> dict[Demand, int]:
+    """Candidates whose data sheets do not state a limit; of steering motors each once."""
+    found: dict[Demand, int] = {}
+    for side in sides:
+        rows = side.rows if side.name == MOTOR else _first_of_each(side.found.pairs[side.rows, 0], side.rows)
+        for limit, part in LIMIT_FIELDS:
+            if side.name == MOTOR or part == MOTOR:
+                missing = int(np.sum(~side.found.stated((limit, part), rows)))
+                if missing:
+                    found[limit, part if side.name == MOTOR else side.name] = missing
+    return found
+
+
+def _first_of_each(motors: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    return rows[np.unique(motors, return_index=True)[1]]
+
+
+def prepared(
+    template: CoboticDrive,
+    tables: Mapping[str, Mapping[str, Any]],
+    pairs: Any,
+    *,
+    steering_ratios: Sequence[float],
+    bearings: Sequence[Bearing],
+    duty: Mapping[str, DutyCycle],
+    requirement: Requirement | None,
+    ranges: Mapping[str, tuple[float, float]],
+    loss_model: LossModel,
+    travel: float | None,
+    samples: int | None,
+    **options: Any,
+) -> tuple[Evaluation, Box]:
+    """What evaluates wheel designs, and where they are searched; arguments and errors as for `size_cobotic`."""
+    objective, margin, life = options["objective"], options["slip_margin"], options["life"]
+    require(objective in ("energy", "mass", "front"), "objective", repr(objective), "energy, mass or front")
+    require(1.0 <= margin < math.inf, "slip_margin", margin, ">= 1 and finite")
+    require(life is None or life > 0.0, "life", life, "> 0", "s")
+    if objective != "mass" and not duty:
+        raise ParameterError("duty is empty: the energy needs a motion; use objective = 'mass'")
+    if life is not None and not duty:
+        raise ParameterError("life needs a motion, which tells how far the wheel rolls: duty is empty")
+    check_template(template, bool(duty))
+    template = replace(template, gearhead=replace(template.gearhead, stiffness=None, backlash=None))
+    tasks = tasks_of(template, duty, requirement, travel=travel, samples=samples)
+    box = _box(template, ranges, plain_bearings(bearings))
+    weighed = objective != "energy"
+    found = pairs_of(tables["motors"], tables["gearheads"], pairs, loss_model=loss_model, moving=False, weighed=weighed)
+    sides = [Side(name=MOTOR, found=_fast_enough(found, box), amplifier=template.amplifier)]
+    if duty:
+        steered = _steered(tables["steering_motors"], steering_ratios, weighed)
+        sides.append(Side(name=STEERING, found=steered, amplifier=template.steering_amplifier))
+    shares = shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
+    return Evaluation(Space(template, box.bearings), sides, tasks, shares=shares, **options), box
+
+
+def _steered(motors: Mapping[str, Any], ratios: Sequence[float], weighed: bool) -> Pairs:
+    """Steering motors, each with every ratio of a gear that the law counts as lossless."""
+    count, gears = len(next(iter(motors.values()), ())), len(ratios)
+    if not gears:
+        raise ParameterError("steering_ratios is empty: state at least one ratio between steering motor and bell")
+    table = {"ratio": list(ratios), "efficiency": [1.0] * gears, "mass": [_WEIGHTLESS] * gears}
+    grid = np.stack(np.meshgrid(np.arange(count), np.arange(gears), indexing="ij"), axis=-1).reshape(-1, 2)
+    return pairs_of(motors, table, grid, loss_model="coulomb", moving=True, weighed=weighed)
+
+
+def _box(template: CoboticDrive, ranges: Mapping[str, tuple[float, float]], bearings: tuple[Bearing, ...]) -> Box:
+    """Ranges of the continuous values, and the bearings."""
+    unknown = set(ranges) - set(FREE)
+    if unknown:
+        raise ParameterError(f"ranges has an unknown entry {min(unknown)!r}; known entries: {', '.join(FREE)}")
+    if not bearings:
+        raise ParameterError("bearings is empty: state at least one bearing of the axle")
+    own = values_of(template)
+    ends = np.array([ranges.get(name, (value / RANGE, value * RANGE)) for name, value in zip(FREE, own, strict=True)])
+    for name, (low, high) in zip(FREE, ends, strict=True):
+        require(0.0 < low <= high < np.inf, f"ranges[{name!r}]", (low, high), "a range above 0, least first")
+    return Box(ends[:, 0], ends[:, 1], bearings, own)
+
+
+def _fast_enough(found: Pairs, box: Box) -> Pairs:
+    """Pairs whose motor and gearhead permit the slowest cylinder; a faster one turns them faster."""
+    slowest, kept, excluded = box.low[FREE.index("cylinder_speed")], found.usable, dict(found.excluded)
+    for kind, name, limit in (("motor", "max_speed", Limit.SPEED), ("gearhead", "max_input_speed", Limit.GEAR_SPEED)):
+        turned = slowest * found.values("gearhead", "ratio", kept)
+        beyond = turned > found.values(kind, name, kept) * (1.0 + 1e-9)
+        if beyond.any():
+            excluded[f"{limit.words} below that of the slowest cylinder"] = int(beyond.sum())
+        kept = kept[~beyond]
+    return replace(found, usable=kept, excluded=excluded)

@@ -1,0 +1,402 @@
+"""What cylinder, wheel and link ask of the motors: the part of a cobotic drive that no motor or gearhead changes.
+
+A wheel design is a bearing of the axle and five values: radius and speed of the cylinder, rolling and crown radius of the wheel,
+preload. Many of them are one drive with columns for values, through the laws of `CoboticDrive`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar._core.array_namespace import Array, namespace
+from infinivar.contact.creep import EXACT
+from infinivar.contact.exact_law import NARROWEST, WIDEST
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import GEAR_LIMITS, MotorSide
+from infinivar.drivetrain.steering import SteeringPlant
+from infinivar.errors import ParameterError
+from infinivar.limits import Demand, Limit
+from infinivar.parts.bearing import Bearing
+from infinivar.sizing.geared.sampled import TaskDemand
+from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+
+FREE = ("cylinder_radius", "cylinder_speed", "wheel_radius", "crown_radius", "preload")
+"""Continuous values of a wheel design, in this order. [m], [rad s^-1], [m], [m], [N]"""
+
+CONTACT = "contact"
+"""Name under which limits appear that the preload alone can exceed."""
+
+AXLE = "axle bearing"
+
+
+_DIRECTIONS = 12
+"""In the plane of force and speed, in each of which the farthest point is looked at first for slip."""
+
+
+class Points(NamedTuple):
+    """Wheel designs: five values each, and a bearing."""
+
+    values: np.ndarray
+    """In the order of `FREE`. (k, 5)"""
+    bearing: np.ndarray
+    """Place of the axle bearing. (k,) int"""
+
+    def of(self, places: Any) -> Points:
+        """Some of them."""
+        return Points(self.values[places], self.bearing[places])
+
+
+class Shaft(NamedTuple):
+    """What a task asks of both motors, by design and instant. (k, n)"""
+
+    turning: np.ndarray
+    """Cylinder speed. (k, 1) [rad s^-1]"""
+    torque: np.ndarray
+    """Applied by the cylinder to the wheel. [N m]"""
+    rate: np.ndarray
+    """Of the steering angle; empty for a required region, in which steering rests. [rad s^-1]"""
+    acceleration: np.ndarray
+    """[rad s^-2]"""
+    patch: np.ndarray
+    """Friction torque of a patch that turns on the spot. (k, 1) [N m]"""
+    bell: np.ndarray
+    """Friction torque of the bell's bearing. (k, 1) [N m]"""
+    moment: np.ndarray | None
+    """Of the patch against steering; None for one that turns on the spot. [N m]"""
+
+    def of(self, places: np.ndarray) -> Shaft:
+        """Of some designs."""
+        return Shaft(*(None if part is None else part[places] for part in self))  # type: ignore[arg-type]
+
+    def steer(self, plant: SteeringPlant) -> MotorSide:
+        """Operation of a steering plant."""
+        return plant.turn(
+            {"patch": self.patch, "bell": self.bell},
+            rate=self.rate,
+            acceleration=self.acceleration,
+            patch_moment=self.moment,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Wheels:
+    """Many wheel designs, evaluated."""
+
+    demands: Mapping[TaskDemand, np.ndarray]
+    """Demand over allowance of every limit that no motor changes; inf where the wheel slips. (k,) [-]"""
+    slipping: np.ndarray
+    """Share of all instants without steady rolling. (k,) [-]"""
+    shafts: Mapping[str, Shaft]
+    """By task; values of slipping designs are nan."""
+
+
+def joined(parts: Sequence[Wheels]) -> Wheels:
+    """Wheel designs evaluated apart, as if together."""
+    first = parts[0]
+    return Wheels(
+        demands={key: np.concatenate([one.demands[key] for one in parts]) for key in first.demands},
+        slipping=np.concatenate([one.slipping for one in parts]),
+        shafts={
+            name: Shaft(
+                *(
+                    None if some[0] is None else np.concatenate(some)
+                    for some in zip(*(one.shafts[name] for one in parts), strict=True)
+                )  # type: ignore[arg-type]
+            )
+            for name in first.shafts
+        },
+    )
+
+
+class Space:
+    """Makes drives of wheel designs: of a template, with other bearings and values."""
+
+    def __init__(self, template: CoboticDrive, bearings: Sequence[Bearing]) -> None:
+        """Bearings that differ in numbers only are computed together."""
+        self.compiled: Callable[[Points, Task], Asked] | None = None
+        """Instead of `ask`, by another array library."""
+        self.template, self.bearings = template, tuple(bearings)
+        forms = [tuple(_form(one, name) for name in _BEARING) for one in self.bearings]
+        self.kinds = np.array([forms.index(form) for form in forms])
+        """First bearing of the same kind, by bearing. (b,) int"""
+
+    def columns(self, points: Points) -> CoboticDrive:
+        """Wheel designs as one drive with columns for values (k, 1); their bearings must be of one kind."""
+        first = int(points.bearing[0])
+        numbers = {name: values[points.bearing, None] for name, values in self.numbers(first).items()}
+        return self.drive({name: points.values[:, place, None] for place, name in enumerate(FREE)}, first, numbers)
+
+    def numbers(self, bearing: int) -> dict[str, np.ndarray]:
+        """Numbers of all bearings by field, nan for those of another kind; empty if a bearing is the only one of its kind."""
+        kind = self.kinds == self.kinds[bearing]
+        if kind.sum() == 1:
+            return {}
+        names = [name for name in _BEARING if isinstance(getattr(self.bearings[bearing], name), float)]
+        return {
+            name: np.array(
+                [getattr(one, name) if same else np.nan for one, same in zip(self.bearings, kind, strict=True)]
+            )
+            for name in names
+        }
+
+    def one(self, values: np.ndarray, bearing: int) -> CoboticDrive:
+        """A single design as a drive of plain numbers."""
+        return self.drive(dict(zip(FREE, map(float, values), strict=True)), bearing, {})
+
+    def drive(self, given: dict[str, Any], bearing: int, numbers: Mapping[str, Any]) -> CoboticDrive:
+        """A drive with values by the names of `FREE`, and a bearing with other numbers."""
+        transmission, axle = self.template.transmission, replace(self.bearings[bearing], **numbers)
+        speed, crown = given.pop("cylinder_speed"), given.pop("crown_radius")
+        assert transmission.geometry is not None
+        geometry = replace(transmission.geometry, crown_radius=crown, axle_bearing=axle)
+        transmission = replace(transmission, geometry=geometry, **given)
+        return replace(self.template, transmission=transmission, cylinder_speed=speed)
+
+    def batches(self, points: Points, size: int) -> Iterator[np.ndarray]:
+        """Yield places of designs to be computed together."""
+        kinds = self.kinds[points.bearing]
+        for kind in np.unique(kinds):
+            some = np.flatnonzero(kinds == kind)
+            for start in range(0, len(some), size):
+                yield some[start : start + size]
+
+
+_BEARING = tuple(one.name for one in dataclasses.fields(Bearing) if one.name not in ("name", "mass"))
+
+
+_OF_SKF = frozenset({"series", "lubrication"})
+"""Words that only the skf model of friction uses."""
+
+
+def _form(bearing: Bearing, name: str) -> Any:
+    """What bearings that are computed together must have in common in a field."""
+    value = getattr(bearing, name)
+    if name in _OF_SKF and bearing.friction_model == "coefficient":
+        return None
+    return float if isinstance(value, float) else value
+
+
+def values_of(drive: CoboticDrive) -> np.ndarray:
+    """Values of a drive in the order of `FREE`."""
+    element = drive.transmission
+    assert element.geometry is not None
+    return np.array(
+        [
+            element.cylinder_radius,
+            drive.cylinder_speed,
+            element.wheel_radius,
+            element.geometry.crown_radius,
+            element.preload,
+        ]
+    )
+
+
+def check_template(template: CoboticDrive, moving: bool) -> None:
+    """Raise ParameterError unless wheel designs can be made from a drive."""
+    if template.transmission.geometry is None:
+        raise ParameterError(
+            "transmission.geometry is missing: measured values of a contact hold for one wheel, cylinder and preload only"
+        )
+    if template.steering is None and moving:
+        raise ParameterError("steering is missing: motions need the steering plant")
+    if moving:
+        template.check_motion()
+
+
+def shape_excess(drive: CoboticDrive) -> np.ndarray:
+    """Largest ratio of the patch's axes over the widest that the law's tables cover; 0 for a law without tables. (k,) [-]"""
+    element = drive.transmission
+    assert element.contact is not None
+    ratio = np.ravel(element.contact.axis_ratio)
+    if element.creep_law != EXACT and not element.turns_with_spin:
+        return np.zeros(ratio.shape)
+    return np.maximum(ratio / WIDEST, NARROWEST / ratio)
+
+
+def static_demands(drive: CoboticDrive, count: int | None = None) -> dict[TaskDemand, np.ndarray]:
+    """Demand over allowance of the limits that the preload alone can exceed: yield, hardness, load of bearings at rest. (k,)"""
+    found = {}
+    count = len(np.asarray(drive.cylinder_speed)) if count is None else count
+    for limit, demand in drive.transmission.utilisation.items():
+        part = AXLE if limit == Limit.BEARING else "wheel"
+        found[CONTACT, limit, part] = np.broadcast_to(np.ravel(demand), (count,))
+    return found
+
+
+def critical(template: CoboticDrive, tasks: Sequence[Task]) -> tuple[Task, ...]:
+    """The tasks at the few instants, or points, at which a wheel is most likely to slip.
+
+    Largest are force, speed or power, or force with some speed: the steeper the wheel is steered, the less of the slip force is
+    left along the link. A wheel that slips in one of them slips. None of a task with springs or linkages, where instants depend
+    on others.
+    """
+    found: list[Task] = []
+    for task in tasks:
+        if isinstance(task, RegionTask):
+            places = _extreme(task.force, task.speed)
+            found.append(replace(task, speed=task.speed[places], force=task.force[places]))
+            continue
+        if template.output.chain:
+            continue
+        course = task.instants.course
+        force = np.asarray(course.driving_force(task.duty.moved_mass + (template.link_mass or 0.0)).value)
+        shape = task.instants.time.shape
+        places = _extreme(np.broadcast_to(force, shape), np.broadcast_to(course.speed, shape))
+        some = {
+            one.name: np.broadcast_to(value, shape)[places]
+            for one in dataclasses.fields(course)
+            if isinstance(value := getattr(course, one.name), np.ndarray)
+        }
+        instants = task.instants._replace(
+            time=task.instants.time[places],
+            position=np.broadcast_to(task.instants.position, shape)[places],
+            course=replace(course, **some),
+        )
+        found.append(replace(task, instants=instants, travel=None))
+    return tuple(found)
+
+
+def _extreme(force: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """Places of largest force, speed, power and weighed sums of force and speed, of both signs. (n,)"""
+    force, speed = (values / max(float(np.abs(values).max()), 1e-300) for values in (force, speed))
+    sizes = [np.abs(force * speed)]
+    angles = np.linspace(0.0, 2.0 * math.pi, _DIRECTIONS, endpoint=False)
+    sizes += [math.cos(angle) * force + math.sin(angle) * speed for angle in angles]
+    sizes += [np.where(part * speed >= part**2, np.abs(force), -1.0) for part in (-0.75, -0.5, -0.25, 0.25, 0.5, 0.75)]
+    return np.unique(np.argmax(sizes, axis=-1))
+
+
+def evaluate(
+    space: Space, points: Points, tasks: Sequence[Task], *, life: float | None, compiled: bool = True
+) -> Wheels:
+    """Evaluate wheel designs, whose bearings must be of one kind.
+
+    Parameters
+    ----------
+    life : float      Wanted life of the axle bearings in each motion; None: any. [s]
+    compiled : bool   Whether to use what the space has compiled: False for a few instants.
+    """
+    count, drive = len(points.bearing), space.columns(points)
+    demands: dict[TaskDemand, np.ndarray] = {}
+    shafts, slipping = {}, np.zeros(count)
+    for task in tasks:
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            law = space.compiled if compiled else None
+            asked = ask(drive, task) if law is None else law(points, task)
+            found = _demands(drive, task, asked, life)
+        shaft = _shaft(drive, task, asked)
+        shafts[task.name] = shaft
+        lost = np.isnan(np.asarray(asked.torque))
+        slipping += np.mean(np.broadcast_to(lost, (count, lost.shape[-1])), axis=-1) / len(tasks)
+        demands |= {
+            (task.name, *key): np.broadcast_to(np.where(np.isnan(demand), np.inf, demand), (count,))
+            for key, demand in found.items()
+        }
+    return Wheels(demands=demands, slipping=slipping, shafts=shafts)
+
+
+class Asked(NamedTuple):
+    """What a task asks of wheel designs, by the laws of the drive; arrays of any library."""
+
+    torque: Array
+    """Of the cylinder. [N m]"""
+    utilisation: Mapping[Limit, Array]
+    """Of the wheel, in a required region also of springs and linkages. [-]"""
+    rate: Array = 0.0
+    """Of the steering angle. [rad s^-1]"""
+    acceleration: Array = 0.0
+    """[rad s^-2]"""
+    moment: Array | None = None
+    """Of the rolling patch against steering. [N m]"""
+    patch: Array = 0.0
+    """Friction torque of a patch that turns on the spot. [N m]"""
+    bell: Array = 0.0
+    """Friction torque of the bell's bearing. [N m]"""
+    rolling: Array = 0.0
+    """Mean loss by hysteresis. [W]"""
+
+
+def ask(drive: CoboticDrive, task: Task) -> Asked:
+    """What a task asks of wheel designs, one or many."""
+    if isinstance(task, RegionTask):
+        point = drive.operate(speed=task.speed, force=task.force)
+        motor = {*drive.motor.utilisation(current=0.0, voltage=0.0, speed=0.0), Limit.REGENERATION, *GEAR_LIMITS}
+        own = {limit: demand for limit, demand in point.utilisation.items() if limit not in motor}
+        return Asked(point.states["cylinder_torque_Nm"], own)
+    rolled = drive.roll(task.instants.course, load_mass=task.duty.moved_mass)
+    assert drive.steering is not None
+    resisting = drive.steering.friction_torques(drive.transmission)
+    xp = namespace(rolled.torque)
+    return Asked(
+        rolled.torque,
+        dict(rolled.utilisation),
+        rolled.steering.rate,
+        rolled.steering.curvature,
+        rolled.patch_moment,
+        resisting["patch"],
+        resisting["bell"],
+        xp.mean(rolled.losses["rolling"], axis=-1),
+    )
+
+
+def _demands(drive: CoboticDrive, task: Task, asked: Asked, life: float | None) -> dict[Demand, np.ndarray]:
+    """Largest demands on the wheel, and on what lies between it and the load."""
+    limits: dict[Demand, Any] = {(limit, "wheel"): demand for limit, demand in asked.utilisation.items()}
+    if isinstance(task, MotionTask):
+        limits |= drive.inward(task.instants.course, task.duty.moved_mass).utilisation
+    # All of these limits apply to the peak, in motion as well.
+    found = {key: np.max(demand, axis=-1) if np.ndim(demand) else np.asarray(demand) for key, demand in limits.items()}
+    if isinstance(task, MotionTask):
+        if task.travel is not None:
+            found[Limit.TRAVEL, "load"] = np.asarray(np.ptp(task.instants.position) / task.travel)
+        if life is not None:
+            found[Limit.LIFE, AXLE] = _life(drive, np.asarray(asked.rolling), life)
+    return found
+
+
+def _shaft(drive: CoboticDrive, task: Task, asked: Asked) -> Shaft:
+    """What is asked of the motors, as arrays by design and instant."""
+    turning = np.asarray(drive.cylinder_speed)
+    count = len(turning)
+    if isinstance(task, RegionTask):
+        nothing, still = np.empty((count, 0)), np.zeros((count, 1))
+        torque = np.broadcast_to(asked.torque, (count, len(task.speed)))
+        if drive.amplifier.regeneration != "none":
+            # At one speed, current and voltage rise with the torque: a nan, or the ends, are all that any motor can notice.
+            torque = np.stack([torque.min(axis=-1), torque.max(axis=-1)], axis=-1)
+        return Shaft(turning, torque, nothing, nothing, still, still, None)
+    shape = count, len(task.instants.time)
+    torque, rate, quickening = (np.broadcast_to(part, shape) for part in (asked.torque, asked.rate, asked.acceleration))
+    patch, bell = (np.broadcast_to(part, (count, 1)) for part in (asked.patch, asked.bell))
+    moment = None if asked.moment is None else np.broadcast_to(asked.moment, shape)
+    return Shaft(turning, torque, rate, quickening, patch, bell, moment)
+
+
+def _life(drive: CoboticDrive, rolling_loss: np.ndarray, life: float) -> np.ndarray:
+    """Cube root of the revolutions wanted over those that 90 % of axles reach, under the loads of their friction. (k,)
+
+    Source: iso2007.
+    """
+    element = drive.transmission
+    assert element.geometry is not None
+    groups, share = element.groups(drive.cylinder_speed), element.geometry.lateral_share
+    turning = np.ravel(rolling_loss) / np.ravel(groups.rolling_torque)
+    reached = element.geometry.axle.life(element.preload, share * groups.slip_force, element.wheel_radius)
+    return (turning * life / (2.0 * math.pi) / np.ravel(reached)) ** (1.0 / 3.0)
+
+
+def plain_bearings(bearings: Sequence[Bearing]) -> tuple[Bearing, ...]:
+    """The bearings, checked."""
+    for place, bearing in enumerate(bearings):
+        if bearing.type not in ("deep_groove", "angular_contact"):
+            raise ParameterError(
+                f"bearings[{place}].type must be deep_groove or angular_contact, which carry preload and lateral force, got "
+                f"{bearing.type}"
+            )
+    return tuple(bearings)

@@ -1,0 +1,162 @@
+"""What became of the candidates of a search, by template."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.result import Frozen, result
+from infinivar.limits import Demand
+from infinivar.parts.tables.columns import counted
+from infinivar.sizing.design import SizedDrive, limit_words
+from infinivar.sizing.geared.result import LimitCount
+from infinivar.sizing.geared.sampled import TaskDemand
+
+OF_FRONT = ": left out of the front"
+"""End of a reason for which candidates are left out of the front alone."""
+
+
+@result
+class SearchRecord(Frozen):
+    """What became of the candidates for a geared template.
+
+    Attributes
+    ----------
+    candidates     Number of candidates: pairs of motor and gearhead, times the output stages that are given.
+    left           Of these, those for which closed forms leave a radius; with given stages, the feasible ones.
+    evaluated      Of these, evaluated at every instant; the others are infeasible, or cannot be among the best.
+    excluded       Candidates without the values that a law needs, by reason.
+    counts         Candidates that each limit excludes, in the order in which limits are checked.
+    unchecked      Candidates whose data sheets do not state a limit.
+    ranges         Ranges searched, by path. [m]
+    cloud          Mass and mean power of the feasible candidates that were evaluated; nan where not known. (n, 2) [kg], [W]
+    nearest        If no candidate is feasible, that with the tightest limit nearest to being kept.
+    stages         Number of output stages tried with every pair.
+    stage_words    What they differ in: radii, leads, or "output stages".
+    """
+
+    candidates: int
+    left: int
+    evaluated: int
+    excluded: Mapping[str, int]
+    counts: tuple[LimitCount, ...]
+    unchecked: Mapping[Demand, int]
+    ranges: Mapping[str, tuple[float, float]]
+    cloud: np.ndarray
+    nearest: SizedDrive | None = None
+    stages: int = 1
+    stage_words: str = "output stages"
+
+    @property
+    def counted_as(self) -> str:
+        """What a candidate is: one of the pairs, or a pair at one of the output stages."""
+        return "pairs" if self.stages == 1 else "candidates"
+
+    @property
+    def words(self) -> str:
+        """Number of candidates, such as "7 pairs" or "14 candidates (7 pairs with 2 radii each)"."""
+        if self.stages == 1:
+            return counted(self.candidates, "pairs")
+        pairs = counted(self.candidates // self.stages, "pairs")
+        return f"{counted(self.candidates, 'candidates')} ({pairs} with {self.stages:,} {self.stage_words} each)"
+
+    @property
+    def unjudged(self) -> dict[str, int]:
+        """Candidates that could not be judged by any limit, by reason."""
+        return {reason: number for reason, number in self.excluded.items() if not reason.endswith(OF_FRONT)}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain numbers and texts."""
+        return {
+            "candidates": self.candidates,
+            "stages": self.stages,
+            "left": self.left,
+            "evaluated": self.evaluated,
+            "excluded": dict(self.excluded),
+            "limits": [{**count._asdict(), "limit": count.limit.name} for count in self.counts],
+            "unchecked": unchecked_rows(self.unchecked),
+            "ranges": {path: list(ends) for path, ends in self.ranges.items()},
+            "nearest": None if self.nearest is None else self.nearest.to_dict(),
+        }
+
+
+@result
+class WheelRecord(Frozen):
+    """What became of the candidates for a cobotic template.
+
+    Attributes
+    ----------
+    candidates     Combinations of motor and gearhead, axle bearing, steering motor and ratio.
+    wheels         Wheel designs looked at: a bearing, two radii of the wheel, radius and speed of the cylinder, preload.
+    rolled         Of these, those that neither preload nor slip at some instants rules out.
+    drives         Drives covered: wheel designs that roll, times all motors, gearheads, steering motors and ratios.
+    evaluated      Motors evaluated at every instant behind a wheel; bounds exclude the others.
+    excluded       Parts without the values that a law needs, and those that no wheel design can use, by reason.
+    blocked        Wheel designs infeasible with any motor, by the tightest limit.
+    unchecked      Pairs, or steering motors, whose data sheets do not state a limit.
+    ranges         Ranges searched, by path. In SI.
+    steering_ratios   Ratios tried between steering motor and bell.
+    bearings       Axle bearings tried, by name.
+    cloud          Mass and least mean power of each combination of parts that was the best behind a feasible wheel design. (n, 2)
+        [kg], [W]
+    history        Best value of the first objective after each generation, inf before the first; the last generations count
+        more instants. (n,) [W] or [kg]
+    compiled       Whether JAX compiled the laws of the wheel.
+    nearest        If no candidate is feasible, the one found that is nearest.
+    """
+
+    candidates: int
+    wheels: int
+    rolled: int
+    drives: int
+    evaluated: int
+    excluded: Mapping[str, int]
+    blocked: Mapping[TaskDemand, int]
+    unchecked: Mapping[Demand, int]
+    ranges: Mapping[str, tuple[float, float]]
+    steering_ratios: tuple[float, ...]
+    bearings: tuple[str, ...]
+    cloud: np.ndarray
+    history: np.ndarray
+    compiled: bool = False
+    nearest: SizedDrive | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain numbers and texts."""
+        return {
+            "candidates": self.candidates,
+            "wheel_designs": self.wheels,
+            "rolled": self.rolled,
+            "drives": self.drives,
+            "evaluated": self.evaluated,
+            "excluded": dict(self.excluded),
+            "blocked": [
+                {"task": task, "limit": limit.name, "part": part, "wheel_designs": number}
+                for (task, limit, part), number in self.blocked.items()
+            ],
+            "unchecked": unchecked_rows(self.unchecked),
+            "ranges": {path: list(ends) for path, ends in self.ranges.items()},
+            "steering_ratios": list(self.steering_ratios),
+            "bearings": list(self.bearings),
+            "history": [None if value == np.inf else float(value) for value in self.history],
+            "compiled": self.compiled,
+            "nearest": None if self.nearest is None else self.nearest.to_dict(),
+        }
+
+
+def limit_lines(counts: Iterable[LimitCount]) -> Iterator[str]:
+    """Yield a line for each limit that excludes candidates, on its own or in addition to those checked before it."""
+    beyond = [count for count in counts if count.exceeded or count.first]
+    for place, count in enumerate(beyond):
+        where = limit_words((count.task, count.limit, count.part))
+        said = f"{where}: rules out {count.exceeded:,} of {count.checked:,} on its own"
+        if place or count.first != count.exceeded:
+            said += f", {f'{count.first:,}' if count.first else 'none'} in addition to the limits above"
+        yield said
+
+
+def unchecked_rows(unchecked: Mapping[Demand, int]) -> list[dict[str, Any]]:
+    """Candidates whose data sheets do not state a limit, as plain numbers and texts."""
+    return [{"limit": limit.name, "part": part, "candidates": number} for (limit, part), number in unchecked.items()]

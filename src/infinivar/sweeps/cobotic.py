@@ -1,0 +1,260 @@
+"""Sweep over cobotic drives: the search of `size_cobotic` from many independent starts, and the best of all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar._core.frozen import FrozenDict
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.errors import InputError, ParameterError, require
+from infinivar.parts.tables.columns import counted
+from infinivar.sizing.asked import Asked
+from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing
+from infinivar.sizing.cobotic.search import size_cobotic
+from infinivar.sizing.cobotic.wheels import FREE
+from infinivar.sizing.of_cobotic import arguments_of
+from infinivar.sizing.pool import pool_of
+from infinivar.sizing.size import GENERATIONS, SLIP_MARGIN, Aim, aims_of, check_options, templates_of
+from infinivar.study.study import Study
+from infinivar.sweeps.demands import column_of, rows_of
+from infinivar.sweeps.fingerprint import fingerprint
+from infinivar.sweeps.geared import TOP_OF_CHUNK
+from infinivar.sweeps.problem import CANDIDATES, Chunk
+from infinivar.sweeps.reducers import FRONT, LIST, TOP, Best
+from infinivar.sweeps.sweep import Sweep, check_finished
+from infinivar.sweeps.words import design_words, row_of
+
+_PARTS = ("pair", "bearing", "steering", "ratio")
+"""Columns that identify a combination of parts."""
+_TABLES = ("motors", "gearheads", "pairs", "steering_motors", "steering_ratios", "bearings")
+
+
+class CoboticDesigns(NamedTuple):
+    """Best designs of all starts."""
+
+    designs: tuple[CoboticDesign, ...]
+    """In order: of each combination of parts the best values found from any start."""
+    front: tuple[CoboticDesign, ...]
+    """Those of which no other has both less mass and less power, by power."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CoboticSweep:
+    """Independent starts of a search over cobotic drives, one in each chunk.
+
+    Attributes
+    ----------
+    title        For reports.
+    template     As for `size_cobotic`.
+    arguments    All other arguments of `size_cobotic` but seed, top and progress, by name.
+    starts       Number of starts; their seeds are 0, 1, 2, ...
+    top          Number of designs to keep, besides those of the front.
+    """
+
+    title: str
+    template: CoboticDrive
+    arguments: Mapping[str, Any]
+    starts: int
+    top: int = TOP_OF_CHUNK
+
+    @property
+    def kind(self) -> str:
+        """See `Problem`."""
+        return "cobotic drives"
+
+    @property
+    def chunks(self) -> int:
+        """See `Problem`."""
+        return self.starts
+
+    @property
+    def reducer(self) -> Best:
+        """See `Problem`."""
+        return Best(top=self.top, order=("value", "seed", *_PARTS), front=("mass_kg", "power_W"), same=_PARTS)
+
+    @property
+    def identity(self) -> Mapping[str, Any]:
+        """See `Problem`; the number of starts is that of the chunks."""
+        given = self.arguments
+        others = {name: value for name, value in given.items() if name not in (*_TABLES, "duty", "requirement")}
+        return {
+            "values of the drive": fingerprint(self.template),
+            "parts": fingerprint({name: given[name] for name in _TABLES}),
+            "requirement": fingerprint(given.get("requirement")),
+            "motions": fingerprint(given["duty"]),
+            "options": fingerprint(dict(sorted(others.items()))),
+            "top": self.top,
+        }
+
+    def run(self, number: int) -> Chunk:
+        """See `Problem`."""
+        found = size_cobotic(self.template, **self.arguments, seed=number, top=self.top)
+        designs = [(TOP, one) for one in found.designs] + [(FRONT, one) for one in found.front]
+        return Chunk(rows_of([self._row(name, one, number) for name, one in designs]), _counts(found))
+
+    def best(self, chunk: Chunk) -> tuple[float, str] | None:
+        """See `Problem`."""
+        if not chunk.rows or not (chunk.rows[LIST] == TOP).any():
+            return None
+        value = float(chunk.rows["value"][chunk.rows[LIST] == TOP].min())
+        return value, f"best: {value:.3g} {'kg' if self._by_mass else 'W'}"
+
+    def verdict(self, sweep: Sweep) -> str:
+        """One line on the outcome of the starts that are done."""
+        best, starts = sweep.list(TOP), counted(sweep.done, "starts")
+        if not len(best.get(LIST, ())):
+            return f"none of {sweep.counts.get('wheels', 0):,} wheel designs from {starts} is feasible"
+        return f"least {'mass' if self._by_mass else 'energy'} from {starts}: {design_words(row_of(best, 0))}"
+
+    def result(self, sweep: Sweep) -> CoboticDesigns:
+        """The designs kept as drives, each evaluated once more.
+
+        Raises
+        ------
+        InputError
+            If the sweep is not finished.
+        """
+        check_finished(sweep)
+        made = [tuple(self._designs(sweep.list(name))) for name in (TOP, FRONT)]
+        return CoboticDesigns(*made)
+
+    @property
+    def _by_mass(self) -> bool:
+        return self.arguments.get("objective") == "mass"
+
+    def _row(self, name: str, one: CoboticDesign, seed: int) -> dict[str, Any]:
+        return {
+            LIST: name,
+            "value": one.mass if self._by_mass else one.power,
+            "seed": seed,
+            **{part: getattr(one, part) for part in _PARTS},
+            **self._names(one),
+            **one.values,
+            "mass_kg": one.mass,
+            "power_W": one.power,
+            **{column_of(key): demand for key, demand in one.demands.items()},
+        }
+
+    def _names(self, one: CoboticDesign) -> dict[str, str]:
+        """Names of the parts, where the tables have names."""
+        rows = {"motor": ("motors", one.motor), "gearhead": ("gearheads", one.gearhead)}
+        rows["steering motor"] = ("steering_motors", one.steering)
+        tables = {part: (self.arguments[table], row) for part, (table, row) in rows.items() if row >= 0}
+        found = {part: str(table["name"][row]) for part, (table, row) in tables.items() if "name" in table}
+        return {**found, "axle bearing": str(self.arguments["bearings"][one.bearing].name)}
+
+    def _designs(self, rows: Mapping[str, np.ndarray]) -> Iterable[CoboticDesign]:
+        """Rows as designs: a search among the parts and values of the row alone."""
+        given = self.arguments
+        for place in range(len(rows.get(LIST, ()))):
+            pair, bearing, steering = (int(rows[name][place]) for name in _PARTS[:3])
+            values = {name: float(rows[name][place]) for name in FREE}
+            steered = max(steering, 0)
+            one = {
+                "pairs": np.asarray(given["pairs"])[pair : pair + 1],
+                "steering_motors": {
+                    name: column[steered : steered + 1] for name, column in given["steering_motors"].items()
+                },
+                "steering_ratios": (float(rows["ratio"][place]),) if steering >= 0 else given["steering_ratios"][:1],
+                "bearings": given["bearings"][bearing : bearing + 1],
+                "ranges": {name: (value, value) for name, value in values.items()},
+            }
+            found = size_cobotic(
+                self.template, **{**given, **one, "population": 5, "generations": 1, "method": "numpy"}
+            )
+            yield found.designs[0]._replace(pair=pair, bearing=bearing, steering=steering)
+
+
+def cobotic_sweep(
+    template: CoboticDrive, *, starts: int, title: str = "cobotic drives", top: int = TOP_OF_CHUNK, **arguments: Any
+) -> CoboticSweep:
+    """Prepare a search over cobotic drives from many starts as a sweep.
+
+    Parameters
+    ----------
+    template : CoboticDrive   As for `size_cobotic`.
+    starts : int              Number of starts, each with a seed of its own.
+    title : str               For reports.
+    top : int                 Number of designs to keep, besides those of the front.
+    **arguments               All other arguments of `size_cobotic` but seed and progress, by name.
+
+    Raises
+    ------
+    ParameterError
+        If the number of starts is not above 0, or an argument is missing or does not belong.
+    """
+    for name, number in (("starts", starts), ("top", top)):
+        require(isinstance(number, int) and not isinstance(number, bool) and number >= 1, name, number, ">= 1")
+    missing = [name for name in (*_TABLES, "duty") if name not in arguments]
+    if missing:
+        raise ParameterError(f"{missing[0]} is missing: a sweep over cobotic drives has all arguments of size_cobotic")
+    for name in ("seed", "progress"):
+        if name in arguments:
+            raise ParameterError(f"{name} does not apply to a sweep: each start has a {name} of its own")
+    return CoboticSweep(title=title, template=template, arguments=FrozenDict(arguments), starts=starts, top=top)
+
+
+def cobotic_study_sweep(
+    study: Study,
+    *,
+    starts: int,
+    objective: Aim | Sequence[Aim] | None = None,
+    top: int = TOP_OF_CHUNK,
+    sets: str | Path | Sequence[str | Path] | None = None,
+    drive: str | None = None,
+    ranges: Mapping[str, tuple[float, float]] | None = None,
+    steering_ratios: Sequence[float] | None = None,
+    slip_margin: float | None = None,
+    life: float | None = None,
+    generations: int = GENERATIONS,
+) -> CoboticSweep:
+    """Prepare the search of `size` over cobotic drives from many starts as a sweep; arguments as for `size`.
+
+    Raises
+    ------
+    InputError
+        As `size` does.
+    """
+    names, notes = templates_of(study, drive)
+    name = next((one for one in names if isinstance(study.drives[one], CoboticDrive)), None)
+    if name is None:
+        why = notes[0] if notes else f"drives.{names[0]} is not one"
+        raise InputError(f"the study has no cobotic drive that can be a template: {why}")
+    template = study.drives[name]
+    assert isinstance(template, CoboticDrive)
+    stated = {"ranges": ranges or None, "steering_ratios": steering_ratios}
+    check_options(study, [name], {one: value for one, value in stated.items() if value is not None})
+    asked = Asked(
+        study=study,
+        parts=pool_of(study, sets),
+        aims=aims_of(study, objective),
+        top=top,
+        radius=None,
+        leads=(),
+        ranges=ranges or {},
+        steering_ratios=None if steering_ratios is None else tuple(steering_ratios),
+        slip_margin=SLIP_MARGIN if slip_margin is None else slip_margin,
+        life=life,
+        loss_model=None,
+        generations=generations,
+        seed=0,
+    )
+    aim = asked.aims[0] if len(asked.aims) == 1 else "front"
+    given = {**arguments_of(asked, template), "objective": aim, "generations": generations}
+    return cobotic_sweep(template, starts=starts, title=f"{study.name}, cobotic drives like {name}", top=top, **given)
+
+
+def _counts(found: CoboticSizing) -> dict[str, Any]:
+    blocked: Mapping[Any, int] = found.blocked
+    return {
+        CANDIDATES: found.drives,
+        "wheels": found.wheels,
+        "rolled": found.rolled,
+        "sampled": found.sampled,
+        "blocked": {column_of(key): number for key, number in blocked.items()},
+    }

@@ -1,0 +1,104 @@
+"""Designs that a sweep keeps, and what it counts, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from infinivar.parts.tables.columns import counted
+from infinivar.sizing.design import COBOTIC_PATHS, UNITS, allowance_words, demand_words, limit_words, path_words, shown
+from infinivar.sizing.records import limit_lines
+from infinivar.sweeps.demands import DEMAND, demands_of, key_of, limit_counts
+from infinivar.sweeps.reducers import FRONT, LIST, TOP
+from infinivar.units import plain, show
+
+_INTERNAL = (LIST, "value", "worst", "pair", "stage", "seed", "bearing", "steering")
+"""Columns that place a design, and say nothing to people."""
+_LEAD = {"steering motor": "steering ", "axle bearing": "bearings "}
+"""What precedes the name of a part, by column."""
+_TITLES = {TOP: "Best", FRONT: "Front, least power first"}
+_COUNTS = {
+    "left": "left by closed forms",
+    "evaluated": "evaluated at every instant",
+    "wheels": "wheel designs",
+    "rolled": "wheel designs that roll",
+    "sampled": "motors evaluated at every instant",
+    "blocked": "infeasible wheel designs by their tightest limit",
+    "excluded": "left out",
+    "limits": "limits in the order in which they are checked",
+    "unchecked": "not stated, not checked",
+}
+"""What is counted, by the name of the count."""
+
+
+def list_title(name: str, number: int) -> str:
+    """Title of a list of designs."""
+    return f"{_TITLES.get(name, name.capitalize())}, {counted(number, 'designs')}:"
+
+
+def row_of(rows: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
+    """What is known of one row."""
+    return {name: column[place].item() for name, column in rows.items() if column[place] == column[place]}
+
+
+def design_words(row: Mapping[str, Any]) -> str:
+    """Parts, values, power, mass and margin of a row; its other demands are left to the files."""
+    told = {name: value for name, value in row.items() if name not in _INTERNAL and not name.startswith(DEMAND)}
+    said = [f"{_LEAD.get(name, '')}{value}" for name, value in told.items() if isinstance(value, str)]
+    said += [_value_words(name, value) for name, value in told.items() if not isinstance(value, str)]
+    demands = demands_of(row)
+    if demands:
+        tightest = max(demands, key=lambda key: demands[key])
+        said.append(f"margin {allowance_words(demands[tightest])} ({limit_words(tightest)})")
+    return "; ".join(said)
+
+
+def _value_words(name: str, value: float) -> str:
+    if name in COBOTIC_PATHS:
+        path = COBOTIC_PATHS[name]
+        return f"{path_words(path)} {shown(value, UNITS[path])}"
+    if name == "ratio":
+        return f"steering ratio {plain(value)}"
+    words, _, unit = name.rpartition("_")
+    if unit == "m":
+        return f"{words.replace('_', ' ')} {shown(value, 'm')}"
+    if unit in ("kg", "W"):
+        return f"{words.replace('_', ' ')} {show(value, unit)}"
+    return f"{name.replace('_', ' ')} {plain(value)}"
+
+
+def count_lines(counts: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the counts, one line each; arrays are left out."""
+    for name, value in counts.items():
+        words = _words_of(name)
+        if isinstance(value, Mapping):
+            lines = list(_LINES.get(name, count_lines)(value))
+            if lines:
+                yield f"{words}:"
+                yield from (f"  {line}" for line in lines)
+        elif not isinstance(value, np.ndarray | list):
+            yield f"{words}: {f'{value:,}' if isinstance(value, int) else plain(value)}"
+
+
+def _limits(counts: Mapping[str, Mapping[str, int]]) -> Iterator[str]:
+    """Lines on the limits of geared drives."""
+    return limit_lines(limit_counts(counts))
+
+
+def _unchecked(counts: Mapping[str, int]) -> Iterator[str]:
+    """Lines on limits that data sheets do not state."""
+    for name, number in counts.items():
+        yield f"{demand_words(*key_of(f', {name}')[1:])}: {number:,}"
+
+
+_LINES = {"limits": _limits, "unchecked": _unchecked}
+"""What writes a group of counts, by its name."""
+
+
+def _words_of(name: str) -> str:
+    """Name of a count for people."""
+    if name.startswith(DEMAND):
+        return limit_words(key_of(name))
+    return _COUNTS.get(name, name.replace("_", " "))

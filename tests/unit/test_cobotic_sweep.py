@@ -1,0 +1,144 @@
+"""The search over cobotic drives from many starts: the best of what each start finds alone."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import infinivar as iv
+from infinivar.sizing.cobotic import size_cobotic
+from part_tables import part_tables
+
+KNEE = iv.load_study("knee_walking")
+DRIVE = KNEE.drives["cobotic"]
+AXLE = DRIVE.transmission.geometry.axle_bearing
+AXLES = (AXLE, replace(AXLE, name="6001", bore=0.012, dynamic_rating=5400.0, static_rating=2360.0))
+STARTS = 2
+
+
+def arguments():
+    motors, gears, pairs = part_tables(1, 4, 3)
+    gears = {**gears, "ratio": np.linspace(25.0, 80.0, 3)}
+    gears |= {name: 4.0 * gears[name] for name in ("continuous_torque", "intermittent_torque")}
+    return {
+        "motors": motors,
+        "gearheads": gears,
+        "pairs": pairs,
+        "steering_motors": part_tables(2, 3)[0],
+        "steering_ratios": (8.0, 16.0),
+        "bearings": AXLES,
+        "duty": KNEE.duty,
+        "samples": 40,
+        "population": 5,
+        "generations": 2,
+    }
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return iv.cobotic_sweep(DRIVE, starts=STARTS, **arguments())
+
+
+@pytest.fixture(scope="module")
+def swept(problem, tmp_path_factory):
+    return iv.sweep(problem, tmp_path_factory.mktemp("swept") / "s")
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return [size_cobotic(DRIVE, **arguments(), seed=seed, top=50) for seed in range(STARTS)]
+
+
+def parts_of(one):
+    return one.pair, one.bearing, one.steering, one.ratio
+
+
+@pytest.mark.slow
+def test_designs_are_the_best_of_each_start(problem, swept, alone):
+    found = problem.result(swept)
+    wanted = {}
+    for one in sorted((one for start in alone for one in start.designs), key=lambda one: one.power):
+        wanted.setdefault(parts_of(one), one)
+    assert len({one.power for start in alone for one in start.designs[:1]}) == STARTS
+    assert [parts_of(one) for one in found.designs] == list(wanted)
+    for one, other in zip(found.designs, wanted.values(), strict=True):
+        assert (one.mass, one.power) == pytest.approx((other.mass, other.power), rel=1e-12)
+        assert one.values == pytest.approx(other.values, rel=1e-12)
+        assert one.demands == pytest.approx(other.demands, rel=1e-9)
+        assert one.drive.motor == other.drive.motor
+        assert (one.motor, one.gearhead) == (other.motor, other.gearhead)
+        assert one.drive.steering.motor == other.drive.steering.motor
+    assert swept.candidates == sum(start.drives for start in alone)
+    assert swept.counts["wheels"] == sum(start.wheels for start in alone)
+
+
+@pytest.mark.slow
+def test_no_design_of_the_front_is_beaten_by_any_start(problem, swept, alone):
+    found = problem.result(swept)
+    known = np.array([(one.mass, one.power) for start in alone for one in start.front])
+    mine = np.array([(one.mass, one.power) for one in found.front])
+    for mass, power in mine:
+        assert not ((known <= [mass * (1 - 1e-9), power * (1 - 1e-9)]).all(axis=1)).any()
+    for mass, power in known:
+        assert ((mine <= [mass * (1 + 1e-9), power * (1 + 1e-9)]).all(axis=1)).any()
+
+
+def test_designs_and_counts_are_in_words_with_units(problem, swept):
+    """Each value of the best row is told with its unit, each limit in words."""
+    best, (verdict, *lines) = swept.list("top"), list(swept.lines(1))
+    said = lines[1]
+    assert problem.verdict(swept) == f"least energy from {STARTS} starts: {said.removeprefix('  1. ')}"
+    for name, unit, scale in (("cylinder_radius", "mm", 1e3), ("preload", "N", 1.0), ("cylinder_speed", "rad/s", 1.0)):
+        (value,) = re.findall(rf"{name.replace('_', ' ')} (\S+) {unit};", said)
+        assert float(value) == pytest.approx(scale * best[name][0], rel=1e-3)
+    assert f"{swept.candidates:,} candidates" in verdict
+    assert "infeasible wheel designs by their tightest limit:" in lines
+    blocked = swept.counts["blocked"]
+    told = [line for line in lines if re.match(r"  (wheel slip|contact yield|bearing)", line)]
+    assert [int(line.rpartition(": ")[2].replace(",", "")) for line in told] == list(blocked.values())
+    assert not re.search(r"demand|YIELD|SLIP|_", "".join(lines))
+
+
+def test_more_starts_or_other_values_do_not_continue_a_sweep(swept):
+    for starts, change, message in (
+        (3, {}, "chunks: 2 there, 3 here"),
+        (STARTS, {"generations": 3}, "options: the content differs"),
+        (STARTS, {"bearings": AXLES[:1]}, "parts: the content differs"),
+    ):
+        other = iv.cobotic_sweep(DRIVE, starts=starts, **{**arguments(), **change})
+        with pytest.raises(iv.InputError, match=message):
+            iv.sweep(other, swept.folder, resume=True)
+
+
+def test_arguments_that_are_missing_or_do_not_belong_are_named():
+    with pytest.raises(iv.ParameterError, match="motors is missing"):
+        iv.cobotic_sweep(DRIVE, starts=2)
+    with pytest.raises(iv.ParameterError, match="seed does not apply to a sweep"):
+        iv.cobotic_sweep(DRIVE, starts=2, **arguments(), seed=3)
+    with pytest.raises(iv.ParameterError, match="starts must be >= 1, got 0"):
+        iv.cobotic_sweep(DRIVE, starts=0, **arguments())
+
+
+def test_a_study_is_searched_with_the_arguments_of_size(tmp_path):
+    problem = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", generations=3)
+    assert problem.title == "knee_walking, cobotic drives like cobotic"
+    assert problem.template == DRIVE
+    given = problem.arguments
+    assert given["duty"] == KNEE.duty
+    assert given["slip_margin"] == 1.1
+    assert given["generations"] == 3
+    assert len(given["steering_ratios"]) == 5
+    assert len(given["bearings"]) > 5
+    asked = {"ranges": {"preload": (800.0, 3000.0)}, "steering_ratios": (8.0, 12.0), "slip_margin": 1.3, "life": 3.6e6}
+    given = iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **asked).arguments
+    assert {name: given[name] for name in asked} == asked
+    for wrong, message in (
+        ({"ranges": {"preloads": (1.0, 2.0)}}, r"unknown entry 'preloads' \(did you mean 'preload'\?\)"),
+        ({"ranges": {"preload": (2.0, 1.0)}}, r"ranges\['preload'\] must be a range above 0"),
+        ({"steering_ratios": (8.0, 8.0)}, "steering_ratios must be one ratio or several different ones"),
+    ):
+        with pytest.raises((iv.InputError, iv.ParameterError), match=message):
+            iv.cobotic_study_sweep(KNEE, starts=2, sets="shipped", **wrong)
+    with pytest.raises(iv.InputError, match=r"no cobotic drive that can be a template: drives\.geared is not one"):
+        iv.cobotic_study_sweep(KNEE, starts=2, drive="geared")
