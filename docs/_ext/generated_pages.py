@@ -273,6 +273,82 @@ def draw(app) -> None:
     (folder / "design_trends_caption.md").write_text(f"{design_trends.CAPTION}\n", "utf-8")
 
 
+def draw_sphere(app) -> None:
+    """Draw the figures of the page on the sphere, with the transmissions that its first example makes."""
+    import re
+
+    import numpy as np
+
+    import infinivar as iv
+    from infinivar.figures import sphere_gears, sphere_map, style
+
+    folder = Path(app.srcdir) / "reference" / "generated"
+    page: dict = {}
+    text = (Path(app.srcdir) / "sphere.md").read_text("utf-8")
+    exec(re.search(r"^```python\n(.*?)^```", text, re.S | re.M)[1], page)
+    angle, load = np.radians(np.linspace(-90.0, 90.0, 73)), np.linspace(0.0, 1.45, 59) * page["roller"].slip_force
+    maps = [iv.sphere_map(one, angle, load, sphere_speed=20.0) for one in page["spheres"].values()]
+    style.write(sphere_map.draw_all(maps), folder / "sphere_map", ("svg",))
+    style.write(sphere_gears.draw_all(page["spheres"], 20.0), folder / "sphere_gears", ("svg",))
+
+
+def draw_shared_motor(app) -> None:
+    """Draw the figure of the page on legs: one motor against a motor for each joint."""
+    import numpy as np
+
+    import infinivar as iv
+    from infinivar.figures import shared_motor, style
+
+    study = iv.load_study("hand_controller")
+    found = [
+        iv.share_motor(
+            study.drives[name],
+            study.drives["motor2-gear4"],
+            force=np.linspace(0.0, 55.0, 111),
+            legs=(1, 2, 3, 6, 12),
+            duty=np.linspace(0.02, 1.0, 50),
+            period=10.0,
+        )
+        for name in ("cobotic", "cobotic-b")
+    ]
+    made = shared_motor.draw_all(found, ["cobotic (A)", "cobotic-b (B)"])
+    style.write(made, Path(app.srcdir) / "reference" / "generated" / "shared_motor", ("svg",))
+
+
+def draw_legs(app) -> None:
+    """Draw the platform of the page on legs under a load, and the wrenches that it can hold."""
+    import infinivar as iv
+    from infinivar.figures import machine as drawn
+    from infinivar.figures import style, wrench_set
+
+    folder = Path(app.srcdir) / "reference" / "generated"
+    machine = iv.LeggedDrive.of(iv.load_study("hand_controller").drives["cobotic"], 6)
+    platform = iv.Platform.hexapod()
+    home = platform.at([0.0, 0.0, platform.home])
+    sets = [machine.wrench_set(home), machine.wrench_set(home, twist=[0.0, 0.0, 0.3, 0.0, 0.0, 0.0])]
+    style.write(wrench_set.draw_all(sets, ["at rest", "rising at 0.3 m/s"]), folder / "wrench_set", ("svg",))
+    pose = [0.01, 0.0, platform.home], [0.0, 0.1, 0.0]
+    point = machine.operate(
+        platform.at(*pose), wrench=[30.0, -15.0, -60.0, 0.0, 0.0, 0.0], twist=[0.0, 0.1, 0.15, 0.0, 0.0, 0.0]
+    )
+    style.write(drawn.draw_all(platform, machine.legs, point.legs, *pose), folder / "machine", ("svg",))
+
+
+def draw_planar(app) -> None:
+    """Draw the cart of the page on machines under a load."""
+    import re
+
+    from infinivar.figures import planar_cobot, style
+
+    page: dict = {}
+    text = (Path(app.srcdir) / "mechanisms.md").read_text("utf-8")
+    exec(re.search(r"^```python\n(.*?)^```", text, re.S | re.M)[1], page)
+    cart, twist = page["cart"], [0.5, 0.0, 0.7]
+    point = cart.mechanism.operate(rates=twist, heading=cart.headings(twist, {"y": 50.0, "angle": 4.0}))
+    made = planar_cobot.draw_all(cart, point)
+    style.write(made, Path(app.srcdir) / "reference" / "generated" / "planar_cobot", ("svg",))
+
+
 def draw_motion(app) -> None:
     """Draw the bond graph of the simulation page and a simulated reach."""
     import re
@@ -335,6 +411,10 @@ def check_public_names(app, exception) -> None:
 def setup(app):
     app.connect("builder-inited", write)
     app.connect("builder-inited", draw)
+    app.connect("builder-inited", draw_sphere)
+    app.connect("builder-inited", draw_shared_motor)
+    app.connect("builder-inited", draw_legs)
+    app.connect("builder-inited", draw_planar)
     app.connect("builder-inited", draw_motion)
     app.connect("builder-inited", draw_measurements)
     app.connect("build-finished", check_public_names)

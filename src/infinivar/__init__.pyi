@@ -3,6 +3,7 @@ from ._core.array_namespace import array_namespace
 from ._core.fields import check_fields, component, quantities, quantity
 from ._core.result import Result
 from .analysis import design_trends
+from .analysis.common_speed import CommonSpeed, best_cylinder_speed
 from .analysis.compare import Comparison, DriveResult, compare
 from .analysis.contact_sheet import ContactSheet, contact_sheets
 from .analysis.cycles.cylinder_policy import Policy, policies
@@ -16,11 +17,15 @@ from .analysis.cycles.single_strides import StrideEnergies, stride_energies
 from .analysis.cycles.tracking import TwoWays, two_ways
 from .analysis.least_loss import LeastLoss, least_loss
 from .analysis.motion_summary import MotionSummary, inspect_motion
+from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
+from .analysis.shared_motor import SharedMotor, share_motor
 from .analysis.simulate import Simulation, simulate
+from .analysis.sphere_map import RollerChoice, SphereMap, choose_rollers, sphere_map
 from .analysis.steady_map import SteadyMap, steady_map
 from .analysis.steering_step import SteeringStep, steering_steps
+from .analysis.workspace import StaticPoints, WorkspaceMap, static_points, workspace_map
 from .bondgraph.audit import Trajectory
 from .calibration.calibrate import calibrate, calibrate_cobotic
 from .calibration.geared.calibrate import calibrate_geared
@@ -32,11 +37,13 @@ from .contact.exact.many import RollingForces, rolling_forces
 from .contact.exact.patch import RollingPatch, SteadyRolling
 from .contact.exact.spin_map import SpinMap, spin_map
 from .contact.exact.transient import TransientRolling
-from .drivetrain.cobotic import CoboticDrive, SteeringPlant
+from .drivetrain.cobotic import CoboticDrive
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
 from .drivetrain.graphs.plants import plant_graph
+from .drivetrain.many_legs import LeggedDrive, MachinePoint
 from .drivetrain.output import Output
+from .drivetrain.steering import SteeringPlant
 from .errors import AuditError, InfinivarError, InputError, ParameterError
 from .limits import Limit
 from .motion.course import Course
@@ -69,6 +76,8 @@ from .parts.tables.search import PartSearch, search_parts
 from .parts.tables.stores import load_parts
 from .parts.tables.table import PartSet, PartTable
 from .report.saving import save
+from .sizing.builds.doubt import doubt
+from .sizing.builds.result import Doubt
 from .sizing.result import Sizing
 from .sizing.size import size
 from .study.catalogue import bearings, gearheads, materials, motors
@@ -79,9 +88,25 @@ from .study.rig import Rig
 from .study.save import save_study
 from .study.spreads import Uncertainty
 from .study.study import Study
+from .sweeps.builds import BuildsSweep, builds_sweep
+from .sweeps.cobotic import CoboticSweep, cobotic_study_sweep, cobotic_sweep
+from .sweeps.geared import GearedSweep, geared_sweep
+from .sweeps.sensitivity import SensitivitySweep, sensitivity_sweep
+from .sweeps.sessions import Sessions, SessionsSweep, sessions_sweep
+from .sweeps.sweep import Sweep, load_sweep, sweep
+from .transmission.arm import PlanarArm
+from .transmission.configuration import Configuration
 from .transmission.geometry import ContactGeometry
+from .transmission.legs import Legs, LegsPoint
+from .transmission.mechanism import Mechanism, MechanismPoint
 from .transmission.operating_point import OperatingPoint
+from .transmission.planar import PlanarCarriage, PlanarCobot
+from .transmission.platform import Platform
+from .transmission.rolling_contact import RollingContact
 from .transmission.rotary_linear import RotaryLinearIVT
+from .transmission.sphere_layout import Roller
+from .transmission.spherical import SphericalIVT, SphericalPoint
+from .transmission.wrench_set import WrenchSet
 
 __all__ = [
     "Amplifier",
@@ -89,10 +114,14 @@ __all__ = [
     "Bearing",
     "Belt",
     "Builds",
+    "BuildsSweep",
     "Calibration",
     "CatalogueCheck",
     "CoboticDrive",
+    "CoboticSweep",
+    "CommonSpeed",
     "Comparison",
+    "Configuration",
     "ConstantForce",
     "ContactGeometry",
     "ContactSheet",
@@ -101,6 +130,7 @@ __all__ = [
     "CreepLaw",
     "Cruise",
     "Definition",
+    "Doubt",
     "DrivePoint",
     "DriveResult",
     "DutyComparison",
@@ -110,6 +140,7 @@ __all__ = [
     "Force",
     "GearFriction",
     "GearedCalibration",
+    "GearedSweep",
     "Gearhead",
     "Guideway",
     "Hold",
@@ -118,9 +149,15 @@ __all__ = [
     "InputError",
     "JointRequirement",
     "LeastLoss",
+    "LeggedDrive",
+    "Legs",
+    "LegsPoint",
     "Limit",
     "Linkage",
+    "MachinePoint",
     "Material",
+    "Mechanism",
+    "MechanismPoint",
     "MixedUse",
     "Motion",
     "MotionSummary",
@@ -134,6 +171,11 @@ __all__ = [
     "PartSet",
     "PartTable",
     "PeriodicMotion",
+    "PlanarArm",
+    "PlanarCarriage",
+    "PlanarCobot",
+    "PlanarMotion",
+    "Platform",
     "Policy",
     "Provenance",
     "Pulley",
@@ -148,6 +190,9 @@ __all__ = [
     "Rest",
     "Result",
     "Rig",
+    "Roller",
+    "RollerChoice",
+    "RollingContact",
     "RollingForces",
     "RollingPatch",
     "RotaryLinearIVT",
@@ -155,13 +200,21 @@ __all__ = [
     "Scenario",
     "Screw",
     "Sensitivity",
+    "SensitivitySweep",
+    "Sessions",
+    "SessionsSweep",
     "Shaft",
+    "SharedMotor",
     "Simulation",
     "Sinusoid",
     "SinusoidalForce",
     "Sizing",
+    "SphereMap",
+    "SphericalIVT",
+    "SphericalPoint",
     "SpinMap",
     "Spring",
+    "StaticPoints",
     "SteadyMap",
     "SteadyRolling",
     "SteeringPlant",
@@ -171,6 +224,7 @@ __all__ = [
     "StrideEnergies",
     "Strides",
     "Study",
+    "Sweep",
     "TorsionSpring",
     "Trajectory",
     "TransientRolling",
@@ -179,22 +233,31 @@ __all__ = [
     "Uncertainty",
     "Walking",
     "Waypoints",
+    "WorkspaceMap",
+    "WrenchSet",
     "__version__",
     "array_namespace",
     "bearings",
+    "best_cylinder_speed",
     "bondgraph",
+    "builds_sweep",
     "calibrate",
     "calibrate_cobotic",
     "calibrate_geared",
     "check_fields",
     "check_parts",
+    "choose_rollers",
+    "cobotic_study_sweep",
+    "cobotic_sweep",
     "compare",
     "component",
     "contact",
     "contact_sheets",
     "design_trends",
+    "doubt",
     "duty_cycle",
     "dynamic_map",
+    "geared_sweep",
     "gearheads",
     "holding",
     "import_parts",
@@ -202,9 +265,11 @@ __all__ = [
     "least_loss",
     "load_parts",
     "load_study",
+    "load_sweep",
     "materials",
     "motors",
     "parts",
+    "planar_motion",
     "plant_graph",
     "policies",
     "power",
@@ -217,14 +282,21 @@ __all__ = [
     "save_study",
     "search_parts",
     "sensitivity",
+    "sensitivity_sweep",
+    "sessions_sweep",
     "shaking",
+    "share_motor",
     "simulate",
     "size",
+    "sphere_map",
     "spin_map",
+    "static_points",
     "steady_map",
     "steering_steps",
     "stride_energies",
+    "sweep",
     "two_ways",
+    "workspace_map",
 ]
 
 __version__: str

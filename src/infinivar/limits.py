@@ -143,6 +143,9 @@ _WORDS = {
 LEADING = (Limit.SLIP, Limit.LINKAGE)
 """Limits that take precedence where they are exceeded, the last one first: without motion other demands are undefined."""
 
+ROOT_MEAN_SQUARE = (Limit.THERMAL, Limit.GEAR)
+"""Limits on heating or fatigue: over a motion they apply to the root mean square instead of the peak."""
+
 _OWN: dict[int, Limit] = {}
 """Limits of other packages, by code."""
 

@@ -61,6 +61,23 @@ def residual(power_in: Array, power_out: Array, losses: Mapping[str, Array]) -> 
     return xp.abs(missing) / (xp.maximum(xp.abs(power_in), xp.abs(power_out)) + 1e-300)
 
 
+def _rounding(power_in: Array, power_out: Array) -> Array:
+    """Power that counts as zero beside those of a point. [W]"""
+    xp = namespace(power_in, power_out)
+    return AUDIT_TOLERANCE * (xp.abs(power_in) + xp.abs(power_out))
+
+
+def judged(power_in: Array, power_out: Array, losses: Mapping[str, Array]) -> tuple[Array, Array]:
+    """Largest residual over all points, and whether `audit` accepts them; over any array namespace."""
+    xp = namespace(power_in, power_out)
+    off, slack = residual(power_in, power_out, losses), _rounding(power_in, power_out)
+    negative = off < 0.0  # nowhere; gives the shape
+    for loss in losses.values():
+        negative = negative | (loss < -slack)
+    worst = xp.max(xp.where(xp.isnan(off), 0.0, off))
+    return worst, (worst <= AUDIT_TOLERANCE) & ~xp.any(negative)
+
+
 def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where: str) -> float:
     """Largest residual over all points.
 
@@ -71,7 +88,7 @@ def audit(power_in: Array, power_out: Array, losses: Mapping[str, Array], where:
     """
     import numpy as np
 
-    scale = AUDIT_TOLERANCE * (np.abs(power_in) + np.abs(power_out))
+    scale = _rounding(power_in, power_out)
     for name, loss in losses.items():
         if np.any(loss < -scale):
             raise AuditError(f"{where}: the {name} loss is negative, down to {np.nanmin(loss):.3g} W")

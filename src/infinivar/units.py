@@ -23,6 +23,9 @@ _LARGEST = 1e20
 _PLAIN = (1e-4, 1e7)
 """Magnitudes between these are written without an exponent."""
 
+_NEAR_ONE = 1e-6
+"""Below this a difference to 1 is put in words."""
+
 ZERO_CELSIUS = 273.15
 """[K]"""
 
@@ -334,6 +337,30 @@ def rounded_up(value: float, digits: int = 3) -> str:
     """Format a positive number for people, rounded up: 16.667 as "16.7", 16.61 as "16.7"."""
     unit = 10.0 ** (digits - 1 - math.floor(math.log10(value)))
     return plain(math.ceil(value * unit * (1.0 - 1e-9)) / unit, digits)
+
+
+def unlike_one(value: float, text: str) -> str:
+    """The text of a number; where it reads as 1 and the number is not 1, one with more digits, or "just over 1".
+
+    For margins and demands over allowances: what fails by little must not read as kept.
+    """
+    off = abs(value - 1.0)
+    if off == 0.0 or not math.isfinite(off) or float(text) != 1.0:
+        return text
+    if off < _NEAR_ONE:
+        return "just over 1" if value > 1.0 else "just under 1"
+    return f"{value:.{math.ceil(-math.log10(off))}f}"
+
+
+def margin_words(margin: float, digits: int | None = None) -> str:
+    """Format a margin, allowance over demand: to 0.01, or to `digits`; one below 1 never reads as 1."""
+    text = f"{margin:.2f}" if digits is None else plain(margin, digits)
+    return unlike_one(margin, text) if margin < 1.0 else text
+
+
+def times(demand: float, digits: int = 3) -> str:
+    """Format a demand over its allowance: "1.52 times"; one above 1 never reads as 1."""
+    return f"{unlike_one(demand, plain(demand, digits)) if demand > 1.0 else plain(demand, digits)} times"
 
 
 def percent(share: float, places: int = 0, sign: str = "") -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar import power
+from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis import sampled_springs
@@ -31,7 +32,7 @@ from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.study.check import check_duty, check_spreads
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
-from infinivar.units import plain
+from infinivar.units import margin_words, plain
 
 if TYPE_CHECKING:
     from infinivar.analysis.cycles.tracking import TwoWays
@@ -108,10 +109,11 @@ class DriveResult(Result):
         if math.isinf(tight.value):
             return f"{covered}; no limit is loaded"
         if self.covers:
-            return f"{covered}; tightest limit: {tight.limit.words} (margin {tight.value:.2f} at {where})"
+            return f"{covered}; tightest limit: {tight.limit.words} (margin {margin_words(tight.value)} at {where})"
         if tight.value < 0.005:
             return f"{covered}; infeasible at {where}: {tight.limit.words}"
-        return f"{covered}; tightest limit: {tight.limit.words}, {100 * tight.value:.0f} % of the demand at {where}"
+        demand = f"{100 * tight.value:.0f}" if tight.value < 0.995 else "just under 100"
+        return f"{covered}; tightest limit: {tight.limit.words}, {demand} % of the demand at {where}"
 
     def to_dict(self) -> dict[str, Any]:
         """Verdict as plain numbers, for scripts."""
@@ -125,6 +127,7 @@ class DriveResult(Result):
             "mean_loss_in_region": self.mean_loss,
             "tightest_margin": None if tight is None else {**asdict(tight), "limit": tight.limit.name},
             "audit_residual": self.audit_residual,
+            "engine": self.map.engine,
         }
 
 
@@ -228,13 +231,20 @@ def verdicts(comparison: Comparison) -> Iterator[str]:
 
 
 def evaluate(
-    name: str, title: str, drive: Drive, requirement: Requirement | None, plane: Plane, **options: Any
+    name: str,
+    title: str,
+    drive: Drive,
+    requirement: Requirement | None,
+    plane: Plane,
+    *,
+    engine: Engine = "auto",
+    **options: Any,
 ) -> DriveResult:
     """Evaluate one drive on a plane, and on a requirement if there is one; `options` are passed to `steady_map`."""
     signs = (1.0,) if plane.one_quadrant else (-1.0, 1.0)
     reach = np.concatenate([sign * np.geomspace(1e-7, 1.0, 320) for sign in signs]) * PEAK_REACH
-    wide = steady_map(drive, reach * plane.speed, reach * plane.force)
-    steady = steady_map(drive, *plane.axes(), **options)
+    wide = steady_map(drive, reach * plane.speed, reach * plane.force, engine=engine)
+    steady = steady_map(drive, *plane.axes(), engine=engine, **options)
     residuals, efficiencies = [wide.audit_residual, steady.audit_residual], [wide.efficiency, steady.efficiency]
     against: dict[str, Any] = {
         "coverage": np.nan,
@@ -316,7 +326,13 @@ def corner(drive: Drive, speed: float, force: float) -> Corner:
     )
 
 
-def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float], None] | None = None) -> Comparison:
+def compare(
+    study: Study,
+    *,
+    quick: bool = False,
+    engine: Engine = "auto",
+    progress: Callable[[str, float], None] | None = None,
+) -> Comparison:
     """Evaluate every drive of a study on its duty cycles and its requirement.
 
     Parameters
@@ -324,6 +340,8 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
     study : Study   From `load_study`.
     quick : bool    Skip sampled builds, cylinder speed policies and the simulation of duty cycles, which the verdicts on the
         nominal drives do not need. All other numbers are the same.
+    engine : str    numpy; jax, compiled, with the same numbers to rounding; or auto: jax for large maps and numbers of samples
+        where it is installed and can compile the drive. Duty cycles of the drives themselves are computed by NumPy.
     progress        Called with the title of the current drive and the share of work done, 0 to 1.
 
     Returns
@@ -333,7 +351,7 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
     Raises
     ------
     InputError
-        If a drive lacks a value that a duty cycle requires.
+        If a drive lacks a value that a duty cycle requires, or JAX is asked for and is not installed or cannot compile a drive.
     AuditError
         If a power balance does not close.
     """
@@ -351,7 +369,7 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
                 progress(title, (index + share) / count)
 
         report(0.0)
-        results[name] = evaluate(name, title, drive, study.requirement, plane, progress=report)
+        results[name] = evaluate(name, title, drive, study.requirement, plane, engine=engine, progress=report)
     duty: dict[str, DutyComparison] = {}
     for task, cycle in study.duty.items():
         done = len(study.drives) * (1 + len(duty))
@@ -372,7 +390,7 @@ def compare(study: Study, *, quick: bool = False, progress: Callable[[str, float
         drive, steady = study.drives[name], results[name].map
         assert isinstance(drive, (CoboticDrive, ConventionalDrive))
         drawn[name] = builds(
-            drive, name, study.uncertainty, study.requirement, study.duty, (steady.speed, steady.force), grow
+            drive, name, study.uncertainty, study.requirement, study.duty, (steady.speed, steady.force), grow, engine
         )
     return Comparison(
         study=study,

@@ -11,7 +11,8 @@ from infinivar._core.result import Result, result
 from infinivar.contact import creep, flash, hysteresis, shakedown, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.contact.exact_law import NARROWEST, WIDEST
-from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
 from infinivar.study.provenance import Provenance
@@ -19,7 +20,7 @@ from infinivar.study.study import Study
 from infinivar.transmission import turning
 from infinivar.transmission.geometry import ContactGeometry, LossGroups, PressedContact
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
-from infinivar.units import plain
+from infinivar.units import plain, unlike_one
 
 HALF = 0.5
 """Share of the slip force at which creep, wear, life and efficiency are evaluated."""
@@ -86,7 +87,7 @@ class ContactSheet(Result):
         worst = max(self.utilisation, key=lambda limit: self.utilisation[limit])
         demand = self.utilisation[worst]
         if demand > 1.0:
-            return f"OVER-STRESSED: {worst.words}, {demand:.2f} times the allowance."
+            return f"OVER-STRESSED: {worst.words}, {unlike_one(demand, f'{demand:.2f}')} times the allowance."
         return f"Within stress limits; tightest limit: {worst.words} (margin {1.0 / demand:.2f})."
 
     def value(self, name: str) -> float:

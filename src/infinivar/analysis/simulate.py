@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from infinivar._core.result import Frozen, Result, result
-from infinivar.analysis import output_histories, sampled_springs
+from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Result, result
+from infinivar.analysis import output_histories, run_limits, sampled_springs
+from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
 from infinivar.bondgraph.solver import RTOL, solve
@@ -19,36 +20,14 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, axis_fault
 from infinivar.drivetrain.graphs.closed_loop import Machine, closed_loop
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit
+from infinivar.limits import Demand, Limit
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.motor import Motor
 from infinivar.transmission import creepage, turning
 from infinivar.units import plain
 
-_FEW = 5
-"""Most intervals of one limit that are listed one by one."""
-
 STEPS = 1000
 """Default number of output steps of a run."""
-
-
-@result
-class Event(Frozen):
-    """Time interval in which a limit was exceeded."""
-
-    limit: Limit
-    what: str
-    """Part of the drive: "motor", "steering motor", "wheel" ..."""
-    start: float
-    end: float
-    """Start and end, linearly interpolated between outputs. [s]"""
-    worst: float
-    """Largest demand over allowance; inf if nothing is allowed. [-]"""
-
-    def __str__(self) -> str:
-        """One-line description."""
-        how = "" if self.worst == math.inf else f", up to {plain(self.worst, 3)} times the allowance"
-        return f"{self.limit.words} ({self.what}) exceeded from {plain(self.start)} s to {plain(self.end)} s{how}"
 
 
 @result
@@ -65,8 +44,9 @@ class Simulation(Result):
         wheel also steering_angle_rad, cylinder_speed_rad_s, slip_ratio, steering_current_A, steering_voltage_V. About a
         joint, the first are angle_rad, speed_rad_s, wanted_angle_rad and moment_Nm. With springs or a linkage between drive
         and load also drive_position_m, drive_speed_m_s and deflections of series springs (see `output_histories`).
-    events            Exceeded limits, by start time.
-    heating           Root mean square of each motor's current over its continuous current. [-]
+    events            Intervals in which a demand exceeds its allowance, by start time.
+    root_mean_squares Root mean square of each demand that it limits, over the run after its settling time: current of each
+        motor over its continuous current, output torque of the gearhead over its continuous torque. [-]
     """
 
     drive: CoboticDrive | ConventionalDrive
@@ -75,7 +55,7 @@ class Simulation(Result):
     trajectory: Trajectory
     columns: Mapping[str, Any]
     events: tuple[Event, ...]
-    heating: Mapping[str, float]
+    root_mean_squares: Mapping[Demand, float]
 
     @property
     def complete(self) -> bool:
@@ -83,14 +63,21 @@ class Simulation(Result):
         return not self.trajectory.outcome
 
     @property
+    def heating(self) -> dict[str, float]:
+        """Root mean square of each motor's current over its continuous current, after settling. [-]"""
+        return self._means(Limit.THERMAL)
+
+    def _means(self, limit: Limit) -> dict[str, float]:
+        return {what: share for (mean, what), share in self.root_mean_squares.items() if mean == limit}
+
+    @property
     def exceeded(self) -> tuple[str, ...]:
         """Names of the limits that make the run infeasible.
 
-        The continuous torque of a motor limits its RMS torque only; short overloads are feasible.
+        Continuous torques of motors and gearheads limit the root mean square only; short overloads are feasible. All other
+        limits apply to each instant after the settling time.
         """
-        found = [f"{e.limit.words} ({e.what})" for e in self.events if e.limit != Limit.THERMAL]
-        found += [f"{Limit.THERMAL.words} ({what})" for what, share in self.heating.items() if share > 1.0]
-        return tuple(dict.fromkeys(found))
+        return run_limits.exceeded(self.events, self.root_mean_squares)
 
     @property
     def position_error(self) -> Any:
@@ -105,10 +92,9 @@ class Simulation(Result):
 
     @property
     def event_lines(self) -> tuple[str, ...]:
-        """Exceeded limits in one line each: every interval, or all of one limit together if they are many."""
-        kinds = dict.fromkeys((event.limit, event.what) for event in self.events)
-        groups = [[event for event in self.events if (event.limit, event.what) == kind] for kind in kinds]
-        return tuple(line for group in groups for line in _lines(group))
+        """Demands beyond their allowance, in a line for each interval, or for all of one limit if they are many or count
+        by their root mean square."""
+        return run_limits.lines(self.events, self.root_mean_squares)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -120,17 +106,24 @@ class Simulation(Result):
         """One-line verdict: exceeded limits, position error, energy from the supply."""
         if not self.complete:
             return self.trajectory.outcome
-        limits = "within limits"
-        if self.exceeded:
-            limits = f"limit{'s' if len(self.exceeded) > 1 else ''} exceeded: {', '.join(self.exceeded)}"
+        settling = self.scenario.settling_time
+        limits = run_limits.verdict(self.events, self.root_mean_squares, self.scenario.duration, settling)
         if self.scenario.link == "controlled" and self.scenario.steering == "controlled":
             axis, error = self.drive.axis, self.position_error
             scale, unit = (1.0, "rad") if axis.rotary else (1e3, "mm")
             most, last = (plain(scale * float(part), 2) for part in (np.max(error), error[-1]))
             limits += f"; {axis.position} error {most} {unit} at most, {last} {unit} at the end"
-        spent = sum(energy[-1] for title, energy in self.trajectory.supplied.items() if "supply" in title)
-        found = f"{limits}; {plain(spent)} J from the supply; energy balance closed to {plain(CLOSURE, 1)}"
+        spent = self._supplied(0)
+        energy = f"{plain(spent)} J from the supply"
+        if settling is not None:
+            energy += f", {plain(self._supplied(_settled(self.scenario, self.trajectory)))} J of it after settling"
+        found = f"{limits}; {energy}; energy balance closed to {plain(CLOSURE, 1)}"
         return "; ".join([found, *self.warnings])
+
+    def _supplied(self, first: int) -> float:
+        """Energy from the supply from an output on. [J]"""
+        supplied = self.trajectory.supplied.items()
+        return sum(float(energy[-1] - energy[first]) for title, energy in supplied if "supply" in title)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events, verdict."""
@@ -149,8 +142,11 @@ class Simulation(Result):
             "complete": self.complete,
             "feasible": self.feasible,
             f"largest_position_error_{self.drive.axis.position_unit}": float(np.max(self.position_error)),
-            "rms_current_over_continuous": dict(self.heating),
+            "rms_current_over_continuous": self.heating,
+            "rms_gear_torque_over_continuous": self._means(Limit.GEAR),
             "duration_s": float(run.time[-1]),
+            "settling_time_s": self.scenario.settling_time,
+            "supplied_after_settling_J": self._supplied(_settled(self.scenario, run)),
             "supplied_J": last(run.supplied),
             "lost_J": last(run.lost),
             "stored_J": last(run.stored),
@@ -166,6 +162,7 @@ class Simulation(Result):
                     "start_s": event.start,
                     "end_s": event.end,
                     "worst": event.worst,
+                    "while_settling": event.settling,
                 }
                 for event in self.events
             ],
@@ -215,28 +212,25 @@ def simulate(
             raise
         raise ParameterError(f"tolerance must be smaller than {scenario.tolerance:g}: {problem}") from problem
     columns = _columns(drive, scenario, run)
-    utilisation = _utilisation(drive, run, columns)
+    settled = _settled(scenario, run)
+    utilisation = _utilisation(drive, run, columns, settled)
     return Simulation(
         drive=drive,
         scenario=scenario,
         title=title,
         trajectory=run,
         columns=columns,
-        events=_events(run.time, utilisation),
-        heating={
-            what: _root_mean_square(run.time, share)
-            for (limit, what), share in utilisation.items()
-            if limit == Limit.THERMAL
-        },
+        events=run_limits.events(run.time, utilisation, settled),
+        root_mean_squares=FrozenDict(run_limits.root_mean_squares(run.time, utilisation, settled)),
     )
 
 
-def _lines(events: Sequence[Event]) -> list[str]:
-    """One line for each interval in which one limit is exceeded, or one for all of them if they are many."""
-    if len(events) <= _FEW:
-        return [str(event) for event in events]
-    whole = replace(events[0], end=events[-1].end, worst=max(event.worst for event in events))
-    return [f"{whole}, {len(events)} times"]
+def _settled(scenario: Scenario, run: Trajectory) -> int:
+    """First output at or after the end of the settling time; the last one if the run ended before."""
+    if scenario.settling_time is None:
+        return 0
+    rounding = 1e-9 * scenario.duration
+    return min(int(np.searchsorted(run.time, scenario.settling_time - rounding)), len(run.time) - 1)
 
 
 def _run(machine: Machine, scenario: Scenario, progress: Callable[[float], None] | None) -> Trajectory:
@@ -290,10 +284,10 @@ def _columns(drive: CoboticDrive | ConventionalDrive, scenario: Scenario, run: T
 
 
 def _utilisation(
-    drive: CoboticDrive | ConventionalDrive, run: Trajectory, columns: Mapping[str, Any]
-) -> dict[tuple[Limit, str], Any]:
+    drive: CoboticDrive | ConventionalDrive, run: Trajectory, columns: Mapping[str, Any], settled: int
+) -> dict[Demand, Any]:
     """Demand over allowance of every limit, over time."""
-    found: dict[tuple[Limit, str], Any] = {}
+    found: dict[Demand, Any] = {}
 
     def motor(part: Motor, what: str, prefix: str) -> None:
         voltage, current = run.at(f"{prefix}source")
@@ -317,7 +311,7 @@ def _utilisation(
     for limit, demand in drive.gearhead.utilisation(run.efforts[out.tail, out.head], output_speed).items():
         found[limit, "gearhead"] = demand
     if not cobotic:
-        found.update(_stage_utilisation(drive, run))
+        found.update(_stage_utilisation(drive, run, settled))
     return {**found, **output_histories.demands(run, drive.output)}
 
 
@@ -337,50 +331,13 @@ def _creep_demand(drive: CoboticDrive, run: Trajectory) -> Any:
     return np.abs(creepage.scaled_creepage(u, v, **contact)) / full
 
 
-def _stage_utilisation(drive: ConventionalDrive, run: Trajectory) -> dict[tuple[Limit, str], Any]:
-    """Demand over allowance of the output stage, over time; of the rated life over the whole run."""
+def _stage_utilisation(drive: ConventionalDrive, run: Trajectory, settled: int) -> dict[Demand, Any]:
+    """Demand over allowance of the output stage, over time; of the rated life over the whole run after settling."""
     stage, inner = drive.stage, (*JUNCTIONS, *TWO_PORTS)
     last = stage.title if stage.axis.rotary else f"r_{stage.title}"
     (out,) = (b for b in run.graph.bonds_of(last) if b.tail == last and run.graph[b.head].kind in inner)
     found = stage.utilisation(force=run.efforts[out.tail, out.head], speed=run.signals["ldot"])
     if Limit.LIFE in found:
-        found[Limit.LIFE] = np.full_like(run.time, np.cbrt(_mean(run.time, found[Limit.LIFE] ** 3)))
+        lasting = np.cbrt(run_limits.mean(run.time[settled:], found[Limit.LIFE][settled:] ** 3))
+        found[Limit.LIFE] = np.where(np.arange(len(run.time)) < settled, 0.0, lasting)
     return {(limit, stage.title): demand for limit, demand in found.items()}
-
-
-def _events(time: Any, utilisation: Mapping[tuple[Limit, str], Any]) -> tuple[Event, ...]:
-    """Find the intervals in which a demand exceeds its allowance by more than rounding."""
-    found = []
-    for (limit, what), demand in utilisation.items():
-        beyond = np.concatenate([[False], demand > 1.0 + 1e-9, [False]])
-        starts, ends = np.flatnonzero(beyond[1:] & ~beyond[:-1]), np.flatnonzero(~beyond[1:] & beyond[:-1])
-        for first, last in zip(starts.tolist(), ends.tolist(), strict=True):
-            found.append(
-                Event(
-                    limit=limit,
-                    what=what,
-                    start=_crossing(time, demand, first - 1, first),
-                    end=_crossing(time, demand, last, last - 1),
-                    # A contact carries no more than its slip force, however fast it slides.
-                    worst=math.inf if limit == Limit.SLIP else float(np.max(demand[first:last])),
-                )
-            )
-    return tuple(sorted(found, key=lambda event: event.start))
-
-
-def _root_mean_square(time: Any, values: Any) -> float:
-    return math.sqrt(_mean(time, values**2))
-
-
-def _mean(time: Any, values: Any) -> float:
-    if len(time) < 2:
-        return float(values[0])
-    return float(np.trapezoid(values, time) / (time[-1] - time[0]))
-
-
-def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:
-    """Time at which the demand passes 1 between outputs `inside` and `beyond`; the time of `beyond` at the ends."""
-    if not 0 <= inside < len(time) or not np.isfinite(demand[beyond]):
-        return float(time[beyond])
-    share = (1.0 - demand[inside]) / (demand[beyond] - demand[inside])
-    return float(time[inside] + min(max(share, 0.0), 1.0) * (time[beyond] - time[inside]))

@@ -2,35 +2,44 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from dataclasses import field
+from typing import Any
 
 import numpy as np
 
 from infinivar import power
+from infinivar._core import engine as engines
+from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.arrays import real_array
-from infinivar._core.frozen import FrozenDict, frozen
+from infinivar._core.engine import Engine
+from infinivar._core.frozen import FrozenDict, Room
 from infinivar._core.labels import Labels, is_labelled, labels_of
 from infinivar._core.result import Result, result
+from infinivar._core.threads import in_order
 from infinivar.axis import LINEAR, Axis
-from infinivar.drivetrain.drive import Drive, operated
+from infinivar.drivetrain.drive import Drive, DrivePoint, operated
 from infinivar.errors import AuditError, InputError
 from infinivar.limits import LEADING, Limit, binding
 
-if TYPE_CHECKING:
-    pass
-
 _TILE = 65_536
 """Points computed at once, so that intermediate arrays fit the processor's caches and Python's overhead is small."""
+
+_COMPILED_TILE = 32, 1024
+"""Speeds and forces computed at once by compiled code, whatever the size of the map: it is compiled once for a drive."""
+
+WORTH_COMPILING = 4_000_000
+"""Smallest number of points for which it pays off to import JAX and compile."""
 
 _LOSS = "loss: "
 """Marks a loss among the fields of a tile."""
 
 _TILES_WORTH_THREADS = 8
 """Smallest number of tiles for which threads pay off."""
+
+Tile = tuple[slice, slice]
+Fields = dict[str, Any]
 
 
 @result
@@ -48,6 +57,8 @@ class SteadyMap(Result):
     audit_residual : float              Largest relative residual of the power balance. [-]
     labels : Labels or None             Labels of labelled axes.
     axis : Axis                         Whether the load moves along a line or about a joint.
+    engine : str                        numpy or jax, which computed the map.
+    engine_reason : str                 Why not jax; "" if jax did.
     """
 
     speed: np.ndarray
@@ -61,6 +72,8 @@ class SteadyMap(Result):
     audit_residual: float
     labels: Labels | None = None
     axis: Axis = LINEAR
+    engine: str = field(default="numpy", compare=False)
+    engine_reason: str = field(default="", compare=False)
 
 
 def _axis(name: str, values: Any) -> np.ndarray:
@@ -78,6 +91,7 @@ def steady_map(
     force: Any,
     *,
     position: float = 0.0,
+    engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
 ) -> SteadyMap:
     """Evaluate a drive on a grid and audit every point.
@@ -88,6 +102,8 @@ def steady_map(
     speed : (n,) float    Speeds of the load; negative ones for the other quadrants. [m s^-1]
     force : (m,) float    Forces on the load. [N]
     position : float      Position of the load, which matters for drives with springs or a linkage. [m]
+    engine : str          numpy; jax, compiled, with the same numbers to rounding; or auto: jax for maps of at least
+        `WORTH_COMPILING` points where it is installed and can compile the drive.
     progress              Called with the share done, 0 to 1.
 
     Returns
@@ -97,44 +113,56 @@ def steady_map(
     Raises
     ------
     InputError
-        If an axis is not a finite vector.
+        If an axis is not a finite vector, or JAX is asked for and is not installed or cannot compile the drive.
     ParameterError
-        If the drive has no method `operate`, or it does not return a `DrivePoint`.
+        If the engine is unknown, the drive has no method `operate`, or it does not return a `DrivePoint`.
     AuditError
         If the power balance of a point does not close, or a power is nan although the wheel does not slip.
     """
     labels = _labels(speed, force)
     speed, force = _axis("speed", speed), _axis("force", force)
     shape = (speed.size, force.size)
-    rows = max(1, _TILE // force.size)
-    columns = min(force.size, _TILE)
-    tiles = [
-        np.s_[top : top + rows, left : left + columns]
-        for top in range(0, speed.size, rows)
-        for left in range(0, force.size, columns)
-    ]
-    # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
-    # Threads then write to disjoint parts.
+    # Drives of other packages may lack the argument.
     operate = functools.partial(operated, drive, **({"position": position} if position else {}))
-    first = _evaluated(operate, speed, force, tiles[0])
+    small = (min(speed.size, _COMPILED_TILE[0]), min(force.size, _COMPILED_TILE[1]))
+    fast, reason = engines.chosen(
+        engine,
+        worth=speed.size * force.size >= WORTH_COMPILING,
+        compile=lambda: engines.compiled(
+            functools.partial(_tile, operate), [small[:1], small[1:]], key=("steady map", drive, position)
+        ),
+    )
+    tiles = (
+        _tiles(shape, (max(1, _TILE // force.size), min(force.size, _TILE))) if fast is None else _whole(shape, small)
+    )
+
+    def evaluate(tile: Tile) -> tuple[Fields, float]:
+        if fast is not None:
+            fields, worst, accepted = fast(speed[tile[0]], force[tile[1]])
+            if accepted:
+                return fields, float(worst)
+        return _evaluated(operate, speed[tile[0]], force[tile[1]])
+
+    # The first tile determines the fields and the axes on which they depend; a constant loss occupies a single number.
+    # Threads then write to disjoint parts, or the same numbers where tiles overlap.
+    first = evaluate(tiles[0])
     tile_shape = first[0]["power_out"].shape
     room = {name: _room(value, tile_shape, shape) for name, value in first[0].items()}
 
-    def compute(tile: tuple[slice, slice]) -> float:
-        values, residual = first if tile is tiles[0] else _evaluated(operate, speed, force, tile)
+    def compute(tile: Tile) -> float:
+        values, residual = first if tile is tiles[0] else evaluate(tile)
         for name, value in values.items():
-            store = room[name]
+            store = room[name].array
             store[tuple(part if size > 1 else np.s_[:] for part, size in zip(tile, store.shape, strict=True))] = value
         return residual
 
     worst = 0.0
-    with _workers(len(tiles)) as run:
-        for done, residual in enumerate(run(compute, tiles), start=1):
-            worst = max(worst, residual)
-            if progress is not None:
-                progress(done / len(tiles))
-    # One by one, so that a large map is never in memory twice.
-    fields = {name: np.broadcast_to(frozen(room.pop(name)), shape) for name in list(room)}
+    run = map if len(tiles) < _TILES_WORTH_THREADS else in_order
+    for done, residual in enumerate(run(compute, tiles), start=1):
+        worst = max(worst, residual)
+        if progress is not None:
+            progress(done / len(tiles))
+    fields = {name: np.broadcast_to(room.pop(name).locked(), shape) for name in list(room)}
     losses = {name.removeprefix(_LOSS): fields.pop(name) for name in list(fields) if name.startswith(_LOSS)}
     return SteadyMap(
         speed=speed,
@@ -143,8 +171,29 @@ def steady_map(
         audit_residual=worst,
         labels=labels,
         axis=getattr(drive, "axis", LINEAR),
+        engine="numpy" if fast is None else "jax",
+        engine_reason=reason,
         **fields,
     )
+
+
+def _tiles(shape: tuple[int, int], tile: tuple[int, int]) -> list[Tile]:
+    """Parts of a map; those at the end of an axis may be smaller."""
+    rows, columns = (
+        [slice(start, start + size) for start in range(0, whole, size)] for whole, size in zip(shape, tile, strict=True)
+    )
+    return [(row, column) for row in rows for column in columns]
+
+
+def _whole(shape: tuple[int, int], tile: tuple[int, int]) -> list[Tile]:
+    """Parts of a map that all have one size; those at the end of an axis overlap the ones before."""
+    return [
+        tuple(
+            slice(min(part.start, whole - size), min(part.stop, whole))
+            for part, whole, size in zip(one, shape, tile, strict=True)
+        )  # type: ignore[misc]
+        for one in _tiles(shape, tile)
+    ]
 
 
 def _labels(speed: Any, force: Any) -> Labels | None:
@@ -157,25 +206,37 @@ def _labels(speed: Any, force: Any) -> Labels | None:
     return labels_of(given, dims) if given else None
 
 
-def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> np.ndarray:
-    """Empty array for a field of the whole map, of length 1 along axes on which the field does not depend."""
+def _room(value: Any, tile_shape: tuple[int, int], shape: tuple[int, int]) -> Room:
+    """Room for a field of the whole map, of length 1 along axes on which the field does not depend."""
     value = np.asarray(value)
     extents = zip((1,) * (2 - value.ndim) + value.shape, tile_shape, shape, strict=True)
-    return np.empty(tuple(1 if here == 1 < tile else whole for here, tile, whole in extents), dtype=value.dtype)
+    return Room(tuple(1 if here == 1 < tile else whole for here, tile, whole in extents), value.dtype)
 
 
-def _evaluated(
-    operate: Callable[..., Any], speed: np.ndarray, force: np.ndarray, tile: tuple[slice, slice]
-) -> tuple[dict[str, Any], float]:
+def _evaluated(operate: Callable[..., DrivePoint], speed: np.ndarray, force: np.ndarray) -> tuple[Fields, float]:
     """Evaluate and audit one tile: its fields, losses included, and the largest residual."""
-    point = operate(speed=speed[tile[0], None], force=force[None, tile[1]])
+    point = operate(speed=speed[:, None], force=force[None, :])
     residual = power.audit(point.power_in, point.power_out, point.losses, "steady map")
-    limit, margin = binding(point.utilisation)
-    if np.any(np.isnan(point.power_in) & ~np.isin(limit, (*LEADING, Limit.SPRING))):
+    fields = _fields(point)
+    if np.any(_lost(fields)):
         raise AuditError(
             "steady map: a power is nan although the wheel does not slip, linkages reach and no spring pulls"
         )
-    fields = {
+    return fields, residual
+
+
+def _tile(operate: Callable[..., DrivePoint], speed: Array, force: Array) -> tuple[Fields, Array, Array]:
+    """As `_evaluated` over any array namespace: whether the audit accepts the tile comes last."""
+    xp = namespace(speed, force)
+    point = operate(speed=speed[:, None], force=force[None, :])
+    worst, accepted = power.judged(point.power_in, point.power_out, point.losses)
+    fields = _fields(point)
+    return fields, worst, accepted & ~xp.any(_lost(fields))
+
+
+def _fields(point: DrivePoint) -> Fields:
+    limit, margin = binding(point.utilisation)
+    return {
         "power_in": point.power_in,
         "power_out": point.power_out,
         "efficiency": power.efficiency_within(limit, point.power_in, point.power_out),
@@ -183,16 +244,12 @@ def _evaluated(
         "margin": margin,
         **{_LOSS + name: loss for name, loss in point.losses.items()},
     }
-    return fields, residual
 
 
-@contextlib.contextmanager
-def _workers(tasks: int) -> Iterator[Callable[..., Iterable[Any]]]:
-    """Provide a `map` that computes tiles in threads on all processors if there are enough of them."""
-    if tasks < _TILES_WORTH_THREADS:
-        yield map
-        return
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        yield pool.map
+def _lost(fields: Fields) -> Array:
+    """Where the supply's power is nan although no limit explains it."""
+    xp, limit = namespace(fields["power_in"]), fields["limit"]
+    lost = xp.isnan(fields["power_in"])
+    for explains in (*LEADING, Limit.SPRING):
+        lost = lost & (limit != int(explains))
+    return lost

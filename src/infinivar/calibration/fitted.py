@@ -13,7 +13,7 @@ from infinivar.calibration.words import combined
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.parts.gearhead import coulomb_torque
 from infinivar.parts.linear import Guideway
-from infinivar.transmission.rotary_linear import MEASURED
+from infinivar.transmission.rolling_contact import MEASURED
 
 
 class Fitted(NamedTuple):

@@ -16,7 +16,7 @@ from infinivar.calibration.model import Errors
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import motor_side, needed
 from infinivar.errors import ParameterError
-from infinivar.limits import Limit
+from infinivar.limits import ROOT_MEAN_SQUARE
 from infinivar.motion.forces import ConstantForce
 from infinivar.motion.scenario import Scenario
 from infinivar.study.rig import Rig
@@ -285,7 +285,7 @@ def _simulated(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
     if not run.complete:
         return run.verdict
     for event in run.events:
-        if event.end > SETTLING and event.limit != Limit.THERMAL:
+        if event.end > SETTLING and event.limit not in ROOT_MEAN_SQUARE:
             return f"{event.limit.words} exceeded"
     time, columns = run.columns["time_s"][-samples - 1 :], run.columns
     turned, current, voltage = (

@@ -77,6 +77,48 @@ class Cylinder:
         """Validate the fields."""
         check(self)
 
+    @property
+    def curvatures(self) -> tuple[Array, Array]:
+        """Along the circumference and along the axis. [1/m]"""
+        return 1.0 / self.radius, 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sphere:
+    """Sphere on which the wheel rolls."""
+
+    radius: Array = quantity("m", Gt(0), "Sphere radius")
+    material: Material = component("Material of the sphere")
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+
+    @property
+    def curvatures(self) -> tuple[Array, Array]:
+        """In any two directions. [1/m]"""
+        return 1.0 / self.radius, 1.0 / self.radius
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plane:
+    """Flat surface on which the wheel rolls."""
+
+    material: Material = component("Material of the plane")
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+
+    @property
+    def curvatures(self) -> tuple[Array, Array]:
+        """In any two directions. [1/m]"""
+        return 0.0, 0.0
+
+
+Surface = Cylinder | Sphere | Plane
+"""What a wheel rolls on."""
+
 
 def plane_strain_modulus(first: Material, second: Material) -> float:
     """E* of two bodies in contact; 1/E* is the sum of their plane-strain compliances. [Pa]

@@ -13,7 +13,7 @@ from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, as_floats, bisect, namespace, newton
 from infinivar._core.fields import check_value
-from infinivar.contact.bodies import Cylinder, Wheel, plane_strain_modulus
+from infinivar.contact.bodies import Surface, Wheel, plane_strain_modulus
 from infinivar.contact.elliptic import carlson_rd, ellipse_integrals
 
 
@@ -132,19 +132,21 @@ def ellipse(load: Array, curvature_x: Array, curvature_y: Array, e_star: Array) 
     return Ellipse(a, b, 1.5 / math.pi * load / (a * b), 0.75 / math.pi * load * plain / (e_star * b))
 
 
-def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array) -> Crossed:
-    r"""Contact of a crowned wheel on a cylinder at a steering angle.
+def crossed(load: Array, wheel: Wheel, surface: Surface, steering_angle: Array) -> Crossed:
+    r"""Contact of a crowned wheel on a cylinder, a sphere or a plane, at a steering angle.
 
     The cylinder has curvature 1/R along its circumference, at the steering angle to the rolling direction. Its sum with the
     wheel's curvatures 1/r and 1/r_c has principal axes at
 
     .. math:: \tan 2\theta = \frac{-\sin 2\phi / R}{1/r - 1/r_c + \cos 2\phi / R}
 
+    On a sphere or a plane, whose curvature is the same in all directions, they lie along and across the rolling direction.
+
     Parameters
     ----------
     load : (...,) float             Normal load, > 0. [N]
     wheel : Wheel                   Rolling radius, crown radius and material.
-    cylinder : Cylinder             Radius and material.
+    surface : Cylinder, Sphere or Plane   Radius and material.
     steering_angle : (...,) float   phi; at 0 the wheel rolls along the circumference, at +-pi/2 along the axis. [rad]
 
     Returns
@@ -158,10 +160,11 @@ def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array
 
     Source: johnson1985, section 4.1 (sum of the curvatures of two bodies at an angle).
     """
-    xp = namespace(load, steering_angle, wheel, cylinder)
+    xp = namespace(load, steering_angle, wheel, surface)
     load, angle = as_floats(xp, load, steering_angle)
-    rolling, crown, across = 1.0 / wheel.rolling_radius, 1.0 / wheel.crown_radius, 1.0 / cylinder.radius
-    mean = 0.5 * (rolling + crown + across)
+    rolling, crown = 1.0 / wheel.rolling_radius, 1.0 / wheel.crown_radius
+    around, axial = surface.curvatures
+    mean, across = 0.5 * (rolling + crown + around + axial), around - axial
     along = 0.5 * (rolling - crown + across * xp.cos(2.0 * angle))
     shear = -0.5 * across * xp.sin(2.0 * angle)
     half = xp.sqrt(along * along + shear * shear)
@@ -170,7 +173,7 @@ def crossed(load: Array, wheel: Wheel, cylinder: Cylinder, steering_angle: Array
     level = along == 0
     quarter = 0.25 * math.pi * xp.sign(shear)
     rotation = xp.where(level, quarter, 0.5 * xp.atan(shear / xp.where(level, 1.0, along)))
-    e_star = plane_strain_modulus(wheel.material, cylinder.material)
+    e_star = plane_strain_modulus(wheel.material, surface.material)
     return Crossed(ellipse(load, mean + half, mean - half, e_star), rotation + 0.0)  # no negative zero
 
 

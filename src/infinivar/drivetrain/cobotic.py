@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
-from annotated_types import Ge, Gt
+from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, given, quantity
 from infinivar._core.labels import labelled
 from infinivar.axis import LINEAR, Axis
-from infinivar.contact import creep, spin
-from infinivar.contact.friction import coulomb
+from infinivar.contact import creep
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
-from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
+from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
 from infinivar.drivetrain.output import Output
-from infinivar.errors import ParameterError, require
-from infinivar.limits import Demand
+from infinivar.drivetrain.steering import SteeringPlant
+from infinivar.errors import ParameterError
+from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
-from infinivar.parts.bearing import Bearing
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
@@ -35,118 +35,22 @@ _COASTING_STEPS = 60
 """Most iterations for the coasting speed. Each reduces the error by the speed-dependent share of creep, so few suffice."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SteeringPlant:
-    """Steering motor, gear and bell that turn the wheel. Idle in steady operation; required for time-varying motion.
+class Rolled(NamedTuple):
+    """What cylinder, wheel and link do along a course, whichever motors drive them."""
 
-    Source: faulring2006, Fig 11.
-    """
-
-    motor: Motor = component("Steering motor")
-    ratio: float = quantity("1", Gt(0), "Reduction between steering motor and bell")
-    bell_inertia: float = quantity(
-        "kg m^2", Gt(0), "Inertia of the bell that carries the wheel, about the steering axis"
-    )
-    sliding_friction: float = quantity("1", Gt(0), "Sliding friction mu_s of the contact patch as it turns on the spot")
-    patch_half_length: float | None = quantity(
-        "m",
-        Gt(0),
-        "Lateral half-length b of the contact patch, if the contact geometry is not given",
-        default=None,
-    )
-    bell_bearing: Bearing | None = component("Bearing of the bell, which carries the preload", default=None)
-    bell_friction: float | None = quantity(
-        "m",
-        Ge(0),
-        "Measured friction torque of the bell bearing over preload, c_b; replaces bell_bearing",
-        default=None,
-    )
-
-    def __post_init__(self) -> None:
-        """Validate the fields."""
-        check(self)
-        if self.bell_bearing is not None:
-            bearing = self.bell_bearing.type
-            wanted = "deep_groove, angular_contact or thrust_ball, which carry the preload along the bell's axis"
-            require(bearing not in ("cylindrical", "needle"), "bell_bearing.type", bearing, wanted)
-        if self.bell_bearing is None and self.bell_friction is None:
-            raise ParameterError("bell_friction is missing: give it, or bell_bearing, which determines it")
-        if self.bell_bearing is not None and self.bell_friction is not None:
-            raise ParameterError(
-                "bell_friction and bell_bearing exclude each other: bell_bearing determines bell_friction"
-            )
-
-    def friction_torques(self, transmission: RotaryLinearIVT) -> dict[str, Array]:
-        """Friction torques that resist steering on the spot: contact patch and bell bearing.
-
-        Parameters
-        ----------
-        transmission : RotaryLinearIVT   Provides preload and patch: an ellipse from its geometry, else a uniform line.
-
-        Returns
-        -------
-        dict   "patch" and "bell", magnitudes of the torques. [N m]
-
-        Source: faulring2006, section V-B; `infinivar.contact.spin`.
-        """
-        preload = transmission.preload
-        if transmission.contact is not None:
-            patch = transmission.contact.patch
-            friction = transmission.friction if transmission.turns_with_spin else self.sliding_friction
-            turning = spin.ellipse_moment(preload, patch.a, patch.b, friction)
-        else:
-            turning = spin.line_moment(preload, self.patch_half_length, self.sliding_friction)
-        measured = given(self.bell_friction, 0.0) * preload
-        bell = measured if self.bell_bearing is None else self.bell_bearing.starting_moment(0.0, preload)
-        return {"patch": turning, "bell": bell}
-
-    def coulomb_torque(self, transmission: RotaryLinearIVT) -> Array:
-        """Friction torque at the bell that does not depend on speed: a patch that rolls as it turns has none. [N m]"""
-        torques = self.friction_torques(transmission)
-        return torques["bell"] if transmission.turns_with_spin else torques["patch"] + torques["bell"]
-
-    def follow(
-        self, transmission: RotaryLinearIVT, *, rate: Array, acceleration: Array, patch_moment: Array | None = None
-    ) -> MotorSide:
-        """Torque and power of the steering motor for a steering motion; its gear is lossless, as in the paper.
-
-        Parameters
-        ----------
-        transmission : RotaryLinearIVT       Provides preload and patch.
-        rate, acceleration : (...,) float    Of the steering angle. [rad s^-1], [rad s^-2]
-        patch_moment : (...,) float          Moment of the rolling patch against steering; by default the friction of one that
-            turns on the spot. [N m]
-
-        Returns
-        -------
-        MotorSide   Includes the power stored in the inertia of motor and bell.
-
-        Raises
-        ------
-        ParameterError
-            If the motor's rotor inertia is missing.
-
-        Source: faulring2006, section V-A.1 and Fig 11.
-        """
-        resisting = self.friction_torques(transmission)
-        inertia = self.bell_inertia + self.ratio**2 * needed(self.motor.rotor_inertia, "steering.motor.rotor_inertia")
-        turning = inertia * acceleration
-        patch = coulomb(rate, resisting["patch"], held=turning) if patch_moment is None else patch_moment
-        bell = coulomb(rate, resisting["bell"], held=turning + patch)
-        torque = (patch + bell + turning) / self.ratio
-        electric = self.motor.operate(torque=torque, speed=self.ratio * rate)
-        losses = {f"steering {name}": loss for name, loss in electric.losses.items()}
-        return MotorSide(
-            electric.power,
-            {**losses, "steering patch": patch * rate, "steering bearing": bell * rate},
-            dict(electric.utilisation),
-            {
-                "steering_current_A": electric.current,
-                "steering_voltage_V": electric.voltage,
-                "steering_torque_Nm": torque,
-            },
-            inertia * acceleration * rate,
-        )
+    load: Inward
+    """Motion of the link and force on it."""
+    cylinder_speed: Varying
+    torque: Array
+    """Applied by the cylinder to the wheel. [N m]"""
+    steering: Varying
+    """Tangent of the steering angle; rate and acceleration of the angle. [-], [rad s^-1], [rad s^-2]"""
+    patch_moment: Array | None
+    """Moment of the rolling patch against steering; None for a patch that turns on the spot. [N m]"""
+    losses: Mapping[str, Array]
+    """Of wheel and guideway; "creep" with what steering adds, see `infinivar.transmission.turning.shares`. [W]"""
+    utilisation: Mapping[Limit, Array]
+    """Of the wheel. [-]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -286,8 +190,7 @@ class CoboticDrive:
         ParameterError
             If an inertia that motion requires is missing.
         """
-        rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
-        return needed(self.cylinder_inertia, "cylinder_inertia") + self.gearhead.ratio**2 * rotor
+        return turning_inertia(self.motor, self.gearhead, self.cylinder_inertia)
 
     def inward(self, course: Course, load_mass: Array) -> Inward:
         """Motion of the link and force on it, for a load that follows a course; see `chain.inward`."""
@@ -350,6 +253,45 @@ class CoboticDrive:
         rate = (torque - element) / inertia
         return Varying(speed, rate, (np.roll(rate, -1, -1) - np.roll(rate, 1, -1)) / (2.0 * step))
 
+    def roll(
+        self,
+        course: Course,
+        *,
+        load_mass: Array = 0.0,
+        cylinder_speed: Varying | None = None,
+        behind: Inward | None = None,
+    ) -> Rolled:
+        """What cylinder, wheel and link do along a course, whichever motors drive them; arguments as for `follow`.
+
+        Source: faulring2006, section VI-C.
+        """
+        xp = namespace(self, course.speed)
+        load = self.inward(course, load_mass) if behind is None else behind
+        course = load.course
+        turning = cylinder_speed or Varying(xp.asarray(self.cylinder_speed, dtype=xp.float64))
+        link, guide_loss = self._on_link(load)
+        motion = {"cylinder_speed": turning.value, "link_speed": course.speed, "link_force": link.value}
+        element = self.transmission.deliver(**motion)
+        rate, acceleration = steering_rates(
+            self.transmission,
+            tangent=element.steering_tangent,
+            cylinder_speed=turning,
+            link_speed=course.varying_speed,
+            link_force=link,
+        )
+        moment = None
+        if self.transmission.turns_with_spin:
+            element, moment = turning_contact.deliver(self.transmission, **motion, steering_rate=rate)
+        return Rolled(
+            load,
+            turning,
+            element.torque,
+            Varying(element.steering_tangent, rate, acceleration),
+            moment,
+            {**element.losses, "guideway": guide_loss},
+            element.utilisation,
+        )
+
     def follow(
         self,
         course: Course,
@@ -358,6 +300,7 @@ class CoboticDrive:
         cylinder_speed: Varying | None = None,
         common_bus: bool = False,
         behind: Inward | None = None,
+        rolled: Rolled | None = None,
     ) -> MovingPoint:
         """Operating points along a course, by inverse dynamics.
 
@@ -369,6 +312,7 @@ class CoboticDrive:
         common_bus : bool          Whether power returned by one motor feeds the other before the amplifier; else each motor
             has its own amplifier.
         behind : Inward            `inward` of the same course and mass, for repeated calls; computed by default.
+        rolled : Rolled            `roll` of the same arguments, for repeated calls with other motors; computed by default.
 
         Returns
         -------
@@ -383,37 +327,22 @@ class CoboticDrive:
         Source: faulring2006, section VI-C.
         """
         steering = needed(self.steering, "steering")
-        xp = namespace(self, course.speed)
         power_out = course.driving_force(load_mass).value * course.speed
-        load = self.inward(course, load_mass) if behind is None else behind
+        if rolled is None:
+            rolled = self.roll(course, load_mass=load_mass, cylinder_speed=cylinder_speed, behind=behind)
+        load, turning = rolled.load, rolled.cylinder_speed
         course = load.course
-        turning = cylinder_speed or Varying(xp.asarray(self.cylinder_speed, dtype=xp.float64))
-        link, guide_loss = self._on_link(load)
-        element = self.transmission.deliver(
-            cylinder_speed=turning.value, link_speed=course.speed, link_force=link.value
-        )
-        rate, acceleration = steering_rates(
+        steered = steering.follow(
             self.transmission,
-            tangent=element.steering_tangent,
-            cylinder_speed=turning,
-            link_speed=course.varying_speed,
-            link_force=link,
+            rate=rolled.steering.rate,
+            acceleration=rolled.steering.curvature,
+            patch_moment=rolled.patch_moment,
         )
-        moment = None
-        if self.transmission.turns_with_spin:
-            element, moment = turning_contact.deliver(
-                self.transmission,
-                cylinder_speed=turning.value,
-                link_speed=course.speed,
-                link_force=link.value,
-                steering_rate=rate,
-            )
-        steered = steering.follow(self.transmission, rate=rate, acceleration=acceleration, patch_moment=moment)
-        by_creep, by_turning = element.losses["creep"], steered.losses["steering patch"]
-        if moment is not None:
+        by_creep, by_turning = rolled.losses["creep"], steered.losses["steering patch"]
+        if rolled.patch_moment is not None:
             by_creep, by_turning = turning_contact.shares(by_creep, by_turning)
         inertia = 0.0 if cylinder_speed is None else needed(self.cylinder_inertia, "cylinder_inertia")
-        torque = element.torque + inertia * turning.rate
+        torque = rolled.torque + inertia * turning.rate
         side = motor_side(
             self.motor,
             self.gearhead,
@@ -428,7 +357,7 @@ class CoboticDrive:
                 "motor": self.amplifier.supply(side.power),
                 "steering motor": self.steering_amplifier.supply(steered.power),
             }
-        limits: dict[Demand, Array] = {(limit, "wheel"): demand for limit, demand in element.utilisation.items()}
+        limits: dict[Demand, Array] = {(limit, "wheel"): demand for limit, demand in rolled.utilisation.items()}
         limits |= placed(side.utilisation) | placed(steered.utilisation, "steering motor")
         limits |= load.utilisation
         limits |= {(limit, what): demand for what, (_, _, met) in supplies.items() for limit, demand in met.items()}
@@ -438,9 +367,8 @@ class CoboticDrive:
             losses={
                 **side.losses,
                 "amplifier": sum(burnt for _, burnt, _ in supplies.values()),
-                **element.losses,
+                **rolled.losses,
                 "creep": by_creep,
-                "guideway": guide_loss,
                 **steered.losses,
                 "steering patch": by_turning,
                 **load.losses,
@@ -456,9 +384,15 @@ class CoboticDrive:
             states={
                 **side.states,
                 "gear_output_torque_Nm": torque,
-                "steering_tangent": element.steering_tangent,
-                "steering_rate_rad_s": rate,
+                "steering_tangent": rolled.steering.value,
+                "steering_rate_rad_s": rolled.steering.rate,
                 **steered.states,
                 **load.states,
             },
         )
+
+
+def turning_inertia(motor: Motor, gearhead: Gearhead, cylinder_inertia: Array | None) -> Array:
+    """Inertia of cylinder, gearhead and rotor about the cylinder's axis; ParameterError if one is missing. [kg m^2]"""
+    rotor = needed(motor.rotor_inertia, "motor.rotor_inertia") + given(gearhead.inertia, 0.0)
+    return needed(cylinder_inertia, "cylinder_inertia") + gearhead.ratio**2 * rotor

@@ -19,8 +19,17 @@ if TYPE_CHECKING:
 
 _FAR = 8.0
 """Ratio of the largest to the least value above which an axis is logarithmic."""
-_NAMED = 6
+_NAMED = 8
 """Most designs of the front that are named."""
+_LETTER, _LINE = 5.0, 9.5
+"""Most that a letter of a name needs in width, and a line in height. [pt]"""
+_MARKER, _DOT = 4.0, 1.5
+"""Half of a marker of a design, and of a dot of the cloud. [pt]"""
+_BESIDE = ((-4.0, -4.0), (5.0, 4.0), (5.0, -4.0), (-4.0, 4.0))
+"""Where a name may stand, by its corner at the marker: below to the left first, where no candidate is. [pt]"""
+_COLOURS = (style.COLOURS[0], style.COLOURS[2], style.COLOURS[3])
+_SHAPES = "osD"
+"""Of each template."""
 
 
 def data(sizing: Sizing) -> dict[str, Any]:
@@ -29,40 +38,127 @@ def data(sizing: Sizing) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``designs`` and ``front`` (n, 2), ``cloud`` (m, 2) of the feasible candidates evaluated, ``label`` of the second column.
+        ``designs`` and ``front`` (n, 2), ``cloud`` (m, 2) of the feasible candidates evaluated, ``label`` of the second column;
+        ``groups`` by template: the same without the label.
     """
     moving = bool(sizing.study.duty)
 
     def places(found: tuple[SizedDrive, ...]) -> np.ndarray:
         return np.array([(one.mass, one.power if moving else one.margin) for one in found]).reshape(-1, 2)
 
-    clouds = [search.cloud for search in sizing.searches.values()] if moving else []
+    def of(name: str) -> dict[str, np.ndarray]:
+        own = {
+            kind: places(tuple(one for one in found if one.template == name))
+            for kind, found in (("designs", (*sizing.designs, *best.get(name, ()))), ("front", sizing.front))
+        }
+        return {**own, "cloud": sizing.searches[name].cloud if moving else np.empty((0, 2))}
+
+    listed = {id(one) for one in sizing.designs}
+    best = {name: (one,) for name, one in sizing.best_of.items() if id(one) not in listed}
+    groups = {name: of(name) for name in sizing.searches}
     return {
         "designs": places(sizing.designs),
         "front": places(sizing.front),
-        "cloud": np.concatenate([np.empty((0, 2)), *clouds]),
+        "cloud": np.concatenate([np.empty((0, 2)), *(group["cloud"] for group in groups.values())]),
+        "groups": groups,
         "label": "mean power from the supply [W]" if moving else "margin of the tightest limit",
     }
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
-    """Draw the designs, and the front as a stair: no candidate is below and to the left of it."""
-    cloud, designs, front = (numbers[name] for name in ("cloud", "designs", "front"))
-    grams = 1e3
-    if len(cloud):
-        ax.plot(grams * cloud[:, 0], cloud[:, 1], ".", color="#b8c0ca", ms=4, label="feasible candidates evaluated")
-    ax.plot(grams * designs[:, 0], designs[:, 1], "o", mfc="white", color=style.COLOURS[0], ms=5, label="best designs")
+    """Draw the designs by template, and the front as a stair: no candidate is below and to the left of it."""
+    front, groups, grams = numbers["front"], numbers["groups"], 1e3
+    for place, (name, group) in enumerate(groups.items()):
+        of = f", {name}" if len(groups) > 1 else ""
+        colour, shape = _COLOURS[place % len(_COLOURS)], _SHAPES[place % len(_SHAPES)]
+        for kind, looks, label in (
+            (
+                "cloud",
+                {"ls": "", "marker": ".", "color": colour, "alpha": 0.3, "ms": 4},
+                "feasible candidates evaluated",
+            ),
+            ("designs", {"ls": "", "marker": shape, "mfc": "white", "color": colour, "ms": 5}, "best designs"),
+            ("front", {"ls": "", "marker": shape, "color": colour, "ms": 6}, "front"),
+        ):
+            values = group[kind]
+            if len(values):
+                ax.plot(grams * values[:, 0], values[:, 1], label=f"{label}{of}", **looks)
     if len(front):
         order = np.argsort(front[:, 0])
-        ax.step(grams * front[order, 0], front[order, 1], where="post", color=style.COLOURS[1], lw=1.3)
-        ax.plot(grams * front[:, 0], front[:, 1], "s", color=style.COLOURS[1], ms=5, label="front")
-        for number in np.unique(front, axis=0, return_index=True)[1][:_NAMED]:  # equal designs have one name
-            mass, power = front[number]
-            ax.annotate(f"front {number + 1}", (grams * mass, power), (6, 5), textcoords="offset points", fontsize=8)
-    ax.set(xlabel="mass of motor and gearhead [g]", ylabel=numbers["label"])
+        ax.step(grams * front[order, 0], front[order, 1], where="post", color=style.COLOURS[1], lw=1.3, zorder=1)
+    ax.set(xlabel="mass of motors and gearhead [g]", ylabel=numbers["label"])
+    points = np.concatenate([np.empty((0, 2)), *(values for group in groups.values() for values in group.values())])
     for axis, column in ((ax.xaxis, 0), (ax.yaxis, 1)):
-        _wide(axis, np.concatenate([cloud, designs, front])[:, column] * (grams if column == 0 else 1.0))
-    ax.legend(loc="upper right")
+        _wide(axis, points[:, column] * (grams if column == 0 else 1.0))
+    ax.autoscale_view()
+    for number, (right, up) in names(ax, front, _obstacles(groups)).items():
+        mass, power = front[number]
+        ax.annotate(
+            f"front {number + 1}",
+            (grams * mass, power),
+            (right, up),
+            textcoords="offset points",
+            fontsize=8,
+            ha="left" if right > 0.0 else "right",
+            va="bottom" if up > 0.0 else "top",
+        )
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=len(groups))
+
+
+def names(ax: Axes, front: np.ndarray, obstacles: np.ndarray) -> dict[int, tuple[float, float]]:
+    """Designs of the front that are named, and where each name begins beside its marker, so that no two overlap. [pt]
+
+    They keep off the markers as well, and fewer are named where there is no space.
+
+    Parameters
+    ----------
+    ax : Axes                 With its scales and ranges.
+    front : (n, 2)            Mass and power. [kg], [W]
+    obstacles : (m, 3)        Mass and power of all that is marked, and half the size of its marker. [kg], [W], [pt]
+    """
+
+    def placed(values: np.ndarray) -> np.ndarray:
+        return ax.transData.transform(values * (1e3, 1.0)) * (72.0 / ax.figure.dpi)
+
+    low, high = ax.transAxes.transform([(0.0, 0.0), (1.0, 1.0)]) * (72.0 / ax.figure.dpi)
+    markers, half = placed(obstacles[:, :2]), obstacles[:, 2:]
+    taken = np.concatenate([markers - half, markers + half], axis=1)
+    found: dict[int, tuple[float, float]] = {}
+    for number in _spread_out(np.unique(front, axis=0, return_index=True)[1].tolist()):  # equal designs have one name
+        if len(found) == _NAMED:
+            break
+        size = np.array([_LETTER * len(f"front {number + 1}"), _LINE])
+        for beside in _BESIDE:
+            corner = placed(front[number : number + 1])[0] + beside
+            ends = np.sort([corner, corner + np.sign(beside) * size], axis=0)
+            inside = (ends[0] >= low).all() and (ends[1] <= high).all()
+            free = (ends[0] >= taken[:, 2:]) | (ends[1] <= taken[:, :2])
+            if inside and free.any(axis=1).all():
+                found[number] = beside
+                taken = np.concatenate([taken, ends.reshape(1, 4)])
+                break
+    return found
+
+
+def _obstacles(groups: Mapping[str, Mapping[str, np.ndarray]]) -> np.ndarray:
+    """Mass, power and half the marker of all that is drawn, each once. (n, 3)"""
+    marked = [
+        np.insert(values, 2, _DOT if kind == "cloud" else _MARKER, axis=1)
+        for group in groups.values()
+        for kind, values in group.items()
+    ]
+    every = np.concatenate([np.empty((0, 3)), *marked])
+    return np.unique(every[np.isfinite(every).all(axis=1)], axis=0)
+
+
+def _spread_out(values: list[int]) -> list[int]:
+    """The same values: both ends first, then the middle, the quarters, and so on."""
+    last, parts = len(values) - 1, 1
+    order: list[int] = []
+    while len({*order}) < len(values):
+        order += [round(last * step / parts) for step in range(parts + 1)]
+        parts *= 2
+    return [values[place] for place in dict.fromkeys(order)]
 
 
 def _wide(axis: XAxis | YAxis, values: np.ndarray) -> None:
@@ -88,6 +184,6 @@ def draw_all(sizing: Sizing) -> Figure:
     if not sizing.designs:
         raise InputError("there is no feasible design to draw")
     with style.styled():
-        made, axes = style.figure(7.2, 4.4, squeeze=False)
+        made, axes = style.figure(7.2, 4.9, squeeze=False)
         draw(axes[0, 0], data(sizing))
     return made

@@ -11,13 +11,14 @@ from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check_choice, check_kind, check_real, component, quantity, tagged
 from infinivar._core.plugins import is_own
 from infinivar.axis import LINEAR, Axis
-from infinivar.errors import ParameterError
+from infinivar.errors import ParameterError, require
 from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
 from infinivar.motion.motion import Force, Motion, PeriodicMotion
 from infinivar.motion.motions import Cruise, Reach, Rest, Sinusoid, Step
 from infinivar.motion.probe import check_motion
 from infinivar.motion.task import Task
 from infinivar.motion.waypoints import RecordedForce, Waypoints
+from infinivar.units import plain
 
 MOTIONS: dict[str, type] = {kind.shape: kind for kind in (Rest, Cruise, Sinusoid, Step, Reach, Waypoints)}
 FORCES: dict[str, type] = {kind.shape: kind for kind in (ConstantForce, SinusoidalForce, StepForce, RecordedForce)}
@@ -46,6 +47,12 @@ class Scenario(Task):
     duration: float = quantity("s", Gt(0), "Duration of the run")
     output_step: float | None = quantity(
         "s", Gt(0), "Time between results; defaults to a thousandth of the run", default=None
+    )
+    settling_time: float | None = quantity(
+        "s",
+        Gt(0),
+        "Time from the start by which limits are not judged, in which the controllers settle; defaults to none",
+        default=None,
     )
     link: Literal["controlled", "imposed", "free"] = component("What moves the link", default="controlled")
     motion: Motion | None = tagged("Motion of the link; defaults to rest", MOTIONS, default=None)
@@ -82,6 +89,9 @@ class Scenario(Task):
             raise ParameterError(
                 f"output_step must be >= {least:g} s, a millionth of duration, got {self.output_step:g}"
             )
+        if self.settling_time is not None:
+            allowed = f"< duration ({plain(self.duration)} s)"
+            require(self.settling_time < self.duration, "settling_time", f"{plain(self.settling_time)} s", allowed)
         check_choice(self, "steering", {"controlled": (), "locked": (), "decoupled": (), "held": ("steering_angle",)})
         check_choice(self, "cylinder", {"running": (), "run-up": ("run_up_time",), "at rest": ()})
         if self.cylinder == "at rest" and self.steering == "controlled":

@@ -52,6 +52,10 @@ def save(comparison: Comparison, directory: Path) -> list[Path]:
     return [directory / name for name in ("report.html", "results.json", *maps, *cycles, *drawn)]
 
 
+ENGINE_WORDS = {"numpy": "NumPy", "jax": "JAX, compiled", "jax and numpy": "JAX, compiled, and NumPy"}
+"""What computed a result, by the word in it."""
+
+
 def results(comparison: Comparison) -> dict[str, Any]:
     """All results of the report as plain numbers."""
     content = comparison.to_dict()
@@ -85,6 +89,7 @@ def html(comparison: Comparison, images: Mapping[str, str]) -> str:
         words_of=words_of,
         cylinder_range=cylinder_policy.RANGE,
         audit_tolerance=AUDIT_TOLERANCE,
+        engines=ENGINE_WORDS,
         band=band,
         percent=percent,
     )

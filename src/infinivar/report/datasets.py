@@ -18,6 +18,7 @@ from infinivar.analysis.least_loss import LeastLoss
 from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
 from infinivar.analysis.simulate import Simulation
+from infinivar.analysis.sphere_map import SphereMap
 from infinivar.analysis.steady_map import SteadyMap
 from infinivar.axis import Axis
 from infinivar.bondgraph.audit import Trajectory
@@ -151,7 +152,7 @@ def steady_map(found: SteadyMap) -> Arrays:
         named = dict(found.labels.coords)
         coords = {usual: axis for usual, axis in coords.items() if not _holds(named, axis)} | named
     data = {name: (grid, *variables[name]) for name in order}
-    return Arrays(data, coords, {"audit_residual": found.audit_residual})
+    return Arrays(data, coords, {"audit_residual": found.audit_residual, "engine": found.engine})
 
 
 def _holds(coords: Mapping[str, Any], axis: tuple[Any, ...]) -> bool:
@@ -221,6 +222,34 @@ def least_loss(found: LeastLoss) -> Arrays:
         "required": (grid, found.required.astype(np.int8), {"units": "1", "long_name": "1 in the required region"}),
     }
     return Arrays(data, _plane(found.axis, grid, found.speed, found.force))
+
+
+def sphere_map(found: SphereMap) -> Arrays:
+    """Speeds, torques, powers and losses of a sphere between rollers over steering angle and load."""
+    grid = ("steering_angle", "load")
+    named = {
+        "input_speed": ("rad s-1", "speed of shaft 1"),
+        "output_speed": ("rad s-1", "speed of shaft 2"),
+        "input_torque": ("N m", "torque applied to shaft 1"),
+        "output_torque": ("N m", "torque that shaft 2 applies to its load"),
+        "power_in": ("W", "power into shaft 1"),
+        "power_out": ("W", "power out of shaft 2"),
+        "efficiency": ("1", "useful power over power spent"),
+    }
+    data: dict[str, Any] = {
+        name: (grid, getattr(found, name), {"units": unit, "long_name": words}) for name, (unit, words) in named.items()
+    }
+    for name, (loss, attrs) in _losses(found.losses).items():
+        data[name] = (grid, loss, attrs)
+    data["limit"] = (grid, found.limit, {"units": "1", "long_name": "limit exceeded", **_codes()})
+    data["ratio"] = ("steering_angle", found.ratio, {"units": "1", "long_name": "speed ratio without creep"})
+    return Arrays(
+        data,
+        {
+            "steering_angle": ("steering_angle", found.steering_angle, {"units": "rad", "long_name": "steering angle"}),
+            "load": ("load", found.load, {"units": "N", "long_name": "scale of the forces of the drive rollers"}),
+        },
+    )
 
 
 def _plane(axis: Axis, grid: tuple[str, ...], speed: np.ndarray, force: np.ndarray) -> dict[str, Any]:

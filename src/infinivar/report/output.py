@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from infinivar.errors import InputError, printable
@@ -81,6 +81,32 @@ def all_or_nothing(directory: Path, kind: str) -> Iterator[Path]:
                 _replace(directory, kind, made, old)
         except OSError as problem:
             raise InputError(f"{printable(directory)}: cannot be written to: {problem.strerror}") from problem
+
+
+def check_inputs(directory: Path, kind: str, inputs: Mapping[Path, str], writes: Callable[[str], bool]) -> None:
+    """Raise an error if results would replace or remove a file that they are computed from.
+
+    Parameters
+    ----------
+    directory : Path     Of the results.
+    kind : str           What they are results of, as for `all_or_nothing`: its old results are removed.
+    inputs : mapping     What each input is, in words, by file.
+    writes : callable    Whether a file of this name may be written.
+
+    Raises
+    ------
+    InputError
+        With the first such file.
+    """
+    folder, old = directory.resolve(), _manifest(directory).get(kind, ())
+    for file, words in inputs.items():
+        # A link is replaced itself; elsewhere, what it leads to.
+        for place in (file.parent.resolve() / file.name, file.resolve()):
+            if place.parent == folder and (writes(place.name) or place.name in old):
+                raise InputError(
+                    f"{printable(file)}: is {words}, and the results in {printable(directory)} would replace it; choose another "
+                    "folder for them"
+                )
 
 
 def _replace(directory: Path, kind: str, made: Path, old: Path) -> None:

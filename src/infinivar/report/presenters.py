@@ -58,6 +58,8 @@ _TYPES: dict[str, dict[str, str]] = {
         "dataset": "report.datasets:simulation",
         "table": "report.tables:simulation",
     },
+    "analysis.shared_motor.SharedMotor": {"plot": "figures.shared_motor:draw_all"},
+    "analysis.sphere_map.SphereMap": {"plot": "figures.sphere_map:draw_all", "dataset": "report.datasets:sphere_map"},
     "analysis.steering_step.SteeringStep": {
         "plot": "figures.steering_step:draw_all",
         "save": "report.steering_step:save",
@@ -91,6 +93,7 @@ _TYPES: dict[str, dict[str, str]] = {
     "drivetrain.drive.DrivePoint": {"plot": "figures.single:point", "dataset": "report.datasets:point"},
     "drivetrain.drive.MovingPoint": {"plot": "figures.single:moving_point", "dataset": "report.datasets:moving_point"},
     "parts.heat.Heat": {"plot": "figures.single:heat", "dataset": "report.datasets:heat"},
+    "sizing.builds.result.Doubt": {"table": "report.tables:doubt"},
     "sizing.result.Sizing": {
         "plot": "figures.sizing:draw_all",
         "save": "report.sizing:save",
@@ -100,6 +103,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.single:point",
         "dataset": "report.datasets:point",
     },
+    "transmission.wrench_set.WrenchSet": {"plot": "figures.wrench_set:draw_all"},
 }
 
 for _name, _functions in _TYPES.items():

@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from infinivar.analysis.run_limits import TOLERANCE
 from infinivar.analysis.simulate import Simulation
 from infinivar.errors import InputError
 from infinivar.figures import energy_flow, style, time_history
+from infinivar.limits import ROOT_MEAN_SQUARE
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
 
@@ -46,6 +48,8 @@ def html(simulation: Simulation, reconstruction: tuple[str, ...], history: str, 
         lost=energies["lost_J"],
         stored=energies["stored_J"],
         closure=energies["closure"],
+        tolerance=TOLERANCE,
+        averaged=ROOT_MEAN_SQUARE,
         history=history,
         energy=energy,
     )

@@ -20,6 +20,7 @@ from infinivar.bondgraph.audit import Trajectory
 from infinivar.calibration.geared.result import GearedCalibration
 from infinivar.calibration.result import Calibration
 from infinivar.contact.exact.transient import TransientRolling
+from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import limit_words
 from infinivar.sizing.result import Sizing
 
@@ -187,12 +188,34 @@ def trajectory(run: Trajectory) -> pd.DataFrame:
     return frame({"time_s": run.time, **energies}).set_index("time_s")
 
 
+def doubt(found: Doubt) -> pd.DataFrame:
+    """One row per design: shares of its builds, the limit most often exceeded, and power."""
+    return _rows(
+        (
+            {
+                "design": one.name,
+                "parts": one.title,
+                "feasible": one.share,
+                "feasible_low": one.interval[0],
+                "feasible_high": one.interval[1],
+                "best": one.best_share,
+                "most_often_exceeded": None if one.weakest is None else limit_words(one.weakest),
+                "nominal_power_W": one.nominal,
+                **{f"power_{name}_W": value for name, value in one.band.items()},
+            }
+            for one in (*found.designs, *found.front)
+        ),
+        "design",
+    )
+
+
 def sizing(found: Sizing) -> pd.DataFrame:
     """One row per design: parts, searched values, mass, power and tightest limit."""
     return _rows(
         (
             {
                 "rank": place,
+                "template": design.template,
                 **{role: part.part for role, part in design.parts.items()},
                 **{path: value.value for path, value in design.free.items()},
                 "mass_kg": design.mass,

@@ -7,7 +7,7 @@ from typing import Any
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.study import extensions
-from infinivar.study.json_schema import json_schema, kinds_schema, table
+from infinivar.study.json_schema import json_schema, kinds_schema, table_schema
 from infinivar.study.schema import CHOICES, DRIVES, in_kinds
 
 
@@ -48,7 +48,7 @@ def _add_drives(schema: dict[str, Any], definitions: dict[str, Any], skip: exten
 
 def _definition(part: type, definitions: dict[str, Any]) -> dict[str, Any]:
     """Schema of the table of a part or drive; the definitions of its parts join the others."""
-    made = table(part).model_json_schema(ref_template="#/$defs/{model}")
+    made = table_schema(part)
     inner = made.pop("$defs", {})
     for one in (made, *inner.values()):
         one.pop("required", None)

@@ -5,6 +5,7 @@ Pydantic assembles it. Loading a study does not import this module, because the 
 
 from __future__ import annotations
 
+import copy
 import functools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
@@ -36,6 +37,16 @@ def table(part: type) -> type[pydantic.BaseModel]:
     return pydantic.create_model(part.__name__, __config__=config, __doc__=summary, **fields)
 
 
+def table_schema(part: type) -> dict[str, Any]:
+    """Return the JSON Schema of a table, with the definitions of its parts."""
+    return copy.deepcopy(_table_schema(part))
+
+
+@functools.cache
+def _table_schema(part: type) -> dict[str, Any]:
+    return table(part).model_json_schema(ref_template="#/$defs/{model}")
+
+
 def kinds_schema(kinds: Mapping[str, type]) -> dict[str, Any]:
     """Return the JSON Schemas of every key of the kinds of a field, including `shape`."""
     shape = shape_key(tuple(kinds))
@@ -58,7 +69,7 @@ def json_schema() -> dict[str, Any]:
     """
     definitions: dict[str, Any] = {}
     for part in (Requirement, Scenario, DutyCycle, Rig, *DRIVES.values()):
-        schema = table(part).model_json_schema(ref_template="#/$defs/{model}")
+        schema = table_schema(part)
         definitions.update(schema.pop("$defs", {}))
         definitions[part.__name__] = schema
         for field in in_kinds(part):
@@ -75,7 +86,7 @@ def json_schema() -> dict[str, Any]:
                 "additionalProperties": False,
             }
     # One table, along a line or about a joint; loading refuses a mixture.
-    definitions["Requirement"]["properties"] |= table(JointRequirement).model_json_schema()["properties"]
+    definitions["Requirement"]["properties"] |= table_schema(JointRequirement)["properties"]
     origin = {
         "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
         "where": {"type": "string", "description": "Default source of the values in this table"},

@@ -17,7 +17,7 @@ from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, part_of
 from infinivar.study.shipped import shared_set
-from infinivar.transmission.rotary_linear import MEASURED
+from infinivar.transmission.rolling_contact import MEASURED
 
 LONGEST_TITLE = 120
 
@@ -154,6 +154,15 @@ def _entry(kind: str, name: str, beside: Sequence[Path]) -> Mapping[str, Any]:
     return stores.entry(kind, name, beside)
 
 
+def _applicable(entry: Mapping[str, Any], over: Raw) -> Mapping[str, Any]:
+    """Values of a catalogue part without those that the loss model of a gearhead does not have."""
+    model = {**entry, **over}.get("loss_model", "coulomb")
+    model = model.get("value") if isinstance(model, Mapping) else model
+    if model == "proportional":
+        return entry
+    return {key: value for key, value in entry.items() if key != "backdriving_efficiency"}
+
+
 def over_parts(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) -> Raw:
     """Replace every `part` key of a table by the values of that part.
 
@@ -171,6 +180,7 @@ def over_parts(part: type, tree: Raw, path: str, beside: Sequence[Path] = ()) ->
             entry = _entry(CATALOGUES[stock], name, beside)
         except InputError as problem:
             raise StudyError(f"{path}.part = {problem}") from None
+        entry = _applicable(entry, result)
         result = merged(annotated(entry, path, "catalogue", directives=_INSIDE), result)
     for key, value in result.items():
         inner = part_of(hints(part).get(key))

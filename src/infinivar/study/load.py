@@ -62,7 +62,7 @@ def load_study(path: str | Path) -> Study:
     """
     path = study_file(Path(path))
     with _reporting(printable(path)):
-        raw = extended(_read(path), path, _read)
+        raw = extended(read_tables(path), path, read_tables)
         return study_from(raw, name=_name_in(raw, path.stem), origin=path.name, path=path)
 
 
@@ -74,7 +74,7 @@ def study_from_dict(tables: Mapping[str, Any], *, name: str, folder: str | Path 
         raise InputError(f"{name}: must be tables by name, got {quoted(tables)}")
     place = Path() if folder is None else Path(folder)
     with _reporting(printable(name)):
-        raw = extended(plain_table(tables, ""), place / name, _read)
+        raw = extended(plain_table(tables, ""), place / name, read_tables)
         return study_from({key: raw[key] for key in raw if key != "name"}, name=name, origin=name, folder=place)
 
 
@@ -125,7 +125,7 @@ def _plain(value: Any, path: str) -> Any:
     return value
 
 
-def _read(path: Path) -> Raw:
+def read_tables(path: Path) -> Raw:
     """Read the tables of a study file, as written."""
     content = files.read(path, _MOST_BYTES)
     try:

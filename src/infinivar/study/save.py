@@ -259,11 +259,15 @@ def _sourced(instance: Any, path: str, owner: str, rows: Rows) -> Raw:
 
 
 def _headed(table: Raw, around: tuple[str, str]) -> Raw:
-    """The table with its most frequent kind and source at its head, unless they are those of the table around it."""
+    """The table with its most frequent kind and source at its head, unless they are those of the table around it.
+
+    The source of a single value stays with it where it would also stand above inner tables.
+    """
     counts = collections.Counter((one["kind"], one["where"]) for one in table.values() if _has_source(one))
     usual, most = counts.most_common(1)[0] if counts else (around, 0)
     head: Raw = {}
-    if most > counts[around] and (most > 1 or not around[0]):
+    whole = not any(isinstance(value, dict) and not isinstance(value, Inline) for value in table.values())
+    if most > counts[around] and (most > 1 or (whole and not around[0])):
         head, around = dict(zip(ORIGIN, usual, strict=True)), usual
     made: Raw = {**head}
     for key, value in table.items():

@@ -19,6 +19,7 @@ from infinivar.study.provenance import Provenance, completed
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.spreads import Uncertainty
+from infinivar.units import times
 
 
 @result
@@ -245,4 +246,4 @@ def _overstress(drive: Drive) -> Iterator[str]:
     if isinstance(drive, CoboticDrive):
         for limit, demand in drive.transmission.utilisation.items():
             if demand > 1.0:
-                yield f"{limit.words} exceeded, {demand:.2f} times the limit; run infinivar contact for details"
+                yield f"{limit.words} exceeded, {times(demand)} the limit; run infinivar contact for details"

@@ -32,8 +32,8 @@ _DENSE, _BETWEEN = 500, 1e-4
 """Instants at which a schedule is held against the range, and the most that it exceeds their values in between."""
 _CONSTANT = 1e-3
 """Relative variation of a schedule below which it counts as a constant speed."""
-_HARMONICS = 3
-_LARGEST_SWING = 1.5
+HARMONICS = 3
+LARGEST_SWING = 1.5
 """Largest harmonic amplitude of the logarithm of the speed."""
 _STEP = 1e-6
 """Step of the parameters for differences."""
@@ -135,11 +135,11 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
 
     def swing(parameters: np.ndarray) -> np.ndarray:
         """Logarithm of the speed over the nominal one."""
-        return np.log(_schedule(1.0, duty.period, parameters, np.linspace(0.0, duty.period, _DENSE)).value)
+        return np.log(schedule(1.0, duty.period, parameters, np.linspace(0.0, duty.period, _DENSE)).value)
 
     def cost(parameters: np.ndarray) -> np.ndarray:
         """For parameters (..., m)."""
-        speed = _schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
+        speed = schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
         return _penalised(drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=speed, behind=load))
 
     def confined(parameters: np.ndarray) -> np.ndarray:
@@ -154,21 +154,19 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
         share = ((high - low) / 2.0 - _BETWEEN) / float(np.max(np.abs(swing(parameters) - middle[0])))
         return parameters if share >= 1.0 else middle + share * (parameters - middle)
 
-    first = np.zeros(2 * _HARMONICS + 1)
+    first = np.zeros(2 * HARMONICS + 1)
     first[0] = level
 
     def search(function: Callable[[np.ndarray], np.ndarray], bounds: tuple[float, float]) -> np.ndarray:
         best = first
-        every = [bounds] + [(-_LARGEST_SWING, _LARGEST_SWING)] * (2 * _HARMONICS)
-        with_gradient = functools.partial(_with_gradient, function)
+        every = [bounds] + [(-LARGEST_SWING, LARGEST_SWING)] * (2 * HARMONICS)
+        sloped = functools.partial(with_gradient, function)
         # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
         for wave in range(3):
             guess = first.copy()
             if wave:
                 guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
-            found: Any = minimize(
-                with_gradient, guess, jac=True, method="L-BFGS-B", bounds=every, options={"maxiter": 40}
-            )
+            found: Any = minimize(sloped, guess, jac=True, method="L-BFGS-B", bounds=every, options={"maxiter": 40})
             if found.fun < function(best):
                 best = found.x
         return best
@@ -178,10 +176,10 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
         best = within(search(confined, (max(level - 2.0, low), min(level + 2.0, high))))
     if np.ptp(swing(best)) < _CONSTANT or cost(best) > cost(first):
         best = first
-    return functools.partial(_schedule, drive.cylinder_speed, duty.period, best)
+    return functools.partial(schedule, drive.cylinder_speed, duty.period, best)
 
 
-def _with_gradient(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> tuple[float, np.ndarray]:
+def with_gradient(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> tuple[float, np.ndarray]:
     """Value and central differences, all from one call of a function of (..., m)."""
     steps = _STEP * np.eye(len(at))
     values = function(at + np.vstack([np.zeros_like(at), steps, -steps]))
@@ -189,9 +187,9 @@ def _with_gradient(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray)
     return float(values[0]), (ahead - behind) / (2.0 * _STEP)
 
 
-def _schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarray) -> Varying:
+def schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarray) -> Varying:
     """``own exp(g(t))`` and its derivatives, from the level and harmonics of g: parameters (..., m) give (..., n)."""
-    turn = 2.0 * np.pi * np.arange(1, _HARMONICS + 1) / period
+    turn = 2.0 * np.pi * np.arange(1, HARMONICS + 1) / period
     cosine, sine = np.cos(np.multiply.outer(turn, time)), np.sin(np.multiply.outer(turn, time))
     a, b = parameters[..., 1::2], parameters[..., 2::2]
     swing = parameters[..., :1] + a @ cosine + b @ sine

@@ -18,7 +18,7 @@ from infinivar.drivetrain.drive import (
 from infinivar.limits import LEADING, Demand, Limit, binding_demand, words_of
 from infinivar.motion.duty_cycles import DutyCycle, Instants
 from infinivar.parts.heat import Heat
-from infinivar.units import celsius, plain
+from infinivar.units import celsius, margin_words, plain, times
 
 POWERS = ("power_to_load_W", "power_from_supply_W")
 """Columns of powers, common to all drives."""
@@ -217,7 +217,7 @@ class DutyResult(Result):
         limit, margin = self.tightest
         if margin == math.inf:
             return "no limit is loaded"
-        return f"tightest limit: {words_of(limit)} (margin {margin:.2f})"
+        return f"tightest limit: {words_of(limit)} (margin {margin_words(margin)})"
 
     def _known_heat(self) -> dict[str, Heat]:
         return {what: found for what, found in self.heat.items() if found is not None}
@@ -355,7 +355,7 @@ def _net(power: np.ndarray) -> float:
 
 
 def _times(demand: float) -> str:
-    return f"{plain(demand, 3)} times" if math.isfinite(demand) else "beyond"
+    return times(demand) if math.isfinite(demand) else "beyond"
 
 
 def within_limits(heats: Mapping[str, Heat | None]) -> bool:

@@ -10,7 +10,7 @@ from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.duty_comparison import FEW
 from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.limits import words_of
-from infinivar.units import plain
+from infinivar.units import margin_words, plain
 
 
 @result
@@ -96,7 +96,7 @@ class MixedUse(Result):
     def _tight(self, name: str) -> str:
         """Tightest limit of a drive over all cycles as a clause."""
         task, limit, margin = self.tightest[name]
-        return f"tightest limit: {limit} in {self.cycles[task]} (margin {margin:.2f})"
+        return f"tightest limit: {limit} in {self.cycles[task]} (margin {margin_words(margin)})"
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, for scripts."""

@@ -9,13 +9,14 @@ from typing import Any, Literal
 import numpy as np
 from annotated_types import Interval
 
+from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain import own
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import MovingPoint
 from infinivar.errors import AuditError, ParameterError
-from infinivar.limits import Demand, Limit
+from infinivar.limits import ROOT_MEAN_SQUARE, Demand, Limit
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier, Regeneration
 from infinivar.power import AUDIT_TOLERANCE
@@ -24,9 +25,6 @@ from infinivar.units import percent, plain
 AnyDrive = CoboticDrive | ConventionalDrive
 
 Measure = Literal["exchange", "round trip", "printed"]
-
-_RMS = (Limit.THERMAL, Limit.GEAR)
-"""Limits on heating or fatigue, which apply to the root mean square instead of the peak."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,23 +125,24 @@ def follow(
     return replace(point, utilisation=limits)
 
 
-def demands(point: MovingPoint, torque: Literal["rms", "peak"] = "rms") -> dict[Demand, np.ndarray]:
+def demands(point: MovingPoint, torque: Literal["rms", "peak"] = "rms") -> dict[Demand, Array]:
     """Demand over allowance of each limit over a cycle, the last axis of the instants. [-]
 
     Continuous torques of motors (unless `torque` is peak) and gearheads limit the root mean square, the rated life of a screw
     the cubic mean, all other limits the peak. Where the wheel slips, all but slip are nan.
     """
+    xp = namespace(point.power_out, *point.utilisation.values())
     shape = np.shape(point.power_out)
     found = {}
     for (limit, what), demand in point.utilisation.items():
         if np.ndim(demand) == 0:
-            found[limit, what] = np.full(shape[:-1], float(demand))
+            found[limit, what] = xp.full(shape[:-1], demand, dtype=xp.float64)
         elif limit == Limit.LIFE:
-            found[limit, what] = np.mean(np.abs(demand) ** 3, axis=-1) ** (1.0 / 3.0)
-        elif limit in _RMS and (torque == "rms" or limit == Limit.GEAR):
-            found[limit, what] = np.sqrt(np.mean(np.square(demand), axis=-1))
+            found[limit, what] = xp.mean(xp.abs(demand) ** 3, axis=-1) ** (1.0 / 3.0)
+        elif limit in ROOT_MEAN_SQUARE and (torque == "rms" or limit == Limit.GEAR):
+            found[limit, what] = xp.sqrt(xp.mean(xp.square(demand), axis=-1))
         else:
-            found[limit, what] = np.max(demand, axis=-1)
+            found[limit, what] = xp.max(demand, axis=-1)
     return found
 
 

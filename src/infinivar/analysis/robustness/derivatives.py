@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from infinivar._core import complex_step
+from infinivar._core import complex_step, engine, extras
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import permitted
 from infinivar._core.fields import quantities_of, value_at, with_values
@@ -153,7 +153,7 @@ def _by_difference(
 def _by_jax(
     function: Callable[[Any], Array], drive: Any, paths: Sequence[str], at: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    jax = jax_with_float64()
+    jax = extras.load("jax", "jax", "method jax")
 
     def value(x: Any) -> Any:
         found = function(varied(drive, {path: x[place, None] for place, path in enumerate(paths)}))
@@ -162,22 +162,6 @@ def _by_jax(
     def both(x: Any) -> tuple[Any, Any]:
         return value(x), jax.jacfwd(value)(x)
 
-    flat = at.reshape(-1, at.shape[-1])
-    found, slopes = jax.jit(jax.vmap(both))(flat)
+    with engine.local(jax):
+        found, slopes = jax.jit(jax.vmap(both))(at.reshape(-1, at.shape[-1]))
     return np.asarray(found).reshape(at.shape[:-1]), np.asarray(slopes).reshape(at.shape)
-
-
-def jax_with_float64() -> Any:
-    """Return JAX, set to float64.
-
-    Raises
-    ------
-    InputError
-        If JAX is not installed.
-    """
-    try:
-        import jax
-    except ImportError as problem:
-        raise InputError("method jax requires JAX: install infinivar[jax]") from problem
-    jax.config.update("jax_enable_x64", True)
-    return jax

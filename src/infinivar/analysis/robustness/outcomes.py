@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,13 +19,15 @@ from infinivar.analysis.cycles import performance
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, heating, warmed
 from infinivar.analysis.cycles.performance import AnyDrive, motors_of
 from infinivar.analysis.plane import place
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import MovingPoint
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.limits import Demand, Limit, binding, words_of
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.parts import heat
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
-from infinivar.units import plain
+from infinivar.units import times
 
 COVERAGE_LINES = 41
 """Number of lines of constant force on which coverage is computed, and of points on each."""
@@ -153,7 +155,7 @@ def _beyond_in(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> str:
 
 def _exceeded(demands: Mapping[Demand, float]) -> str:
     beyond = sorted(((demand, words_of(key)) for key, demand in demands.items() if demand > 1.0), reverse=True)
-    return ", ".join(f"{words} at {plain(demand, 3)} times the allowance" for demand, words in beyond)
+    return ", ".join(f"{words} at {times(demand)} the allowance" for demand, words in beyond)
 
 
 def efficiency(drive: AnyDrive, speed: float, force: float) -> Array:
@@ -222,18 +224,30 @@ def temperature(drive: AnyDrive, duty: DutyCycle) -> Array:
     ParameterError
         If no motor has the data that the thermal model requires.
     """
-    found = [highest for highest, _ in _windings(drive, duty, _cold(drive, duty)).values()]
+    found = [highest for highest, _ in _windings(drive, duty, _follower(drive, duty)(drive)).values()]
     if not found:
         lacking = heat.missing(next(iter(motors_of(drive).values())))
         raise ParameterError(f"motor.{lacking[0]} is missing: the thermal model requires it")
     return functools.reduce(namespace(*found).maximum, found)[..., 0] - duty.ambient
 
 
-def worked(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> np.ndarray:
-    """Evaluate many designs in a duty cycle: energy [J], highest winding temperature [K], and feasibility (1 or 0). (..., 3)
+class Worked(NamedTuple):
+    """Designs in a duty cycle; of plain numbers if there is one design."""
 
-    NumPy only. The temperature is nan without thermal data, the energy nan where the wheel slips.
-    """
+    energy: Array
+    """From the supply per cycle or over the run; nan where the wheel slips. (...) [J]"""
+    temperature: Array
+    """Highest winding temperature of any motor; nan without thermal data. (...) [K]"""
+    able: Array
+    """Whether every limit is kept and no winding overheats. (...)"""
+    demands: Array
+    """Demand over allowance of every limit. (..., k) [-]"""
+    limits: tuple[Demand, ...]
+    """The limits, in the order of `demands`. (k,)"""
+
+
+def in_cycle(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> Worked:
+    """Evaluate many designs in a duty cycle, over any array namespace; limits are those of `duty_cycle`."""
     point, windings = _settled(drive, duty)
     motors = motors_of(drive)
     found = {**performance.demands(point)}
@@ -241,20 +255,35 @@ def worked(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> np.ndarray
         found = {
             key: demand for key, demand in found.items() if key not in {(Limit.THERMAL, what) for what in windings}
         }
+    drawn = point.power_in + 0.0 * point.power_out
+    xp = namespace(drawn, *found.values())
     if travel is not None:
-        found[Limit.TRAVEL, "load"] = np.asarray(np.ptp(duty.instants().position) / travel)
-    drawn = np.mean(point.power_in + 0.0 * point.power_out, axis=-1) * duty.period
-    able, hottest = np.isfinite(drawn), np.full(drawn.shape, np.nan)
-    for demand in found.values():
-        able = able & (demand <= 1.0)
+        found[Limit.TRAVEL, "load"] = xp.asarray(np.ptp(duty.instants().position) / travel)
+    drawn = xp.mean(drawn, axis=-1) * duty.period
+    demands = xp.stack([demand + xp.zeros(drawn.shape) for demand in found.values()], axis=-1)
+    able, hottest = xp.isfinite(drawn) & xp.all(demands <= 1.0, axis=-1), xp.nan + 0.0 * drawn
     for what, (highest, _) in windings.items():
-        hottest = np.fmax(hottest, highest[..., 0])
-        able = able & (highest[..., 0] <= np.ravel(motors[what].max_winding_temperature))
-    return np.stack(np.broadcast_arrays(drawn, hottest, able.astype(float)), axis=-1)
+        hot, limit = highest[..., 0], xp.asarray(motors[what].max_winding_temperature)
+        hottest = xp.where(xp.isnan(hottest) | (hot > hottest), hot, hottest)
+        able = able & (hot <= (limit[..., 0] if limit.ndim else limit))
+    drawn, hottest, able = xp.broadcast_arrays(drawn, hottest, able)
+    return Worked(drawn, hottest, able, demands, tuple(found))
 
 
-def _cold(drive: AnyDrive, duty: DutyCycle) -> Any:
-    return drive.follow(duty.instants(orders=drive.orders).course, load_mass=duty.moved_mass)
+def worked(drive: AnyDrive, duty: DutyCycle, travel: float | None) -> Array:
+    """Energy [J], highest winding temperature [K] and feasibility (1 or 0) of `in_cycle` as one array. (..., 3)"""
+    found = in_cycle(drive, duty, travel)
+    xp = namespace(found.energy, found.able)
+    return xp.stack([found.energy, found.temperature, xp.astype(found.able, xp.float64)], axis=-1)
+
+
+def _follower(drive: AnyDrive, duty: DutyCycle) -> Callable[[Any], MovingPoint]:
+    """How the drive, with windings at any temperature, follows the cycle: what does not depend on motors is computed once."""
+    course, mass = duty.instants(orders=drive.orders).course, duty.moved_mass
+    options: dict[str, Any] = {"load_mass": mass}
+    if type(drive) is CoboticDrive:
+        options["rolled"] = drive.roll(course, load_mass=mass)
+    return lambda driven: driven.follow(course, **options)
 
 
 def _windings(drive: AnyDrive, duty: DutyCycle, point: Any) -> dict[str, tuple[Array, Array]]:
@@ -274,12 +303,13 @@ def _windings(drive: AnyDrive, duty: DutyCycle, point: Any) -> dict[str, tuple[A
 
 def _settled(drive: AnyDrive, duty: DutyCycle) -> tuple[Any, dict[str, tuple[Array, Array]]]:
     """Evaluate the cycle with settled windings; also return their temperatures."""
-    point = _cold(drive, duty)
+    follow = _follower(drive, duty)
+    point = follow(drive)
     windings = _windings(drive, duty, point)
     if windings:
         # A motor that overheats must be stopped: its winding counts as at the permissible temperature.
         xp = namespace(*(mean for _, mean in windings.values()))
         motors = motors_of(drive)
         warm = {what: xp.minimum(mean, motors[what].max_winding_temperature) for what, (_, mean) in windings.items()}
-        point = warmed(drive, warm).follow(duty.instants(orders=drive.orders).course, load_mass=duty.moved_mass)
+        point = follow(warmed(drive, warm))
     return point, windings

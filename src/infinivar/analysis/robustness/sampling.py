@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import os
+import functools
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array
+from infinivar._core import engine as engines
+from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.engine import Engine
+from infinivar._core.threads import in_order
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness.derivatives import designs
 from infinivar.study.spreads import Spread
@@ -17,9 +19,15 @@ from infinivar.study.spreads import Spread
 _TOGETHER = 64
 """Designs computed at once: with some thousand points each, intermediate arrays fit the processor's caches."""
 
+_COMPILED_TOGETHER = 16
+"""The same for compiled code, which iterates until the last design has converged."""
 
-def low_discrepancy(count: int, dimensions: int, seed: int = 0) -> np.ndarray:
-    """Scrambled points of a Sobol sequence in the open unit cube. (count, dimensions)
+WORTH_COMPILING = 8192
+"""Smallest number of designs for which it pays off to import JAX and compile."""
+
+
+def low_discrepancy(count: int, dimensions: int, seed: int = 0, start: int = 0) -> np.ndarray:
+    """Scrambled points of a Sobol sequence in the open unit cube, from the point `start` on. (count, dimensions)
 
     Scrambling preserves the even spread of the sequence; a random shift does not, and a mean converges more slowly.
 
@@ -27,11 +35,13 @@ def low_discrepancy(count: int, dimensions: int, seed: int = 0) -> np.ndarray:
     """
     from scipy.stats import qmc
 
-    points = qmc.Sobol(dimensions, scramble=True, rng=seed).random(count)
-    return np.clip(points, 1e-12, 1.0 - 1e-12)
+    sequence = qmc.Sobol(dimensions, scramble=True, rng=seed)
+    if start:
+        sequence.fast_forward(start)
+    return np.clip(sequence.random(count), 1e-12, 1.0 - 1e-12)
 
 
-def draw(spreads: Sequence[Spread], correlation: np.ndarray, count: int, seed: int = 0) -> np.ndarray:
+def draw(spreads: Sequence[Spread], correlation: np.ndarray, count: int, seed: int = 0, start: int = 0) -> np.ndarray:
     """Draw samples, one row each, correlated by a Gaussian copula. (count, k)
 
     Parameters
@@ -40,13 +50,18 @@ def draw(spreads: Sequence[Spread], correlation: np.ndarray, count: int, seed: i
     correlation : (k, k) float     Correlation of the normal scores; for normal spreads also of the values. [-]
     count : int                    Number of samples, a power of two.
     seed : int                     Seed of the scrambling.
+    start : int                    Number of the first sample, so that a part of a larger draw can be had alone.
     """
+    return placed(spreads, correlated(low_discrepancy(count, len(spreads), seed, start), correlation))
+
+
+def correlated(shares: np.ndarray, correlation: np.ndarray) -> np.ndarray:
+    """Independent shares, 0 to 1, with a correlation of their normal scores; the first column stays as it is. (count, k)"""
     from scipy.special import ndtr, ndtri
 
-    shares = low_discrepancy(count, len(spreads), seed)
-    if not np.array_equal(correlation, np.eye(len(spreads))):
-        shares = ndtr(ndtri(shares) @ np.linalg.cholesky(correlation).T)
-    return placed(spreads, shares)
+    if np.array_equal(correlation, np.eye(len(correlation))):
+        return shares
+    return ndtr(ndtri(shares) @ np.linalg.cholesky(correlation).T)
 
 
 def placed(spreads: Sequence[Spread], shares: np.ndarray) -> np.ndarray:
@@ -64,11 +79,61 @@ def in_pieces(
 ) -> Iterator[Any]:
     """Yield the function's result for each chunk of rows, in order; on all processors by default."""
     pieces = [at[start : start + size] for start in range(0, len(at), size)]
-    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
-        for done, found in enumerate(pool.map(function, pieces), start=1):
-            yield found
-            if progress is not None:
-                progress(done / len(pieces))
+    for done, found in enumerate(in_order(function, pieces, workers=workers), start=1):
+        yield found
+        if progress is not None:
+            progress(done / len(pieces))
+
+
+class Batch:
+    """A function of a drive for many designs: on all processors, compiled where that pays off.
+
+    Attributes
+    ----------
+    engine, reason : str   numpy or jax, which computes; why not jax, or "".
+    """
+
+    def __init__(
+        self,
+        function: Callable[[AnyDrive], Array],
+        drive: AnyDrive,
+        paths: Sequence[str],
+        *,
+        width: int | None = None,
+        engine: Engine = "auto",
+        worth: bool = True,
+    ) -> None:
+        """Prepare, and compile if so decided; arguments as for `evaluated`, and whether compiling pays off.
+
+        Raises
+        ------
+        InputError
+            If JAX is asked for and is not installed or cannot compile the function.
+        """
+
+        def run(piece: Array) -> Array:
+            found = function(designs(drive, paths, piece))
+            xp = namespace(piece, found)
+            shape = (piece.shape[0],) if width is None else (piece.shape[0], width)
+            return xp.broadcast_to(xp.asarray(found, dtype=xp.float64), shape)
+
+        compiled, self.reason = engines.chosen(
+            engine, worth=worth, compile=lambda: engines.compiled(run, [(_COMPILED_TOGETHER, len(paths))])
+        )
+        self.engine = "numpy" if compiled is None else "jax"
+        self._run = run if compiled is None else functools.partial(padded, compiled, _COMPILED_TOGETHER)
+        self._together = _TOGETHER if compiled is None else _COMPILED_TOGETHER
+
+    def __call__(self, at: np.ndarray, progress: Callable[[float], None] | None = None) -> np.ndarray:
+        """Evaluate designs; arguments and result as for `evaluated`."""
+        return np.concatenate(list(in_pieces(self._run, at, self._together, progress=progress)))
+
+
+def padded(compiled: Callable[[np.ndarray], Any], count: int, at: np.ndarray) -> Any:
+    """Results of a function that is compiled for a number of rows, for no more than these. Arrays of rows, also in a tuple."""
+    whole = at if len(at) == count else np.concatenate([at, np.repeat(at[-1:], count - len(at), axis=0)])
+    found = compiled(whole)
+    return tuple(part[: len(at)] for part in found) if isinstance(found, tuple) else found[: len(at)]
 
 
 def evaluated(
@@ -78,6 +143,7 @@ def evaluated(
     at: np.ndarray,
     progress: Callable[[float], None] | None = None,
     width: int | None = None,
+    engine: Engine = "auto",
 ) -> np.ndarray:
     """Evaluate a function for many designs, on all processors.
 
@@ -88,14 +154,12 @@ def evaluated(
     at : (n, k) float         Values of the fields, one row per design.
     progress                  Called with the share done.
     width : int               Number of values per design, on a last axis; None for a single value.
+    engine : str              numpy; jax, with the same numbers to rounding; or auto: jax for at least `WORTH_COMPILING`
+        designs where it is installed and can compile the function.
 
     Returns
     -------
     (n,) or (n, width) float   nan where a design is infeasible.
     """
-
-    def run(piece: np.ndarray) -> np.ndarray:
-        found = np.asarray(function(designs(drive, paths, piece)), dtype=float)
-        return np.broadcast_to(found, (len(piece),) if width is None else (len(piece), width))
-
-    return np.concatenate(list(in_pieces(run, at, _TOGETHER, progress=progress)))
+    worth = len(at) >= WORTH_COMPILING
+    return Batch(function, drive, paths, width=width, engine=engine, worth=worth)(at, progress)

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import Field, replace
+from dataclasses import Field, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core.bounds import permitted
+from infinivar._core.engine import Engine
+from infinivar._core.engine import check as check_engine
 from infinivar._core.fields import quantities_of, value_at
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
 from infinivar.analysis.robustness.derivatives import Method, gradient, values_of
 from infinivar.analysis.robustness.outcomes import Outcome
-from infinivar.analysis.robustness.sampling import evaluated, low_discrepancy, placed
+from infinivar.analysis.robustness.sampling import WORTH_COMPILING, Batch, evaluated, low_discrepancy, placed
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, ParameterError
@@ -39,6 +42,9 @@ SAMPLES = 512
 
 _NONE = 1e-9
 """Elasticities and relative swings below this count as zero."""
+
+_POINTS = ("efficiency", "loss")
+"""Outcomes at a single point, which are not worth compiling."""
 
 _LEFT_OUT = ("control.",)
 """Prefixes of fields that affect neither steady operation nor cycles."""
@@ -153,6 +159,7 @@ class Sensitivity(Result):
     conclusions            Effects of the paper's recommendations, for a cobotic drive.
     impossible             Share of infeasible samples among those of Sobol's indices. [-]
     beyond                 Limits that the nominal drive exceeds, in words; "" if none.
+    engine                 numpy or jax, which computed the samples of Sobol's indices.
     """
 
     study: Study
@@ -163,6 +170,7 @@ class Sensitivity(Result):
     conclusions: tuple[Conclusion, ...]
     impossible: float
     beyond: str
+    engine: str = field(default="numpy", compare=False)
 
     @property
     def ranking(self) -> tuple[str, ...]:
@@ -197,6 +205,8 @@ class Sensitivity(Result):
                 yield f"Parameters with a stated range that {why}: {named}."
 
     def _on_indices(self) -> Iterator[str]:
+        if self.engine == "jax":
+            yield "The samples of Sobol's indices were computed by compiled code (JAX)."
         if self.impossible > 0:
             yield (
                 f"{plain(100 * self.impossible, 2)} % of the samples are infeasible; Sobol's indices count them as the worst "
@@ -231,6 +241,7 @@ class Sensitivity(Result):
             ],
             "conclusions": [row._asdict() for row in self.conclusions],
             "impossible": self.impossible,
+            "engine": self.engine,
             "beyond_limits": self.beyond,
             "ranking": list(self.ranking),
             "remarks": list(self.remarks),
@@ -247,6 +258,7 @@ def sensitivity(
     duty: str | None = None,
     method: Method = "complex",
     samples: int = SAMPLES,
+    engine: Engine = "auto",
     progress: Callable[[str, float], None] | None = None,
 ) -> Sensitivity:
     """Compute the sensitivity of one outcome of a drive to its parameters.
@@ -257,6 +269,8 @@ def sensitivity(
     kind, speed, force, duty   Outcome, as in `infinivar.analysis.robustness.outcomes.outcome`.
     method : str         Method of the derivatives: ``complex``, ``jax`` or ``difference``.
     samples : int        Base samples of Sobol's indices, a power of two; 0 skips the indices.
+    engine : str         For the samples of Sobol's indices: numpy; jax, compiled, with the same numbers to rounding; or auto: jax
+        for many samples, where it is installed and can compile the outcome.
     progress             Called with the current step and the share done.
 
     Returns
@@ -266,11 +280,13 @@ def sensitivity(
     Raises
     ------
     InputError
-        If the drive or the outcome is unknown, the outcome is infeasible, or the drive lacks a required value.
+        If the drive or the outcome is unknown, the outcome is infeasible, the drive lacks a required value, or JAX is asked for
+        and is not installed or cannot compile the outcome.
 
     Source: sobol2001 for the indices; squire1998 for the derivatives.
     """
-    drive = _modelled(study, name)
+    check_engine(engine)
+    drive = modelled(study, name)
     asked = outcomes.outcome(study, kind, speed=speed, force=force, duty=duty)
     tell = progress or (lambda title, share: None)
     tell("derivatives", 0.0)
@@ -284,32 +300,42 @@ def sensitivity(
     spreads = [stated.get(path) or _assumed(drive, name, path, fields[path]) for path in paths]
     tell("swings", 0.1)
     influences = _influences(asked, drive, spreads, elasticities, stated)
-    chosen = [row for row in influences if row.high > row.low][:LARGEST]
-    impossible = 0.0
-    if samples and len(chosen) > 1:
-        by_path = {spread.path: spread for spread in spreads}
-        first, total, impossible = _indices(
-            asked,
-            drive,
-            [by_path[row.path] for row in chosen],
-            samples,
-            lambda share: tell("Sobol's indices", 0.2 + 0.8 * share),
-        )
-        told = {row.path: replace(row, first=a, total=b) for row, a, b in zip(chosen, first, total, strict=True)}
-        influences = tuple(told.get(row.path, row) for row in influences)
-    return Sensitivity(
+    found = Sensitivity(
         study=study,
         name=name,
         outcome=asked,
         value=value,
         influences=influences,
         conclusions=conclusions(asked, dict(zip(paths, elasticities, strict=True)), drive),
-        impossible=impossible,
+        impossible=0.0,
         beyond=asked.beyond(drive),
     )
+    ranked = ranked_spreads(found)
+    if samples and len(ranked) > 1:
+        batch = Batch(
+            asked.of,
+            drive,
+            [spread.path for spread in ranked],
+            engine=engine,
+            worth=asked.name not in _POINTS and samples * (len(ranked) + 2) >= WORTH_COMPILING,
+        )
+        told = functools.partial(tell, "Sobol's indices")
+        values = index_values(batch, ranked, samples, progress=lambda share: told(0.2 + 0.8 * share))
+        found = replace(with_indices(found, ranked, values), engine=batch.engine)
+    return found
 
 
-def _modelled(study: Study, name: str) -> AnyDrive:
+def ranked_spreads(found: Sensitivity) -> list[Spread]:
+    """Spreads of the parameters whose Sobol's indices are computed, by decreasing swing."""
+    drive = modelled(found.study, found.name)
+    stated = {spread.path: spread for spread in found.study.uncertainty.spreads.get(found.name, ())}
+    fields = quantities_of(drive)
+    paths = [row.path for row in found.influences if row.high > row.low][:LARGEST]
+    return [stated.get(path) or _assumed(drive, found.name, path, fields[path]) for path in paths]
+
+
+def modelled(study: Study, name: str) -> AnyDrive:
+    """A drive of a study, of a type whose parameters can be ranked; InputError otherwise."""
     drive = study.drive(name)
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise InputError(f"drives.{name}: sensitivity is not defined for a drive of type {type(drive).__name__}")
@@ -382,25 +408,51 @@ def _influences(
     return tuple(sorted(moved, key=lambda row: -row.swing))
 
 
-def _indices(
-    asked: Outcome, drive: AnyDrive, spreads: Sequence[Spread], samples: int, progress: Callable[[float], None]
-) -> tuple[list[float], list[float], float]:
-    """Sobol's first-order and total indices, and the share of infeasible samples."""
+def index_values(
+    batch: Batch,
+    spreads: Sequence[Spread],
+    samples: int,
+    start: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> np.ndarray:
+    """Outcomes at two samples, and at the first with the column of one parameter each taken from the second. (k + 2, samples)
+
+    Parameters
+    ----------
+    batch : Batch          Evaluates an outcome for values of the parameters.
+    spreads : sequence     Of k parameters that vary.
+    samples, start : int   Number of samples, and of the first one, so that a part of a larger sample can be had alone.
+    """
     size = len(spreads)
-    shares = low_discrepancy(samples, 2 * size)
+    shares = low_discrepancy(samples, 2 * size, start=start)
     first, second = (placed(spreads, part) for part in np.split(shares, 2, axis=1))
     mixed = np.repeat(first[None], size, axis=0)
     for place in range(size):
         mixed[place, :, place] = second[:, place]
     at = np.concatenate([first, second, mixed.reshape(-1, size)])
-    found = evaluated(asked.of, drive, [spread.path for spread in spreads], at, progress)
-    lost = ~np.isfinite(found)
+    return batch(at, progress).reshape(size + 2, samples)
+
+
+def indices(asked: Outcome, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Sobol's first-order and total indices from values of `index_values`, and the share of infeasible samples. (k,), (k,)"""
+    lost = ~np.isfinite(values)
     if lost.all():
-        return [math.nan] * size, [math.nan] * size, 1.0
-    worst = np.min(found[~lost]) if asked.better > 0 else np.max(found[~lost])
-    found = np.where(lost, worst, found)
-    own, total = sobol(found[:samples], found[samples : 2 * samples], found[2 * samples :].reshape(size, samples))
-    return own.tolist(), total.tolist(), float(np.mean(lost))
+        none = np.full(len(values) - 2, np.nan)
+        return none, none, 1.0
+    worst = np.min(values[~lost]) if asked.better > 0 else np.max(values[~lost])
+    known = np.where(lost, worst, values)
+    return *sobol(known[0], known[1], known[2:]), float(np.mean(lost))
+
+
+def with_indices(found: Sensitivity, spreads: Sequence[Spread], values: np.ndarray) -> Sensitivity:
+    """The same with Sobol's indices of some parameters, from values of `index_values`."""
+    own, total, lost = indices(found.outcome, values)
+    told = {spread.path: (a, b) for spread, a, b in zip(spreads, own.tolist(), total.tolist(), strict=True)}
+    rows = [
+        replace(row, first=told[row.path][0], total=told[row.path][1]) if row.path in told else row
+        for row in found.influences
+    ]
+    return replace(found, influences=tuple(rows), impossible=lost)
 
 
 def sobol(first: np.ndarray, second: np.ndarray, mixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

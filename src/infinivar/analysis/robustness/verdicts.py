@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal
+from dataclasses import field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar import power
+from infinivar._core import engine as engines
 from infinivar._core.array_namespace import Array, namespace
+from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.robustness import outcomes
-from infinivar.analysis.robustness.derivatives import designs, jax_with_float64
-from infinivar.analysis.robustness.sampling import draw, evaluated, in_pieces
+from infinivar.analysis.robustness.derivatives import designs
+from infinivar.analysis.robustness.sampling import WORTH_COMPILING, Batch, draw, evaluated, in_pieces, padded
 from infinivar.axis import LINEAR, Axis
 from infinivar.limits import Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
@@ -28,6 +31,9 @@ BAND = (0.05, 0.95)
 
 _POINTS = 65_536
 """Points computed at once, so that intermediate arrays fit the processor's caches."""
+
+_COMPILED_POINTS = 3 * _POINTS
+"""The same for compiled code."""
 
 _MAP_CELLS = 60
 
@@ -61,12 +67,16 @@ class Mapper:
     drive : Drive             Provides the fields that do not vary.
     paths : sequence of str   Dotted paths of the fields that vary.
     speed, force : float      Axes of the map. [m/s], [N]
-    method : str              numpy, on all processors, or jax, compiled at the first call.
+    method : str              numpy, jax, compiled, or auto: jax where it is installed and can compile the drive.
+
+    Attributes
+    ----------
+    engine : str   numpy or jax, which computes.
 
     Raises
     ------
     InputError
-        If JAX is requested but not installed.
+        If JAX is requested and is not installed or cannot compile the drive.
     """
 
     def __init__(
@@ -76,18 +86,21 @@ class Mapper:
         speed: Any,
         force: Any,
         *,
-        method: Literal["numpy", "jax"] = "numpy",
+        method: Engine = "numpy",
     ) -> None:
-        """Prepare the map without computing anything."""
+        """Prepare the map, and compile it if so decided."""
         self.speed, self.force = np.asarray(speed, dtype=float), np.asarray(force, dtype=float)
         self._axis = getattr(drive, "axis", LINEAR)
         points = np.broadcast_arrays(self.speed[:, None], self.force[None, :])
         self._map = _mapped(drive, paths, *(axis.ravel() for axis in points))
-        self._room, self._workers, self._padded = max(1, _POINTS // points[0].size), None, False
-        if method == "jax":
-            # JAX has its own threads (the second worker here counts meanwhile) and recompiles for each new chunk size.
-            self._map = jax_with_float64().jit(self._map)
-            self._room, self._workers, self._padded = 3 * self._room, 2, True
+        self._room = max(1, _POINTS // points[0].size)
+        room = max(1, _COMPILED_POINTS // points[0].size)
+        compiled, _ = engines.chosen(
+            method, worth=True, compile=lambda: engines.compiled(self._map, [(room, len(paths))])
+        )
+        self.engine = "numpy" if compiled is None else "jax"
+        if compiled is not None:
+            self._map, self._room = functools.partial(padded, compiled, room), room
 
     def __call__(self, at: np.ndarray, progress: Callable[[float], None] | None = None) -> BuildsMap:
         """Return the statistics of samples.
@@ -97,17 +110,24 @@ class Mapper:
         at : (n, k) float   Values at the paths, one row per sample.
         progress            Called with the share done.
         """
-        pieces = in_pieces(self._counted, at, self._room, workers=self._workers, progress=progress)
-        counts = functools.reduce(np.add, pieces).reshape(-1, self.speed.size, self.force.size)
+        return self.statistics(self.counts(at, progress), len(at))
+
+    def counts(self, at: np.ndarray, progress: Callable[[float], None] | None = None) -> np.ndarray:
+        """Sums over samples, which may be added to those of other samples: see `statistics`. (limits + 3, speeds * forces)"""
+        return functools.reduce(np.add, in_pieces(self._counted, at, self._room, progress=progress))
+
+    def statistics(self, counts: np.ndarray, samples: int) -> BuildsMap:
+        """Return the statistics of samples from the sum of their counts and their number."""
+        counts = counts.reshape(-1, self.speed.size, self.force.size)
         known, mean, square = counts[-3:]
         some = known > 0
         average = np.where(some, mean / np.where(some, known, 1.0), np.nan)
         variance = np.where(some, square / np.where(some, known, 1.0), np.nan) - average**2
-        binding_share = zip(Limit.every(), counts[: len(Limit.every())] / len(at), strict=True)
+        binding_share = zip(Limit.every(), counts[: len(Limit.every())] / samples, strict=True)
         return BuildsMap(
             speed=self.speed,
             force=self.force,
-            within=counts[0] / len(at),
+            within=counts[0] / samples,
             limits=FrozenDict({limit: share for limit, share in binding_share if limit != Limit.OK and share.any()}),
             efficiency=average,
             spread=np.sqrt(np.clip(variance, 0.0, None)),
@@ -116,10 +136,7 @@ class Mapper:
 
     def _counted(self, at: np.ndarray) -> np.ndarray:
         """Count samples per binding limit at each point; within limits, also sum their efficiencies and the squares of these."""
-        count = len(at)
-        if self._padded:
-            at = np.concatenate([at, np.repeat(at[:1], self._room - count, axis=0)])
-        limit, found = (np.asarray(part)[:count] for part in self._map(at))
+        limit, found = self._map(at)
         known = (limit == Limit.OK) & np.isfinite(found)
         value = np.where(known, found, 0.0)
         rows = [np.sum(limit == code, axis=0, dtype=np.int32) for code in Limit.every()]
@@ -189,6 +206,7 @@ class Builds(Result):
     loss       Loss of a sample at the corner of maximum force; nan where the wheel slips; empty likewise. [W]
     map        Statistics of all samples.
     duty       Results by name of the duty cycle.
+    engine     numpy or jax, which computed the samples; "jax and numpy" if JAX could not compile all of it.
     """
 
     spreads: tuple[Spread, ...]
@@ -198,6 +216,7 @@ class Builds(Result):
     loss: np.ndarray
     map: BuildsMap
     duty: Mapping[str, DutyBuilds]
+    engine: str = field(default="numpy", compare=False)
 
     @property
     def count(self) -> int:
@@ -222,6 +241,7 @@ class Builds(Result):
         """Plain numbers, for scripts."""
         return {
             "builds": self.count,
+            "engine": self.engine,
             "verdict": self.verdict,
             "covering": self.covering,
             "coverage": band(self.coverage),
@@ -264,6 +284,7 @@ def builds(
     duty: Mapping[str, DutyCycle],
     axes: tuple[np.ndarray, np.ndarray],
     progress: Callable[[float], None] | None = None,
+    engine: Engine = "auto",
 ) -> Builds:
     """Sample a drive within its tolerances and evaluate the samples on a requirement and duty cycles.
 
@@ -275,6 +296,7 @@ def builds(
     duty              Duty cycles by name.
     axes              Speeds and forces that span the map. [m/s], [N]
     progress          Called with the share done.
+    engine            As for `infinivar.analysis.robustness.sampling.evaluated`.
 
     Returns
     -------
@@ -284,46 +306,91 @@ def builds(
     ------
     ParameterError
         If the drive lacks a value that a duty cycle requires.
+    InputError
+        If JAX is asked for and is not installed or cannot compile the drive.
     """
+    engines.check(engine)
     spreads = uncertainty.spreads[name]
     paths = [spread.path for spread in spreads]
     at = draw(spreads, uncertainty.correlation(name), uncertainty.draws)
-    stages = 3 + len(duty)
+    judged = judge(drive, spreads, at, requirement, duty, progress, engine)
+    worth, stages = len(at) >= WORTH_COMPILING, 3 + len(duty)
+    mapper = Mapper(drive, paths, *map_axes(axes), method=engine if worth or engine != "auto" else "numpy")
+    return Builds(
+        spreads=spreads,
+        values=at,
+        coverage=judged.region[:, 0],
+        margin=judged.region[:, 1],
+        loss=judged.loss,
+        map=mapper(at, None if progress is None else lambda share: progress((stages - 1 + share) / stages)),
+        duty=FrozenDict({task: duty_builds(found, duty[task]) for task, found in judged.duty.items()}),
+        engine=" and ".join(sorted({*judged.engines, mapper.engine})),
+    )
+
+
+def map_axes(axes: tuple[np.ndarray, np.ndarray]) -> list[np.ndarray]:
+    """Speeds and forces of the map of samples, within given ones."""
+    return [np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes]
+
+
+class Judged(NamedTuple):
+    """Values of samples, one row each."""
+
+    region: np.ndarray
+    """Coverage and tightest margin; empty without a requirement. (n, 2) [-]"""
+    loss: np.ndarray
+    """At the corner of maximum force; empty likewise. (n,) [W]"""
+    duty: Mapping[str, np.ndarray]
+    """Energy, highest temperature, and whether feasible (1 or 0), by duty cycle. (n, 3) [J], [K], [-]"""
+    engines: set[str]
+    """What computed them."""
+
+
+def judge(
+    drive: AnyDrive,
+    spreads: Sequence[Spread],
+    at: np.ndarray,
+    requirement: Requirement | None,
+    duty: Mapping[str, DutyCycle],
+    progress: Callable[[float], None] | None = None,
+    engine: Engine = "numpy",
+) -> Judged:
+    """Evaluate samples on a requirement and duty cycles; arguments as for `builds`, with one row of `at` per sample."""
+    paths, stages, used = [spread.path for spread in spreads], 3 + len(duty), set()
+    worth = len(at) >= WORTH_COMPILING
 
     def told(stage: int) -> Callable[[float], None]:
         return lambda share: progress((stage + share) / stages) if progress is not None else None
 
+    def run(stage: int, of: Callable[[AnyDrive], Array], width: int) -> np.ndarray:
+        batch = Batch(of, drive, paths, width=width, engine=engine, worth=worth)
+        used.add(batch.engine)
+        return batch(at, told(stage))
+
     covered, loss = np.empty((0, 2)), np.empty(0)
     if requirement is not None:
         region, (speed, force) = requirement, requirement.corners()["maximum force"]
-        covered = evaluated(lambda d: np.stack(outcomes.region(d, region), axis=-1), drive, paths, at, told(0), width=2)
-        loss = evaluated(lambda d: outcomes.loss(d, speed, force), drive, paths, at, told(1))
+        covered = run(0, functools.partial(_covered, required=region), width=2)
+        # A single point of each sample is not worth compiling.
+        loss = evaluated(
+            functools.partial(outcomes.loss, speed=speed, force=force), drive, paths, at, told(1), engine="numpy"
+        )
     travel = None if requirement is None else requirement.travel
-    return Builds(
-        spreads=spreads,
-        values=at,
-        coverage=covered[:, 0],
-        margin=covered[:, 1],
-        loss=loss,
-        map=Mapper(drive, paths, *(np.linspace(axis[0], axis[-1], _MAP_CELLS) for axis in axes))(at, told(2)),
-        duty=FrozenDict(
-            {
-                task: _worked(drive, paths, at, cycle, travel, told(3 + place))
-                for place, (task, cycle) in enumerate(duty.items())
-            }
-        ),
-    )
+    worked = {
+        task: run(2 + place, functools.partial(outcomes.worked, duty=cycle, travel=travel), width=3)
+        for place, (task, cycle) in enumerate(duty.items())
+    }
+    return Judged(covered, loss, worked, used)
 
 
-def _worked(
-    drive: AnyDrive,
-    paths: Sequence[str],
-    at: np.ndarray,
-    duty: DutyCycle,
-    travel: float | None,
-    progress: Callable[[float], None],
-) -> DutyBuilds:
-    found = evaluated(lambda d: outcomes.worked(d, duty, travel), drive, paths, at, progress, width=3)
+def _covered(drive: AnyDrive, required: Requirement) -> Array:
+    """Coverage and tightest margin of designs. (..., 2)"""
+    found = outcomes.region(drive, required)
+    return namespace(*found).stack(found, axis=-1)
+
+
+def duty_builds(found: np.ndarray, duty: DutyCycle) -> DutyBuilds:
+    """Samples in a duty cycle, from their values of `judge`."""
     heated = not np.isnan(found[:, 1]).all()
     return DutyBuilds(
         energy=found[:, 0],

@@ -15,6 +15,7 @@ from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.inputs import Input
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_graph
 from infinivar.drivetrain.graphs import bandwidths, compliances, controllers, output_start, planned, plants, stages
@@ -233,7 +234,7 @@ def _cobotic_controller(
         largest_angle=drive.transmission.steering_range,
         held_angle=held,
         path=path,
-        standstill=_standstill(settings.rest_error, stick_speed, 0.1),  # what is left of it goes on all the time
+        standstill=_standstill(settings, stick_speed, 0.1),  # what is left of it goes on all the time
         started={"cylinder": idle},
         outputs=("I_c", "I_s") if scenario.electrical == "voltage" else ("cylinder.source", "steering.source"),
     )
@@ -324,7 +325,7 @@ def _conventional_controller(
         full_speed=hardly,
         path=path if scenario.link != "free" else None,
         planned=functools.partial(_planned_current, path, gain) if isinstance(path, Planned) else _no_current,
-        standstill=_standstill(settings.rest_error, hardly, 0.5),
+        standstill=_standstill(settings, hardly, 0.5),
         holding=functools.partial(_holding, drive),
         encoder=_encoder(drive, scenario, path),
         # A gear that locks hardly shows which way its load acts.
@@ -403,8 +404,15 @@ def _motor_inertia(drive: CoboticDrive | ConventionalDrive) -> float:
     return (drive.motor.rotor_inertia or 0.0) + (drive.gearhead.inertia or 0.0)
 
 
-def _standstill(error: float, stick_speed: float, slow: float) -> controllers.Standstill:
-    return controllers.Standstill(error=error, slow=slow * stick_speed, sliding=stick_speed)
+def _standstill(
+    settings: CoboticControl | ConventionalControl, stick_speed: float, slow: float
+) -> controllers.Standstill:
+    return controllers.Standstill(
+        error=settings.rest_error,
+        slow=slow * stick_speed,
+        sliding=stick_speed,
+        starting=stick_speed * settings.sample_rate,
+    )
 
 
 def _holding(drive: ConventionalDrive, current: float) -> float:

@@ -87,18 +87,21 @@ def _share(value: float, full: float) -> float:
 class Standstill:
     """Conditions under which a load is left at rest: stationary goal, small error, negligible speed. [m], [m s^-1]
 
-    A load at rest remains so until its goal moves, or its error doubles, or it slides: friction that holds it still lets it
-    creep slightly.
+    A goal is stationary if it moves no faster than `sliding` now, nor one sample later by its acceleration (`starting`
+    [m s^-2]): where a motion starts or reverses, it does not rest. A load at rest remains so until its goal moves, or its
+    error doubles, or it slides: friction that holds it still lets it creep slightly.
     """
 
     error: float
     slow: float
     sliding: float
+    starting: float
 
     def near(self, rests: bool, goal: MotionState, position: float) -> bool:
         """Whether to stop the load at its position; `rests` is whether it has been left at rest so far."""
         room = 2.0 if rests else 1.0
-        return abs(goal.speed) <= self.sliding and abs(goal.position - position) <= room * self.error
+        stays = abs(goal.speed) <= self.sliding and abs(goal.acceleration) <= self.starting
+        return stays and abs(goal.position - position) <= room * self.error
 
     def still(self, rests: bool, speed: float) -> bool:
         """Whether its speed is negligible."""
@@ -233,7 +236,8 @@ class ConventionalController:
             held = self.holding(integral + load) - load if held is None else held
             return {self.output: min(max(held + load, -self.speed.limit), self.speed.limit)}, (integral, held)
         wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - position)
-        share = _share(wanted, self.full_speed)
+        # The current lasts for a sample, in whose middle a motion that starts or reverses may have another direction.
+        share = _share(wanted + (0.0 if near else 0.5 * self.sample_time * goal.acceleration), self.full_speed)
 
         known = self.inertia * goal.acceleration + self.planned(time)
         effort = integral + known

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import io
 from collections.abc import Sequence
 from typing import Any
 
@@ -33,10 +32,10 @@ class ParquetSheet:
             If pyarrow is missing, or the file is broken or too long.
         """
         extras.load("pyarrow", "parquet", f"{file}: a Parquet file")
-        parquet = importlib.import_module("pyarrow.parquet")
+        arrow, parquet = (importlib.import_module(name) for name in ("pyarrow", "pyarrow.parquet"))
         self.file = file
         try:
-            self._data: Any = parquet.ParquetFile(io.BytesIO(content))
+            self._data: Any = parquet.ParquetFile(arrow.BufferReader(content))
             names = list(self._data.schema_arrow.names)
             rows = int(self._data.metadata.num_rows)
         except (OSError, ValueError, NotImplementedError) as problem:
@@ -66,7 +65,7 @@ class ParquetSheet:
     def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
         """Return the columns at some places, the number of each row, and the format in words."""
         names = [self.headings[place].text for place in places]
-        read = self._data.read(columns=names)
+        read = self._data.read(columns=names, use_threads=False)
         values = np.empty((read.num_rows, len(places)))
         for one, (place, name) in enumerate(zip(places, names, strict=True)):
             column = read.column(name)

@@ -11,9 +11,10 @@ import numpy as np
 from infinivar._core.frozen import FrozenDict
 from infinivar.analysis.cycles.performance import PAPER, Definition
 from infinivar.analysis.cycles.shaking import DynamicMap
-from infinivar.drivetrain.cobotic import CoboticDrive, SteeringPlant
+from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.paper.claims.claim import Machine
 from infinivar.paper.claims.planes import Cells, Scale, plane_map
 from infinivar.parts.linear import Guideway

@@ -22,7 +22,8 @@ from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.transmission.operating_point import OperatingPoint
-from infinivar.transmission.rotary_linear import RotaryLinearIVT, SteeringModel
+from infinivar.transmission.rolling_contact import SteeringModel
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

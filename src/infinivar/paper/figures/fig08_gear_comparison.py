@@ -7,19 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.figures import style
+from infinivar.figures import gear_points, style
 from infinivar.paper.claims.claim import Machine, at_ratio
 from infinivar.paper.figures.fig07_element_efficiency import ratio_axis
-from infinivar.parts import catalogue
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 LOADS = (0.15, 0.5, 0.95)
-
-_MARKERS = {"planetary": "o", "spur": "s", "koaxdrive": "D", "harmonic": "^", "worm": "v"}
-_FACES = {"high": (1.0, 26), "medium": (0.55, 22), "low": (0.0, 18)}  # opacity of the face, size
 
 TITLE = "The element against gears"
 
@@ -33,34 +29,19 @@ CAPTION = (
 def data(machine: Machine) -> dict[str, Any]:
     """Element curves by load, and gears by type as (ratio, efficiency, confidence)."""
     ratio = np.geomspace(0.3, 1000.0, 801)
-    gears: dict[str, list[tuple[float, float, str]]] = {kind: [] for kind in _MARKERS}
-    for gear in catalogue.data("gear_efficiencies")["gear"]:
-        if "ratio" in gear:
-            gears[gear["type"]].append((gear["ratio"], gear["efficiency"], gear["confidence"]))
     return {
         "ratio": ratio,
         "element": {load: at_ratio(machine.element, load, ratio).efficiency for load in LOADS},
-        "gears": gears,
+        "gears": gear_points.gears(),
     }
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw the curves and the gears; the lower the confidence, the paler and smaller the marker."""
-    from matplotlib.colors import to_rgba
-
     for load, width in zip(LOADS, (1.0, 1.7, 2.4), strict=True):
         label = f"element, $f_l/(\\mu P)$ = {load:g}"
         ax.semilogx(numbers["ratio"], numbers["element"][load], color="black", lw=width, label=label)
-    for colour, (kind, marker) in zip(style.COLOURS, _MARKERS.items(), strict=False):
-        for ratio, efficiency, confidence in numbers["gears"][kind]:
-            opacity, size = _FACES[confidence]
-            ax.scatter(
-                ratio, efficiency, s=size, marker=marker, facecolor=to_rgba(colour, opacity), edgecolor=colour, lw=0.9
-            )
-        ax.scatter([], [], s=26, marker=marker, color=colour, label=kind)
-    for confidence, (opacity, size) in _FACES.items():
-        face = to_rgba("#666666", opacity)
-        ax.scatter([], [], s=size, marker="o", facecolor=face, edgecolor="#666666", label=f"{confidence} confidence")
+    gear_points.draw(ax, numbers["gears"])
     ratio_axis(ax)
     ax.set_xlim(0.3, 2000.0)
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))

@@ -1,0 +1,34 @@
+"""Lines and page section on the builds of designs within their tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from infinivar.analysis.robustness.verdicts import percent
+from infinivar.parts.tables.columns import counted
+from infinivar.sizing.builds.result import Doubt
+
+_LISTED = 5
+"""Most runners-up, and most of the front, that are printed in a terminal."""
+
+
+def text(doubt: Doubt) -> Iterator[str]:
+    """Yield the lines for a terminal."""
+    yield f"Within tolerances, {counted(doubt.count, 'builds')}:"
+    yield f"  {doubt.designs[0].name}: {doubt.verdict}"
+    for one in doubt.runners_up[:_LISTED]:
+        yield f"  {one.name}: least {doubt.objective} in {percent(one.best_share, one.count)}; {one.verdict}"
+    more = len(doubt.runners_up) - _LISTED
+    if more > 0:
+        yield f"  ... and {more} more that {'is' if more == 1 else 'are'} best in some builds"
+    never = len(doubt.designs) - 1 - len(doubt.runners_up)
+    if never:
+        yield f"  ... and {never} more that {'is' if never == 1 else 'are'} best in no build"
+    for one in doubt.front[:_LISTED]:
+        yield f"  {one.name}: {one.verdict}"
+    if len(doubt.front) > _LISTED:
+        yield f"  ... and {len(doubt.front) - _LISTED} more of the front"
+    if doubt.stated:
+        yield f"  spreads stated in the study: {'; '.join(doubt.stated)}"
+    if doubt.assumed:
+        yield f"  spreads assumed, as the study states none: {', '.join(doubt.assumed)}"

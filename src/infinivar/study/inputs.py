@@ -1,0 +1,47 @@
+"""Files that a study is made of: none of them may be replaced by a result of the study."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from infinivar.parts.tables.stores import places
+from infinivar.study.extend import parts_of
+from infinivar.study.load import read_tables
+from infinivar.study.study import Study
+
+STUDY, BELOW, PARTS, RECORDING = "the study itself", "a study that it extends", "a set of parts", "a recording"
+"""What an input is, in words."""
+
+
+def input_files(study: Study, beside: Iterable[Path] = ()) -> dict[Path, str]:
+    """Files that a study was read from, and what each is; those of sets whether or not the study names one of their parts.
+
+    Parameters
+    ----------
+    study : Study
+    beside : paths   More files and folders with sets of parts.
+
+    Raises
+    ------
+    InputError
+        If the study's file has become invalid since it was read.
+    """
+    found: dict[Path, str] = {}
+    stores = [*beside]
+    path = study.path
+    while path is not None and path not in found and path.is_file():
+        found[path] = BELOW if found else STUDY
+        raw = read_tables(path)
+        stores += [path.parent / one for one in parts_of(raw)]
+        path = path.parent / raw["extends"] if "extends" in raw else None
+    for task in (*study.duty.values(), *study.scenarios.values()):
+        for name in ("motion", "force"):
+            file = getattr(getattr(task, name, None), "file", None)
+            if file:
+                found.setdefault(Path(file), RECORDING)
+    for folder in stores:  # one by one: a set hides those of the same name in later folders
+        for place in places([folder]):
+            if place.path is not None:
+                found.setdefault(place.path, PARTS)
+    return found
