@@ -134,6 +134,18 @@ def test_killed_at_random_moments_a_sweep_ends_with_the_same_result(where, whole
     assert midway >= KILLS // 3
 
 
+def test_workers_that_wait_for_a_first_chunk_end_when_their_parent_is_killed(tmp_path):
+    folder = tmp_path / "s"
+    process = started({"folder": str(folder), "workers": 6}, pause=2.0, chunks=1)
+    parent = psutil.Process(process.pid)
+    wait_until(lambda: sum("popen_loky" in " ".join(child.cmdline()) for child in parent.children()) == 6)
+    children = parent.children()
+    os.kill(process.pid, signal.SIGKILL)
+    wait_until(lambda: not any(child.is_running() for child in children), 30.0)
+    process.communicate(timeout=60)
+    assert not files(folder)
+
+
 def test_workers_end_when_their_parent_is_killed(tmp_path):
     trace = tmp_path / "trace"
     process = started({"folder": str(tmp_path / "s"), "workers": 2}, pause=0.1, trace=str(trace))

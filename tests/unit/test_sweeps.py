@@ -275,9 +275,9 @@ def test_a_worker_with_other_versions_computes_nothing():
     with pytest.raises(
         iv.InputError, match=r"a worker has other versions than this process: scipy [\d.]+ there, 0\.1 here"
     ):
-        compute_apart(job, 0, None)
+        compute_apart(job, 0)
     job = Job(TOY, "abc", versions())
-    assert compute_apart(job, 2, os.getpid()).content == encoded(TOY.run(2), 2, "abc")
+    assert compute_apart(job, 2).content == encoded(TOY.run(2), 2, "abc")
 
 
 class Colour(Enum):

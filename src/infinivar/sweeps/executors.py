@@ -13,7 +13,7 @@ from typing import Any
 
 from infinivar._core import extras
 from infinivar.errors import InputError, printable, require
-from infinivar.sweeps.workers import Done, Job, compute, compute_apart
+from infinivar.sweeps.workers import Done, Job, compute, compute_apart, watch
 
 Executor = Callable[[Job, Sequence[int]], Generator[Done, None, None]]
 """Yields the chunks of some numbers as they are done, in any order."""
@@ -88,10 +88,10 @@ def _by_joblib(job: Job, numbers: Sequence[int], workers: int) -> Generator[Done
 
     # Memory shared by files would outlive a process that is killed; a job is small beside the work on a chunk.
     options: dict[str, Any] = {"batch_size": 1, "pre_dispatch": "2 * n_jobs", "max_nbytes": None}
-    parallel: Any = joblib.Parallel(n_jobs=workers, return_as="generator_unordered", **options)
     _start_tracker()
-    with joblib.parallel_config("loky", inner_max_num_threads=1):
-        found = parallel(joblib.delayed(compute_apart)(job, number, os.getpid()) for number in numbers)
+    with joblib.parallel_config("loky", inner_max_num_threads=1, initializer=watch, initargs=(os.getpid(),)):
+        parallel: Any = joblib.Parallel(n_jobs=workers, return_as="generator_unordered", **options)
+        found = parallel(joblib.delayed(compute_apart)(job, number) for number in numbers)
     try:
         yield from found
     except BaseException:
@@ -140,7 +140,7 @@ def on_cluster(job: Job, numbers: Sequence[int], *, client: Any, address: str) -
 
     def submit(count: int) -> None:
         for number in itertools.islice(waiting, count):
-            future = client.submit(compute_apart, shared, number, None, pure=False)
+            future = client.submit(compute_apart, shared, number, pure=False)
             pending.add(future)
             future.add_done_callback(arriving.put)
 

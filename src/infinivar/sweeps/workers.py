@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib.metadata
 import os
 import signal
@@ -56,42 +55,36 @@ def versions() -> dict[str, str]:
 
 
 def compute(job: Job, number: int) -> Done:
-    """Compute a chunk.
-
-    Raises
-    ------
-    InputError
-        If this worker has other versions of the libraries than the process that collects the chunks.
-    """
+    """Compute a chunk."""
     begin = time.perf_counter()
     chunk = job.problem.run(number)
     content = encoded(chunk, number, job.sweep)
     return Done(number, content, job.problem.best(chunk), time.perf_counter() - begin)
 
 
-def compute_apart(job: Job, number: int, parent: int | None) -> Done:
-    """Compute a chunk in a process that another started, `parent` on the same machine; else as `compute`."""
+def compute_apart(job: Job, number: int) -> Done:
+    """Compute a chunk in another process than the one that collects them.
+
+    Raises
+    ------
+    InputError
+        If this worker has other versions of the libraries than the process that collects the chunks.
+    """
     here = versions()
     different = [
         f"{name} {here[name]} there, {other} here" for name, other in job.versions.items() if here[name] != other
     ]
     if different:
         raise InputError(f"a worker has other versions than this process: {'; '.join(different)}")
-    if parent not in (None, os.getpid()):  # joblib starts no process for a single worker
-        _watch(parent)
     return compute(job, number)
 
 
-_watched: set[int | None] = set()
+def watch(parent: int) -> None:
+    """End this process soon after the one that started it is gone, and leave Ctrl-C to that one.
 
-
-def _watch(parent: int | None) -> None:
-    """End this process soon after its parent is gone, and leave Ctrl-C to the parent."""
-    if parent in _watched:
-        return
-    _watched.add(parent)
-    with contextlib.suppress(ValueError):  # only the main thread can
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    A worker that waits for its first chunk must watch too: nobody would send it one.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def look() -> None:
         while os.getppid() == parent:
