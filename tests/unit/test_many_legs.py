@@ -129,7 +129,7 @@ def test_malformed_maps():
     for change, message in cases:
         with pytest.raises(iv.ParameterError, match=message):
             iv.workspace_map(MACHINE, PLATFORM, **{**axis, "wrench": np.zeros(6)} | change)
-    with pytest.raises(iv.ParameterError, match=r"the shapes of position .* do not broadcast"):
+    with pytest.raises(iv.ParameterError, match="position and wrench must broadcast to one shape"):
         iv.static_points(MACHINE, PLATFORM, position=np.zeros((2, 3)), wrench=np.zeros((3, 6)))
     with pytest.raises(iv.ParameterError, match="configuration must be of 4, as many as there are legs, got 6 links"):
         iv.static_points(LeggedDrive.of(LEG, 4), PLATFORM, position=[0, 0, 0.1], wrench=np.zeros(6))
@@ -186,7 +186,7 @@ def test_best_schedule_counts_the_inertia():
 
 
 def test_speed_without_any_feasible_one_is_nan():
-    found = iv.best_cylinder_speed(MACHINE, HOME, **strokes(4, 0.2, 600.0), period=1.0)
+    found = iv.best_cylinder_speed(MACHINE, HOME, **strokes(16, 0.2, 600.0), period=1.0)
     assert np.all(np.isnan([found.fixed, found.fixed_power]))
     assert found.scheduled is None
     with pytest.raises(iv.ParameterError, match=r"period must be > 0 s, got -1.0"):

@@ -10,8 +10,10 @@ import functools
 from typing import Any
 
 import numpy as np
+from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.cylinder_policy import HARMONICS, LARGEST_SWING, RANGE, schedule, with_gradient
 from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
@@ -30,6 +32,9 @@ _SECTIONS = 32
 _STEEPNESS, _WORST = 50.0, 10.0
 """Penalty on the mean power per unit of excess demand, and the largest demand that counts."""
 
+_LEAST_INSTANTS = 4 * HARMONICS
+"""Of a cycle: with fewer, a schedule could change its speed between them at no cost."""
+
 _INSIDE = 0.999
 """Demand from which a schedule is penalised."""
 
@@ -42,6 +47,7 @@ class CommonSpeed(Result):
     ----------
     nominal, nominal_power : float    The drive's own speed; its power is nan if infeasible. [rad s^-1], [W]
     fixed, fixed_power : float        The best constant speed within all limits; nan if there is none. [rad s^-1], [W]
+    limit : int                       `Limit.OK`, or without such a speed the tightest limit at the nominal one.
     by_motion : (m,) float            The best speed of each motion on its own; nan where there is none. [rad s^-1]
     by_motion_power : float           Without the power that changes of speed need: a bound, not a plan. [W]
     scheduled : Varying               Over a cycle: speed and rate at its instants; None without a period. [rad s^-1], ...
@@ -52,6 +58,7 @@ class CommonSpeed(Result):
     nominal_power: float
     fixed: float
     fixed_power: float
+    limit: int
     by_motion: Array
     by_motion_power: float
     scheduled: Varying | None
@@ -85,22 +92,35 @@ def best_cylinder_speed(
     Raises
     ------
     ParameterError
-        If shapes do not fit, the period is not positive, or an inertia that a schedule needs is missing.
+        If shapes do not fit, the period is not positive, its instants are too few, or an inertia that a schedule needs is
+        missing.
 
     Source: lowest power by search; for creep alone the closed form is `infinivar.transmission.legs.least_creep_speed`.
     """
+    check_instance("drive", drive, LeggedDrive)
+    drive.legs.check_links(configuration)
     wrench, twist = configuration.vector(wrench, "wrench"), configuration.vector(twist, "twist")
     require(
         wrench.ndim == twist.ndim == 2, "wrench and twist", f"shapes {wrench.shape}, {twist.shape}", "of shape (m, d)"
     )
     motions = max(len(wrench), len(twist))
+    require(len(wrench) > 0 and len(twist) > 0, "wrench and twist", "none", "those of one motion or more")
+    poses = configuration.jacobian.shape[:-2]
+    require(poses in ((), (1,), (motions,)), "configuration", f"{poses} poses", f"of one pose, or of {motions}")
     require(
         len(wrench) in (1, motions) and len(twist) in (1, motions),
         "twist",
         f"{len(twist)} rows",
         f"{len(wrench)}, as the wrench has",
     )
-    require(period is None or (np.isfinite(period) and period > 0), "period", period, "> 0", "s")
+    if period is not None:
+        check_number("period", period, "s", Gt(0))
+        require(
+            motions >= _LEAST_INSTANTS,
+            "wrench and twist",
+            f"{motions}",
+            f"those of {_LEAST_INSTANTS} instants of a cycle or more",
+        )
 
     def powers(speed: np.ndarray) -> np.ndarray:
         """From the supply where within limits, else inf: (..., m) for speeds (..., m) or (..., 1)."""
@@ -123,11 +143,13 @@ def best_cylinder_speed(
     if period is not None and np.isfinite(fixed[0]):
         scheduled, scheduled_power = _best_schedule(drive, configuration, wrench, twist, period, float(fixed[0]))
     own = float(mean(nominal)[0])
+    point = drive.operate(configuration, wrench=wrench, twist=twist, cylinder_speed=nominal)
     return CommonSpeed(
         nominal=drive.cylinder_speed,
         nominal_power=own if np.isfinite(own) else np.nan,
         fixed=float(fixed[0]),
         fixed_power=float(fixed_power[0]),
+        limit=int(Limit.OK) if np.isfinite(fixed[0]) else _tightest(point),
         by_motion=each,
         by_motion_power=float(np.mean(each_power)),
         scheduled=scheduled,
@@ -154,6 +176,13 @@ def _searched(cost: Any, nominal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         go_left = at_left < at_right
         low, high = np.where(go_left, low, left), np.where(go_left, right, high)
     return np.where(np.isfinite(least), best, np.nan), np.where(np.isfinite(least), least, np.nan)
+
+
+def _tightest(point: MachinePoint) -> int:
+    """The limit of the motion that exceeds one the most, or the one nearest to being exceeded."""
+    limit, margin = np.broadcast_arrays(point.limit, point.margin)
+    beyond = np.where(limit == Limit.OK, np.inf, margin)
+    return int(limit.flat[int(np.argmin(beyond))])
 
 
 def _worst(point: MachinePoint, motions: int) -> np.ndarray:
