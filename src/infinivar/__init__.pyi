@@ -106,6 +106,7 @@ from .transmission.rolling_contact import RollingContact
 from .transmission.rotary_linear import RotaryLinearIVT
 from .transmission.sphere_layout import Roller
 from .transmission.spherical import SphericalIVT, SphericalPoint
+from .transmission.urdf import UrdfRobot, load_urdf
 from .transmission.wrench_set import WrenchSet
 
 __all__ = [
@@ -231,6 +232,7 @@ __all__ = [
     "Tremor",
     "TwoWays",
     "Uncertainty",
+    "UrdfRobot",
     "Walking",
     "Waypoints",
     "WorkspaceMap",
@@ -266,6 +268,7 @@ __all__ = [
     "load_parts",
     "load_study",
     "load_sweep",
+    "load_urdf",
     "materials",
     "motors",
     "parts",
