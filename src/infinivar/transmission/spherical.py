@@ -71,6 +71,8 @@ class SphericalPoint(PowerPoint, Result):
     """w_1 and w_2 without creep, over the speed of the sphere. (..., 2) [-]"""
     roller_forces: Array
     """Tangential force between roller and sphere. (..., k) [N]"""
+    contact_force: Array
+    """Tangential force of each roller on the sphere, rolling resistance included. (..., k, 3) [N]"""
     spin: Array
     """psi. (..., k) [rad s^-1]"""
     roller_losses: Mapping[str, Array]

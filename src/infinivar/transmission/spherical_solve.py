@@ -218,7 +218,7 @@ def _rates(frames: Any, batch: _Batch, unknown: np.ndarray) -> np.ndarray:
 def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Missing forces over the slip force, (m, 4), and the largest of a point."""
     rates = _rates(frames, batch, unknown)
-    _, applied, _ = _forces(frames, batch, rates)
+    applied = _forces(frames, batch, rates)[1]
     reference = _reference(frames)
     torque = np.sum(applied[:, :2] * batch.across, axis=-1) - batch.torque
     missing = (
@@ -228,12 +228,14 @@ def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarr
     return missing, np.where(np.isnan(size), np.inf, size)
 
 
-def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray]]:
-    """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, and the losses by it."""
+def _forces(
+    frames: Any, batch: _Batch, rates: np.ndarray
+) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray], np.ndarray]:
+    """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, losses by it, and its force."""
     mechanism = frames.mechanism(batch.cosine, batch.sine)
     stick = STANDING * frames.sphere_radius * batch.turning
     forces, applied = mechanism.forces(rates, (batch.cosine, batch.sine), stick_speed=stick[:, None])
-    losses = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}
+    losses, held = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}, 0.0 * forces.x
     for place in np.flatnonzero(~frames.steered):
         row, contact = frames.rolling_rows[place], frames.contacts[place]
         speed = rates @ row
@@ -242,7 +244,8 @@ def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> tuple[ContactForce
             resisted = coulomb(speed, torque / contact.wheel_radius, stick)
             applied = applied + resisted[:, None] * row
             losses[name][:, place] = resisted * speed
-    return forces, applied, losses
+            held[:, place] += resisted
+    return forces, applied, losses, held
 
 
 def _point(
@@ -257,7 +260,7 @@ def _point(
 ) -> SphericalPoint:
     from infinivar.transmission.spherical import SphericalPoint
 
-    forces, applied, shaft_losses = _forces(frames, batch, rates)
+    forces, applied, shaft_losses, held = _forces(frames, batch, rates)
     # What the forces on the sphere miss to balance, within rounding, does no work of its own.
     turns = batch.speed != 0
     over = np.sum(applied[:, 2:] * rates[:, 2:], axis=-1) * turns / np.where(turns, batch.speed, 1.0)
@@ -271,6 +274,9 @@ def _point(
     lost = np.any(np.isnan(rates), axis=-1)
     rates = np.where(at_rest & ~lost[:, None], 0.0, rates)
     demand = np.where(lost[:, None], np.inf, forces.slip_demand)
+    # On the sphere; the resistance of a drive roller acts on its shaft, that of an idler on the sphere.
+    along = -forces.x + np.where(~frames.steered & (frames.shaft == 0), held, 0.0)
+    pushed = sum(one[..., None] * way for one, way in zip((along, -forces.y), frames.tangents, strict=True))
     force = np.hypot(forces.x, forces.y)
     force = np.where(frames.steered, np.abs(forces.lateral_force), force)
     pressed: dict = {}
@@ -287,6 +293,7 @@ def _point(
         sphere_velocity=rates[:, 2:].reshape(*shape, 3),
         ideal_speeds=ideal.reshape(*shape, 2),
         roller_forces=force.reshape(*shape, k),
+        contact_force=pushed.reshape(*shape, k, 3),
         spin=(rates @ frames.spin.T).reshape(*shape, k),
         roller_losses=losses,
         slip_demand=demand.reshape(*shape, k),
