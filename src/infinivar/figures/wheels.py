@@ -127,4 +127,4 @@ def legs(
     own = machine.legs if isinstance(machine, LeggedDrive) else machine
     check_instance("machine", own, Legs)
     check_instance("platform", platform, Platform)
-    return machines.draw_all(platform, own, point, position, rotation)
+    return machines.draw_all(platform, own, point, position, rotation)  # type: ignore[arg-type]

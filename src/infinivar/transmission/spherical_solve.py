@@ -276,7 +276,7 @@ def _point(
     demand = np.where(lost[:, None], np.inf, forces.slip_demand)
     # On the sphere; the resistance of a drive roller acts on its shaft, that of an idler on the sphere.
     along = -forces.x + np.where(~frames.steered & (frames.shaft == 0), held, 0.0)
-    pushed = sum(one[..., None] * way for one, way in zip((along, -forces.y), frames.tangents, strict=True))
+    pushed = along[..., None] * frames.tangents[0] - forces.y[..., None] * frames.tangents[1]
     force = np.hypot(forces.x, forces.y)
     force = np.where(frames.steered, np.abs(forces.lateral_force), force)
     pressed: dict = {}
