@@ -24,7 +24,7 @@ from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, check_number, component, quantity
 from infinivar.errors import require
 from infinivar.transmission.kinematics import Heading, directions
-from infinivar.transmission.mechanism import Mechanism, contacts_of
+from infinivar.transmission.mechanism import Mechanism, MechanismPoint, contacts_of
 from infinivar.transmission.rolling_contact import RollingContact
 
 COORDINATES = ("x", "y", "angle")
@@ -87,8 +87,8 @@ class PlanarFreedom(NamedTuple):
 class PlanarCobot:
     """A body on steered wheels, which a user pushes or a source drives.
 
-    The wheels roll freely on their axles. Twist and wrench are those at the body's reference point; for motion in time this is
-    its centre of mass.
+    The wheels roll freely on their axles, except in `drive`. Twist and wrench are those at the body's reference point; for
+    motion in time this is its centre of mass.
 
     Raises
     ------
@@ -151,6 +151,30 @@ class PlanarCobot:
             self.mechanism.known(wrench, "wrench")
         cosine, sine = self.mechanism.steer(rates=twist, applied=wrench)
         return namespace(cosine).atan2(sine, cosine)
+
+    def drive(self, *, twist: Array, heading: Heading, torque: Array) -> MechanismPoint:
+        """Steady motion with wheels that are driven along their headings by torques on their axles.
+
+        Parameters
+        ----------
+        twist : (..., 3) float              v_x, v_y and omega of the body. [m s^-1], [rad s^-1]
+        heading : (..., k) float or tuple   Angles of the wheels, or their cosines and sines. [rad]
+        torque : (..., k) float             Of a motor on each axle, positive where it drives the wheel along its heading; 0: the
+            wheel rolls freely. One number: the same for all. [N m]
+
+        Returns
+        -------
+        MechanismPoint
+            With the speeds of the axles as further coordinates "wheel1" to "wheel<k>", whose applied forces are the torques.
+            The forces applied to "x", "y" and "angle" are the wrench of user and load: negative where the wheels drive it.
+            `creep_speed` is that along the heading, `lateral_force` the whole tangential force of a wheel. Where a wheel cannot
+            transmit its torque, or does not roll, all is nan and the limit is SLIP. NumPy arrays only.
+
+        Source: `infinivar.transmission.planar_drive`.
+        """
+        from infinivar.transmission.planar_drive import drive
+
+        return drive(self, twist, heading, torque)
 
     def freedom(self, heading: Heading) -> PlanarFreedom:
         """The motion that the wheels permit with the least creep.
