@@ -59,6 +59,7 @@ from .motion.scenario import Scenario
 from .motion.strides import Strides
 from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
+from .paper.sphere import SphereClaims, sphere_claims
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
 from .parts.belt import Belt, Rack
@@ -210,6 +211,7 @@ __all__ = [
     "Sinusoid",
     "SinusoidalForce",
     "Sizing",
+    "SphereClaims",
     "SphereMap",
     "SphericalIVT",
     "SphericalPoint",
@@ -291,6 +293,7 @@ __all__ = [
     "share_motor",
     "simulate",
     "size",
+    "sphere_claims",
     "sphere_map",
     "spin_map",
     "static_points",

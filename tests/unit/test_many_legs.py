@@ -66,6 +66,22 @@ def test_supply_and_user_and_losses_balance(law):
     assert np.any(locked.power_out < 0)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [14.0, -14.0])
+@pytest.mark.parametrize("law", sorted(set(LAWS) - {"faulring"}))
+def test_power_closure_of_the_platform_at_many_points(law, speed):
+    """100,000 poses per law and way of the cylinder, from the supply to the user, with all losses."""
+    drive = replace(LEG, transmission=replace(LEG.transmission, creep_law=LAWS[law]))
+    machine = LeggedDrive.of(drive, 6).at_speed(speed)
+    point = iv.static_points(machine, PLATFORM, **poses(100_000, seed=9))
+    holds = np.isfinite(point.power_in)
+    assert np.mean(holds) > 0.5
+    assert point.audit_residual < 1e-9
+    left = point.power_in - point.power_out - point.loss
+    assert np.max(np.abs(left[holds]) / np.maximum(np.abs(point.power_in), np.abs(point.power_out))[holds]) < 1e-9
+    assert {-1.0, 1.0} == set(np.sign(point.power_out[holds]))
+
+
 def test_inertia_of_the_cylinder_stores_power():
     point = MACHINE.operate(HOME, wrench=np.zeros(6), twist=np.zeros(6), cylinder_speed=10.0, cylinder_acceleration=4.0)
     assert point.stored == pytest.approx(MACHINE.turning_inertia * 10.0 * 4.0)
