@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 
 import infinivar as iv
+from infinivar.limits import Limit
 from infinivar.sizing.geared import size_geared
+from shelves import SHELF
 
 KNEE = iv.load_study("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 RADII = (0.003, 0.05)
+WARM = """
+winding_to_housing = "20 K/W"
+housing_to_ambient = "20 K/W"
+winding_time_constant = "0.2 s"
+housing_time_constant = "600 s"
+max_winding_temperature = "155 degC"
+"""
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +65,27 @@ def test_with_given_stages_designs_front_and_counts_are_those_of_the_search(shel
             assert (one.mass, one.power) == pytest.approx((other.mass, other.power), rel=1e-9)
         if objective == "mass":
             record = found.searches["geared"]
-            assert (record.candidates, record.left) == (whole.candidates, whole.feasible.sum())
+            assert (record.candidates, record.left) == (whole.candidates, whole.evaluated.sum())
             assert record.counts == whole.counts
             assert record.unchecked == whole.unchecked
+
+
+def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
+    """Closed forms leave drives whose windings turn out too hot: they are evaluated, and infeasible."""
+    (tmp_path / "hot.toml").write_text(SHELF.replace('mass = "310 g"', f'mass = "310 g"\n{WARM}'), "utf-8")
+    problem = iv.geared_sweep(WALKING, sets=tmp_path / "hot.toml", radius=RADII, radii=6, objective="mass")
+    swept = problem.result(iv.sweep(problem, tmp_path / "s")).searches["geared"]
+    screws = [iv.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05) for lead in (0.01, 0.02, 0.03)]
+    study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
+    asked = {"sets": tmp_path / "hot.toml", "objective": "mass"}
+    sized = iv.size(study, leads=[one.lead for one in screws], **asked).searches["screw"]
+    same = iv.geared_sweep(study, stages=screws, **asked)
+    assert same.result(iv.sweep(same, tmp_path / "t")).searches["screw"].left == sized.left
+    for record in (swept, sized):
+        hot = sum(one.first for one in record.counts if one.limit == Limit.TEMPERATURE)
+        feasible = record.candidates - sum(record.excluded.values()) - sum(one.first for one in record.counts)
+        assert hot > 0
+        assert feasible < record.left == record.evaluated < record.candidates
 
 
 @pytest.mark.slow

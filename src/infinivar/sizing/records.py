@@ -25,8 +25,8 @@ class SearchRecord(Frozen):
     Attributes
     ----------
     candidates     Number of candidates: pairs of motor and gearhead, times the output stages that are given.
-    left           Of these, those for which closed forms leave a radius; with given stages, the feasible ones.
-    evaluated      Of these, evaluated at every instant; the others are infeasible, or cannot be among the best.
+    left           Of these, those for which closed forms leave a radius; with given stages, those that closed forms leave.
+    evaluated      Of these, evaluated at every instant: with given stages all; the others cannot be among the best.
     excluded       Candidates without the values that a law needs, by reason.
     counts         Candidates that each limit excludes, in the order in which limits are checked.
     unchecked      Candidates whose data sheets do not state a limit.

@@ -329,7 +329,7 @@ def _counts(found: Sequence[GearedSizing]) -> dict[str, Any]:
     first = found[0]
     return {
         CANDIDATES: first.candidates,
-        "left": int(first.feasible.sum()),
+        "left": first.left,
         "evaluated": int(first.evaluated.sum()),
         "excluded": excluded_by(found),
         "limits": {
