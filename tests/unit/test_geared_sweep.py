@@ -100,6 +100,35 @@ def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_p
     assert not found.designs
     assert found.verdict == whole.verdict
     assert found.searches["geared"].counts == whole.searches["geared"].counts
+    assert found.searches["geared"].nearest == whole.searches["geared"].nearest
+
+
+@pytest.mark.parametrize("objective", ["mass", "energy"])
+def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, objective):
+    """All exceed what the screw permits; what else they exceed decides, and for the least mass whether they state one."""
+    screws = [
+        iv.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05, permissible_force=60.0) for lead in (0.01, 0.03)
+    ]
+    study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
+    problem = iv.geared_sweep(study, sets=shelf, stages=screws, objective=objective, size=2)
+    found = problem.result(iv.sweep(problem, tmp_path / "s")).searches["screw"]
+    whole = iv.size(study, sets=shelf, leads=[one.lead for one in screws], objective=objective).searches["screw"]
+    assert found.nearest.tightest[1] == Limit.OUTPUT_FORCE
+    assert found.nearest == whole.nearest
+    assert found.counts == whole.counts
+
+
+def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
+    """The heaviest pair would be nearest, but nothing says what it weighs."""
+    (tmp_path / "set.toml").write_text(SHELF.replace('mass = "310 g"\n', ""), "utf-8")
+    shake = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
+    study = replace(WALKING, duty={"shake": shake})
+    for objective, named in (("mass", "b"), ("energy", "c")):
+        problem = iv.geared_sweep(
+            study, sets=tmp_path / "set.toml", radius=(0.004, 0.012), radii=3, objective=objective
+        )
+        found = problem.result(iv.sweep(problem, tmp_path / objective))
+        assert found.nearest.parts["motor"].key == named
 
 
 def test_a_sweep_that_is_not_finished_has_no_result(problem, swept, tmp_path):

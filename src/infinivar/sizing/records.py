@@ -32,7 +32,7 @@ class SearchRecord(Frozen):
     unchecked      Candidates whose data sheets do not state a limit.
     ranges         Ranges searched, by path. [m]
     cloud          Mass and mean power of the feasible candidates that were evaluated; nan where not known. (n, 2) [kg], [W]
-    nearest        If no candidate is feasible, that with the tightest limit nearest to being kept.
+    nearest        If no candidate is feasible, that which comes nearest to keeping all limits, see `nearest_of`.
     stages         Number of output stages tried with every pair.
     stage_words    What they differ in: radii, leads, or "output stages".
     """

@@ -201,7 +201,7 @@ class GearedSweep:
 
     def _nearest(self) -> Design | None:
         tables = self.template, self.parts.motors, self.parts.gearheads, self.parts.pairs
-        return nearest_geared(*tables, **self._asked(self.stages))
+        return nearest_geared(*tables, **self._asked(self.stages), weighed=self.objective[0] == "mass")
 
     def _rows(self, designs: Sequence[tuple[str, Design]], start: int, stage: int) -> dict[str, np.ndarray]:
         """Designs as columns; a limit that does not load a design is nan."""
