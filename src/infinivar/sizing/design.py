@@ -128,10 +128,12 @@ class SizedDrive(Frozen):
 
     @property
     def results(self) -> tuple[str, ...]:
-        """Power, mass and margin, in words."""
+        """Power, mass and margin, in words; instead of a margin the limit that is exceeded where that has no measure."""
         said = [show(self.power, "W", 3)] if math.isfinite(self.power) else []
         said.append("mass not stated" if math.isnan(self.mass) else show(self.mass, "kg", 3))
-        if self.tightest is not None:
+        if not all(map(math.isfinite, self.demands.values())):
+            said.append(f"infeasible ({beyond_words(dict([*self.exceeded.items()][:1]))})")
+        elif self.tightest is not None:
             said.append(f"margin {allowance_words(max(self.demands.values()))} ({limit_words(self.tightest)})")
         return tuple(said)
 
@@ -190,7 +192,14 @@ def beyond_words(exceeded: Mapping[TaskDemand, float]) -> str:
 def _times(limit: Limit, demand: float) -> str:
     if math.isfinite(demand):
         return f"{times(demand)} the allowance"
-    return "no steady rolling" if limit == Limit.SLIP else "out of reach"
+    return _UNMEASURED.get(limit, "out of reach")
+
+
+_UNMEASURED = {
+    Limit.SLIP: "no steady rolling",
+    Limit.REGENERATION: "the motor returns power, and the amplifier accepts none",
+}
+"""What a demand without a measure means, by limit."""
 
 
 def allowance_words(demand: float) -> str:
