@@ -263,7 +263,9 @@ class Judge:
     def returned(self, drive: Any) -> float:
         """Largest power that returns from the motors, as an amplifier without losses would burn it. [W]"""
         bare = replace(drive, amplifier=Amplifier())
-        points: list[Any] = [duty_cycle(bare, one, travel=self._study.travel).point for one in self._study.duty.values()]
+        points: list[Any] = [
+            duty_cycle(bare, one, travel=self._study.travel).point for one in self._study.duty.values()
+        ]
         if self._region is not None:
             points.append(operated(bare, speed=self._region.speed, force=self._region.force))
         return max(float(np.max(point.losses["amplifier"])) for point in points)
