@@ -150,30 +150,39 @@ def cobotic(
     workers: Workers = None,
     dask: Dask = None,
     resume: Resume = False,
+    out: OptionalOut = None,
     as_json: Json = False,
 ) -> None:
     """Search over cobotic drives from many starts, one in each chunk.
 
-    Exit with code 1 if no design is feasible.
+    With --out, write the report and the study files of the command size. Exit with code 1 if no design is feasible.
     """
-    from infinivar.sweeps.cobotic import cobotic_study_sweep
+    from infinivar.report.saving import save
+    from infinivar.report.sizing import keep_inputs
+    from infinivar.sweeps.cobotic_study import cobotic_study_sweep
+    from infinivar.sweeps.reducers import LIST, TOP
 
     aims = aims_of_option(objective)
     wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
     loaded = loaded_study(study)
+    if out is not None:
+        keep_inputs(loaded, out, sets)
     with naming(study):
         problem = cobotic_study_sweep(
             loaded, starts=starts, objective=aims, top=top, sets=sets, drive=drive, generations=generations, **wheel
         )
     found = _run(problem, folder, workers, dask, resume)
+    files = [] if out is None else save(problem.sizing(found), out)
+    verdict = problem.verdict(found)
     if as_json:
-        print_json({"verdict": problem.verdict(found), **found.to_dict()})
+        print_json({"verdict": verdict, **found.to_dict(), "files": [str(file) for file in files]})
     else:
-        verdict = problem.verdict(found)
         say(f"{verdict[:1].upper()}{verdict[1:]}")
         for line in found.lines():
             say(line)
-    raise typer.Exit(0 if found.rows else NOT_FEASIBLE)
+        for file in files[:1]:
+            say(f"Report: {file}")
+    raise typer.Exit(0 if len(found.list(TOP).get(LIST, ())) else NOT_FEASIBLE)
 
 
 @app.command()

@@ -117,8 +117,7 @@ class SizedDrive(Frozen):
     @property
     def exceeded(self) -> dict[TaskDemand, float]:
         """Demand over allowance of the limits exceeded, the worst first."""
-        beyond = {key: demand for key, demand in self.demands.items() if not demand <= 1.0 + SPARE}
-        return dict(sorted(beyond.items(), key=lambda item: -item[1]))
+        return exceeded_of(self.demands)
 
     @property
     def verdict(self) -> str:
@@ -131,11 +130,7 @@ class SizedDrive(Frozen):
         """Power, mass and margin, in words; instead of a margin the limit that is exceeded where that has no measure."""
         said = [show(self.power, "W", 3)] if math.isfinite(self.power) else []
         said.append("mass not stated" if math.isnan(self.mass) else show(self.mass, "kg", 3))
-        if not all(map(math.isfinite, self.demands.values())):
-            said.append(f"infeasible ({beyond_words(dict([*self.exceeded.items()][:1]))})")
-        elif self.tightest is not None:
-            said.append(f"margin {allowance_words(max(self.demands.values()))} ({limit_words(self.tightest)})")
-        return tuple(said)
+        return (*said, *outcome_words(self.demands))
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain numbers and texts."""
@@ -176,6 +171,20 @@ def limit_words(key: TaskDemand) -> str:
 def demand_words(limit: Limit, part: str) -> str:
     """A limit of a part; of steering motors with their name, as they have the limits of the other motor."""
     return f"{part} {limit.words.removeprefix('motor ')}" if part == "steering motor" else limit.words
+
+
+def exceeded_of(demands: Mapping[TaskDemand, float]) -> dict[TaskDemand, float]:
+    """Demand over allowance of the limits exceeded, the worst first; nan is out of reach."""
+    beyond = {key: demand for key, demand in demands.items() if not demand <= 1.0 + SPARE}
+    return dict(sorted(beyond.items(), key=lambda item: -math.inf if math.isnan(item[1]) else -item[1]))
+
+
+def outcome_words(demands: Mapping[TaskDemand, float]) -> list[str]:
+    """Margin of the tightest limit in words, or the worst limit where that has no measure; empty if no limit is loaded."""
+    if not all(map(math.isfinite, demands.values())):
+        return [f"infeasible ({beyond_words(dict([*exceeded_of(demands).items()][:1]))})"]
+    tightest = tightest_of(demands)
+    return [] if tightest is None else [f"margin {allowance_words(demands[tightest])} ({limit_words(tightest)})"]
 
 
 def exceeded_words(design: SizedDrive) -> str:
