@@ -38,7 +38,7 @@ def swept(problem, folder, monkeypatch):
     return problem.sizing(iv.load_sweep(folder))
 
 
-@pytest.mark.parametrize("objective", ["energy", ("mass", "energy")])
+@pytest.mark.parametrize("objective", ["energy", pytest.param(("mass", "energy"), marks=pytest.mark.slow)])
 def test_one_start_gives_the_result_of_size(shelf, tmp_path, monkeypatch, objective):
     whole = iv.size(WALKING, drive="cobotic", sets=shelf, objective=objective, seed=0, top=5, **ASKED)
     problem = iv.cobotic_study_sweep(WALKING, starts=1, sets=shelf, objective=objective, top=5, **ASKED)
@@ -60,6 +60,7 @@ def test_one_start_gives_the_result_of_size(shelf, tmp_path, monkeypatch, object
     assert cycle.power_in == pytest.approx(found.best.power, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
     """Where none is feasible: the nearest of what the starts find alone, whichever of them finds it."""
     (tmp_path / "weak.toml").write_text(SLOW.replace('voltage = "24 V"', 'voltage = "3 V"'), "utf-8")
@@ -79,6 +80,7 @@ def test_of_several_starts_the_nearest_miss_is_kept(tmp_path, monkeypatch):
     assert problem.verdict(again).startswith("none of ")
 
 
+@pytest.mark.slow
 def test_a_wheel_that_slips_has_no_motors_to_name(shelf, tmp_path, monkeypatch):
     asked = {**ASKED, "ranges": {**RANGES, "preload": (300.0, 400.0)}, "sets": shelf, "objective": "energy"}
     problem = iv.cobotic_study_sweep(WALKING, starts=2, **asked)
