@@ -1,5 +1,6 @@
 """The search of `size` over cobotic drives from many starts: what the chunks keep is the result of `size`."""
 
+import pickle
 from dataclasses import replace
 
 import pytest
@@ -58,6 +59,19 @@ def test_one_start_gives_the_result_of_size(shelf, tmp_path, monkeypatch, object
     study = found.study_of(found.best)
     cycle = iv.compare(study, quick=True).duty["walking"].results["cobotic"]
     assert cycle.power_in == pytest.approx(found.best.power, rel=1e-9)
+
+
+def test_another_first_objective_does_not_continue_a_sweep(shelf):
+    """Workers get the problem, and a folder belongs to one order of designs."""
+    both = [
+        iv.cobotic_study_sweep(WALKING, starts=2, sets=shelf, objective=aims, **ASKED)
+        for aims in (("energy", "mass"), ("mass", "energy"))
+    ]
+    assert both[0].identity["options"] == both[1].identity["options"]
+    assert both[0].identity != both[1].identity
+    again = pickle.loads(pickle.dumps(both[0]))
+    assert again.identity == both[0].identity
+    assert again.asked.aims == ("energy", "mass")
 
 
 @pytest.mark.slow

@@ -86,6 +86,7 @@ class CoboticSweep:
             "motions": fingerprint(given["duty"]),
             "options": fingerprint(dict(sorted(others.items()))),
             "top": self.top,
+            "designs ordered by": "mass" if self._by_mass else "power",
         }
 
     def run(self, number: int) -> Chunk:
