@@ -26,6 +26,7 @@ from infinivar.sizing.cobotic.wheels import (
 )
 from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tasks import MotionTask, Task
+from infinivar.sizing.margins import nearest_of
 
 TIER = 1e9
 """Between the values of designs that are infeasible for reasons of different kinds; above every power and mass."""
@@ -201,7 +202,7 @@ class Evaluation:
         first = side.rows[np.argsort(np.max(bounds, axis=0), kind="stable")[:_NEAREST]]
         none = np.zeros(len(first), dtype=int)
         done = sample(side, first, none, self.tasks, shafts, self.shares, self.space.template.steering)
-        return int(first[np.argmin(done.worst)])
+        return int(first[nearest_of(list(done.demands.values()), side.found.mass(first))])
 
     def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[Chosen, np.ndarray]:
         """Best candidate of a side behind wheels that roll, and its part of the value."""
