@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -21,6 +22,7 @@ from infinivar.sizing.cobotic.wheels import (
     critical,
     evaluate,
     joined,
+    named_static,
     shape_excess,
     static_demands,
 )
@@ -124,14 +126,20 @@ class Evaluation:
 
     def _first_look(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Value of designs that preload or the critical instants rule out, and which they do not. (k,), (k,) bool"""
-        drive = self.space.columns(points)
-        static = static_demands(drive)
-        excess = np.max([shape_excess(drive), *static.values()], axis=0)
+        laws, known = self.space.compiled, None
+        if laws is None:
+            drive = self.space.columns(points)
+            static, shape = static_demands(drive), shape_excess(drive)
+        else:
+            seen = laws.look(points, self.first)
+            static, shape, known = named_static(seen.static, len(points.bearing)), seen.shape, seen.asked
+        excess = np.max([np.broadcast_to(np.ravel(shape), points.bearing.shape), *static.values()], axis=0)
         value, held = 3.0 * TIER + _bounded(excess), excess <= 1.0
         self._block(static, ~held)
         if self.first and held.any():
             some = np.flatnonzero(held)
-            wheels = evaluate(self.space, points.of(some), self.first, life=None, compiled=False)
+            asked = None if known is None else [one.of(some) for one in known]
+            wheels = evaluate(self.space, points.of(some), self.first, life=None, asked=asked)
             judged = self.judged(wheels.demands)
             excess = _excess(judged, wheels)
             self._block(judged, excess > 1.0)
@@ -224,7 +232,7 @@ class Evaluation:
             rows=side.rows,
             mass=side.found.mass(side.rows),
             power=np.sum([nothing, *drawn], axis=0),
-            worst=np.max([nothing, *(np.max(list(one.demands.values()), axis=0) for _, one in bounds)], axis=0),
+            worst=functools.reduce(np.maximum, (demand for _, one in bounds for demand in one.demands.values()), nothing),
             evaluate=evaluate_some,
         )
 
