@@ -7,7 +7,7 @@ the order of a lower bound of the objective until no other can be better.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -50,6 +50,12 @@ class Chosen(NamedTuple):
     """Largest demand over allowance of the candidate nearest to feasible; 1 where one is feasible. [-]"""
     evaluated: int
     """Candidates evaluated at every instant."""
+
+
+def together(parts: Sequence[Chosen]) -> Chosen:
+    """Choices behind some wheel designs and others, as one."""
+    *columns, evaluated = zip(*parts, strict=True)
+    return Chosen(*map(np.concatenate, columns), sum(evaluated))
 
 
 def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray | None = None) -> Chosen:
