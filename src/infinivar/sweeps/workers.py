@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from infinivar import __version__
+from infinivar._core.memory import kept
 from infinivar._core.threads import at_most
 from infinivar.errors import InputError
 from infinivar.sweeps.problem import Problem
@@ -77,7 +78,7 @@ def compute_apart(job: Job, number: int) -> Done:
     ]
     if different:
         raise InputError(f"a worker has other versions than this process: {'; '.join(different)}")
-    with at_most(1):
+    with at_most(1), kept():
         return compute(job, number)
 
 

@@ -100,7 +100,9 @@ def law(
     return force, slip_force * lever * way * moment_ratio(creep, spin, a_over_b, poisson)
 
 
-def moment(known: SpinMap, patch: TurningPatch, *, creep_speed: Array, steering_rate: Array, rolling_speed: Array) -> Array:
+def moment(
+    known: SpinMap, patch: TurningPatch, *, creep_speed: Array, steering_rate: Array, rolling_speed: Array
+) -> Array:
     """The moment of `law` alone, by the map of the patch; other arguments as there. [N m]"""
     creep, spin, way = _scaled(
         creep_speed, steering_rate, rolling_speed, patch.slip_force, patch.creep_stiffness, patch.lever

@@ -74,7 +74,9 @@ def deliver(
         require(bool(xp.all(omega != 0.0)), "cylinder_speed", 0.0, "nonzero", "rad/s")
     way, surface = xp.sign(omega), element.cylinder_radius * xp.abs(omega)
     known = spin_map(patch.a_over_b, patch.poisson)
-    creep, tangent, rolls = _solved(xp, patch, known, groups, speed / surface, force / groups.slip_force, way * rate / surface)
+    creep, tangent, rolls = _solved(
+        xp, patch, known, groups, speed / surface, force / groups.slip_force, way * rate / surface
+    )
     secant = xp.sqrt(1.0 + tangent * tangent)
     rolling = surface * secant / (1.0 + creep * tangent)
     steering = Steering.at_tangent(xp, way * tangent)

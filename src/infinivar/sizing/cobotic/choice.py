@@ -54,8 +54,8 @@ class Chosen(NamedTuple):
 
 def together(parts: Sequence[Chosen]) -> Chosen:
     """Choices behind some wheel designs and others, as one."""
-    *columns, evaluated = zip(*parts, strict=True)
-    return Chosen(*map(np.concatenate, columns), sum(evaluated))
+    row, value, power, excess = (np.concatenate([one[place] for one in parts]) for place in range(4))
+    return Chosen(row, value, power, excess, sum(one.evaluated for one in parts))
 
 
 def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray | None = None) -> Chosen:

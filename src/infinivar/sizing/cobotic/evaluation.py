@@ -240,7 +240,9 @@ class Evaluation:
             rows=side.rows,
             mass=side.found.mass(side.rows),
             power=np.sum([nothing, *drawn], axis=0),
-            worst=functools.reduce(np.maximum, (demand for _, one in bounds for demand in one.demands.values()), nothing),
+            worst=functools.reduce(
+                np.maximum, (demand for _, one in bounds for demand in one.demands.values()), nothing
+            ),
             evaluate=evaluate_some,
         )
 

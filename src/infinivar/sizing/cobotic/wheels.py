@@ -347,10 +347,14 @@ class Asked(NamedTuple):
 
     def of(self, places: np.ndarray) -> Asked:
         """Of some of many designs."""
-        return Asked(
-            self.torque[places],
-            {limit: demand[places] for limit, demand in self.utilisation.items()},
-            *(part[places] if np.ndim(part) else part for part in self[2:]),
+
+        def some(part: Any) -> Any:
+            return part[places] if np.ndim(part) else part
+
+        utilisation = {limit: some(demand) for limit, demand in self.utilisation.items()}
+        return self._replace(
+            **{name: some(part) for name, part in self._asdict().items() if name != "utilisation" and part is not None},
+            utilisation=utilisation,
         )
 
 
@@ -367,9 +371,7 @@ class Look(NamedTuple):
 
 def look(drive: CoboticDrive, tasks: Sequence[Task]) -> Look:
     """The first look at wheel designs, one or many, by the critical instants of tasks."""
-    return Look(
-        dict(drive.transmission.utilisation), shape_excess(drive), tuple(ask(drive, task) for task in tasks)
-    )
+    return Look(dict(drive.transmission.utilisation), shape_excess(drive), tuple(ask(drive, task) for task in tasks))
 
 
 def ask(drive: CoboticDrive, task: Task) -> Asked:
