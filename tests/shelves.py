@@ -64,6 +64,15 @@ b = ["p5", "p14"]
 c = ["p5", "p14", "p35"]
 """
 
+SLOW = SHELF[: SHELF.index("[pairs]")] + (
+    '[gearheads.p60]\nratio = 60\nefficiency = 0.75\ncontinuous_torque = "9 N m"\nmass = "140 g"\n\n'
+    '[bearings.wide]\nseries = "60"\nbore = "12 mm"\noutside_diameter = "28 mm"\ndynamic_rating = "5.4 kN"\n'
+    'static_rating = "2.36 kN"\ntype = "deep_groove"\norder_number = "B12"\n\n'
+    '[bearings.narrow]\nseries = "60"\nbore = "8 mm"\noutside_diameter = "22 mm"\ndynamic_rating = "3.4 kN"\n'
+    'static_rating = "1.3 kN"\ntype = "deep_groove"\n'
+)
+"""With a slow output and bearings, for cobotic drives; every motor with every gearhead."""
+
 SLIDE = """
 title = "Slide"
 

@@ -90,7 +90,8 @@ from .study.save import save_study
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .sweeps.builds import BuildsSweep, builds_sweep
-from .sweeps.cobotic import CoboticSweep, cobotic_study_sweep, cobotic_sweep
+from .sweeps.cobotic import CoboticSweep, cobotic_sweep
+from .sweeps.cobotic_study import CoboticStudySweep, cobotic_study_sweep
 from .sweeps.geared import GearedSweep, geared_sweep
 from .sweeps.sensitivity import SensitivitySweep, sensitivity_sweep
 from .sweeps.sessions import Sessions, SessionsSweep, sessions_sweep
@@ -120,6 +121,7 @@ __all__ = [
     "Calibration",
     "CatalogueCheck",
     "CoboticDrive",
+    "CoboticStudySweep",
     "CoboticSweep",
     "CommonSpeed",
     "Comparison",

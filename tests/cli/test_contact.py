@@ -78,6 +78,7 @@ def test_json(infinivar, tmp_path, sheet):
     assert any(row["kind"] == "catalogue" for row in found["given"])
 
 
+@pytest.mark.slow
 def test_overstressed_contact_is_flagged_by_name(infinivar, write, tmp_path):
     """A sharp crown in soft steel: the sheet says so with exit code 1, and `compare` warns."""
     path = write(

@@ -132,7 +132,8 @@ def test_parts_of_a_base_can_be_changed(write, tmp_path, table):
     assert all(math.isfinite(line.value) for line in sheet.lines)
 
 
-@pytest.mark.parametrize("preload", ["1e-9 N", pytest.param("1e6 N", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("preload", ["1e-9 N", "1e6 N"])
 @pytest.mark.renders("svg")
 def test_the_absurd_has_a_sheet_too(infinivar, write, preload):
     """No nan, no traceback: where nothing moves the sheet has a dash and says why."""

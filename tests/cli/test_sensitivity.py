@@ -114,6 +114,7 @@ def test_a_temperature_without_end(infinivar, write, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.renders("svg")
 def test_a_temperature_without_end_within_a_range(infinivar, write, tmp_path):
     done = infinivar("sensitivity", write(HOT % 440), "--of", "temperature", "--out", "out")

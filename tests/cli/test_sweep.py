@@ -2,11 +2,12 @@
 
 import json
 import re
+from pathlib import Path
 
 import pytest
 
 import infinivar as iv
-from shelves import SLIDE, slides
+from shelves import SLIDE, SLOW, slides
 
 
 @pytest.fixture
@@ -143,6 +144,30 @@ def test_indices_in_chunks(infinivar, folder):
     told = json.loads(infinivar(*command, "--resume", "--json").out)
     assert told["sweep"]["chunks"] == 1
     assert told["parameters"][0]["sobol_total"] > 0.0
+
+
+def test_starts_of_a_cobotic_search_are_reported(infinivar, tmp_path, monkeypatch):
+    """Report and study files as of `size`; a sweep that is done is reported again without searching."""
+    monkeypatch.setattr("infinivar.sizing.of_cobotic.POPULATION", 5)
+    (tmp_path / "slow.toml").write_text(SLOW, "utf-8")
+    text = Path(iv.load_study("knee_walking").path).read_text("utf-8")
+    (tmp_path / "walk.toml").write_text(text[: text.index("[requirement]")] + text[text.index("[drives.") :], "utf-8")
+    command = ("sweep", "cobotic", "walk.toml", "--set", "slow.toml", "--folder", "c", "--starts", "1", "--generations")
+    options = ("2", "--objective", "energy", "--range", "preload=1.8 kN..2.6 kN", "--steering-ratios", "16")
+    plain = infinivar(*command, *options)
+    assert (plain.code, plain.err) == (0, "")
+
+    def again(*arguments, **others):
+        raise AssertionError("searched again")
+
+    monkeypatch.setattr("infinivar.sweeps.cobotic.size_cobotic", again)
+    done = infinivar(*command, *options, "--resume", "--out", "out")
+    assert (done.code, done.err) == (0, "")
+    assert done.out == f"{plain.out}Report: out/sizing.html\n"
+    told = json.loads(infinivar(*command, *options, "--resume", "--out", "out", "--json").out)
+    assert {Path(one).name for one in told["files"]} >= {"sizing.html", "sizing.json", "design-01.toml"}
+    best = json.loads((tmp_path / "out" / "sizing.json").read_text("utf-8"))["designs"][0]
+    assert best["power_W"] == told["lists"]["top"][0]["power_W"]
 
 
 def test_a_study_without_a_cobotic_drive_has_no_such_sweep(infinivar, folder):

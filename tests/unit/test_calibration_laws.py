@@ -226,6 +226,7 @@ def test_sensors_worse_than_said_do_not_decide_between_laws(drive):
     assert choice.misfit
 
 
+@pytest.mark.slow
 def test_a_law_of_the_patch_is_a_candidate_where_the_study_has_it(drive):
     """On the patch of the geometry, though the element that is fitted has measured values; by its name it is one anywhere."""
     exact = under(drive, "exact")
@@ -316,6 +317,7 @@ def test_errors_of_a_session_stay_where_the_model_has_a_meaning(drive):
         assert np.isfinite(problem.residuals(at)).all()
 
 
+@pytest.mark.slow
 def test_the_calibrated_study_states_the_law_that_was_fitted(drive, study, tmp_path):
     found = calibrate(study, "cobotic", session(under(drive, "polach"), 4, loads=(0.2, 0.5, 0.65)))
     assert found.fit.law == "polach"

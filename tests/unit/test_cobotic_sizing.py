@@ -262,6 +262,19 @@ def test_the_order_of_bounds_ends_the_choice_only_when_nothing_can_be_better(by_
     assert found.evaluated < 0.7 * whole.evaluated == 0.7 * power.size
 
 
+def test_blocks_of_wheel_designs_are_chosen_for_as_together(monkeypatch):
+    """Motors of a few wheel designs at a time, on threads, are those of all at once."""
+    (evaluation, box), seen = problem(duty={"shake": SHAKE}), []
+    points = some_points(box, 40, seed=8, spread=0.2)
+    for block in (1000, 3):
+        monkeypatch.setattr("infinivar.sizing.cobotic.evaluation._BLOCK", block)
+        evaluation.sampled = 0
+        seen.append((*evaluation.values(points), evaluation.sampled))
+    for one, other in zip(*seen, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-13)
+    assert np.sum(seen[0][0] < TIER) > 5
+
+
 @pytest.mark.parametrize("heaviest", [0.125, 0.25, 0.5, 1.5, 3.0, 10.0])
 def test_the_least_power_under_a_mass_is_that_of_all_combinations(heaviest):
     """Both motors together, against the table of all their sums."""

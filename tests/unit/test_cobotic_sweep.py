@@ -73,6 +73,28 @@ def test_designs_are_the_best_of_each_start(problem, swept, alone):
     assert swept.counts["wheels"] == sum(start.wheels for start in alone)
 
 
+def test_designs_are_made_from_what_the_chunks_keep(problem, swept, monkeypatch):
+    """No start runs again, and each design is the drive that was judged: its power is that of `duty_cycle`."""
+
+    def again(*arguments, **options):
+        raise AssertionError("searched again")
+
+    monkeypatch.setattr("infinivar.sweeps.cobotic.size_cobotic", again)
+    found = problem.result(swept)
+    rows = swept.list("top")
+    assert len(found.designs) == len(rows["list"]) > 1
+    np.testing.assert_array_equal(rows["power_W"], [one.power for one in found.designs])
+    for one in found.designs[:3]:
+        cycle = iv.duty_cycle(one.drive, KNEE.duty["walking"], samples=40)
+        assert cycle.feasible
+        assert cycle.power_in == pytest.approx(one.power, rel=1e-9)
+        for key, demand in cycle.demands.items():
+            assert one.demands["walking", *key] == pytest.approx(demand, rel=1e-6)
+    files = sorted(swept.folder.glob("chunk-*.parquet"))
+    assert len(files) == STARTS
+    assert max(file.stat().st_size for file in files) < 30_000
+
+
 @pytest.mark.slow
 def test_no_design_of_the_front_is_beaten_by_any_start(problem, swept, alone):
     found = problem.result(swept)

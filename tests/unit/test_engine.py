@@ -15,7 +15,7 @@ import infinivar as iv
 from assorted import DRIVES
 from infinivar._core import engine
 from infinivar._core.frozen import Room
-from infinivar._core.threads import in_order
+from infinivar._core.threads import at_most, in_order
 from infinivar.analysis import steady_map as module
 from infinivar.analysis.plane import of_study
 from infinivar.drivetrain.drive import DrivePoint
@@ -256,6 +256,13 @@ def test_without_threads_all_is_done_in_turn(study, monkeypatch):
     monkeypatch.setattr(module, "WORTH_COMPILING", 0)
     if engine.unavailable() != engine.NOT_INSTALLED:
         assert iv.steady_map(drive, *axes).engine_reason == "threads cannot start"
+
+
+def test_a_worker_that_may_use_one_thread_starts_none():
+    here = threading.current_thread()
+    with at_most(1):
+        assert set(in_order(lambda _: threading.current_thread(), range(9), workers=3)) == {here}
+    assert here not in set(in_order(lambda _: threading.current_thread(), range(9), workers=3))
 
 
 def test_threads_give_results_in_order_and_the_first_error():

@@ -129,6 +129,7 @@ def test_radii_that_return_no_power_are_those_of_a_dense_grid(loss_model):
     assert part > 1
 
 
+@pytest.mark.slow
 def test_every_pair_with_a_radius_that_returns_no_power_is_found():
     """Windows of few per cent, against a dense grid; the least power of each window."""
     radii = np.geomspace(*RADII, 400)

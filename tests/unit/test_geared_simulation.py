@@ -135,6 +135,7 @@ def lost_motion(run, machine):
     return np.percentile(turned[late], 99) - np.percentile(turned[late], 1)
 
 
+@pytest.mark.slow
 def test_backlash_is_lost_at_each_reversal():
     """Backlash and the twist under the friction of the guideway, of which the motor turns in vain."""
     angle, stiffness = math.radians(1.5), 40.0

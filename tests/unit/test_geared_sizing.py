@@ -297,7 +297,8 @@ def test_radii_by_closed_forms_are_those_of_a_dense_grid(loss_model):
     assert cut > 50
 
 
-@pytest.mark.parametrize("free", [pytest.param(False, marks=pytest.mark.slow), True], ids=["stages", "radius"])
+@pytest.mark.slow
+@pytest.mark.parametrize("free", [False, True], ids=["stages", "radius"])
 def test_the_front_of_mass_and_power(free):
     """All designs that no other beats, by comparing each with each; pruning leaves none out."""
     tables = part_tables(44, motors=14, gearheads=8, thermal=0.5)
@@ -384,6 +385,7 @@ def test_the_bound_of_the_power_is_below_it_at_every_radius(loss_model, amplifie
         assert np.median(share) > 0.8
 
 
+@pytest.mark.slow
 def test_intervals_of_radii_from_random_coefficients():
     random = np.random.default_rng(3)
     radii = np.geomspace(1e-3, 1e3, 4000)

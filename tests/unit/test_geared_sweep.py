@@ -6,11 +6,20 @@ import numpy as np
 import pytest
 
 import infinivar as iv
+from infinivar.limits import Limit
 from infinivar.sizing.geared import size_geared
+from shelves import SHELF
 
 KNEE = iv.load_study("knee_walking")
 WALKING = replace(KNEE, requirement=None)
 RADII = (0.003, 0.05)
+WARM = """
+winding_to_housing = "20 K/W"
+housing_to_ambient = "20 K/W"
+winding_time_constant = "0.2 s"
+housing_time_constant = "600 s"
+max_winding_temperature = "155 degC"
+"""
 
 
 @pytest.fixture(scope="module")
@@ -56,9 +65,27 @@ def test_with_given_stages_designs_front_and_counts_are_those_of_the_search(shel
             assert (one.mass, one.power) == pytest.approx((other.mass, other.power), rel=1e-9)
         if objective == "mass":
             record = found.searches["geared"]
-            assert (record.candidates, record.left) == (whole.candidates, whole.feasible.sum())
+            assert (record.candidates, record.left) == (whole.candidates, whole.evaluated.sum())
             assert record.counts == whole.counts
             assert record.unchecked == whole.unchecked
+
+
+def test_candidates_left_are_those_evaluated_where_stages_are_given(tmp_path):
+    """Closed forms leave drives whose windings turn out too hot: they are evaluated, and infeasible."""
+    (tmp_path / "hot.toml").write_text(SHELF.replace('mass = "310 g"', f'mass = "310 g"\n{WARM}'), "utf-8")
+    problem = iv.geared_sweep(WALKING, sets=tmp_path / "hot.toml", radius=RADII, radii=6, objective="mass")
+    swept = problem.result(iv.sweep(problem, tmp_path / "s")).searches["geared"]
+    screws = [iv.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05) for lead in (0.01, 0.02, 0.03)]
+    study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
+    asked = {"sets": tmp_path / "hot.toml", "objective": "mass"}
+    sized = iv.size(study, leads=[one.lead for one in screws], **asked).searches["screw"]
+    same = iv.geared_sweep(study, stages=screws, **asked)
+    assert same.result(iv.sweep(same, tmp_path / "t")).searches["screw"].left == sized.left
+    for record in (swept, sized):
+        hot = sum(one.first for one in record.counts if one.limit == Limit.TEMPERATURE)
+        feasible = record.candidates - sum(record.excluded.values()) - sum(one.first for one in record.counts)
+        assert hot > 0
+        assert feasible < record.left == record.evaluated < record.candidates
 
 
 @pytest.mark.slow
@@ -73,6 +100,35 @@ def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_p
     assert not found.designs
     assert found.verdict == whole.verdict
     assert found.searches["geared"].counts == whole.searches["geared"].counts
+    assert found.searches["geared"].nearest == whole.searches["geared"].nearest
+
+
+@pytest.mark.parametrize("objective", ["mass", "energy"])
+def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, objective):
+    """All exceed what the screw permits; what else they exceed decides, and for the least mass whether they state one."""
+    screws = [
+        iv.Screw(lead=lead, diameter=0.01, friction_coefficient=0.05, permissible_force=60.0) for lead in (0.01, 0.03)
+    ]
+    study = replace(WALKING, drives={"screw": replace(WALKING.drives["geared"], pulley=None, screw=screws[0])})
+    problem = iv.geared_sweep(study, sets=shelf, stages=screws, objective=objective, size=2)
+    found = problem.result(iv.sweep(problem, tmp_path / "s")).searches["screw"]
+    whole = iv.size(study, sets=shelf, leads=[one.lead for one in screws], objective=objective).searches["screw"]
+    assert found.nearest.tightest[1] == Limit.OUTPUT_FORCE
+    assert found.nearest == whole.nearest
+    assert found.counts == whole.counts
+
+
+def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
+    """The heaviest pair would be nearest, but nothing says what it weighs."""
+    (tmp_path / "set.toml").write_text(SHELF.replace('mass = "310 g"\n', ""), "utf-8")
+    shake = iv.DutyCycle(motion=iv.Sinusoid(distance=0.06, frequency=2.0), load_mass=1.5, force=-900.0)
+    study = replace(WALKING, duty={"shake": shake})
+    for objective, named in (("mass", "b"), ("energy", "c")):
+        problem = iv.geared_sweep(
+            study, sets=tmp_path / "set.toml", radius=(0.004, 0.012), radii=3, objective=objective
+        )
+        found = problem.result(iv.sweep(problem, tmp_path / objective))
+        assert found.nearest.parts["motor"].key == named
 
 
 def test_a_sweep_that_is_not_finished_has_no_result(problem, swept, tmp_path):

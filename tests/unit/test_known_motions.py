@@ -227,6 +227,7 @@ def test_every_shaft_sticks_at_the_speed_of_the_link(study, plant, stick_speed):
     assert radius * run.signals[signal][-1] == pytest.approx(share * stick_speed, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_motor_on_a_sticking_load_against_scipy_by_hand():
     """Equations written out by hand, another solver: reversing drive of an inertia with friction and inductance."""
     V, R, L, K, J, T, width = 8.0, 1.5, 8e-4, 0.03, 4e-6, 0.02, 0.05

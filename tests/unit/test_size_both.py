@@ -14,18 +14,11 @@ from infinivar.limits import Limit
 from infinivar.sizing import of_cobotic
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR
 from infinivar.sizing.studies import motion_file, scenario_of
-from shelves import SHELF
+from shelves import SLOW
 
 ROOT = Path(__file__).parents[2]
 KNEE = iv.load_study(ROOT / "studies" / "knee_walking.toml")
 WALKING = replace(KNEE, requirement=None)
-SLOW = SHELF[: SHELF.index("[pairs]")] + (
-    '[gearheads.p60]\nratio = 60\nefficiency = 0.75\ncontinuous_torque = "9 N m"\nmass = "140 g"\n\n'
-    '[bearings.wide]\nseries = "60"\nbore = "12 mm"\noutside_diameter = "28 mm"\ndynamic_rating = "5.4 kN"\n'
-    'static_rating = "2.36 kN"\ntype = "deep_groove"\norder_number = "B12"\n\n'
-    '[bearings.narrow]\nseries = "60"\nbore = "8 mm"\noutside_diameter = "22 mm"\ndynamic_rating = "3.4 kN"\n'
-    'static_rating = "1.3 kN"\ntype = "deep_groove"\n'
-)
 RANGES = {"preload": (1800.0, 2600.0), "wheel_radius": (0.018, 0.03), "crown_radius": (0.025, 0.025)}
 ASKED = {"generations": 5, "radius": (0.003, 0.05), "ranges": RANGES, "steering_ratios": (16.0,), "top": 4}
 

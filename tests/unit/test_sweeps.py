@@ -17,7 +17,7 @@ import infinivar as iv
 from infinivar.sweeps import sweep as sweeping
 from infinivar.sweeps.fingerprint import fingerprint
 from infinivar.sweeps.folder import DESCRIPTION
-from infinivar.sweeps.reducers import Best, Rows, added, merged_order, reducer_of
+from infinivar.sweeps.reducers import Best, Rows, added, merged_order, reducer_of, stacked, taken
 from infinivar.sweeps.storage import DamagedError, decoded, encoded
 from infinivar.sweeps.workers import Job, compute_apart, versions
 from toys import TOP, Toy
@@ -353,7 +353,7 @@ def test_a_content_that_cannot_be_seen_has_no_fingerprint():
 
 def test_reducers_survive_the_description():
     best = Best(top=3, order=("value",), front=("a", "b"), same=("c",))
-    for reducer in (best, Rows()):
+    for reducer in (best, replace(best, demands="demand"), Rows()):
         assert reducer_of(json.loads(json.dumps(reducer.to_dict()))) == reducer
     with pytest.raises(iv.InputError, match="unknown way to merge chunks: 'other'"):
         reducer_of({"name": "other"})
@@ -370,6 +370,28 @@ def test_the_best_of_each_kind():
     found = Best(top=3, order=("value",), front=("a", "b"), same=("c",))(rows)
     assert found["list"].tolist() == ["top", "top", "front", "front"]
     assert found["value"].tolist() == [1.0, 2.0, 1.0, 4.0]
+
+
+def test_the_nearest_miss_is_kept_where_nothing_is_feasible():
+    """By all demands, the worst first, then the mass; a limit that one has not does not load it."""
+    best = Best(top=3, order=("value",), front=("mass", "b"), demands="d: ")
+    misses = {
+        "list": np.array(["nearest"] * 5),
+        "value": np.full(5, np.nan),
+        "mass": np.array([0.1, 0.3, 0.2, 0.1, np.nan]),
+        "b": np.full(5, np.nan),
+        "d: one": np.array([2.0, 1.5, 1.5, 1.5, 1.5]),
+        "d: two": np.array([0.1, 1.2, 1.2, np.inf, np.nan]),
+        "d: three": np.array([0.1, np.nan, 0.9, 0.1, 1.3]),
+    }
+    (kept,) = best(misses)["mass"]
+    assert kept == 0.2
+    for first in range(1, 5):  # in any chunks
+        parts = [best(taken(misses, np.arange(5)[some])) for some in (slice(first), slice(first, None))]
+        assert best(stacked(parts))["mass"].tolist() == [0.2]
+    feasible = {**taken(misses, np.array([0])), "list": np.array(["top"]), "value": np.array([1.0])}
+    assert best(stacked([misses, feasible]))["list"].tolist() == ["top"]
+    assert replace(best, demands="")(misses)["list"].size == 0
 
 
 def test_names_keep_their_order_where_some_lists_lack_them():

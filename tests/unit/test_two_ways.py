@@ -75,9 +75,10 @@ def stiff_drive(stiffness, **changed):
 
 
 # Free resonances 461, 595 and 1031 Hz at a sample rate of 1 kHz.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stiffness", "excites"),
-    [pytest.param(6e6, False, marks=pytest.mark.slow), (1e7, True), pytest.param(3e7, False, marks=pytest.mark.slow)],
+    [(6e6, False), (1e7, True), (3e7, False)],
 )
 def test_a_resonance_that_the_sampled_controllers_excite_is_named(stiffness, excites):
     """The warning stands exactly where simulation and inverse dynamics part, in a motion that leaves it time to grow."""

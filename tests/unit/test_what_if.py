@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import infinivar as iv
 from infinivar._core.fields import value_at, with_values
 from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.limits import Limit
+from infinivar.report.sizing import html, text
 from infinivar.sizing.design import STEERING_MOTOR, SizedDrive, exceeded_words
 from infinivar.sizing.levers import levers
 from infinivar.sizing.what_if import change_words, what_if
@@ -222,6 +224,108 @@ def test_limits_that_no_allowance_mends_are_named():
     ]
     (alone,) = what_if(short, "energy", {}, {"geared": replace(miss, drive=drive)}, 1.0).values()
     assert "travel, walking: 2 times the allowance" in alone.lines[0]
+
+
+def _accepting_none(drive, **values):
+    amplifier = replace(drive.amplifier, regeneration="none", storage_efficiency=None)
+    return with_rated_gear(replace(drive, amplifier=amplifier, motor=replace(drive.motor, **values)))
+
+
+@pytest.mark.parametrize(("voltage", "travel"), [(24.0, None), (9.0, None), (24.0, 0.5), (9.0, 0.5)])
+def test_where_no_power_may_return_an_amplifier_that_absorbs_it_is_asked_for(voltage, travel):
+    """The power that returns, by current and voltage of the motor; what else is exceeded, as if the amplifier burnt it."""
+    drive = _accepting_none(KNEE.drives["geared"], voltage=voltage)
+    burning = replace(drive, amplifier=replace(drive.amplifier, regeneration="burn"))
+    study, length = WALKING, None
+    if travel is not None:
+        length = travel * float(np.ptp(WALK.instants().position))
+        study = replace(WALKING, requirement=iv.Requirement(force=1.0, speed=0.01, travel=length))
+    cycle = iv.duty_cycle(drive, WALK, travel=length)
+    miss = replace(sized("geared", drive=drive), demands={("walking", *key): one for key, one in cycle.demands.items()})
+    (one,) = what_if(study, "energy", {}, {"geared": miss}, 1.0).values()
+    point = cycle.point
+    power = np.asarray(point.states["motor_current_A"]) * np.asarray(point.states["motor_voltage_V"])
+    assert one.absorbed == pytest.approx(-power.min(), rel=1e-9)
+    assert one.absorbed > 0.0
+    assert not one.slips
+    after = iv.duty_cycle(burning, WALK, travel=length)
+    assert one.present == pytest.approx(max(after.demands.values()), rel=1e-9)
+    assert {change.words for change in one.allowances} == ({"supply voltage"} if voltage < 24.0 else set())
+    for change in one.allowances:
+        enough = replace(burning, motor=replace(burning.motor, voltage=change.stated))
+        assert iv.duty_cycle(enough, WALK).feasible
+    assert one.together == (travel is None)
+    assert [limit for _, limit, _ in one.remaining] == ([] if travel is None else [Limit.TRAVEL])
+    said, *others = one.lines
+    both = " together" if voltage < 24.0 else ""
+    outcome = f"enough{both}: " if travel is None else f"not enough{both}: "
+    words = f"{outcome}an amplifier that absorbs the power returned, at most "
+    assert said.startswith(words)
+    assert one.absorbed <= float(said.removeprefix(words).split()[0]) <= 1.01 * one.absorbed
+    assert 'regeneration = "burn" or "store" instead of "none"' in said
+    assert ("; still exceeded: travel, walking: 2 times the allowance" in said) == (travel is not None)
+    assert bool(others) == (not after.feasible)  # nothing else is asked for if that is enough
+    stated = one.to_dict()
+    assert (stated["absorbed"], stated["slips"]) == (one.absorbed, False)
+
+
+def test_a_drive_that_returns_power_has_no_margin():
+    drive = _accepting_none(KNEE.drives["geared"])
+    miss = sized("geared", drive=drive)
+    returned = "regeneration, walking: the motor returns power, and the amplifier accepts none"
+    assert exceeded_words(miss) == returned
+    assert miss.results[-1] == f"infeasible ({returned})"
+    assert miss.verdict.endswith(f"infeasible ({returned})")
+    slips = replace(miss, demands={("walking", Limit.SLIP, "wheel"): math.inf})
+    assert slips.results[-1] == "infeasible (wheel slip, walking: no steady rolling)"
+    lost = replace(miss, demands={("walking", Limit.LINKAGE, "linkage"): math.nan})
+    assert lost.results[-1] == f"infeasible ({exceeded_words(lost)})"
+    assert lost.results[-1].endswith(": out of reach)")
+
+
+def test_a_search_among_drives_that_all_return_power_says_what_would_do(shelf):
+    drive = _accepting_none(KNEE.drives["geared"])
+    study = replace(WALKING, drives={"geared": drive})
+    made = iv.size(study, sets=shelf, radius=(0.003, 0.05), objective="energy")
+    assert not made.feasible
+    one = made.what_if["geared"]
+    assert one.together
+    assert not one.allowances
+    burning = replace(made.nearest.drive, amplifier=replace(drive.amplifier, regeneration="burn"))
+    assert iv.duty_cycle(burning, WALK).feasible
+    assert "margin 0" not in "".join(text(made))
+    page = told(made)
+    assert f"Enough: {one.amplifier_words}." in page
+    assert "margin 0" not in page
+    assert "quantity" not in page  # nothing else is asked for, so that there is no table
+
+
+def told(made):
+    """The report as plain text."""
+    return " ".join(unescape(re.sub(r"<style.*?</style>|<[^>]*>", " ", html(made, ""), flags=re.DOTALL)).split())
+
+
+@pytest.mark.parametrize("torque", [None, 0.018])
+def test_the_report_names_the_limits_that_remain(shelf, torque):
+    """As the console does: with allowances that are not enough, and where none is known."""
+    drive = KNEE.drives["geared"]
+    travel = 0.5 * float(np.ptp(WALK.instants().position))
+    short = replace(WALKING, requirement=iv.Requirement(force=1.0, speed=0.01, travel=travel))
+    made = iv.size(short.with_drives("geared"), sets=shelf, radius=(0.003, 0.05), objective="energy", top=1)
+    weak = drive if torque is None else replace(drive, motor=replace(drive.motor, continuous_torque=torque))
+    cycle = iv.duty_cycle(weak, WALK, travel=travel)
+    miss = replace(sized("geared", drive=weak), demands={("walking", *key): one for key, one in cycle.demands.items()})
+    asked_of = what_if(short, "energy", {}, {"geared": miss}, 1.0)
+    lines = "\n".join(asked_of["geared"].lines)
+    page = told(replace(made, what_if=asked_of))
+    if torque is None:
+        assert "no allowance looked at changes travel, walking: 2 times the allowance" in lines
+        assert "No allowance looked at changes travel, walking: 2 times the allowance." in page
+    else:
+        assert "still exceeded: travel, walking: 2 times the allowance" in lines
+        assert "The allowance named first is not enough for all limits." in page
+        assert "Still exceeded: travel, walking: 2 times the allowance." in page
+    assert "are kept with the allowances named first" not in page
 
 
 def test_a_drive_that_fails_by_little_does_not_read_as_kept():

@@ -291,12 +291,7 @@ def rising_root(
         return low, high, new, xp.abs(new - place)
 
     place = 0.5 * (low + high) if start is None else xp.clip(start, low, high)
-    below, above = function(low)[0] <= 0, function(high)[0] >= 0
-    for _ in range(inward):
-        if xp.__name__ == "numpy" and xp.all(below & above):
-            break
-        low, high = xp.where(below, low, 0.5 * (low + place)), xp.where(above, high, 0.5 * (high + place))
-        below, above = function(low)[0] <= 0, function(high)[0] >= 0
+    low, high, below, above = _inward(xp, function, low, high, place, inward)
     # Where no root lies in it, the bracket is one of its ends from the start.
     low, high = xp.where(above, low, high), xp.where(below | ~above, high, low)
     place = xp.clip(place, low, high)
@@ -312,6 +307,44 @@ def rising_root(
     value, slope = function(place)
     new = _newton_place(xp, place, value, slope)
     return xp.where((new >= low) & (new <= high), new, place)
+
+
+def _inward(
+    xp: Any, function: Callable[[Array], tuple[Array, Array]], low: Array, high: Array, place: Array, times: int
+) -> tuple[Array, Array, Array, Array]:
+    """Ends of a bracket moved towards a place, and whether the function has the sign of a rising one at each."""
+    if xp.__name__ == "jax.numpy":
+        return _inward_in_jax(xp, function, low, high, place, times)
+    below, above = function(low)[0] <= 0, function(high)[0] >= 0
+    for _ in range(times):
+        if xp.all(below & above):
+            break
+        low, high = xp.where(below, low, 0.5 * (low + place)), xp.where(above, high, 0.5 * (high + place))
+        below, above = function(low)[0] <= 0, function(high)[0] >= 0
+    return low, high, below, above
+
+
+def _inward_in_jax(xp: Any, function: Any, low: Array, high: Array, place: Array, times: int) -> Any:
+    """As a loop, which compiles in a fraction of the time, and ends as early; excluded from differentiation."""
+    import jax
+
+    low, high, place = map(jax.lax.stop_gradient, (low, high, place))
+    pure, held = jax.closure_convert(function, place)
+    held = [jax.lax.stop_gradient(part) for part in held]
+
+    def goes_on(state: Any) -> Any:
+        count, _, _, below, above = state
+        return (count == 0) | ((count <= times) & ~xp.all(below & above))
+
+    def forth(state: Any) -> Any:
+        count, low, high, below, above = state
+        # The first time, both hold of every end.
+        low, high = xp.where(below, low, 0.5 * (low + place)), xp.where(above, high, 0.5 * (high + place))
+        return count + 1, low, high, pure(low, *held)[0] <= 0, pure(high, *held)[0] >= 0
+
+    holds = xp.full(xp.broadcast_shapes(low.shape, high.shape, place.shape), True)
+    low, high = xp.broadcast_to(low, holds.shape), xp.broadcast_to(high, holds.shape)
+    return jax.lax.while_loop(goes_on, forth, (0, low, high, holds, holds))[1:]
 
 
 def _newton_place(xp: Any, place: Array, value: Array, slope: Array) -> Array:

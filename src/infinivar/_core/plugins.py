@@ -5,10 +5,12 @@ from __future__ import annotations
 import functools
 import sys
 from collections.abc import Callable, Collection
-from importlib import metadata
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from infinivar.errors import InputError
+
+if TYPE_CHECKING:
+    from importlib import metadata
 
 GROUPS = {
     "infinivar.catalogues": "set of parts",
@@ -96,6 +98,8 @@ def call(group: str, name: str, function: Callable[[], Any]) -> Any:
 @functools.lru_cache(maxsize=32)
 def _found(group: str, path: tuple[str, ...]) -> dict[str, list[metadata.EntryPoint]]:
     """Entry points of a group by name, for the current search path of modules."""
+    from importlib import metadata  # a tenth of the time to load a study that needs no extension
+
     found: dict[str, list[metadata.EntryPoint]] = {}
     for point in metadata.entry_points(group=group):
         found.setdefault(point.name, []).append(point)

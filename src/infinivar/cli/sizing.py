@@ -12,6 +12,27 @@ from infinivar.console import NOT_FEASIBLE, complain, flush, progress_bar, say
 from infinivar.errors import InputError, nearest
 from infinivar.options import Json, Out, StudyFile, drives_of_study, numbers, quantity
 
+Objective = Annotated[
+    str | None,
+    typer.Option(
+        "--objective",
+        help="energy, mass, or both separated by a comma: designs are ordered by the first, and two give their front as "
+        "well. [default: energy,mass; mass for a study without motions]",
+    ),
+]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Search only this set, by name or as a file; repeat for more sets. [default: all sets]"),
+]
+Radius = Annotated[
+    tuple[str, str] | None,
+    typer.Option(
+        "--radius",
+        metavar="LOW HIGH",
+        help='Geared drives: least and largest radius of the pulley, such as "3 mm" "50 mm". '
+        "[default: a fifth to five times the template's]",
+    ),
+]
 Ranges = Annotated[
     list[str] | None,
     typer.Option(
@@ -44,23 +65,11 @@ Life = Annotated[
 
 def size(
     study: StudyFile,
-    objective: Annotated[
-        str | None,
-        typer.Option(
-            "--objective",
-            help="energy, mass, or both separated by a comma: designs are ordered by the first, and two give their front as "
-            "well. [default: energy,mass; mass for a study without motions]",
-        ),
-    ] = None,
+    objective: Objective = None,
     top: Annotated[
         int, typer.Option("--top", help="Number of designs to list, besides those of the front.", min=1)
     ] = 20,
-    sets: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", help="Search only this set, by name or as a file; repeat for more sets. [default: all sets]"
-        ),
-    ] = None,
+    sets: Sets = None,
     drive: Annotated[
         list[str] | None,
         typer.Option(
@@ -70,15 +79,7 @@ def size(
             autocompletion=drives_of_study,
         ),
     ] = None,
-    radius: Annotated[
-        tuple[str, str] | None,
-        typer.Option(
-            "--radius",
-            metavar="LOW HIGH",
-            help='Geared drives: least and largest radius of the pulley, such as "3 mm" "50 mm". '
-            "[default: a fifth to five times the template's]",
-        ),
-    ] = None,
+    radius: Radius = None,
     leads: Annotated[
         str | None,
         typer.Option(

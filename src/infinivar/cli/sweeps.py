@@ -10,7 +10,10 @@ import typer
 from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, print_json
 from infinivar.cli.sizing import (
     Life,
+    Objective,
+    Radius,
     Ranges,
+    Sets,
     SlipMargin,
     SteeringRatios,
     aims_of_option,
@@ -40,6 +43,8 @@ Resume = Annotated[
     bool, typer.Option("--resume", help="Continue what the folder holds; the other options must be the same.")
 ]
 
+Kept = Annotated[int, typer.Option("--top", help="Number of designs to keep, besides those of the front.", min=1)]
+
 _SHOWN = 10
 _RATIOS = "100,50,20,8,4,2,1"
 
@@ -48,27 +53,14 @@ _RATIOS = "100,50,20,8,4,2,1"
 def size(
     study: StudyFile,
     folder: Folder,
-    objective: Annotated[
-        str | None,
-        typer.Option("--objective", help="energy, mass, or both separated by a comma, as for the command size."),
-    ] = None,
-    top: Annotated[
-        int, typer.Option("--top", help="Number of designs to keep, besides those of the front.", min=1)
-    ] = 50,
-    sets: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set", help="Search only this set, by name or as a file; repeat for more sets. [default: all sets]"
-        ),
-    ] = None,
+    objective: Objective = None,
+    top: Kept = 50,
+    sets: Sets = None,
     drive: Annotated[
         str | None,
         typer.Option("--drive", help="Template. [default: the first geared drive]", autocompletion=drives_of_study),
     ] = None,
-    radius: Annotated[
-        tuple[str, str] | None,
-        typer.Option("--radius", metavar="LOW HIGH", help="Least and largest radius of the pulley, as for size."),
-    ] = None,
+    radius: Radius = None,
     radii: Annotated[
         int | None,
         typer.Option(
@@ -127,17 +119,9 @@ def cobotic(
     study: StudyFile,
     folder: Folder,
     starts: Annotated[int, typer.Option("--starts", help="Number of searches, each from a start of its own.", min=1)],
-    objective: Annotated[
-        str | None,
-        typer.Option("--objective", help="energy, mass, or both separated by a comma. [default: both, with a motion]"),
-    ] = None,
-    top: Annotated[
-        int, typer.Option("--top", help="Number of designs to keep, besides those of the front.", min=1)
-    ] = 50,
-    sets: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="Search only this set; repeat for more sets. [default: all sets]"),
-    ] = None,
+    objective: Objective = None,
+    top: Kept = 50,
+    sets: Sets = None,
     drive: Annotated[
         str | None,
         typer.Option("--drive", help="Template. [default: the first cobotic drive]", autocompletion=drives_of_study),
@@ -150,30 +134,39 @@ def cobotic(
     workers: Workers = None,
     dask: Dask = None,
     resume: Resume = False,
+    out: OptionalOut = None,
     as_json: Json = False,
 ) -> None:
     """Search over cobotic drives from many starts, one in each chunk.
 
-    Exit with code 1 if no design is feasible.
+    With --out, write the report and the study files of the command size. Exit with code 1 if no design is feasible.
     """
-    from infinivar.sweeps.cobotic import cobotic_study_sweep
+    from infinivar.report.saving import save
+    from infinivar.report.sizing import keep_inputs
+    from infinivar.sweeps.cobotic_study import cobotic_study_sweep
+    from infinivar.sweeps.reducers import LIST, TOP
 
     aims = aims_of_option(objective)
     wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
     loaded = loaded_study(study)
+    if out is not None:
+        keep_inputs(loaded, out, sets)
     with naming(study):
         problem = cobotic_study_sweep(
             loaded, starts=starts, objective=aims, top=top, sets=sets, drive=drive, generations=generations, **wheel
         )
     found = _run(problem, folder, workers, dask, resume)
+    files = [] if out is None else save(problem.sizing(found), out)
+    verdict = problem.verdict(found)
     if as_json:
-        print_json({"verdict": problem.verdict(found), **found.to_dict()})
+        print_json({"verdict": verdict, **found.to_dict(), "files": [str(file) for file in files]})
     else:
-        verdict = problem.verdict(found)
         say(f"{verdict[:1].upper()}{verdict[1:]}")
         for line in found.lines():
             say(line)
-    raise typer.Exit(0 if found.rows else NOT_FEASIBLE)
+        for file in files[:1]:
+            say(f"Report: {file}")
+    raise typer.Exit(0 if len(found.list(TOP).get(LIST, ())) else NOT_FEASIBLE)
 
 
 @app.command()

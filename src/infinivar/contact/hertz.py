@@ -199,9 +199,11 @@ def axis_stresses(depth: Array, a: Array, b: Array, peak_pressure: Array, poisso
     z, a, b = z / scale, a / scale, b / scale
     from_a, from_b, from_z = a * a + z * z, b * b + z * z, z * z
     # Derivatives of the pressure's potential, and of its integral over depth, divided by pi p0 a b/2.
-    by_xx = -4.0 / 3.0 * carlson_rd(from_z, from_b, from_a)
-    by_yy = -4.0 / 3.0 * carlson_rd(from_z, from_a, from_b)
-    by_z = -4.0 / 3.0 * z * carlson_rd(from_a, from_b, from_z)
+    # All three integrals in one call.
+    from_a, from_b, from_z = xp.broadcast_arrays(from_a, from_b, from_z)
+    first, second = xp.stack([from_z, from_z, from_a]), xp.stack([from_b, from_a, from_b])
+    integrals = -4.0 / 3.0 * carlson_rd(first, second, xp.stack([from_a, from_b, from_z]))
+    by_xx, by_yy, by_z = integrals[0, ...], integrals[1, ...], z * integrals[2, ...]
     root_a, root_b = xp.sqrt(from_a), xp.sqrt(from_b)
     sideways_x = 4.0 / (root_a * (root_a + root_b)) + z * by_xx
     sideways_y = 4.0 / (root_b * (root_a + root_b)) + z * by_yy
@@ -242,7 +244,8 @@ def largest_shear(a: Array, b: Array, peak_pressure: Array, poisson: Array) -> t
         return 0.5 * (xp.maximum(sigma_x, sigma_y) - sigma_z)
 
     def falling(depth: Array) -> Array:
-        return (shear(depth * (1.0 - 1e-4)) - shear(depth * (1.0 + 1e-4))) / p0
+        both = shear(xp.stack([depth * (1.0 - 1e-4), depth * (1.0 + 1e-4)]))
+        return (both[0, ...] - both[1, ...]) / p0
 
     one = xp.ones_like(width)
     depth = bisect(xp, falling, 0.2 * one, 1.2 * one, steps=24)

@@ -104,9 +104,16 @@ def steps(motor: Motor, current: Any, friction_power: Any, period: float, ambien
     ends = edges * (period / edges[-1])
     # A longer step has settled, or run away, before it ends; its exponential would lose all digits.
     longest = _LONGEST_STEP * np.maximum(slow, lag)
-    grows = np.linalg.eigvals(matrix).real.max(axis=-1)
+    grows = _fastest(matrix)
     active = np.minimum(np.diff(ends), np.minimum(longest, 2.0 * math.log(BOUND) / np.maximum(grows, 1.0 / longest)))
     return Steps(generators, ends, active, over(generators, active))
+
+
+def _fastest(matrix: np.ndarray) -> np.ndarray:
+    """The larger eigenvalue of the upper left 2 x 2 part, real as no element off its diagonal is negative. (...,)"""
+    a, b, c, d = (matrix[..., row, column] for row in (0, 1) for column in (0, 1))
+    half = 0.5 * (a - d)
+    return 0.5 * (a + d) + np.sqrt(half * half + b * c)
 
 
 def over(generators: np.ndarray, time: Any) -> np.ndarray:
@@ -183,7 +190,7 @@ def windings(
         # A motor that has run away goes on from no growth, so that no number exceeds all others.
         cycle = np.where(runs_away[..., None, None], np.eye(3), found.maps[..., place, :, :] @ cycle)
         runs_away = runs_away | (cycle[..., :2, :2].max(axis=(-2, -1)) > BOUND)
-    runs_away = runs_away | (np.abs(np.linalg.eigvals(cycle[..., :2, :2])).max(axis=-1) >= 1.0)
+    runs_away = runs_away | (_fastest(cycle) >= 1.0)
     cycle = np.where(runs_away[..., None, None], np.diag([0.0, 0.0, 1.0]), cycle)
     rest = np.linalg.solve(np.eye(2) - cycle[..., :2, :2], cycle[..., :2, 2:])[..., 0]
     state = np.concatenate([rest, np.ones((*rest.shape[:-1], 1))], axis=-1)

@@ -117,8 +117,7 @@ class SizedDrive(Frozen):
     @property
     def exceeded(self) -> dict[TaskDemand, float]:
         """Demand over allowance of the limits exceeded, the worst first."""
-        beyond = {key: demand for key, demand in self.demands.items() if not demand <= 1.0 + SPARE}
-        return dict(sorted(beyond.items(), key=lambda item: -item[1]))
+        return exceeded_of(self.demands)
 
     @property
     def verdict(self) -> str:
@@ -128,12 +127,10 @@ class SizedDrive(Frozen):
 
     @property
     def results(self) -> tuple[str, ...]:
-        """Power, mass and margin, in words."""
+        """Power, mass and margin, in words; instead of a margin the limit that is exceeded where that has no measure."""
         said = [show(self.power, "W", 3)] if math.isfinite(self.power) else []
         said.append("mass not stated" if math.isnan(self.mass) else show(self.mass, "kg", 3))
-        if self.tightest is not None:
-            said.append(f"margin {allowance_words(max(self.demands.values()))} ({limit_words(self.tightest)})")
-        return tuple(said)
+        return (*said, *outcome_words(self.demands))
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain numbers and texts."""
@@ -176,6 +173,20 @@ def demand_words(limit: Limit, part: str) -> str:
     return f"{part} {limit.words.removeprefix('motor ')}" if part == "steering motor" else limit.words
 
 
+def exceeded_of(demands: Mapping[TaskDemand, float]) -> dict[TaskDemand, float]:
+    """Demand over allowance of the limits exceeded, the worst first; nan is out of reach."""
+    beyond = {key: demand for key, demand in demands.items() if not demand <= 1.0 + SPARE}
+    return dict(sorted(beyond.items(), key=lambda item: -math.inf if math.isnan(item[1]) else -item[1]))
+
+
+def outcome_words(demands: Mapping[TaskDemand, float]) -> list[str]:
+    """Margin of the tightest limit in words, or the worst limit where that has no measure; empty if no limit is loaded."""
+    if not all(map(math.isfinite, demands.values())):
+        return [f"infeasible ({beyond_words(dict([*exceeded_of(demands).items()][:1]))})"]
+    tightest = tightest_of(demands)
+    return [] if tightest is None else [f"margin {allowance_words(demands[tightest])} ({limit_words(tightest)})"]
+
+
 def exceeded_words(design: SizedDrive) -> str:
     """Limits that a design exceeds, and by how much."""
     return beyond_words(design.exceeded)
@@ -190,7 +201,14 @@ def beyond_words(exceeded: Mapping[TaskDemand, float]) -> str:
 def _times(limit: Limit, demand: float) -> str:
     if math.isfinite(demand):
         return f"{times(demand)} the allowance"
-    return "no steady rolling" if limit == Limit.SLIP else "out of reach"
+    return _UNMEASURED.get(limit, "out of reach")
+
+
+_UNMEASURED = {
+    Limit.SLIP: "no steady rolling",
+    Limit.REGENERATION: "the motor returns power, and the amplifier accepts none",
+}
+"""What a demand without a measure means, by limit."""
 
 
 def allowance_words(demand: float) -> str:

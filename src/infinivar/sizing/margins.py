@@ -1,12 +1,17 @@
-"""The tightest limit of a design, and the margin that it leaves."""
+"""The tightest limit of a design, the margin that it leaves, and which of several misses is the nearest."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Any, TypeVar
+
+import numpy as np
 
 Key = TypeVar("Key")
+
+SAME = 1e-6
+"""Share by which two demands may differ and count as equal: about as near as the best radius is found."""
 
 
 def tightest_of(demands: Mapping[Key, float]) -> Key | None:
@@ -18,3 +23,31 @@ def margin_of(demands: Mapping[Key, float]) -> float:
     """Allowance over demand of the tightest limit. [-]"""
     worst = max(demands.values(), default=0.0)
     return 1.0 / worst if worst > 0.0 else math.inf
+
+
+def shortfalls(demands: Any) -> np.ndarray:
+    """Demands over allowance in falling order, 1 for a limit that is kept and inf for one out of reach.
+
+    Parameters
+    ----------
+    demands : (m, k) float   By limit and candidate; nan out of reach. [-]
+    """
+    values = np.asarray(demands, dtype=float)
+    return -np.sort(-np.where(np.isnan(values), np.inf, np.maximum(values, 1.0)), axis=0)
+
+
+def nearest_of(demands: Any, mass: Any) -> int:
+    """Place of the candidate that comes nearest to keeping all limits.
+
+    The worst limits count first, of candidates that are equal there the next ones, and so on; then the mass, then the place.
+
+    Parameters
+    ----------
+    demands : (m, k) float   As for `shortfalls`.
+    mass : (k,) float        nan: not stated. [kg]
+    """
+    left = np.arange(len(mass))
+    for beyond in shortfalls(demands):
+        here = beyond[left]
+        left = left[here <= here.min() * (1.0 + SAME)]
+    return int(left[np.argmin(np.nan_to_num(np.asarray(mass, dtype=float)[left], nan=np.inf))])

@@ -41,25 +41,33 @@ Axles = Sequence[tuple[ChosenPart | None, Bearing]]
 
 def cobotic(asked: Asked, name: str, template: CoboticDrive, progress: Progress | None) -> Found:
     """Search over cobotic drives: the best designs, the front and the record."""
-    axles, given = _axles(asked, template), arguments_of(asked, template)
-    ratios, method = _ratios(asked, template), given["method"]
-    both = len(asked.aims) > 1
     found = size_cobotic(
         template,
-        **given,
-        objective="front" if both else asked.aims[0],  # type: ignore[arg-type]
+        **arguments_of(asked, template),
+        objective=objective_of(asked),
         generations=asked.generations,
         seed=asked.seed,
         top=asked.top,
         progress=progress,
     )
-    designs = _merged(found, asked)
+    return found_of(asked, name, template, found)
+
+
+def objective_of(asked: Asked) -> Any:
+    """Objective of `size_cobotic`."""
+    first, *others = asked.aims
+    return "front" if others else first
+
+
+def found_of(asked: Asked, name: str, template: CoboticDrive, found: CoboticSizing) -> Found:
+    """What `size_cobotic` found, with the parts and where they are from."""
+    axles, designs = _axles(asked, template), _merged(found, asked)
     nearest = None if designs else found.nearest
     missed = None if nearest is None else _design(asked, name, axles, nearest)
     return Found(
         [_design(asked, name, axles, one) for one in designs],
-        [_design(asked, name, axles, one) for one in (found.front if both else ())],
-        _record(template, asked, found, axles, ratios, method, missed),
+        [_design(asked, name, axles, one) for one in (found.front if len(asked.aims) > 1 else ())],
+        _record(template, asked, found, axles, missed),
     )
 
 
@@ -122,8 +130,6 @@ def _record(
     asked: Asked,
     found: CoboticSizing,
     axles: Axles,
-    ratios: tuple[float, ...],
-    method: str,
     nearest: SizedDrive | None,
 ) -> WheelRecord:
     own = dict(zip(FREE, values_of(template), strict=True))
@@ -138,11 +144,11 @@ def _record(
         blocked=dict(sorted(found.blocked.items(), key=lambda item: -item[1])),
         unchecked=found.unchecked,
         ranges={COBOTIC_PATHS[name]: (float(low), float(high)) for name, (low, high) in ranges.items()},
-        steering_ratios=ratios,
+        steering_ratios=_ratios(asked, template),
         bearings=tuple(bearing.name for _, bearing in axles),
         cloud=found.cloud,
         history=found.history,
-        compiled=method == "jax",
+        compiled=_method(asked.generations) == "jax",
         nearest=nearest,
     )
 

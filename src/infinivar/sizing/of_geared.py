@@ -53,7 +53,7 @@ def geared(asked: Asked, name: str, template: ConventionalDrive, progress: Progr
     nearest = None if first.designs else nearest_geared(*tables, **given, weighed="mass" in asked.aims[:1])
     record = SearchRecord(
         candidates=first.candidates,
-        left=int(first.feasible.sum()),
+        left=first.left,
         evaluated=int(first.evaluated.sum()),
         excluded=excluded_by(found),
         counts=first.counts,

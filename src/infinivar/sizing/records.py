@@ -25,14 +25,14 @@ class SearchRecord(Frozen):
     Attributes
     ----------
     candidates     Number of candidates: pairs of motor and gearhead, times the output stages that are given.
-    left           Of these, those for which closed forms leave a radius; with given stages, the feasible ones.
-    evaluated      Of these, evaluated at every instant; the others are infeasible, or cannot be among the best.
+    left           Of these, those for which closed forms leave a radius; with given stages, those that closed forms leave.
+    evaluated      Of these, evaluated at every instant: with given stages all; the others cannot be among the best.
     excluded       Candidates without the values that a law needs, by reason.
     counts         Candidates that each limit excludes, in the order in which limits are checked.
     unchecked      Candidates whose data sheets do not state a limit.
     ranges         Ranges searched, by path. [m]
     cloud          Mass and mean power of the feasible candidates that were evaluated; nan where not known. (n, 2) [kg], [W]
-    nearest        If no candidate is feasible, that with the tightest limit nearest to being kept.
+    nearest        If no candidate is feasible, that which comes nearest to keeping all limits, see `nearest_of`.
     stages         Number of output stages tried with every pair.
     stage_words    What they differ in: radii, leads, or "output stages".
     """

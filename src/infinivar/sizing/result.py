@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import field
@@ -11,6 +12,7 @@ from infinivar._core.result import Result, result
 from infinivar.parts.tables.columns import counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
+from infinivar.sizing.margins import nearest_of
 from infinivar.sizing.pool import SearchedSet
 from infinivar.sizing.records import SearchRecord, WheelRecord
 from infinivar.sizing.studies import study_of
@@ -101,9 +103,12 @@ class Sizing(Result):
 
     @property
     def nearest(self) -> SizedDrive | None:
-        """If no candidate is feasible, that of all searches with the tightest limit nearest to being kept."""
+        """If no candidate is feasible, that of all searches which comes nearest to keeping all limits."""
         found = [search.nearest for search in self.searches.values() if search.nearest is not None]
-        return max(found, key=lambda one: one.margin, default=None)
+        if not found:
+            return None
+        demands = list(itertools.zip_longest(*(one.demands.values() for one in found), fillvalue=0.0))
+        return found[nearest_of(demands, [one.mass for one in found])]
 
     @property
     def cautions(self) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from infinivar.sizing.cobotic.wheels import FREE, check_template
 from infinivar.sizing.design import SizedDrive
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
-from infinivar.sizing.pool import pool_of
+from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.studies import not_simulated
@@ -146,25 +146,39 @@ def size(
         seed=seed or 0,
     )
     found = _searched(asked, names, progress)
-    best_of = {name: each.designs[0] for name, each in found.items() if each.designs}
-    missed = {name: each.record.nearest for name, each in found.items() if each.record.nearest is not None}
     if progress is not None:
         progress("what would have to change", 1.0)
+    made = sizing_of(study, asked.parts, aims, found, top=top, slip_margin=slip_margin, notes=notes)
+    return with_builds(made, builds, progress)
+
+
+def sizing_of(
+    study: Study,
+    parts: PartPool,
+    aims: tuple[str, ...],
+    found: Mapping[str, Found],
+    *,
+    top: int,
+    slip_margin: float = SLIP_MARGIN,
+    notes: Sequence[str] = (),
+) -> Sizing:
+    """What searches found, by template, as one result; other arguments as for `size`."""
+    best_of = {name: each.designs[0] for name, each in found.items() if each.designs}
+    missed = {name: each.record.nearest for name, each in found.items() if each.record.nearest is not None}
     designs = _ordered([one for each in found.values() for one in each.designs], aims)[:top]
     best_front = _front([one for each in found.values() for one in each.front])
     chosen_parts = [named for one in (*designs, *best_front, *best_of.values()) for named in one.parts.items()]
-    made = Sizing(
+    return Sizing(
         study=study,
         objective=aims,
         designs=tuple(designs),
         front=tuple(best_front),
         searches={name: each.record for name, each in found.items()},
-        sets=asked.parts.sets,
+        sets=parts.sets,
         best_of=best_of,
         what_if=what_if(study, aims[0], best_of, missed, slip_margin),
-        notes=(*notes, *_not_simulated(study, best_of), *asked.parts.unread, *asked.parts.contradictions(chosen_parts)),
+        notes=(*notes, *_not_simulated(study, best_of), *parts.unread, *parts.contradictions(chosen_parts)),
     )
-    return with_builds(made, builds, progress)
 
 
 def _not_simulated(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[str]:

@@ -9,19 +9,20 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from infinivar._core.fields import value_at
+from infinivar._core.fields import value_at, with_values
 from infinivar._core.result import Frozen, result
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import operated
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
+from infinivar.parts.amplifier import Amplifier
 from infinivar.sizing.cobotic.region import judged
 from infinivar.sizing.design import SizedDrive, beyond_words
 from infinivar.sizing.geared.sampled import TaskDemand
@@ -91,11 +92,14 @@ class WhatIf(Frozen):
     template       Drive of the study that the design is like.
     goal           energy or mass: no more of it than the winner; feasible: all limits kept.
     target         The winner's; nan if the goal is to be feasible. [W] or [kg]
-    present        The design's, or its largest demand over allowance.
+    present        The design's, or its largest demand over allowance, once the power returned is absorbed.
     changes        Each alone, the enough ones first.
     allowances     To be feasible: what the limits exceeded would have to allow, all at once.
     together       Whether the design keeps all limits with all of these allowances as stated.
     remaining      If not: demand over allowance of the limits still exceeded, the worst first.
+    slips          Whether the wheel of the design slips, so that demands on its motors are not known.
+    absorbed       To be feasible: largest power returned that the amplifier accepts none of and would have to absorb; all else is
+                   judged as if it did. 0 if none returns, or it is accepted. [W]
     """
 
     template: str
@@ -106,11 +110,8 @@ class WhatIf(Frozen):
     allowances: tuple[Change, ...] = ()
     together: bool = False
     remaining: Mapping[TaskDemand, float] = field(default_factory=dict)
-
-    @property
-    def slips(self) -> bool:
-        """Whether the wheel of the design slips, so that demands on its motors are not known."""
-        return self.goal == "feasible" and not math.isfinite(self.present)
+    slips: bool = False
+    absorbed: float = 0.0
 
     @property
     def wheel_enough(self) -> bool:
@@ -131,21 +132,31 @@ class WhatIf(Frozen):
     def lines(self) -> tuple[str, ...]:
         """A line for the allowances, one for each change that is enough, and one for the others."""
         said = []
-        if self.allowances:
-            outcome = "enough together" if self.together else "not enough together"
+        needed = [*([self.amplifier_words] if self.absorbed else []), *map(change_words, self.allowances)]
+        if needed:
+            outcome = f"{'enough' if self.together else 'not enough'}{' together' if self.allowances else ''}"
             if self.slips:
                 enough = "enough" if self.wheel_enough else "not enough"
                 outcome = f"{enough} for the wheel; behind one that slips no motors are chosen"
             still = f"; still exceeded: {beyond_words(self.remaining)}" if self.remaining else ""
-            said.append(f"{outcome}: {', '.join(change_words(one) for one in self.allowances)}{still}")
+            said.append(f"{outcome}: {', '.join(needed)}{still}")
         elif self.remaining:
             said.append(f"no allowance looked at changes {beyond_words(self.remaining)}")
-        alone = ", alone" if self.goal == "feasible" else ""
+        alone = "" if self.goal != "feasible" else ", besides the amplifier" if self.absorbed else ", alone"
         said += [f"{change_words(one)}{alone}" for one in self.changes if one.enough]
         others = [one for one in self.changes if not one.enough]
         if others:
             said.append(f"not enough: {'; '.join(self._short(one) for one in others)}")
         return tuple(said)
+
+    @property
+    def amplifier_words(self) -> str:
+        """The amplifier that the power returned needs."""
+        most = Context(prec=_DIGITS[0], rounding=ROUND_CEILING).create_decimal_from_float(self.absorbed)
+        return (
+            f"an amplifier that absorbs the power returned, at most {show(float(most), 'W', _MOST_DIGITS)} "
+            '(regeneration = "burn" or "store" instead of "none")'
+        )
 
     def _short(self, change: Change) -> str:
         said = f"{change.words} {'up' if change.end > change.start else 'down'} to {amount(change.end, change.unit)}"
@@ -163,6 +174,8 @@ class WhatIf(Frozen):
             "changes": [one.to_dict() for one in self.changes],
             "allowances": [one.to_dict() for one in self.allowances],
             "together": self.together,
+            "slips": self.slips,
+            "absorbed": self.absorbed,
             "remaining": [
                 {"task": task, "limit": limit.name, "part": part, "demand_over_allowance": demand}
                 for (task, limit, part), demand in self.remaining.items()
@@ -247,6 +260,16 @@ class Judge:
             {key: demand * (self._slip_margin if key[1] == Limit.SLIP else 1.0) for key, demand in demands.items()},
         )
 
+    def returned(self, drive: Any) -> float:
+        """Largest power that returns from the motors, as an amplifier without losses would burn it. [W]"""
+        bare = replace(drive, amplifier=Amplifier())
+        points: list[Any] = [
+            duty_cycle(bare, one, travel=self._study.travel).point for one in self._study.duty.values()
+        ]
+        if self._region is not None:
+            points.append(operated(bare, speed=self._region.speed, force=self._region.force))
+        return max(float(np.max(point.losses["amplifier"])) for point in points)
+
 
 def what_if(
     study: Study,
@@ -302,15 +325,22 @@ def _to_win(design: SizedDrive, judge: Judge, aim: str, target: float) -> WhatIf
 def _to_be_feasible(design: SizedDrive, judge: Judge) -> WhatIf | None:
     """What would have to change for an infeasible design to keep all limits; None if that is not known.
 
-    Behind a wheel that slips no motors were chosen: the friction limit of its contact is all that is asked for.
+    Behind a wheel that slips no motors were chosen: the friction limit of its contact is all that is asked for. Where the
+    amplifier accepts no power and some returns, everything else is judged with one that burns it.
     """
+    exceeded, absorbed = design.exceeded, 0.0
+    if any(limit == Limit.REGENERATION for _, limit, _ in exceeded):
+        absorbed = judge.returned(design.drive)
+        burning = with_values(design.drive, {"amplifier.regeneration": "burn"})
+        exceeded = {key: demand for key, demand in exceeded.items() if key[1] != Limit.REGENERATION}
+        design = replace(design, drive=burning)
     present = judge(design.drive)
     slips = not math.isfinite(present.worst)
-    if slips and not any(limit == Limit.SLIP for _, limit, _ in design.exceeded):
+    if slips and not any(limit == Limit.SLIP for _, limit, _ in exceeded):
         return None
     own = [
         (lever, _of_limit(judge, limit, part))
-        for limit, part in dict.fromkeys((limit, part) for _, limit, part in design.exceeded)
+        for limit, part in dict.fromkeys((limit, part) for _, limit, part in exceeded)
         for lever in allowances(design, limit, part)
         if limit == Limit.SLIP or not slips
     ]
@@ -321,7 +351,7 @@ def _to_be_feasible(design: SizedDrive, judge: Judge) -> WhatIf | None:
             change = allowed[lever.words] = _change(lever, drive, measured, math.inf, 1.0)
             drive = lever.made(drive, change.stated) if change.enough else drive
     remaining = {} if slips else judge(drive).exceeded
-    others = [] if slips else levers(design, "feasible")
+    others = [] if slips or not present.exceeded else levers(design, "feasible")
     changes = [_change(one, design.drive, _of_all(judge), math.inf, 1.0) for one in others]
     return WhatIf(
         template=design.template,
@@ -330,8 +360,10 @@ def _to_be_feasible(design: SizedDrive, judge: Judge) -> WhatIf | None:
         present=present.worst,
         changes=_sorted(changes),
         allowances=tuple(allowed.values()),
-        together=bool(own) and judge(drive).worst <= 1.0,
+        together=bool(own or absorbed) and judge(drive).worst <= 1.0,
         remaining=remaining,
+        slips=slips,
+        absorbed=absorbed,
     )
 
 

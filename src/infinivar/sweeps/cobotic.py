@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.errors import InputError, ParameterError, require
+from infinivar.errors import ParameterError, require
 from infinivar.parts.tables.columns import counted
-from infinivar.sizing.asked import Asked
+from infinivar.sizing.cobotic.bounds import Side
+from infinivar.sizing.cobotic.designs import chosen_drive
 from infinivar.sizing.cobotic.result import CoboticDesign, CoboticSizing
-from infinivar.sizing.cobotic.search import size_cobotic
+from infinivar.sizing.cobotic.search import Searched, searched_of, size_cobotic
 from infinivar.sizing.cobotic.wheels import FREE
-from infinivar.sizing.of_cobotic import arguments_of
-from infinivar.sizing.pool import pool_of
-from infinivar.sizing.size import GENERATIONS, SLIP_MARGIN, Aim, aims_of, check_options, templates_of
-from infinivar.study.study import Study
-from infinivar.sweeps.demands import column_of, rows_of
+from infinivar.sweeps.demands import DEMAND, column_of, demands_of, each, rows_of
 from infinivar.sweeps.fingerprint import fingerprint
 from infinivar.sweeps.geared import TOP_OF_CHUNK
 from infinivar.sweeps.problem import CANDIDATES, Chunk
-from infinivar.sweeps.reducers import FRONT, LIST, TOP, Best
+from infinivar.sweeps.reducers import FRONT, LIST, NEAREST, TOP, Best
 from infinivar.sweeps.sweep import Sweep, check_finished
 from infinivar.sweeps.words import design_words, row_of
 
@@ -75,7 +71,8 @@ class CoboticSweep:
     @property
     def reducer(self) -> Best:
         """See `Problem`."""
-        return Best(top=self.top, order=("value", "seed", *_PARTS), front=("mass_kg", "power_W"), same=_PARTS)
+        order = ("value", "power_W", "seed", *_PARTS)
+        return Best(top=self.top, order=order, front=("mass_kg", "power_W"), same=_PARTS, demands=DEMAND)
 
     @property
     def identity(self) -> Mapping[str, Any]:
@@ -89,12 +86,15 @@ class CoboticSweep:
             "motions": fingerprint(given["duty"]),
             "options": fingerprint(dict(sorted(others.items()))),
             "top": self.top,
+            "designs ordered by": "mass" if self._by_mass else "power",
         }
 
     def run(self, number: int) -> Chunk:
         """See `Problem`."""
         found = size_cobotic(self.template, **self.arguments, seed=number, top=self.top)
         designs = [(TOP, one) for one in found.designs] + [(FRONT, one) for one in found.front]
+        if not designs and found.nearest is not None:
+            designs = [(NEAREST, found.nearest)]
         return Chunk(rows_of([self._row(name, one, number) for name, one in designs]), _counts(found))
 
     def best(self, chunk: Chunk) -> tuple[float, str] | None:
@@ -112,7 +112,7 @@ class CoboticSweep:
         return f"least {'mass' if self._by_mass else 'energy'} from {starts}: {design_words(row_of(best, 0))}"
 
     def result(self, sweep: Sweep) -> CoboticDesigns:
-        """The designs kept as drives, each evaluated once more.
+        """The designs kept as drives; nothing is computed again.
 
         Raises
         ------
@@ -120,8 +120,49 @@ class CoboticSweep:
             If the sweep is not finished.
         """
         check_finished(sweep)
-        made = [tuple(self._designs(sweep.list(name))) for name in (TOP, FRONT)]
-        return CoboticDesigns(*made)
+        searched = self.searched
+        return CoboticDesigns(*(tuple(self.designs(searched, sweep.list(name))) for name in (TOP, FRONT)))
+
+    @property
+    def searched(self) -> Searched:
+        """Parts and ranges that the starts search."""
+        given = self.arguments
+        return searched_of(
+            self.template,
+            {name: given[name] for name in ("motors", "gearheads", "steering_motors")},
+            given["pairs"],
+            steering_ratios=given["steering_ratios"],
+            bearings=given["bearings"],
+            ranges=given.get("ranges") or {},
+            loss_model=given.get("loss_model") or self.template.gearhead.loss_model,
+            moving=bool(given["duty"]),
+            weighed=given.get("objective", "energy") != "energy",
+        )
+
+    def designs(self, searched: Searched, rows: Mapping[str, np.ndarray]) -> Iterator[CoboticDesign]:
+        """Yield rows of a list as designs, with the demands and the power found by the start."""
+        for row in each(rows):
+            pair, bearing, steering = (int(row[name]) for name in _PARTS[:3])
+            chosen = [(searched.sides[0], pair)] if pair >= 0 else []
+            if steering >= 0:
+                chosen.append((searched.sides[1], _steered(searched.sides[1], steering, float(row["ratio"]))))
+            values = {name: float(row[name]) for name in FREE}
+            made = chosen_drive(searched.space, list(values.values()), bearing, chosen)
+            motor, gearhead = searched.sides[0].found.pairs[pair] if pair >= 0 else (-1, -1)
+            yield CoboticDesign(
+                pair=pair,
+                motor=int(motor),
+                gearhead=int(gearhead),
+                bearing=bearing,
+                steering=steering,
+                ratio=made.ratio,
+                values=values,
+                drive=made.drive,
+                mass=float(row["mass_kg"]),
+                power=float(row["power_W"]),
+                demands=demands_of(row),
+                unchecked=made.unchecked,
+            )
 
     @property
     def _by_mass(self) -> bool:
@@ -137,37 +178,21 @@ class CoboticSweep:
             **one.values,
             "mass_kg": one.mass,
             "power_W": one.power,
-            **{column_of(key): demand for key, demand in one.demands.items()},
+            # In a row nan stands for a limit that does not load the design.
+            **{column_of(key): np.inf if np.isnan(demand) else demand for key, demand in one.demands.items()},
         }
 
     def _names(self, one: CoboticDesign) -> dict[str, str]:
-        """Names of the parts, where the tables have names."""
+        """Names of the parts, where the tables have names; "" for one that is not chosen."""
         rows = {"motor": ("motors", one.motor), "gearhead": ("gearheads", one.gearhead)}
         rows["steering motor"] = ("steering_motors", one.steering)
-        tables = {part: (self.arguments[table], row) for part, (table, row) in rows.items() if row >= 0}
-        found = {part: str(table["name"][row]) for part, (table, row) in tables.items() if "name" in table}
+        tables = {part: (self.arguments[table], row) for part, (table, row) in rows.items()}
+        found = {
+            part: str(table["name"][row]) if row >= 0 else ""
+            for part, (table, row) in tables.items()
+            if "name" in table
+        }
         return {**found, "axle bearing": str(self.arguments["bearings"][one.bearing].name)}
-
-    def _designs(self, rows: Mapping[str, np.ndarray]) -> Iterable[CoboticDesign]:
-        """Rows as designs: a search among the parts and values of the row alone."""
-        given = self.arguments
-        for place in range(len(rows.get(LIST, ()))):
-            pair, bearing, steering = (int(rows[name][place]) for name in _PARTS[:3])
-            values = {name: float(rows[name][place]) for name in FREE}
-            steered = max(steering, 0)
-            one = {
-                "pairs": np.asarray(given["pairs"])[pair : pair + 1],
-                "steering_motors": {
-                    name: column[steered : steered + 1] for name, column in given["steering_motors"].items()
-                },
-                "steering_ratios": (float(rows["ratio"][place]),) if steering >= 0 else given["steering_ratios"][:1],
-                "bearings": given["bearings"][bearing : bearing + 1],
-                "ranges": {name: (value, value) for name, value in values.items()},
-            }
-            found = size_cobotic(
-                self.template, **{**given, **one, "population": 5, "generations": 1, "method": "numpy"}
-            )
-            yield found.designs[0]._replace(pair=pair, bearing=bearing, steering=steering)
 
 
 def cobotic_sweep(
@@ -199,56 +224,6 @@ def cobotic_sweep(
     return CoboticSweep(title=title, template=template, arguments=FrozenDict(arguments), starts=starts, top=top)
 
 
-def cobotic_study_sweep(
-    study: Study,
-    *,
-    starts: int,
-    objective: Aim | Sequence[Aim] | None = None,
-    top: int = TOP_OF_CHUNK,
-    sets: str | Path | Sequence[str | Path] | None = None,
-    drive: str | None = None,
-    ranges: Mapping[str, tuple[float, float]] | None = None,
-    steering_ratios: Sequence[float] | None = None,
-    slip_margin: float | None = None,
-    life: float | None = None,
-    generations: int = GENERATIONS,
-) -> CoboticSweep:
-    """Prepare the search of `size` over cobotic drives from many starts as a sweep; arguments as for `size`.
-
-    Raises
-    ------
-    InputError
-        As `size` does.
-    """
-    names, notes = templates_of(study, drive)
-    name = next((one for one in names if isinstance(study.drives[one], CoboticDrive)), None)
-    if name is None:
-        why = notes[0] if notes else f"drives.{names[0]} is not one"
-        raise InputError(f"the study has no cobotic drive that can be a template: {why}")
-    template = study.drives[name]
-    assert isinstance(template, CoboticDrive)
-    stated = {"ranges": ranges or None, "steering_ratios": steering_ratios}
-    check_options(study, [name], {one: value for one, value in stated.items() if value is not None})
-    asked = Asked(
-        study=study,
-        parts=pool_of(study, sets),
-        aims=aims_of(study, objective),
-        top=top,
-        radius=None,
-        leads=(),
-        ranges=ranges or {},
-        steering_ratios=None if steering_ratios is None else tuple(steering_ratios),
-        slip_margin=SLIP_MARGIN if slip_margin is None else slip_margin,
-        life=life,
-        loss_model=None,
-        generations=generations,
-        seed=0,
-    )
-    aim = asked.aims[0] if len(asked.aims) == 1 else "front"
-    given = {**arguments_of(asked, template), "objective": aim, "generations": generations}
-    return cobotic_sweep(template, starts=starts, title=f"{study.name}, cobotic drives like {name}", top=top, **given)
-
-
 def _counts(found: CoboticSizing) -> dict[str, Any]:
     blocked: Mapping[Any, int] = found.blocked
     return {
@@ -258,3 +233,9 @@ def _counts(found: CoboticSizing) -> dict[str, Any]:
         "sampled": found.sampled,
         "blocked": {column_of(key): number for key, number in blocked.items()},
     }
+
+
+def _steered(side: Side, motor: int, ratio: float) -> int:
+    """Row of a steering motor with a ratio among the candidates of a side."""
+    pairs, ratios = side.found.pairs, np.asarray(side.found.gearheads["ratio"])
+    return int(np.flatnonzero((pairs[:, 0] == motor) & (ratios[pairs[:, 1]] == ratio))[0])

@@ -15,6 +15,7 @@ from infinivar.errors import InputError, ParameterError, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
+from infinivar.sizing.asked import Found
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS, Candidates, candidates
 from infinivar.sizing.geared.result import Design, GearedSizing, best_so_far
 from infinivar.sizing.geared.search import nearest_geared, size_geared
@@ -22,7 +23,7 @@ from infinivar.sizing.of_geared import RANGE, drive_of, excluded_by, stages_trie
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord
 from infinivar.sizing.result import Sizing
-from infinivar.sizing.size import Aim, aims_of, templates_of
+from infinivar.sizing.size import Aim, aims_of, sizing_of, templates_of
 from infinivar.study.study import Study
 from infinivar.sweeps.demands import column_of, demands_of, each, key_of, limit_counts, rows_of
 from infinivar.sweeps.fingerprint import fingerprint
@@ -178,15 +179,9 @@ class GearedSweep:
             nearest=None if nearest is None else drive_of(self.drive, self.parts, nearest),
             **stages_tried(self.stages),
         )
-        return Sizing(
-            study=self.study,
-            objective=self.objective,
-            designs=tuple(drive_of(self.drive, self.parts, one) for one in top),
-            front=tuple(drive_of(self.drive, self.parts, one) for one in front),
-            searches={self.drive: record},
-            sets=self.parts.sets,
-            best_of={self.drive: drive_of(self.drive, self.parts, top[0])} if top else {},
-        )
+        designs, best_front = ([drive_of(self.drive, self.parts, one) for one in some] for some in (top, front))
+        made = Found(designs, best_front, record)
+        return sizing_of(self.study, self.parts, self.objective, {self.drive: made}, top=self.top)
 
     def _asked(self, stages: Sequence[OutputStage]) -> dict[str, Any]:
         """Arguments of the search."""
@@ -201,7 +196,7 @@ class GearedSweep:
 
     def _nearest(self) -> Design | None:
         tables = self.template, self.parts.motors, self.parts.gearheads, self.parts.pairs
-        return nearest_geared(*tables, **self._asked(self.stages))
+        return nearest_geared(*tables, **self._asked(self.stages), weighed=self.objective[0] == "mass")
 
     def _rows(self, designs: Sequence[tuple[str, Design]], start: int, stage: int) -> dict[str, np.ndarray]:
         """Designs as columns; a limit that does not load a design is nan."""
@@ -329,7 +324,7 @@ def _counts(found: Sequence[GearedSizing]) -> dict[str, Any]:
     first = found[0]
     return {
         CANDIDATES: first.candidates,
-        "left": int(first.feasible.sum()),
+        "left": first.left,
         "evaluated": int(first.evaluated.sum()),
         "excluded": excluded_by(found),
         "limits": {

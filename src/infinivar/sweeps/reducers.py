@@ -11,12 +11,13 @@ import numpy as np
 
 from infinivar._core.pareto import front
 from infinivar.errors import InputError
+from infinivar.sizing.margins import nearest_of
 
 Columns = Mapping[str, np.ndarray]
 
 LIST = "list"
 """Column that tells which list a row belongs to."""
-TOP, FRONT = "top", "front"
+TOP, FRONT, NEAREST = "top", "front", "nearest"
 
 
 class Reducer(Protocol):
@@ -33,20 +34,22 @@ class Reducer(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Best:
-    """Keep the best designs, and those of which no other has less of two values.
+    """Keep the best designs, and those of which no other has less of two values; or the nearest miss where there is none.
 
     Attributes
     ----------
     top        Number of best designs to keep.
     order      Columns by which designs are ordered, the first being the most important.
-    front      Two columns of which none of the front is exceeded in both by another design.
+    front      Two columns, mass first, of which none of the front is exceeded in both by another design.
     same       Columns that identify a design; of several with the same values the first in order is kept. All by default.
+    demands    Begin of the names of columns of demands, by which the nearest miss is chosen; none is kept by default.
     """
 
     top: int
     order: tuple[str, ...]
     front: tuple[str, str]
     same: tuple[str, ...] = ()
+    demands: str = ""
 
     def __call__(self, rows: Columns) -> Columns:
         """See `Reducer`."""
@@ -57,7 +60,16 @@ class Best:
         best = listed[np.lexsort(keys)] if listed.size else listed
         best = _first_of_each(rows, self.same, best)[: self.top]
         fronted = np.flatnonzero(rows[LIST] == FRONT)
-        return taken(rows, np.concatenate([best, self._front(rows, fronted)]))
+        missed = self._nearest(rows, np.flatnonzero(rows[LIST] == NEAREST)) if not best.size else best[:0]
+        return taken(rows, np.concatenate([best, self._front(rows, fronted), missed]))
+
+    def _nearest(self, rows: Columns, places: np.ndarray) -> np.ndarray:
+        """Place of the nearest miss; empty if there is none. A limit that does not load a design is nan there."""
+        columns = [column[places] for name, column in rows.items() if self.demands and name.startswith(self.demands)]
+        if not columns or not places.size:
+            return places[:0]
+        first = nearest_of(np.where(np.isnan(columns), 0.0, columns), rows[self.front[0]][places])
+        return places[first : first + 1]
 
     def _front(self, rows: Columns, places: np.ndarray) -> np.ndarray:
         """Places of the front, by the second of its columns, then in the order of the chunks."""
@@ -66,7 +78,7 @@ class Best:
 
     def to_dict(self) -> dict[str, Any]:
         """See `Reducer`."""
-        return {"name": "best", **asdict(self)}
+        return {"name": "best", **{name: value for name, value in asdict(self).items() if value != ""}}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

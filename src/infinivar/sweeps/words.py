@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 
 from infinivar.parts.tables.columns import counted
-from infinivar.sizing.design import COBOTIC_PATHS, UNITS, allowance_words, demand_words, limit_words, path_words, shown
+from infinivar.sizing.design import COBOTIC_PATHS, UNITS, demand_words, limit_words, outcome_words, path_words, shown
 from infinivar.sizing.records import limit_lines
 from infinivar.sweeps.demands import DEMAND, demands_of, key_of, limit_counts
-from infinivar.sweeps.reducers import FRONT, LIST, TOP
+from infinivar.sweeps.reducers import FRONT, LIST, NEAREST, TOP
 from infinivar.units import plain, show
 
 _INTERNAL = (LIST, "value", "worst", "pair", "stage", "seed", "bearing", "steering")
 """Columns that place a design, and say nothing to people."""
 _LEAD = {"steering motor": "steering ", "axle bearing": "bearings "}
 """What precedes the name of a part, by column."""
-_TITLES = {TOP: "Best", FRONT: "Front, least power first"}
+_TITLES = {TOP: "Best", FRONT: "Front, least power first", NEAREST: "Nearest miss"}
 _COUNTS = {
     "left": "left by closed forms",
     "evaluated": "evaluated at every instant",
@@ -40,7 +40,8 @@ def list_title(name: str, number: int) -> str:
 
 def row_of(rows: Mapping[str, np.ndarray], place: int) -> dict[str, Any]:
     """What is known of one row."""
-    return {name: column[place].item() for name, column in rows.items() if column[place] == column[place]}
+    known = {name: column[place].item() for name, column in rows.items() if column[place] == column[place]}
+    return {name: value for name, value in known.items() if value != ""}
 
 
 def design_words(row: Mapping[str, Any]) -> str:
@@ -48,11 +49,7 @@ def design_words(row: Mapping[str, Any]) -> str:
     told = {name: value for name, value in row.items() if name not in _INTERNAL and not name.startswith(DEMAND)}
     said = [f"{_LEAD.get(name, '')}{value}" for name, value in told.items() if isinstance(value, str)]
     said += [_value_words(name, value) for name, value in told.items() if not isinstance(value, str)]
-    demands = demands_of(row)
-    if demands:
-        tightest = max(demands, key=lambda key: demands[key])
-        said.append(f"margin {allowance_words(demands[tightest])} ({limit_words(tightest)})")
-    return "; ".join(said)
+    return "; ".join([*said, *outcome_words(demands_of(row))])
 
 
 def _value_words(name: str, value: float) -> str:

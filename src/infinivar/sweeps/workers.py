@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from infinivar import __version__
+from infinivar._core.memory import kept
+from infinivar._core.threads import at_most
 from infinivar.errors import InputError
 from infinivar.sweeps.problem import Problem
 from infinivar.sweeps.storage import encoded
@@ -76,7 +78,8 @@ def compute_apart(job: Job, number: int) -> Done:
     ]
     if different:
         raise InputError(f"a worker has other versions than this process: {'; '.join(different)}")
-    return compute(job, number)
+    with at_most(1), kept():
+        return compute(job, number)
 
 
 def watch(parent: int) -> None:

@@ -19,7 +19,7 @@ from typing import NamedTuple, Protocol
 
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.contact.exact.spin_calls import force_ratio, moment_ratio
-from infinivar.contact.exact.spin_map import spin_map
+from infinivar.contact.exact.spin_map import SpinMap, spin_map
 from infinivar.contact.exact.spin_nodes import scales
 from infinivar.errors import ParameterError
 from infinivar.transmission.geometry import LossGroups, PressedContact, plain
@@ -93,13 +93,38 @@ def law(
     -------
     f_u, M : (...,) float   [N], [N m]; ``f_u u + M rate >= 0``.
     """
+    creep, spin, way = _scaled(
+        creep_speed, steering_rate, rolling_speed, slip_force, creep_stiffness, lever, stick_speed=stick_speed
+    )
+    force = slip_force * force_ratio(creep, spin, a_over_b, poisson)
+    return force, slip_force * lever * way * moment_ratio(creep, spin, a_over_b, poisson)
+
+
+def moment(
+    known: SpinMap, patch: TurningPatch, *, creep_speed: Array, steering_rate: Array, rolling_speed: Array
+) -> Array:
+    """The moment of `law` alone, by the map of the patch; other arguments as there. [N m]"""
+    creep, spin, way = _scaled(
+        creep_speed, steering_rate, rolling_speed, patch.slip_force, patch.creep_stiffness, patch.lever
+    )
+    return patch.slip_force * patch.lever * way * known.moment_ratio(creep, spin)
+
+
+def _scaled(
+    creep_speed: Array,
+    steering_rate: Array,
+    rolling_speed: Array,
+    slip_force: Array,
+    creep_stiffness: Array,
+    lever: Array,
+    stick_speed: Array = 0.0,
+) -> tuple[Array, Array, Array]:
+    """Scaled creepages of the map, and the sign of v."""
     xp = namespace(creep_speed, steering_rate, rolling_speed, slip_force)
     rolling = xp.sqrt(rolling_speed * rolling_speed + stick_speed * stick_speed)
     way = xp.where(rolling_speed < 0.0, -1.0, 1.0)
     scale = creep_stiffness / (slip_force * rolling)
-    creep, spin = scale * creep_speed, scale * lever * way * steering_rate
-    force = slip_force * force_ratio(creep, spin, a_over_b, poisson)
-    return force, slip_force * lever * way * moment_ratio(creep, spin, a_over_b, poisson)
+    return scale * creep_speed, scale * lever * way * steering_rate, way
 
 
 def slip_demand(

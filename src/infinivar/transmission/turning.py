@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from infinivar._core.array_namespace import Array, as_floats, namespace, rising_root
-from infinivar.contact.exact.spin_map import spin_map
+from infinivar.contact.exact.spin_map import SpinMap, spin_map
 from infinivar.errors import require
 from infinivar.transmission.geometry import LossGroups
 from infinivar.transmission.kinematics import Steering, contact_balance
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
-from infinivar.transmission.spin_law import TurningPatch, law, on_the_spot, shares, slip_demand
+from infinivar.transmission.spin_law import TurningPatch, law, moment, on_the_spot, shares, slip_demand
 
 __all__ = ["Turned", "TurningPatch", "deliver", "law", "on_the_spot", "shares", "slip_demand"]
 
@@ -73,14 +73,17 @@ def deliver(
     if xp.__name__ == "numpy":
         require(bool(xp.all(omega != 0.0)), "cylinder_speed", 0.0, "nonzero", "rad/s")
     way, surface = xp.sign(omega), element.cylinder_radius * xp.abs(omega)
-    creep, tangent, rolls = _solved(xp, patch, groups, speed / surface, force / groups.slip_force, way * rate / surface)
+    known = spin_map(patch.a_over_b, patch.poisson)
+    creep, tangent, rolls = _solved(
+        xp, patch, known, groups, speed / surface, force / groups.slip_force, way * rate / surface
+    )
     secant = xp.sqrt(1.0 + tangent * tangent)
     rolling = surface * secant / (1.0 + creep * tangent)
     steering = Steering.at_tangent(xp, way * tangent)
     nothing = xp.where(rolls, 0.0, xp.nan)
     creep_speed, rolling_speed = creep * rolling + nothing, nothing - way * rolling
     here = patch._replace(creep_stiffness=groups.steered(steering.sine * steering.sine).creep_stiffness)
-    _, moment = law(creep_speed, rate, rolling_speed, **here._asdict())
+    resisting = moment(known, here, creep_speed=creep_speed, steering_rate=rate, rolling_speed=rolling_speed)
     lateral = groups.slip_force * (groups.rolling_group * tangent) - force * secant + nothing
     sliding = slip_demand(
         creep_speed,
@@ -107,19 +110,18 @@ def deliver(
             lateral_force=lateral,
             slip_demand=xp.where(rolls, xp.maximum(xp.abs(lateral) / groups.slip_force, sliding), xp.inf),
         ),
-        moment,
+        resisting,
     )
 
 
 def _solved(
-    xp: Any, patch: TurningPatch, groups: LossGroups, slope: Array, load: Array, turn: Array
+    xp: Any, patch: TurningPatch, known: SpinMap, groups: LossGroups, slope: Array, load: Array, turn: Array
 ) -> tuple[Array, Array, Array]:
     """Creepage e, tangent T, and whether they give the motion: ``f_y(e, spin) = x(T(e))`` of `infinivar.transmission.inverse`.
 
     `turn` is the steering rate over the surface speed, times the sign of the cylinder speed. [m^-1]
     """
     stiffness, group = groups.creep_group, groups.rolling_group
-    known = spin_map(patch.a_over_b, patch.poisson)
     c22, turned = known.scale.c22, known.scale.c22 * known.scale.lever
 
     def excess(creep: Array) -> tuple[Array, Array]:

@@ -7,7 +7,7 @@ requires larger steering angles, more steering power and a larger wheel force; a
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -29,7 +29,7 @@ RANGE = (0.1, 4.0)
 _FACTORS = np.geomspace(*RANGE, 60)
 """Constant speeds of the search, over the nominal speed."""
 _DENSE, _BETWEEN = 500, 1e-4
-"""Instants at which a schedule is held against the range, and the most that it exceeds their values in between."""
+"""Instants at which a schedule is compared with the range, and the most that it exceeds their values in between."""
 _CONSTANT = 1e-3
 """Relative variation of a schedule below which it counts as a constant speed."""
 HARMONICS = 3
@@ -37,6 +37,10 @@ LARGEST_SWING = 1.5
 """Largest harmonic amplitude of the logarithm of the speed."""
 _STEP = 1e-6
 """Step of the parameters for differences."""
+_NOTHING = 10.0
+"""Power over that of the start, and excess over a limit, where a schedule has no value."""
+_WAVES = ((), (0.0, 0.0, -0.2), (0.0, 0.0, 0.2))
+"""Harmonics from which searches start: none, where symmetry may leave no slope, and two waves of half the period."""
 _STEEPNESS = 50.0
 """Penalty on the power per unit of excess demand."""
 _INSIDE = 0.99
@@ -126,65 +130,90 @@ def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Call
 
     The search starts from the constant speed `start`; its result is never worse, and `start` itself if it does not vary.
     """
-    from scipy.optimize import minimize
-
     instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
     load = drive.inward(instants.course, duty.moved_mass)
+    dense = np.linspace(0.0, duty.period, _DENSE)
     low, high = np.log(RANGE)
-    level = np.clip(np.log(start / drive.cylinder_speed), low, high)
 
     def swing(parameters: np.ndarray) -> np.ndarray:
         """Logarithm of the speed over the nominal one."""
-        return np.log(schedule(1.0, duty.period, parameters, np.linspace(0.0, duty.period, _DENSE)).value)
+        return np.log(schedule(1.0, duty.period, parameters, dense).value)
 
-    def cost(parameters: np.ndarray) -> np.ndarray:
-        """For parameters (..., m)."""
+    def run(parameters: np.ndarray) -> MovingPoint:
         speed = schedule(drive.cylinder_speed, duty.period, parameters, instants.time)
-        return _penalised(drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=speed, behind=load))
+        return drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=speed, behind=load)
 
-    def confined(parameters: np.ndarray) -> np.ndarray:
-        drawn, course = cost(parameters), swing(parameters)
-        outside = np.maximum(np.max(course, axis=-1) - high, low - np.min(course, axis=-1))
-        return drawn + _STEEPNESS * np.abs(drawn) * np.maximum(0.0, outside)
-
-    def within(parameters: np.ndarray) -> np.ndarray:
-        """The schedule drawn towards the middle of the range until it is inside; the same if it is."""
-        middle = np.zeros_like(parameters)
-        middle[0] = (low + high) / 2.0
-        share = ((high - low) / 2.0 - _BETWEEN) / float(np.max(np.abs(swing(parameters) - middle[0])))
-        return parameters if share >= 1.0 else middle + share * (parameters - middle)
+    def judged(parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean power [W]; margins of all limits and of both ends of the range, on the last axis."""
+        point, course = run(parameters), swing(parameters)
+        power = np.mean(point.power_in, axis=-1)
+        demands = [np.broadcast_to(demand, power.shape) for demand in performance.demands(point).values()]
+        ends = [high - _BETWEEN - np.max(course, axis=-1), np.min(course, axis=-1) - low - _BETWEEN]
+        return power, np.stack([*(_INSIDE - demand for demand in demands), *ends], axis=-1)
 
     first = np.zeros(2 * HARMONICS + 1)
-    first[0] = level
-
-    def search(function: Callable[[np.ndarray], np.ndarray], bounds: tuple[float, float]) -> np.ndarray:
-        best = first
-        every = [bounds] + [(-LARGEST_SWING, LARGEST_SWING)] * (2 * HARMONICS)
-        sloped = functools.partial(with_gradient, function)
-        # At the kink of a limit the gradient may vanish, so also start from small waves at several phases.
-        for wave in range(3):
-            guess = first.copy()
-            if wave:
-                guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
-            found: Any = minimize(sloped, guess, jac=True, method="L-BFGS-B", bounds=every, options={"maxiter": 40})
-            if found.fun < function(best):
-                best = found.x
-        return best
-
-    best = search(cost, (level - 2.0, level + 2.0))
-    if within(best) is not best:  # few leave the range, so most need not be told to stay
-        best = within(search(confined, (max(level - 2.0, low), min(level + 2.0, high))))
-    if np.ptp(swing(best)) < _CONSTANT or cost(best) > cost(first):
-        best = first
+    first[0] = np.clip(np.log(start / drive.cylinder_speed), low, high)
+    best, least = first, _penalised(run(first))
+    for found in schedules_within(judged, first, (first[0] - 2.0, first[0] + 2.0)):
+        course, cost = swing(found), _penalised(run(found))
+        if cost < least and low <= np.min(course) and np.max(course) <= high and np.ptp(course) >= _CONSTANT:
+            best, least = found, cost
     return functools.partial(schedule, drive.cylinder_speed, duty.period, best)
 
 
-def with_gradient(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray) -> tuple[float, np.ndarray]:
-    """Value and central differences, all from one call of a function of (..., m)."""
-    steps = _STEP * np.eye(len(at))
-    values = function(at + np.vstack([np.zeros_like(at), steps, -steps]))
-    ahead, behind = np.split(values[1:], 2)
-    return float(values[0]), (ahead - behind) / (2.0 * _STEP)
+def schedules_within(
+    judged: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], first: np.ndarray, levels: tuple[float, float]
+) -> Iterator[np.ndarray]:
+    """Yield schedules of low mean power within limits, each found from another start.
+
+    Parameters
+    ----------
+    judged : callable       Mean power (...) [W] and margins (..., k) >= 0 [-] of parameters (..., m) of `schedule`.
+    first : (m,) float      Parameters of a constant speed.
+    levels : tuple          Bounds of the level.
+
+    Yields
+    ------
+    (m,) float   Not checked: a search may end outside the limits or at a higher power.
+
+    Source: sequential quadratic programming (`scipy.optimize`). Limits are constraints and no penalty, because at a kink a
+    search by slopes stops early, at another place on each machine.
+    """
+    from scipy.optimize import minimize
+
+    scale = 1.0 + abs(float(np.nan_to_num(judged(first)[0])))
+    steps = _STEP * np.eye(len(first))
+
+    @functools.lru_cache(maxsize=4)
+    def sloped(parameters: bytes) -> tuple[np.ndarray, np.ndarray]:
+        """Power over that of the start, then margins, with their central differences: all from one call."""
+        at = np.frombuffer(parameters)
+        power, margins = judged(at + np.vstack([np.zeros_like(at), steps, -steps]))
+        power = np.nan_to_num(power / scale, nan=_NOTHING, posinf=_NOTHING)
+        values = np.concatenate([power[:, None], np.nan_to_num(margins, nan=-_NOTHING, neginf=-_NOTHING)], axis=-1)
+        ahead, behind = np.split(values[1:], 2)
+        # SciPy 1.17 misreads slopes that are not contiguous.
+        return values[0], np.ascontiguousarray((ahead - behind).T / (2.0 * _STEP))
+
+    limits = {
+        "type": "ineq",
+        "fun": lambda at: sloped(at.tobytes())[0][1:],
+        "jac": lambda at: sloped(at.tobytes())[1][1:],
+    }
+    bounds = [levels] + [(-LARGEST_SWING, LARGEST_SWING)] * (len(first) - 1)
+    for wave in _WAVES:
+        guess = first.copy()
+        guess[1 : 1 + len(wave)] = wave
+        found: Any = minimize(
+            lambda at: sloped(at.tobytes())[0][0],
+            guess,
+            jac=lambda at: sloped(at.tobytes())[1][0],
+            constraints=limits,
+            bounds=bounds,
+            method="SLSQP",
+            options={"maxiter": 60, "ftol": 1e-5},
+        )
+        yield found.x
 
 
 def schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarray) -> Varying:

@@ -10,6 +10,7 @@ Source: faulring2006, Fig 11 and Fig 12; linearity of the laws in these signals.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -154,12 +155,11 @@ def lower_bounds(side: Side, task: Task, signals: Signals) -> Bounds:
     if not isinstance(task, MotionTask):
         return Bounds(demands, np.zeros_like(square))
     demands |= _temperature(side, task, motor, gear, signals, square)
-    powers = [
-        low[:, None] * np.maximum(spread @ one.reshape(-1, 16).T, 0.0)
-        + current.back_emf[:, None] * (factors @ one[:, :, 2].T)
-        for one in signals.moments
-    ]
-    drawn = np.maximum(np.max(powers, axis=0), 0.0)
+    # Winding loss, and back-emf times current times speed, the third signal.
+    weights = low[:, None] * spread
+    weights[:, 2::4] += current.back_emf[:, None] * factors
+    powers = [weights @ one.reshape(-1, 16).T for one in signals.moments]
+    drawn = functools.reduce(np.maximum, powers, np.zeros_like(square))
     return Bounds(demands, supplied(side.amplifier, powers[0], drawn))
 
 
@@ -189,13 +189,16 @@ def _of_motor(
     square: np.ndarray,
 ) -> dict[Demand, np.ndarray]:
     """Lower bounds of the demands for continuous and peak torque, speed and voltage."""
-    highest = volts = np.zeros(square.shape)
+    highest, volts = np.zeros(square.shape), np.zeros(square.shape)
+    turned = np.zeros(factors.shape)
+    turned[:, 2] = back_emf
+    cold, hot = low[:, None] * factors + turned, high[:, None] * factors + turned
     for point in signals.points:
-        amps, turned = factors @ point.T, back_emf[:, None] * point[:, 2]
-        highest = np.maximum(highest, np.abs(amps))
-        least, most = amps * low[:, None] + turned, amps * high[:, None] + turned
-        size = np.where(least * most > 0.0, np.minimum(np.abs(least), np.abs(most)), 0.0)
-        volts = np.maximum(volts, np.where(heated[:, None], size, np.abs(least)))
+        amps, least, most = (some @ point.T for some in (factors, cold, hot))
+        np.maximum(highest, np.abs(amps, out=amps), out=highest)
+        # The smaller size of both voltages; nothing where they differ in sign.
+        np.maximum(volts, np.minimum(least, most, out=amps), out=volts)
+        np.maximum(volts, np.negative(np.maximum(least, most, out=least), out=least), out=volts)
     lasting = np.sqrt(square) if task.root_mean_square else highest
     spared = heated[:, None] & heat_counts(task)
     fast = back_emf[:, None] / np.asarray(motor.torque_constant) * signals.fastest

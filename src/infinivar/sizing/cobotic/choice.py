@@ -7,7 +7,7 @@ the order of a lower bound of the objective until no other can be better.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,9 @@ from infinivar.sizing.geared.tally import SPARE
 
 AT_ONCE = 3
 """Candidates of each wheel design that are evaluated together."""
+
+_LIKELY = 16
+"""Candidates of each wheel design, by their bounds, among which the best is nearly always."""
 
 
 class Behind(NamedTuple):
@@ -49,6 +52,12 @@ class Chosen(NamedTuple):
     """Candidates evaluated at every instant."""
 
 
+def together(parts: Sequence[Chosen]) -> Chosen:
+    """Choices behind some wheel designs and others, as one."""
+    row, value, power, excess = (np.concatenate([one[place] for one in parts]) for place in range(4))
+    return Chosen(row, value, power, excess, sum(one.evaluated for one in parts))
+
+
 def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray | None = None) -> Chosen:
     """Find the feasible candidate of the least power, or mass, behind each wheel design; of equals the first row.
 
@@ -65,17 +74,15 @@ def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray
     count = least.shape[1]
     # Bounds may exceed the truth by rounding.
     bound = np.where((worst <= 1.0 + SPARE) | (not prune), least * (1.0 - SPARE), np.inf)
-    order = np.argsort(bound, axis=0, kind="stable")
-    bound = np.take_along_axis(bound, order, axis=0)
     value, power = np.full(count, np.inf), np.full(count, np.nan)
     row, nearest, evaluated = np.full(count, -1), np.full(count, np.inf), 0
-    for start in range(0, len(rows), AT_ONCE):
-        bounds = bound[start : start + AT_ONCE]
+    for order in _by_bound(bound):
+        bounds = np.take_along_axis(bound, order, axis=0)
         wanted = np.isfinite(bounds) & ((bounds <= value) | (not prune))
         if not wanted.any():
             break
         step, places = np.nonzero(wanted)
-        tried = order[start + step, places]
+        tried = order[step, places]
         done = behind.evaluate(rows[tried], places)
         evaluated += len(tried)
         drawn = done.power if added is None else done.power + added[tried, places]
@@ -91,6 +98,18 @@ def best_behind(behind: Behind, *, by_mass: bool, prune: bool, added: np.ndarray
     left = np.isfinite(bound).any(axis=0) & (worst.min(axis=0) <= 1.0 + SPARE)
     excess = np.where(row >= 0, 1.0, np.where(left, np.maximum(nearest, 1.0), np.maximum(worst.min(axis=0), 1.0)))
     return Chosen(row, value, power, excess, evaluated)
+
+
+def _by_bound(bound: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield candidates of each wheel design in the order of their bounds: one, as it may be enough, then `AT_ONCE`. (m, k)"""
+    likely, size = min(len(bound), _LIKELY), 1
+    places = np.argpartition(bound, likely - 1, axis=0) if likely else np.empty(bound.shape, dtype=int)
+    for part in (places[:likely], places[likely:]):  # the second is rarely asked for, and most of the work to sort
+        order = np.take_along_axis(part, np.argsort(np.take_along_axis(bound, part, axis=0), axis=0), axis=0)
+        start = 0
+        while start < len(order):
+            yield order[start : start + size]
+            start, size = start + size, AT_ONCE
 
 
 def towards_lighter(mass: np.ndarray, worst: np.ndarray, chosen: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from infinivar.sizing.cobotic.evaluation import Evaluation
 from infinivar.sizing.cobotic.evolution import Entry, Key, Record
 from infinivar.sizing.cobotic.result import CoboticDesign
 from infinivar.sizing.cobotic.sampled import sample
-from infinivar.sizing.cobotic.wheels import FREE, Points, Wheels, evaluate, static_demands
+from infinivar.sizing.cobotic.wheels import FREE, Points, Space, Wheels, evaluate, static_demands
 from infinivar.sizing.geared.candidates import LIMIT_FIELDS
 from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tasks import RegionTask, Task
@@ -92,7 +92,7 @@ def _design(
         here, drawn = _of_side(evaluation, side, row, wheels, whole)
         demands |= here
         power += drawn
-    made = _drive(evaluation, values, bearing, chosen)
+    made = chosen_drive(evaluation.space, values, bearing, chosen)
     pair = chosen[0][1] if chosen else -1
     steered = chosen[1][1] if len(chosen) > 1 else -1
     motor, gearhead = evaluation.sides[0].found.pairs[pair] if chosen else (-1, -1)
@@ -122,9 +122,14 @@ def _of_side(
     return {name: demand for name, demand in done.demands.items() if demand[0] >= 0.0}, float(done.power[0])
 
 
-def _drive(evaluation: Evaluation, values: np.ndarray, bearing: int, chosen: Sequence[tuple[Side, int]]) -> Chosen:
-    """A design as a study would have it."""
-    drive, ratio, missing = evaluation.space.one(values, bearing), math.nan, []
+def chosen_drive(space: Space, values: Any, bearing: int, chosen: Sequence[tuple[Side, int]]) -> Chosen:
+    """A wheel design with a candidate of each side, or without motors, as a study would have it.
+
+    Parameters
+    ----------
+    values : (5,) float   In the order of `FREE`.
+    """
+    drive, ratio, missing = space.one(values, bearing), math.nan, []
     for side, row in chosen:
         motor, gear = side.found.part(row)
         unstated = [key for key in LIMIT_FIELDS if not side.found.stated(key, np.array([row]))[0]]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from infinivar._core.threads import in_order
 from infinivar.limits import Limit
 from infinivar.sizing.cobotic.bounds import MOTOR, Bounds, Side, cylinder_signals, lower_bounds, steering_signals
 from infinivar.sizing.cobotic.capped import least_power
-from infinivar.sizing.cobotic.choice import Behind, Chosen, best_behind, towards_lighter
+from infinivar.sizing.cobotic.choice import Behind, Chosen, best_behind, together, towards_lighter
 from infinivar.sizing.cobotic.result import Objective
 from infinivar.sizing.cobotic.sampled import Sampled, sample
 from infinivar.sizing.cobotic.wheels import (
@@ -21,11 +23,13 @@ from infinivar.sizing.cobotic.wheels import (
     critical,
     evaluate,
     joined,
+    named_static,
     shape_excess,
     static_demands,
 )
 from infinivar.sizing.geared.sampled import TaskDemand
 from infinivar.sizing.geared.tasks import MotionTask, Task
+from infinivar.sizing.margins import nearest_of
 
 TIER = 1e9
 """Between the values of designs that are infeasible for reasons of different kinds; above every power and mass."""
@@ -33,12 +37,14 @@ _NO_MOTION = 1e3
 """Excess of a wheel that slips where the demand has no number; twice that of one that slips all the time."""
 
 
-_POINTS = 40_000
+_POINTS = 12_800
 """Instants of all designs computed at once, so that intermediate arrays fit the processor's caches."""
 _POINTS_COMPILED = 400_000
 """The same where a compiler keeps intermediate values small, and the most whose results are kept to choose motors by."""
 _BEHIND = 1_000_000
 """Candidates behind all designs computed at once."""
+_BLOCK = 128
+"""Wheel designs behind which one thread chooses motors. Of any number of threads, so that the last digits are the same."""
 _NEAREST = 64
 """Candidates that are evaluated at every instant where none is feasible."""
 _AT_ONCE = 1000
@@ -124,14 +130,20 @@ class Evaluation:
 
     def _first_look(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Value of designs that preload or the critical instants rule out, and which they do not. (k,), (k,) bool"""
-        drive = self.space.columns(points)
-        static = static_demands(drive)
-        excess = np.max([shape_excess(drive), *static.values()], axis=0)
+        laws, known = self.space.compiled, None
+        if laws is None:
+            drive = self.space.columns(points)
+            static, shape = static_demands(drive), shape_excess(drive)
+        else:
+            seen = laws.look(points, self.first)
+            static, shape, known = named_static(seen.static, len(points.bearing)), seen.shape, seen.asked
+        excess = np.max([np.broadcast_to(np.ravel(shape), points.bearing.shape), *static.values()], axis=0)
         value, held = 3.0 * TIER + _bounded(excess), excess <= 1.0
         self._block(static, ~held)
         if self.first and held.any():
             some = np.flatnonzero(held)
-            wheels = evaluate(self.space, points.of(some), self.first, life=None, compiled=False)
+            asked = None if known is None else [one.of(some) for one in known]
+            wheels = evaluate(self.space, points.of(some), self.first, life=None, asked=asked)
             judged = self.judged(wheels.demands)
             excess = _excess(judged, wheels)
             self._block(judged, excess > 1.0)
@@ -151,11 +163,9 @@ class Evaluation:
         """Value of wheels that the preload does not damage."""
         count = len(points.bearing)
         self.rolled += count
+        parts = list(self.space.batches(points, self._rolled_at_once))
         wheels = joined(
-            [
-                evaluate(self.space, points.of(some), self.tasks, life=self.life)
-                for some in self.space.batches(points, self._rolled_at_once)
-            ]
+            list(in_order(lambda some: evaluate(self.space, points.of(some), self.tasks, life=self.life), parts))
         )
         judged = self.judged(wheels.demands)
         excess = _excess(judged, wheels)
@@ -201,14 +211,21 @@ class Evaluation:
         first = side.rows[np.argsort(np.max(bounds, axis=0), kind="stable")[:_NEAREST]]
         none = np.zeros(len(first), dtype=int)
         done = sample(side, first, none, self.tasks, shafts, self.shares, self.space.template.steering)
-        return int(first[np.argmin(done.worst)])
+        return int(first[nearest_of(list(done.demands.values()), side.found.mass(first))])
 
     def _best(self, side: Side, wheels: Wheels, able: np.ndarray) -> tuple[Chosen, np.ndarray]:
         """Best candidate of a side behind wheels that roll, and its part of the value."""
-        by_mass, behind = self.objective == "mass", self._behind(side, wheels, able)
-        chosen = best_behind(behind, by_mass=by_mass, prune=self.prune)
-        self.sampled += chosen.evaluated
-        return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
+        by_mass = self.objective == "mass"
+
+        def choose(some: np.ndarray) -> tuple[Chosen, np.ndarray]:
+            behind = self._behind(side, wheels, some)
+            chosen = best_behind(behind, by_mass=by_mass, prune=self.prune)
+            return chosen, towards_lighter(behind.mass, behind.worst, chosen.value) if by_mass else chosen.value
+
+        blocks = np.split(able, range(_BLOCK, len(able), _BLOCK))
+        parts, values = zip(*in_order(choose, blocks), strict=True)
+        self.sampled += sum(one.evaluated for one in parts)
+        return together(parts), np.concatenate(values)
 
     def _behind(self, side: Side, wheels: Wheels, able: np.ndarray) -> Behind:
         """Candidates of a side behind wheels that roll."""
@@ -224,7 +241,9 @@ class Evaluation:
             rows=side.rows,
             mass=side.found.mass(side.rows),
             power=np.sum([nothing, *drawn], axis=0),
-            worst=np.max([nothing, *(np.max(list(one.demands.values()), axis=0) for _, one in bounds)], axis=0),
+            worst=functools.reduce(
+                np.maximum, (demand for _, one in bounds for demand in one.demands.values()), nothing
+            ),
             evaluate=evaluate_some,
         )
 

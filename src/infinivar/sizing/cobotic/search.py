@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -159,16 +159,12 @@ def size_cobotic(
         rolled=evaluation.rolled,
         drives=evaluation.rolled * math.prod(len(side.rows) for side in sides),
         sampled=evaluation.sampled,
-        excluded={
-            f"{side.name}: {reason.removeprefix('motor ')}": number
-            for side in sides
-            for reason, number in side.found.excluded.items()
-        },
+        excluded=excluded_of(sides),
         blocked=evaluation.blocked,
         history=history,
         cloud=kept if evaluation.moving else np.empty((0, 2)),
-        candidates=math.prod(len(side.found.pairs) for side in sides) * len(box.bearings),
-        unchecked=_unchecked(sides),
+        candidates=Searched(evaluation.space, sides, box).candidates,
+        unchecked=unchecked_of(sides),
         nearest=None if designs else nearest_design(evaluation, record, whole),
     )
 
@@ -206,7 +202,16 @@ def _thinned(template: CoboticDrive, task: MotionTask, most: int) -> MotionTask:
     return replace(task, instants=task.duty.instants(most, orders_of(template)))
 
 
-def _unchecked(sides: Sequence[Side]) -> dict[Demand, int]:
+def excluded_of(sides: Sequence[Side]) -> dict[str, int]:
+    """Parts without the values that a law needs, and those that no wheel design can use, by reason."""
+    return {
+        f"{side.name}: {reason.removeprefix('motor ')}": number
+        for side in sides
+        for reason, number in side.found.excluded.items()
+    }
+
+
+def unchecked_of(sides: Sequence[Side]) -> dict[Demand, int]:
     """Candidates whose data sheets do not state a limit; of steering motors each once."""
     found: dict[Demand, int] = {}
     for side in sides:
@@ -248,17 +253,56 @@ def prepared(
     if life is not None and not duty:
         raise ParameterError("life needs a motion, which tells how far the wheel rolls: duty is empty")
     check_template(template, bool(duty))
+    searched = searched_of(
+        template,
+        tables,
+        pairs,
+        steering_ratios=steering_ratios,
+        bearings=bearings,
+        ranges=ranges,
+        loss_model=loss_model,
+        moving=bool(duty),
+        weighed=objective != "energy",
+    )
+    tasks = tasks_of(searched.space.template, duty, requirement, travel=travel, samples=samples)
+    shares = shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
+    return Evaluation(searched.space, searched.sides, tasks, shares=shares, **options), searched.box
+
+
+class Searched(NamedTuple):
+    """What is searched: wheel designs, and motors behind them."""
+
+    space: Space
+    sides: Sequence[Side]
+    box: Box
+
+    @property
+    def candidates(self) -> int:
+        """Combinations of parts, also those without the values that a law needs."""
+        return math.prod(len(side.found.pairs) for side in self.sides) * len(self.box.bearings)
+
+
+def searched_of(
+    template: CoboticDrive,
+    tables: Mapping[str, Mapping[str, Any]],
+    pairs: Any,
+    *,
+    steering_ratios: Sequence[float],
+    bearings: Sequence[Bearing],
+    ranges: Mapping[str, tuple[float, float]],
+    loss_model: LossModel,
+    moving: bool,
+    weighed: bool,
+) -> Searched:
+    """What is searched for a template that was checked; arguments and errors as for `size_cobotic`."""
     template = replace(template, gearhead=replace(template.gearhead, stiffness=None, backlash=None))
-    tasks = tasks_of(template, duty, requirement, travel=travel, samples=samples)
     box = _box(template, ranges, plain_bearings(bearings))
-    weighed = objective != "energy"
     found = pairs_of(tables["motors"], tables["gearheads"], pairs, loss_model=loss_model, moving=False, weighed=weighed)
     sides = [Side(name=MOTOR, found=_fast_enough(found, box), amplifier=template.amplifier)]
-    if duty:
+    if moving:
         steered = _steered(tables["steering_motors"], steering_ratios, weighed)
         sides.append(Side(name=STEERING, found=steered, amplifier=template.steering_amplifier))
-    shares = shares_of(duty) or dict.fromkeys(duty, 1.0 / max(len(duty), 1))
-    return Evaluation(Space(template, box.bearings), sides, tasks, shares=shares, **options), box
+    return Searched(Space(template, box.bearings), sides, box)
 
 
 def _steered(motors: Mapping[str, Any], ratios: Sequence[float], weighed: bool) -> Pairs:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -114,13 +114,21 @@ def joined(parts: Sequence[Wheels]) -> Wheels:
     )
 
 
+class Laws(Protocol):
+    """The functions `ask` and `look` for many designs whose bearings are of one kind, in NumPy arrays."""
+
+    def ask(self, points: Points, task: Task) -> Asked: ...  # noqa: D102
+
+    def look(self, points: Points, tasks: Sequence[Task]) -> Look: ...  # noqa: D102
+
+
 class Space:
     """Makes drives of wheel designs: of a template, with other bearings and values."""
 
     def __init__(self, template: CoboticDrive, bearings: Sequence[Bearing]) -> None:
         """Bearings that differ in numbers only are computed together."""
-        self.compiled: Callable[[Points, Task], Asked] | None = None
-        """Instead of `ask`, by another array library."""
+        self.compiled: Laws | None = None
+        """Instead of `ask` and `look`, by another array library."""
         self.template, self.bearings = template, tuple(bearings)
         forms = [tuple(_form(one, name) for name in _BEARING) for one in self.bearings]
         self.kinds = np.array([forms.index(form) for form in forms])
@@ -209,24 +217,29 @@ def check_template(template: CoboticDrive, moving: bool) -> None:
         template.check_motion()
 
 
-def shape_excess(drive: CoboticDrive) -> np.ndarray:
-    """Largest ratio of the patch's axes over the widest that the law's tables cover; 0 for a law without tables. (k,) [-]"""
+def shape_excess(drive: CoboticDrive) -> Array:
+    """Largest ratio of the patch's axes over the widest that the law's tables cover; 0 for a law without tables. [-]"""
     element = drive.transmission
     assert element.contact is not None
-    ratio = np.ravel(element.contact.axis_ratio)
+    ratio = element.contact.axis_ratio
+    xp = namespace(ratio)
     if element.creep_law != EXACT and not element.turns_with_spin:
-        return np.zeros(ratio.shape)
-    return np.maximum(ratio / WIDEST, NARROWEST / ratio)
+        return 0.0 * ratio
+    return xp.maximum(ratio / WIDEST, NARROWEST / ratio)
 
 
 def static_demands(drive: CoboticDrive, count: int | None = None) -> dict[TaskDemand, np.ndarray]:
     """Demand over allowance of the limits that the preload alone can exceed: yield, hardness, load of bearings at rest. (k,)"""
-    found = {}
     count = len(np.asarray(drive.cylinder_speed)) if count is None else count
-    for limit, demand in drive.transmission.utilisation.items():
-        part = AXLE if limit == Limit.BEARING else "wheel"
-        found[CONTACT, limit, part] = np.broadcast_to(np.ravel(demand), (count,))
-    return found
+    return named_static(drive.transmission.utilisation, count)
+
+
+def named_static(demands: Mapping[Limit, Array], count: int) -> dict[TaskDemand, np.ndarray]:
+    """Demands of the preload alone by limit as demands of a task, one of each design. (k,)"""
+    return {
+        (CONTACT, limit, AXLE if limit == Limit.BEARING else "wheel"): np.broadcast_to(np.ravel(demand), (count,))
+        for limit, demand in demands.items()
+    }
 
 
 def critical(template: CoboticDrive, tasks: Sequence[Task]) -> tuple[Task, ...]:
@@ -273,26 +286,37 @@ def _extreme(force: np.ndarray, speed: np.ndarray) -> np.ndarray:
 
 
 def evaluate(
-    space: Space, points: Points, tasks: Sequence[Task], *, life: float | None, compiled: bool = True
+    space: Space,
+    points: Points,
+    tasks: Sequence[Task],
+    *,
+    life: float | None,
+    compiled: bool = True,
+    asked: Sequence[Asked] | None = None,
 ) -> Wheels:
     """Evaluate wheel designs, whose bearings must be of one kind.
 
     Parameters
     ----------
     life : float      Wanted life of the axle bearings in each motion; None: any. [s]
-    compiled : bool   Whether to use what the space has compiled: False for a few instants.
+    compiled : bool   Whether to use what the space has compiled.
+    asked             What each task asks of them, where it is known.
     """
     count, drive = len(points.bearing), space.columns(points)
     demands: dict[TaskDemand, np.ndarray] = {}
     shafts, slipping = {}, np.zeros(count)
-    for task in tasks:
+    for place, task in enumerate(tasks):
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            law = space.compiled if compiled else None
-            asked = ask(drive, task) if law is None else law(points, task)
-            found = _demands(drive, task, asked, life)
-        shaft = _shaft(drive, task, asked)
+            if asked is not None:
+                one = asked[place]
+            elif compiled and space.compiled is not None:
+                one = space.compiled.ask(points, task)
+            else:
+                one = ask(drive, task)
+            found = _demands(drive, task, one, life)
+        shaft = _shaft(drive, task, one)
         shafts[task.name] = shaft
-        lost = np.isnan(np.asarray(asked.torque))
+        lost = np.isnan(np.asarray(one.torque))
         slipping += np.mean(np.broadcast_to(lost, (count, lost.shape[-1])), axis=-1) / len(tasks)
         demands |= {
             (task.name, *key): np.broadcast_to(np.where(np.isnan(demand), np.inf, demand), (count,))
@@ -320,6 +344,34 @@ class Asked(NamedTuple):
     """Friction torque of the bell's bearing. [N m]"""
     rolling: Array = 0.0
     """Mean loss by hysteresis. [W]"""
+
+    def of(self, places: np.ndarray) -> Asked:
+        """Of some of many designs."""
+
+        def some(part: Any) -> Any:
+            return part[places] if np.ndim(part) else part
+
+        utilisation = {limit: some(demand) for limit, demand in self.utilisation.items()}
+        return self._replace(
+            **{name: some(part) for name, part in self._asdict().items() if name != "utilisation" and part is not None},
+            utilisation=utilisation,
+        )
+
+
+class Look(NamedTuple):
+    """What tells whether it is worth while to roll wheel designs; arrays of any library."""
+
+    static: Mapping[Limit, Array]
+    """Demand over allowance of the limits that the preload alone can exceed. [-]"""
+    shape: Array
+    """See `shape_excess`. [-]"""
+    asked: tuple[Asked, ...]
+    """By the critical instants of each task."""
+
+
+def look(drive: CoboticDrive, tasks: Sequence[Task]) -> Look:
+    """The first look at wheel designs, one or many, by the critical instants of tasks."""
+    return Look(dict(drive.transmission.utilisation), shape_excess(drive), tuple(ask(drive, task) for task in tasks))
 
 
 def ask(drive: CoboticDrive, task: Task) -> Asked:

@@ -89,11 +89,17 @@ def _left(found: Candidates, tasks: Sequence[Task], stage: OutputStage, tally: T
     return left
 
 
-def closed_forms(found: Candidates, task: Task, stage: OutputStage) -> Iterable[tuple[Demand, np.ndarray]]:
-    """Demand over allowance of every limit in a task, for all usable pairs; see `closed_form.demands`."""
+def closed_forms(
+    found: Candidates, task: Task, stage: OutputStage, *, all_of_them: bool = False
+) -> Iterable[tuple[Demand, np.ndarray]]:
+    """Demand over allowance of every limit in a task, for all usable pairs; see `closed_form.demands`.
+
+    Where a limit that no candidate changes is exceeded, no other is looked at; with `all_of_them` only where the motion is out of
+    reach, so that no other is defined.
+    """
     rows, signals = found.usable, task.signals(found.template, stage)
-    if any(not demand <= 1.0 for demand in signals.others.values()):
-        # No candidate is feasible, and the signals may be undefined.
+    defined = np.isfinite(signals.moving).all() and np.isfinite(signals.resting).all()
+    if any(not demand <= 1.0 for demand in signals.others.values()) and not (all_of_them and defined):
         return [(key, np.full(len(rows), demand)) for key, demand in signals.others.items()]
     heated, low, high = found.resistances(rows, task.coldest if isinstance(task, MotionTask) else np.nan)
     drive = closed_form.with_resistance(found.drives(rows, stage), low)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import Candidates
-from infinivar.sizing.geared.over_radius import RadiusSearch, nodes, ordered
+from infinivar.sizing.geared.over_radius import RadiusSearch, nodes
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import load_of, region_points
 from infinivar.sizing.geared.ranking import design, mixed
@@ -20,9 +21,12 @@ from infinivar.sizing.geared.result import Design
 from infinivar.sizing.geared.sampled import Sampled, sample
 from infinivar.sizing.geared.tally import Tally
 from infinivar.sizing.geared.tasks import MotionTask, RegionTask, Task
+from infinivar.sizing.margins import nearest_of, shortfalls
 
 _EVALUATED = 64
 """Candidates that are evaluated at every instant."""
+_DIGITS = 6
+"""Of logarithms of demands: those that differ by less count as equal, see `SAME`."""
 
 
 def nearest_stage(
@@ -32,22 +36,16 @@ def nearest_stage(
     if not found.usable.size:
         return None
     ranking = _of_candidates(tasks)
-    demand = np.stack([_bound(found, ranking, stage) for stage in stages])
-    stage_of, best = np.argmin(demand, axis=0), np.min(demand, axis=0)
-    first = np.argsort(best, kind="stable")[:_EVALUATED]
-    least, chosen = np.inf, None
+    first, stage_of = _first(found, ranking, stages)
+    tried: list[_Tried] = []
     for place in np.unique(stage_of[first]):
         rows = found.usable[first[stage_of[first] == place]]
-        worst = _missed(sample(found, rows, ranking, stages[place]), tasks)
-        if worst.min() < least:
-            least, chosen = float(worst.min()), (int(rows[np.argmin(worst)]), stages[place])
-    return None if chosen is None else _design(found, *chosen, tasks, shares)
-
-
-def _missed(done: Sampled, tasks: Sequence[Task]) -> np.ndarray:
-    """Largest demands in their order; inf for candidates that keep all limits, unless it is the travel that all exceed."""
-    kept = done.feasible & (not any(isinstance(task, MotionTask) and task.exceeds_travel for task in tasks))
-    return np.where(kept, np.inf, ordered(done))
+        tried.append(_missed(rows, np.full(len(rows), place), sample(found, rows, ranking, stages[place]), tasks))
+    chosen = _nearest(found, _joined(tried))
+    if chosen is None:
+        return None
+    row, place = chosen
+    return _design(found, row, stages[int(place)], tasks, shares)
 
 
 def nearest_over_radius(
@@ -61,13 +59,11 @@ def nearest_over_radius(
     tried = nodes(*(np.array([end]) for end in radii))[0]
     stages = [replace(pulley, radius=float(radius)) for radius in tried]
     ranking = _of_candidates(tasks)
-    best = np.min([_bound(found, ranking, stage) for stage in stages], axis=0)
-    rows = found.usable[np.argsort(best, kind="stable")[:_EVALUATED]]
+    rows = found.usable[_first(found, ranking, stages)[0]]
     judged = tuple(region_points(task, found.template) if isinstance(task, RegionTask) else task for task in ranking)
     search = RadiusSearch(found, judged, "mass", shares)
     whole = Bounds(*(np.full(len(rows), end) for end in radii))
     made = search.best(rows, whole)
-    worst = _missed(made.done, tasks)
     if found.template.amplifier.regeneration == "none":
         loads = [load_of(found, task, radii) for task in judged]
         gaps = [
@@ -78,12 +74,66 @@ def nearest_over_radius(
         if places.size:
             rows = rows[places]
             made = search.best(rows, left)
-            worst = _missed(made.done, tasks)
-    first = int(np.argmin(worst))
-    if np.isinf(worst[first]):
+    chosen = _nearest(found, _missed(rows, made.radius, made.done, tasks))
+    if chosen is None:
         return None
-    stage = Pulley(radius=float(made.radius[first]), friction_torque=pulley.friction_torque)
-    return _design(found, int(rows[first]), stage, tasks, shares)
+    row, radius = chosen
+    return _design(found, row, Pulley(radius=radius, friction_torque=pulley.friction_torque), tasks, shares)
+
+
+class _Tried(NamedTuple):
+    """Infeasible candidates that were evaluated. (k,) each"""
+
+    rows: np.ndarray
+    where: np.ndarray
+    """Radius, or place of the stage."""
+    beyond: np.ndarray
+    """See `shortfalls`. (m, k)"""
+
+
+def _missed(rows: np.ndarray, where: np.ndarray, done: Sampled, tasks: Sequence[Task]) -> _Tried:
+    """Those of some candidates that exceed a limit, or all if all exceed the travel."""
+    short = any(isinstance(task, MotionTask) and task.exceeds_travel for task in tasks)
+    beyond = np.flatnonzero(~done.feasible | short)
+    return _Tried(rows[beyond], where[beyond], shortfalls(list(done.demands.values()))[:, beyond])
+
+
+def _joined(parts: Sequence[_Tried]) -> _Tried:
+    """Candidates at several stages, of which one may have limits that another has not."""
+    most = max(len(one.beyond) for one in parts)
+    beyond = [np.pad(one.beyond, ((0, most - len(one.beyond)), (0, 0)), constant_values=1.0) for one in parts]
+    rows, where = (np.concatenate([getattr(one, name) for one in parts]) for name in ("rows", "where"))
+    return _Tried(rows, where, np.concatenate(beyond, axis=1))
+
+
+def _nearest(found: Candidates, tried: _Tried) -> tuple[int, float] | None:
+    """Row, and radius or place of the stage, of the candidate that comes nearest; None if there is none."""
+    if not tried.rows.size:
+        return None
+    first = nearest_of(tried.beyond, found.mass(tried.rows))
+    return int(tried.rows[first]), float(tried.where[first])
+
+
+def _first(found: Candidates, tasks: Sequence[Task], stages: Sequence[OutputStage]) -> tuple[np.ndarray, np.ndarray]:
+    """Usable pairs that closed forms rank first, and for all of them the best stage.
+
+    Returns
+    -------
+    first : (n,) int      Places among the usable pairs, in rising order.
+    stage_of : (k,) int   Place of the stage.
+    """
+    best, stage_of = _bounds(found, tasks, stages[0]), np.zeros(len(found.usable), dtype=int)
+    for place, stage in enumerate(stages[1:], 1):
+        here = _bounds(found, tasks, stage)
+        best, here = (
+            np.pad(one, ((0, max(len(best), len(here)) - len(one)), (0, 0)), constant_values=0.0)
+            for one in (best, here)
+        )
+        differs = np.argmax(best != here, axis=0)[None]
+        nearer = np.take_along_axis(here, differs, 0)[0] < np.take_along_axis(best, differs, 0)[0]
+        best, stage_of = np.where(nearer, here, best), np.where(nearer, place, stage_of)
+    mass = np.nan_to_num(found.mass(found.usable), nan=np.inf)
+    return np.sort(np.lexsort((mass, *best[::-1]))[:_EVALUATED]), stage_of
 
 
 def _of_candidates(tasks: Sequence[Task]) -> tuple[Task, ...]:
@@ -91,15 +141,14 @@ def _of_candidates(tasks: Sequence[Task]) -> tuple[Task, ...]:
     return tuple(replace(task, travel=None) if isinstance(task, MotionTask) else task for task in tasks)
 
 
-def _bound(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.ndarray:
-    """Lower bound of the largest demand over allowance of the usable pairs, by closed forms; inf out of reach. (k,)"""
-    worst, tally = np.zeros(len(found.usable)), Tally(found)
+def _bounds(found: Candidates, tasks: Sequence[Task], stage: OutputStage) -> np.ndarray:
+    """Logarithms of lower bounds of what `shortfalls` of the usable pairs gives, by closed forms. (m, k)"""
+    demands, tally = [], Tally(found)
     for task in tasks:
         here = task.critical(found.template, stage) if isinstance(task, RegionTask) else task
-        for key, demand in closed_forms(found, here, stage):
-            counted = np.where(np.isnan(demand), np.inf, demand)
-            worst = np.maximum(worst, np.where(tally.checked(task, key, found.usable), counted, 0.0))
-    return worst
+        for key, demand in closed_forms(found, here, stage, all_of_them=True):
+            demands.append(np.where(tally.checked(task, key, found.usable), demand, 0.0))
+    return np.round(np.log(shortfalls(demands)), _DIGITS)
 
 
 def _design(

@@ -102,3 +102,8 @@ class GearedSizing(NamedTuple):
     def best(self) -> Design | None:
         """The best design; None if no candidate is feasible."""
         return self.designs[0] if self.designs else None
+
+    @property
+    def left(self) -> int:
+        """Candidates that closed forms leave: with some radius, or at a given stage to be evaluated at every instant."""
+        return int((self.feasible if self.radii.size else self.evaluated).sum())

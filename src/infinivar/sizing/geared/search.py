@@ -113,9 +113,11 @@ def nearest_geared(
     samples: int | None = None,
     weighed: bool = False,
 ) -> Design | None:
-    """Return the infeasible candidate whose tightest limit has the largest margin; arguments as for `size_geared`.
+    """Return the infeasible candidate that comes nearest to keeping all limits; arguments as for `size_geared`.
 
-    With `weighed`, only candidates count whose masses are stated, as in a search for the least mass.
+    It is the one whose tightest limit has the largest margin; of several, the one with the largest margin of the next limit that
+    is exceeded, and so on, then the lightest. With `weighed`, only candidates count whose masses are stated, as in a search for
+    the least mass.
 
     Closed forms rank all pairs, at all stages or over 13 radii; the best 64 are evaluated at every instant, each at its best
     radius.
