@@ -15,7 +15,7 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
-from infinivar.analysis.cycles.cylinder_policy import HARMONICS, LARGEST_SWING, RANGE, schedule, with_gradient
+from infinivar.analysis.cycles.cylinder_policy import HARMONICS, RANGE, schedule, schedules_within
 from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
 from infinivar.errors import require
 from infinivar.limits import ROOT_MEAN_SQUARE, Limit
@@ -29,14 +29,11 @@ _GOLDEN = (5.0**0.5 - 1.0) / 2.0
 _SECTIONS = 32
 """Golden sections after it; 1e-7 of a step of the grid remains."""
 
-_STEEPNESS, _WORST = 50.0, 10.0
-"""Penalty on the mean power per unit of excess demand, and the largest demand that counts."""
-
 _LEAST_INSTANTS = 4 * HARMONICS
 """Of a cycle: with fewer, a schedule could change its speed between them at no cost."""
 
 _INSIDE = 0.999
-"""Demand from which a schedule is penalised."""
+"""Largest demand of a schedule during the search. [-]"""
 
 
 @result
@@ -185,14 +182,19 @@ def _tightest(point: MachinePoint) -> int:
     return int(limit.flat[int(np.argmin(beyond))])
 
 
-def _worst(point: MachinePoint, motions: int) -> np.ndarray:
-    """Largest demand over a cycle, on the last axis: root mean squares of heating, peaks of all else; inf where a wheel slips."""
-    found = np.zeros(())
+def _demands(point: MachinePoint, motions: int) -> list[np.ndarray]:
+    """Demand over a cycle by limit: root mean squares of heating, peaks of all else; inf where a wheel slips."""
+    found = []
     for limit, demand in point.utilisation.items():
         whole = np.broadcast_to(demand, (*np.shape(demand)[:-1], motions))
         over = np.sqrt(np.mean(whole * whole, axis=-1)) if limit in ROOT_MEAN_SQUARE else np.max(whole, axis=-1)
-        found = np.maximum(found, np.where(np.isnan(over), np.inf, over))
+        found.append(np.where(np.isnan(over), np.inf, over))
     return found
+
+
+def _worst(point: MachinePoint, motions: int) -> np.ndarray:
+    """Largest of all demands over a cycle."""
+    return functools.reduce(np.maximum, _demands(point, motions), np.zeros(()))
 
 
 def _best_schedule(
@@ -204,11 +206,10 @@ def _best_schedule(
     fixed: float,
 ) -> tuple[Varying, float]:
     """Periodic speed of the lowest mean power, and that power."""
-    from scipy.optimize import minimize
-
     drive.turning_inertia  # noqa: B018  raises what is missing, before the search
     motions = max(len(wrench), len(twist))
     time = np.arange(motions) * (period / motions)
+    low, high = (np.log(end * abs(drive.cylinder_speed / fixed)) for end in RANGE)
 
     def run(parameters: np.ndarray) -> tuple[Varying, MachinePoint]:
         speed = schedule(fixed, period, parameters, time)
@@ -217,33 +218,22 @@ def _best_schedule(
         )
         return speed, point
 
-    def cost(parameters: np.ndarray) -> np.ndarray:
-        _, point = run(parameters)
-        power = np.mean(np.where(np.isfinite(point.power_in), point.power_in, 0.0), axis=-1)
-        return power + _STEEPNESS * scale * np.maximum(0.0, np.minimum(_worst(point, motions), _WORST) - _INSIDE)
+    def judged(parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean power [W]; margins of all limits and of both ends of the range, on the last axis."""
+        speed, point = run(parameters)
+        power = np.mean(point.power_in, axis=-1)
+        swing = np.log(speed.value / fixed)
+        demands = [np.broadcast_to(demand, power.shape) for demand in _demands(point, motions)]
+        ends = [high - np.max(swing, axis=-1), np.min(swing, axis=-1) - low]
+        return power, np.stack([*(_INSIDE - demand for demand in demands), *ends], axis=-1)
 
     start = np.zeros(2 * HARMONICS + 1)
-    scale = float(np.mean(run(start)[1].power_in))
-    low, high = np.log(RANGE)
-    level = np.log(abs(fixed / drive.cylinder_speed))
-    bounds = [(low - level, high - level)] + [(-LARGEST_SWING, LARGEST_SWING)] * (2 * HARMONICS)
-    best = start
-    # At a kink or in symmetric cycles the gradient may vanish, so also start from small waves.
-    for wave in range(3):
-        guess = start.copy()
-        if wave:
-            guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
-        found: Any = minimize(
-            functools.partial(with_gradient, cost),
-            guess,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=bounds,
-            options={"maxiter": 60},
-        )
-        if found.fun < cost(best):
-            best = found.x
-    speed, point = run(best)
-    if not (_worst(point, motions) <= 1.0 and np.mean(point.power_in) <= scale):
-        speed, point = run(start)
-    return speed, float(np.mean(point.power_in))
+    best, point = run(start)
+    least = float(np.mean(point.power_in))
+    for found in schedules_within(judged, start, (low, high)):
+        speed, point = run(found)
+        power, swing = float(np.mean(point.power_in)), np.log(speed.value / fixed)
+        within = _worst(point, motions) <= 1.0 and low <= np.min(swing) and np.max(swing) <= high
+        if within and power < least:
+            best, least = speed, power
+    return best, least
