@@ -32,6 +32,7 @@ def best(ivt, ratio, load):
     return np.fmax.reduce([efficiency_by_ratio(ivt, sense * ratio, load, sphere_speed=0.7 / 0.03) for sense in (1, -1)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [0, 1])
 def test_efficiencies_are_those_of_the_transmissions(found, wheel, place):
     ivt = as_sphere(wheel, LAYOUTS[place])

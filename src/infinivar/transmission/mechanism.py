@@ -26,12 +26,13 @@ from infinivar._core.arrays import shown
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_value
 from infinivar._core.frozen import frozen
-from infinivar._core.result import Result, equal, result
+from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, nearest, require
 from infinivar.limits import Limit
 from infinivar.power import PowerPoint
 from infinivar.transmission import mechanism_forward, mechanism_inverse
 from infinivar.transmission.kinematics import Heading, applied_to, directions
+from infinivar.transmission.mechanism_contacts import contacts_of, joined, kinds_of
 from infinivar.transmission.rolling_contact import ContactForces, RollingContact
 
 
@@ -167,7 +168,7 @@ class Mechanism:
             object.__setattr__(self, name, frozen(value))
         object.__setattr__(self, "coordinates", names)
         object.__setattr__(self, "contacts", contacts_of(self.contacts, wheels, "wheel of the jacobian"))
-        object.__setattr__(self, "kinds", _kinds(self.contacts))  # type: ignore[arg-type]
+        object.__setattr__(self, "kinds", kinds_of(self.contacts))  # type: ignore[arg-type]
         a = found["jacobian"]
         parts = [a[..., 0, :], a[..., 1, :]]
         if found["spin"] is not None:
@@ -313,7 +314,7 @@ class Mechanism:
             parts.append(function(contact, *own))
             order += wheels
         back = xp.asarray([order.index(place) for place in range(self.wheels)], dtype=xp.int64)
-        return _joined(xp, parts, back)
+        return joined(xp, parts, back)
 
     def point(
         self,
@@ -430,29 +431,6 @@ def _check_bounded(xp: Any, **named: Array) -> None:
             require(not xp.any(infinite), name, value[infinite][:1], "finite")
 
 
-def contacts_of(given: Any, count: int, each: str) -> tuple[RollingContact, ...]:
-    """One contact for each of `count` wheels, from a row of contacts or one for all.
-
-    Raises
-    ------
-    ParameterError
-        If their number does not fit, one is no `RollingContact`, or its creep law has a flow loss.
-    """
-    if not isinstance(given, (RollingContact, Sequence)) or isinstance(given, (str, bytes)):
-        raise ParameterError(f"contacts must be RollingContact, one for all or one for each {each}, got {shown(given)}")
-    contacts = (given,) * count if isinstance(given, RollingContact) else tuple(given)
-    require(len(contacts) == count, "contacts", len(contacts), f"{count}, one for each {each}")
-    for contact in contacts:
-        if not isinstance(contact, RollingContact):
-            raise ParameterError(f"contacts must be RollingContact, got {contact!r}")
-        if contact.creep_law.flow_factor is not None:
-            raise ParameterError(
-                f"creep_law must be one without a flow loss, got {contact.creep_law.name!r}: Eq 17 is a loss of the link "
-                "speed of a wheel on a cylinder (RotaryLinearIVT)"
-            )
-    return contacts
-
-
 def _act(stick_speed: float | None) -> Any:
     def act(
         contact: RollingContact, vx: Array, vy: Array, cosine: Array, sine: Array, spin: Array, speed: Array | None
@@ -460,39 +438,3 @@ def _act(stick_speed: float | None) -> Any:
         return contact.act((vx, vy), (cosine, sine), spin=spin, surface_speed=speed, stick_speed=stick_speed)
 
     return act
-
-
-def _kinds(contacts: Sequence[RollingContact]) -> tuple[tuple[RollingContact, tuple[int, ...]], ...]:
-    """Contacts that differ, with the wheels that have them."""
-    found: list[tuple[RollingContact, list[int]]] = []
-    for place, contact in enumerate(contacts):
-        for known, wheels in found:
-            if known is contact or equal(known, contact):
-                wheels.append(place)
-                break
-        else:
-            found.append((contact, [place]))
-    return tuple((contact, tuple(wheels)) for contact, wheels in found)
-
-
-def _joined(xp: Any, parts: Sequence[Any], back: Array) -> Any:
-    """Tuples of arrays and of dictionaries of arrays, joined along the wheels; what a kind lacks is zero."""
-    joined = []
-    for place, first in enumerate(parts[0]):
-        pieces = [part[place] for part in parts]
-        if isinstance(first, dict):
-            like = [part[0] for part in parts]
-            names = dict.fromkeys(name for piece in pieces for name in piece)
-            joined.append(
-                {
-                    name: _wheels(xp, [p.get(name, 0.0 * one) for p, one in zip(pieces, like, strict=True)], back)
-                    for name in names
-                }
-            )
-        else:
-            joined.append(_wheels(xp, pieces, back))
-    return type(parts[0])(*joined)
-
-
-def _wheels(xp: Any, pieces: Sequence[Array], back: Array) -> Array:
-    return xp.take(xp.concat(pieces, axis=-1), back, axis=-1)

@@ -24,7 +24,8 @@ from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, check_number, component, quantity
 from infinivar.errors import require
 from infinivar.transmission.kinematics import Heading, directions
-from infinivar.transmission.mechanism import Mechanism, MechanismPoint, contacts_of
+from infinivar.transmission.mechanism import Mechanism, MechanismPoint
+from infinivar.transmission.mechanism_contacts import contacts_of
 from infinivar.transmission.rolling_contact import RollingContact
 
 COORDINATES = ("x", "y", "angle")
