@@ -37,7 +37,7 @@ from infinivar.power import PowerPoint
 from infinivar.transmission import spherical_solve
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.mechanism import Mechanism
-from infinivar.transmission.rolling_contact import RollingContact
+from infinivar.transmission.rolling_contact import ContactForces, RollingContact
 from infinivar.transmission.sphere_layout import LAYOUTS, LayoutName, Roller, basis, check_rollers
 
 COORDINATES = ("shaft1", "shaft2", "sphere_x", "sphere_y", "sphere_z")
@@ -270,6 +270,35 @@ class SphericalIVT:
         )
         return spherical_solve.point(self, self._frames, angle, speed, force, along_shaft=names == _PAIRS[0])
 
+    def moving(
+        self, rates: np.ndarray, steering_angle: np.ndarray, steering_rate: Array, stick_speed: float
+    ) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray], np.ndarray]:
+        """Forces in motion, when those on the sphere need not balance; finite arguments are not checked.
+
+        Parameters
+        ----------
+        rates : (m, 5) float              w_1, w_2 and the angular velocity of the sphere. [rad s^-1]
+        steering_angle : (m,) float       gamma. [rad]
+        steering_rate : (m,) or float     Its rate, with which the steered rollers turn. [rad s^-1]
+        stick_speed : float               See `RollingContact.act`. [m s^-1]
+
+        Returns
+        -------
+        forces : ContactForces (m, k)     Of the contacts.
+        applied : (m, 5) float            Forces that steady motion would need; minus those exerted.
+        losses : name to (m, k) float     creep, spin, rolling, bearing. [W]
+        moment : (m,) float               That the contacts exert against gamma. [N m]
+        """
+        frames = self._frames
+        heading, slope = frames.headings(steering_angle), frames.heading_slopes(steering_angle)
+        turning = slope * np.asarray(steering_rate, dtype=float)[..., None]
+        forces, applied, shaft = spherical_solve.forces_at(frames, heading, rates, stick_speed, turning)
+        losses = {
+            name: forces.losses.get(name, 0.0 * forces.x) + shaft.get(name, 0.0)
+            for name in ("creep", "spin", "rolling", "bearing")
+        }
+        return forces, applied, losses, np.sum(forces.moment * slope, axis=-1)
+
 
 class _Frames:
     """Tangent frames of the rollers, and all that follows from them."""
@@ -323,6 +352,16 @@ class _Frames:
         steers = self.steered & (size > 1e-12)
         safe = np.where(steers, size, 1.0)
         return np.where(steers, along / safe, 1.0), np.where(steers, across / safe, 0.0)
+
+    def heading_slopes(self, angle: np.ndarray) -> np.ndarray:
+        """Derivatives of the headings by the steering angle, (..., k); 0 for rollers that are not steered."""
+        here, there = (-np.cross(self.axis(one)[..., None, :], self.normals) for one in (angle, angle + 0.5 * np.pi))
+        (along, across), (d_along, d_across) = (
+            [np.sum(moving * t, axis=-1) for t in self.tangents] for moving in (here, there)
+        )
+        square = along * along + across * across
+        steers = self.steered & (square > 1e-24)
+        return np.where(steers, (along * d_across - across * d_along) / np.where(steers, square, 1.0), 0.0)
 
     def mechanism(self, cosine: np.ndarray, sine: np.ndarray) -> Mechanism:
         """The kinematic map with the rolling speeds at these headings."""

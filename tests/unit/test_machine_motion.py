@@ -1,0 +1,321 @@
+"""Machines of many contacts in motion: closed forms of coasting and pushing, creep drift, slip, and the balance of energies."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import infinivar as iv
+from infinivar.analysis.machine_motion import simulate_machine
+from infinivar.drivetrain.moving.machines import (
+    ArmMachine,
+    PlanarMachine,
+    PlatformMachine,
+    SerialArmMachine,
+    SphereMachine,
+)
+from infinivar.limits import Limit
+from infinivar.motion.histories import VectorHistory
+from infinivar.motion.machine_scenario import MachineScenario
+from infinivar.transmission.legs import creep_drift, reflected_mass
+
+LEG = iv.load_study("hand_controller").drives["cobotic"]
+PLATFORM = iv.Platform.hexapod()
+HEXAPOD = PlatformMachine(leg=LEG, platform=PLATFORM, mass=1.0, inertia=(1e-3, 1e-3, 2e-3))
+IDEAL_WHEEL = iv.RollingContact(
+    wheel_radius=0.02, preload=500.0, friction=0.2, creep_stiffness=1e6, rolling_torque=0.0, bearing_torque=0.0
+)
+REAL_WHEEL = replace(IDEAL_WHEEL, creep_stiffness=2e4, rolling_torque=0.005, bearing_torque=0.002)
+
+
+def ideal_leg(stiffness=1e7):
+    element = iv.RotaryLinearIVT(
+        cylinder_radius=0.05,
+        wheel_radius=0.01,
+        preload=650.0,
+        friction=0.12,
+        creep_stiffness=stiffness,
+        rolling_torque=0.0,
+        bearing_torque=0.0,
+    )
+    steering = replace(LEG.steering, patch_half_length=3e-4)
+    return replace(LEG, transmission=element, guideway=iv.Guideway(), steering=steering)
+
+
+def one_joint(leg, mass=0.05, radius=0.05):
+    """An arm of one member: a leg that turns an inertia."""
+    return ArmMachine(leg=leg, arm=iv.PlanarArm(lengths=[0.3]), pulley_radius=radius, member_masses=[mass])
+
+
+def cart(wheel, **given):
+    points = [(0.3, 0.0), (-0.15, 0.2), (-0.15, -0.2)]
+    return PlanarMachine(cobot=iv.PlanarCobot(contacts=wheel, positions=points, mass=10.0, inertia=0.8), **given)
+
+
+def sphere(layout="cubic", **given):
+    wheel = iv.RollingContact(
+        wheel_radius=0.02,
+        preload=400.0,
+        friction=0.1,
+        surface="sphere",
+        creep_stiffness=2e4,
+        rolling_torque=0.001,
+        bearing_torque=0.001,
+    )
+    ivt = iv.SphericalIVT(sphere_radius=0.05, drive=wheel, layout=layout)
+    return SphereMachine(ivt=ivt, input_inertia=5e-4, output_inertia=2e-3, sphere_inertia=1e-3, **given)
+
+
+def circles(duration):
+    home = HEXAPOD.home
+
+    def pose(time):
+        swing, rise = math.sin(6.0 * time) ** 3, 1.0 - math.cos(6.0 * time)
+        return home + np.array([0.004 * swing, 0.003 * rise, 0.006 * swing, 0.05 * swing, 0.0, 0.06 * rise])
+
+    return VectorHistory.of(pose, duration)
+
+
+# Coasting
+
+
+def test_coasting_leg_keeps_its_inertia_times_speed_squared():
+    leg = ideal_leg()
+    machine = one_joint(leg)
+
+    def steering(time):
+        return [0.3 + 0.5 * math.sin(9.0 * time)]
+
+    first = math.tan(0.3)
+    radius, speed = 0.05, 14.0
+    run = simulate_machine(
+        machine,
+        MachineScenario(
+            duration=0.2,
+            output_step=0.004,
+            source="none",
+            servos=False,
+            steering=steering,
+            rates=[-first * speed * radius / machine.pulley_radius, speed],
+        ),
+    )
+    tangent = np.tan([steering(one)[0] for one in run.time])
+    carried = leg.link_mass + 0.05 * 0.3**2 / 3.0 / machine.pulley_radius**2
+    kept = (leg.cylinder_inertia + carried * (radius * tangent) ** 2) * run.columns["cylinder_speed_rad_s"] ** 2
+    assert_allclose(kept, kept[0], rtol=3e-4)
+    assert np.ptp(run.columns["cylinder_speed_rad_s"]) > 1.0
+    assert run.closure < 1e-6
+
+
+def test_coasting_cobot_keeps_its_energy_under_any_steering():
+    machine = cart(IDEAL_WHEEL)
+
+    def steering(time):
+        return np.asarray(machine.cobot.headings([1.0, 0.0, 1.5 * math.sin(4.0 * time)]))
+
+    run = simulate_machine(
+        machine,
+        MachineScenario(
+            duration=0.6, output_step=0.01, source="none", servos=False, steering=steering, rates=[0.5, 0.0, 0.0]
+        ),
+    )
+    energy = run.stored["machine"]
+    assert_allclose(energy, energy[0], rtol=3e-4)
+    assert abs(run.columns["angle_rad"]).max() > 0.1
+    assert run.closure < 1e-6
+
+
+def test_planar_cobot_moves_as_by_the_other_integration():
+    machine = cart(REAL_WHEEL)
+
+    def steering(time, pose=None):
+        return np.asarray(machine.cobot.headings([1.0, 0.0, 1.2 * math.sin(3.0 * time)]))
+
+    known = iv.planar_motion(
+        machine.cobot,
+        twist=[0.5, 0.0, 0.0],
+        steering=steering,
+        wrench=lambda *_: np.array([2.0, 1.0, 0.3]),
+        duration=0.6,
+        stick_speed=1e-4,
+        points=31,
+    )
+    run = simulate_machine(
+        machine,
+        MachineScenario(
+            duration=0.6,
+            source="none",
+            servos=False,
+            steering=steering,
+            rates=[0.5, 0.0, 0.0],
+            wrench=[2.0, 1.0, 0.3],
+            output_step=0.02,
+        ),
+    )
+    assert_allclose(run.time, known.time, atol=1e-12)
+    for place, name in enumerate(("x_m", "y_m", "angle_rad")):
+        assert_allclose(run.columns[name], known.pose[:, place], atol=1e-6)
+    for name, loss in known.losses.items():
+        assert_allclose(run.lost.get(name, 0.0 * run.time), loss, atol=1e-6)
+
+
+# Pushed by a user
+
+
+@pytest.mark.parametrize("angle", [-0.6, 0.35, 1.1])
+def test_user_feels_the_reflected_mass(angle):
+    leg = ideal_leg()
+    machine = one_joint(leg, mass=0.3)
+    push = -0.02
+    run = simulate_machine(
+        machine,
+        MachineScenario(duration=0.2, source="none", servos=False, steering=[angle], wrench=[push], output_step=0.01),
+    )
+    carried = leg.link_mass + 0.3 * 0.3**2 / 3.0 / machine.pulley_radius**2
+    felt = reflected_mass(carried, leg.cylinder_inertia, 0.05, math.tan(angle))
+    speed = machine.pulley_radius * run.columns["q1_rate_rad_s"]
+    found = (push / machine.pulley_radius) * (run.time[-1] - run.time[10]) / (speed[-1] - speed[10])
+    assert_allclose(found, felt, rtol=2e-3)
+
+
+# Held and locked
+
+
+def test_locked_platform_drifts_by_the_closed_form_while_the_cylinder_turns():
+    leg = ideal_leg(stiffness=3e4)
+    machine = replace(HEXAPOD, leg=leg)
+    wrench = np.array([8.0, -5.0, 12.0, 0.1, -0.2, 0.15])
+    given = {"wrench": wrench, "steering": [0.0] * 6, "servos": False, "output_step": 0.01}
+    turning = simulate_machine(machine, MachineScenario(duration=0.05, rates=[0.0] * 6 + [14.0], **given))
+    jacobian = PLATFORM.at(machine.home[:3]).jacobian
+    wanted = creep_drift(jacobian, wrench, 0.05 * 14.0, 3e4)
+    twist = np.array([turning.columns[name][-1] for name in machine.mechanics(1e-4).coordinates[:6]])
+    assert_allclose(twist, wanted, rtol=2e-3, atol=1e-3 * np.abs(wanted).max())
+    still = simulate_machine(machine, MachineScenario(duration=0.05, source="none", **given))
+    assert np.abs([still.columns[name][-1] for name in ("v_x_m_s", "v_z_m_s")]).max() < 2e-4 * np.abs(wanted).max()
+
+
+def test_slip_begins_when_the_static_limit_is_reached():
+    machine = replace(HEXAPOD, leg=ideal_leg(stiffness=3e4))
+    rise = 1000.0
+    direction = np.array([0.3, 0.0, -1.0, 0.0, 0.0, 0.0])
+    run = simulate_machine(
+        machine,
+        MachineScenario(
+            duration=0.5,
+            source="held",
+            steering=[0.0] * 6,
+            servos=False,
+            wrench=lambda time: rise * time * direction,
+            output_step=0.01,
+            rates=[0.0] * 6 + [14.0],
+        ),
+    )
+    assert run.slips
+    begin = run.slips[0]
+    pose = [np.interp(begin, run.time, run.columns[name]) for name in ("x_m", "y_m", "z_m")]
+    turn = [np.interp(begin, run.time, run.columns[name]) for name in ("theta_x_rad", "theta_y_rad", "theta_z_rad")]
+    force = np.abs(PLATFORM.at(pose, turn).link_forces(rise * begin * direction)).max()
+    assert_allclose(force, machine.leg.transmission.slip_force, rtol=5e-3)
+    assert any(line.startswith("wheel slip (wheel") for line in run.event_lines)
+    assert not run.feasible
+    assert run.lost["slip"][-1] > 0.0
+    assert run.closure < 1e-6
+
+
+# Closed loops
+
+
+def test_platform_follows_a_motion():
+    run = simulate_machine(
+        HEXAPOD, MachineScenario(duration=0.15, motion=circles(0.15), wrench=[4.0, 0.0, -10.0, 0.0, 0.1, 0.0])
+    )
+    assert run.feasible, run.verdict
+    assert run.position_error.max() < 3e-4
+    assert run.closure < 1e-7
+    assert np.abs(run.columns["cylinder_speed_rad_s"] / 14.0 - 1.0).max() < 0.02
+    assert run.scenario.motion(0.15)[2] - HEXAPOD.home[2] > 1e-3
+    steady = iv.LeggedDrive.of(LEG, 6)
+    place = PLATFORM.at([run.columns[n][-1] for n in ("x_m", "y_m", "z_m")])
+    still = steady.operate(place, wrench=np.zeros(6), twist=np.zeros(6))
+    assert run.lost["bearing"][-1] / 0.15 == pytest.approx(still.losses["bearing"], rel=0.1)
+
+
+MACHINES = {
+    "platform": (
+        HEXAPOD,
+        {"duration": 0.04, "motion": circles(0.1), "wrench": [4.0, 0.0, -10.0, 0.0, 0.1, 0.0]},
+    ),
+    "arm": (
+        ArmMachine(
+            leg=LEG,
+            arm=iv.PlanarArm(lengths=[0.3, 0.25]),
+            pulley_radius=[0.05, 0.04],
+            member_masses=[1.0, 0.6],
+            tip_mass=0.5,
+        ),
+        {
+            "duration": 0.1,
+            "motion": VectorHistory.of(lambda t: [0.3 * (1 - math.cos(4 * t)), 0.5 - 0.2 * math.sin(5 * t) ** 2], 0.2),
+            "wrench": [0.5, -0.3],
+        },
+    ),
+    "serial arm": (
+        SerialArmMachine(
+            arm=iv.PlanarArm(lengths=[0.3, 0.25, 0.2]),
+            wheel=REAL_WHEEL,
+            drum_radius=0.05,
+            member_masses=[1.0, 0.6, 0.3],
+            motor=LEG.motor,
+            gearhead=LEG.gearhead,
+            steering=replace(LEG.steering, patch_half_length=3e-4),
+        ),
+        {"duration": 0.1, "steering": lambda t: [0.4 * math.sin(5 * t), -0.5], "wrench": [0.0, 0.3, -0.2]},
+    ),
+    "planar": (
+        cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4)),
+        {
+            "duration": 0.2,
+            "motion": VectorHistory.of(lambda t: [0.4 * t, 0.2 * t * t, t], 0.2),
+            "wrench": [3.0, 0.0, 0.1],
+            "rates": [0.4, 0.0, 1.0],
+        },
+    ),
+    "sphere": (
+        sphere(
+            motor=LEG.motor,
+            gearhead=LEG.gearhead,
+            input_speed=10.0,
+            steering=replace(LEG.steering, patch_half_length=3e-4),
+        ),
+        {"duration": 0.1, "steering": lambda t: [0.7 + 0.3 * math.sin(8 * t)], "wrench": [0.0, -0.1]},
+    ),
+    "tetrahedral sphere": (
+        sphere("tetrahedral"),
+        {
+            "duration": 0.03,
+            "output_step": 0.01,
+            "steering": lambda t: [0.7 + 0.3 * math.sin(8 * t)],
+            "servos": False,
+            "source": "none",
+            "wrench": [0.2, -0.1],
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_balance_of_energies_closes(name):
+    machine, given = MACHINES[name]
+    run = simulate_machine(machine, MachineScenario(**given))
+    assert run.complete, run.outcome
+    assert run.closure < 1e-6
+    assert sum(float(lost[-1]) for lost in run.lost.values()) > 1e-6
+    assert all(np.all(np.diff(lost) >= -1e-12) for lost in run.lost.values())
+    assert {"user"} <= set(run.supplied)
+
+
+def test_limits_are_events():
+    assert Limit.SLIP in {limit for limit, _ in HEXAPOD.mechanics(1e-4).demands}
