@@ -75,7 +75,7 @@ class Rates(NamedTuple):
     """Whose rise through 1 is an event. (m, d)"""
 
 
-class Stuck(Exception):
+class StuckError(Exception):
     """No step is short enough; the argument is the time that was reached."""
 
 
@@ -121,6 +121,9 @@ class Collocation:
         """Nothing is known yet about steps and slopes."""
         self.rates, self.balance = rates, balance
         self.scale, self.tolerance = scale, tolerance
+        from scipy.linalg import get_lapack_funcs  # imported when needed: it takes long
+
+        self.factor, self.solve = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
         self.step = np.inf
         self.last: Step | None = None
         self.slopes: np.ndarray | None = None
@@ -132,7 +135,7 @@ class Collocation:
 
         Raises
         ------
-        Stuck
+        StuckError
             If no step is short enough.
         """
         time, first = begin, self._one(begin, state)
@@ -151,14 +154,14 @@ class Collocation:
                     self.slopes = None
                     continue
                 if step <= least:
-                    raise Stuck(time)
+                    raise StuckError(time)
                 self.step, growth = 0.3 * step, 1.5
                 continue
             error, made, after, rate = found
             factor = min(growth, max(_SHRINKING, _SAFETY * max(error, 1e-12) ** -0.25))
             if error > 1.0:
                 if step <= least:
-                    raise Stuck(time)
+                    raise StuckError(time)
                 self.step = min(factor, 0.7) * step
                 if not fresh:
                     self.slopes = None
@@ -189,21 +192,17 @@ class Collocation:
     def _factors(self, step: float) -> tuple[Any, Any]:
         """Solvers for the stages and for the error, of one step length."""
         if self.factors is None or self.factors[0] != step:
-            from scipy.linalg import lapack
-
             assert self.slopes is not None
             size = len(self.slopes)
             stages = np.eye(3 * size) - step * np.kron(_A, self.slopes)
             whole = (_REAL / step) * np.eye(size) - self.slopes
-            self.factors = (step, lapack.dgetrf(stages)[:2], lapack.dgetrf(whole)[:2])
+            self.factors = (step, self.factor(stages)[:2], self.factor(whole)[:2])
         return self.factors[1], self.factors[2]
 
     def _attempt(
         self, time: float, state: np.ndarray, first: Rates, step: float
     ) -> tuple[float, Step, Rates, float] | None:
         """Error over the tolerance, the step, the rates after it, and the rate of convergence; None if that fails."""
-        from scipy.linalg import lapack
-
         stages, whole = self._factors(step)
         weight = 1.0 / (self.tolerance * (np.abs(state) + self.scale))
         times, size = time + step * POINTS, len(state)
@@ -215,7 +214,7 @@ class Collocation:
             residual = step * (_A @ at.derivative) - z
             if not np.all(np.isfinite(residual)):
                 return None
-            change = lapack.dgetrs(*stages, residual.ravel())[0].reshape(3, size)
+            change = self.solve(*stages, residual.ravel())[0].reshape(3, size)
             norm = float(np.sqrt(np.mean((change * weight) ** 2)))
             if before is not None and before > 0.0:
                 rate = norm / before
@@ -226,11 +225,11 @@ class Collocation:
             z, before = z + change, norm
         else:
             return None
-        estimate = lapack.dgetrs(*whole, first.derivative[0] + _ERROR @ z / step)[0]
+        estimate = self.solve(*whole, first.derivative[0] + _ERROR @ z / step)[0]
         error = float(np.sqrt(np.mean((estimate * weight) ** 2)))
         if error > 1.0:
             again = self._one(time, state + estimate).derivative[0]
-            estimate = lapack.dgetrs(*whole, again + _ERROR @ z / step)[0]
+            estimate = self.solve(*whole, again + _ERROR @ z / step)[0]
             error = float(np.sqrt(np.mean((estimate * weight) ** 2)))
         # The last change is not applied, so that rates and energies are those of the points.
         missing, passed = self._missing(first, at, step)
@@ -243,7 +242,7 @@ class Collocation:
             at = self.rates(times, state + z)
             missing, passed = self._missing(first, at, step)
             residual = step * (_A @ at.derivative) - z
-            change = lapack.dgetrs(*stages, residual.ravel())[0].reshape(3, size)
+            change = self.solve(*stages, residual.ravel())[0].reshape(3, size)
         error, points = max(error, missing), state + z
         after = Rates(*(part[-1:] for part in at))
         made = Step(time, float(times[-1]), state, points, passed, first.demand[0], after.demand[0])

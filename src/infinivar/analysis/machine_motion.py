@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.collocation import Collocation, Step, Stuck
+from infinivar._core.collocation import Collocation, Step, StuckError
 from infinivar._core.result import Result, result
 from infinivar.analysis import run_limits
 from infinivar.analysis.run_limits import Event
@@ -370,7 +370,7 @@ class _Run:
                 keep(0.0)
             try:
                 state = marching.over(begin, end, state, accept)
-            except Stuck as problem:
+            except StuckError as problem:
                 outcome = f"stopped at {float(problem.args[0]):.6g} s: {self._why(state)}"
                 break
             if place + 1 in kept:
@@ -401,13 +401,13 @@ class _Run:
         crossed = (step.demand_before - 1.0) * (step.demand - 1.0) < 0.0
         found = []
         for place in np.flatnonzero(crossed):
-            low, high, rises = 0.0, 1.0, step.demand[place] > 1.0
+            low, high, rises, demand = 0.0, 1.0, step.demand[place] > 1.0, step.demand
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 time = step.begin + middle * (step.end - step.begin)
                 demand = rates(np.array([time]), step.at(middle)[None]).demand[0]
                 low, high = (low, middle) if (demand[place] > 1.0) == rises else (middle, high)
-            demand[place] = 1.0
+            demand = np.where(np.arange(len(demand)) == place, 1.0, demand)
             found.append((step.begin + high * (step.end - step.begin), demand))
         for time, demand in sorted(found, key=lambda pair: pair[0]):
             if time > log.instants[-1]:

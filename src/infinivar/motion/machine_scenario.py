@@ -94,6 +94,7 @@ def over_time(name: str, given: History, count: int) -> Callable[[float], np.nda
     ParameterError
         If it has another number of values, or one is not a finite number.
     """
+    function: Callable[[float], Any]
     if callable(given):
         function = given
     else:

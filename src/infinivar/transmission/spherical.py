@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, namespace
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, component, quantity
 from infinivar._core.result import Result, result
@@ -269,6 +269,29 @@ class SphericalIVT:
             *(real_array(name, given[name]) for name in names),
         )
         return spherical_solve.point(self, self._frames, angle, speed, force, along_shaft=names == _PAIRS[0])
+
+    def patches(self) -> tuple[RollingContact, ...]:
+        """Contact of each roller: drive rollers and idlers as `DrivenContact`."""
+        return tuple(self._frames.patches)
+
+    def rolling_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """Jacobian of the contacts (k, 2, 5), and the rolling speed of rollers on fixed axles by each rate (k, 5)."""
+        return self._frames.jacobian, self._frames.rolling_rows
+
+    def heading_of(self, roller: int, steering_angle: Array) -> tuple[Array, Array]:
+        """Cosine and sine of the heading of one roller, over any array library; see `headings`."""
+        frames = self._frames
+        if not frames.steered[roller]:
+            return 1.0 + 0.0 * steering_angle, 0.0 * steering_angle
+        xp = namespace(steering_angle)
+        cosine, sine = xp.cos(steering_angle), xp.sin(steering_angle)
+        normal, tangents = frames.normals[roller], (frames.tangents[0][roller], frames.tangents[1][roller])
+        along, across = (
+            cosine * float(-np.cross(frames.p, normal) @ t) + sine * float(-np.cross(frames.q, normal) @ t)
+            for t in tangents
+        )
+        size = xp.sqrt(along * along + across * across)
+        return along / size, across / size
 
     def moving(
         self, rates: np.ndarray, steering_angle: np.ndarray, steering_rate: Array, stick_speed: float
