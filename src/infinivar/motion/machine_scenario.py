@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -57,7 +58,7 @@ class MachineScenario:
     output_step: float | None = quantity(
         "s", Gt(0), "Time between results; defaults to a thousandth of the run, or a sample", default=None
     )
-    tolerance: float = quantity("1", Interval(gt=0, le=1e-4), "Relative tolerance of states and energies", default=1e-5)
+    tolerance: float = quantity("1", Interval(gt=0, le=1e-3), "Relative tolerance of states and energies", default=1e-4)
 
     def __post_init__(self) -> None:
         """Validate the fields and their combination."""
@@ -94,16 +95,12 @@ def over_time(name: str, given: History, count: int) -> Callable[[float], np.nda
     ParameterError
         If it has another number of values, or one is not a finite number.
     """
-    function: Callable[[float], Any]
-    if callable(given):
-        function = given
-    else:
-        constant = real_array(name, given)
-
-        def function(time: float) -> Any:
-            return constant
-
+    function: Any = given if callable(given) else functools.partial(_constant, real_array(name, given))
     first = real_array(name, function(0.0))
     fits = first.shape == (count,) and bool(np.all(np.isfinite(first)))
     require(fits, name, f"{first}" if first.ndim else f"{given}", f"{count} finite numbers at each instant")
     return function
+
+
+def _constant(value: np.ndarray, time: float) -> np.ndarray:
+    return value
