@@ -1,8 +1,8 @@
 """Machines of many contacts in motion: how much slower than real time a closed loop simulates, and by which code.
 
-A run is a platform on six legs that follows a circle under a user's wrench, with all controllers at 1 kHz; its time is that of
-the processor, as a machine that is busy otherwise would be measured. The other code is what the engine of bond graphs generates from
-the graph of the platform, in plain floats, at one state and one configuration.
+A run is a platform on six legs that follows a circle under a user's wrench, with all controllers at 1 kHz. Its time is that
+of the processor, as the machine may be busy otherwise. The other code is what the engine of bond graphs generates from the graph
+of the platform, in plain floats, at one state and one configuration.
 """
 
 from __future__ import annotations

@@ -9,7 +9,9 @@ from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis.machine_motion import simulate_machine
+from infinivar.figures import machine_run
 from infinivar.limits import Limit
+from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.transmission.legs import creep_drift, reflected_mass
 from machines_to_move import (
@@ -203,3 +205,104 @@ def test_balance_of_energies_closes(name):
 
 def test_limits_are_events():
     assert Limit.SLIP in {limit for limit, _ in HEXAPOD.mechanics(1e-4).demands}
+
+
+# Results and misuse
+
+
+def test_run_is_drawn_labelled_and_said():
+    machine, given = MACHINES["planar"]
+    run = iv.simulate_machine(machine, MachineScenario(**{**given, "duration": 0.03}), title="Cart")
+    numbers = machine_run.data(run)
+    assert set(numbers["motion"]) == {"displacement [mm]", "angle [degrees]"}
+    assert_allclose(numbers["angles"]["h_1"], np.degrees(run.columns["h_1_rad"]))
+    assert sum(float(lost[-1]) for lost in numbers["lost"].values()) == pytest.approx(
+        sum(float(lost[-1]) for lost in run.lost.values())
+    )
+    labelled = run.to_xarray()
+    assert labelled["x_m"].attrs["units"] == "m"
+    assert labelled["energy_lost_J"].shape == (len(run.lost), len(run.time))
+    said = run.to_dict()
+    assert said["complete"]
+    assert said["verdict"] == run.verdict
+    assert "position error" in run.verdict
+    assert run.plot().axes[0].get_title() == "Cart"
+    assert run == run
+    assert "MachineRun" in repr(run)
+
+
+def test_platform_at_the_end_of_its_reach_stops_and_says_why():
+    scenario = MachineScenario(
+        duration=0.5,
+        source="none",
+        servos=False,
+        steering=[1.2] * 6,
+        wrench=[900.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        output_step=0.01,
+    )
+    run = simulate_machine(HEXAPOD, scenario)
+    assert not run.complete
+    assert "reach" in run.verdict
+    assert not run.feasible
+    assert run.closure < 1e-6
+
+
+def test_histories():
+    line = VectorHistory(time=[0.0, 1.0, 2.0], values=[[0.0], [1.0], [4.0]], smooth=False)
+    assert_allclose(line(0.5), [0.5])
+    assert_allclose(line.rate(1.5), [3.0])
+    assert_allclose(line(5.0), [4.0])
+    assert_allclose(line.rate(5.0), [0.0])
+    curve = VectorHistory.of(math.sin, 1.0)
+    assert_allclose(curve.acceleration(0.4), [-math.sin(0.4)], rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"duration": 0.0}, "duration must be > 0"),
+        ({"source": "on"}, "source must be one of"),
+        ({"steering": "free"}, "steering must be controlled, locked, or angles over time"),
+        ({"steering": [0.1, 0.2], "servos": False}, "steering must be 6 finite numbers"),
+        ({"servos": False}, "steering = 'controlled' needs servos"),
+        ({"wrench": [1.0, 2.0]}, "wrench must be 6 finite numbers"),
+        ({"wrench": [math.nan] * 6}, "wrench must be 6 finite numbers"),
+        ({"pose": [0.0, 0.0]}, "pose must be 6 values"),
+        ({"pose": [0.3, 0.0, 0.1, 0.0, 0.0, 0.0]}, "pose must be within the reach"),
+        ({"rates": [math.inf] * 7}, "rates must be a row of finite numbers"),
+        ({"motion": VectorHistory(time=[0.0, 1.0], values=[[0.0], [1.0]])}, "motion must be 6 values"),
+        ({"motion": VectorHistory(time=[0.0, 1.0], values=[[0.0]] * 2, smooth=False)}, "motion.smooth must be true"),
+        ({"motion": 3}, "motion must be a VectorHistory"),
+        ({"tolerance": 0.1}, "tolerance must be"),
+        ({"duration": 1e9, "output_step": 1e-3}, "duration must be at most a million samples long"),
+    ],
+)
+def test_bad_scenarios_have_one_clear_message(change, message):
+    with pytest.raises(iv.ParameterError) as caught:
+        simulate_machine(HEXAPOD, MachineScenario(**{"duration": 0.01, **change}))
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: replace(HEXAPOD, mass=-1.0), "mass must be > 0"),
+        (lambda: replace(HEXAPOD, inertia=[1.0]), "inertia must be three"),
+        (lambda: replace(HEXAPOD, leg=None), "leg must be a CoboticDrive"),
+        (lambda: simulate_machine(replace(HEXAPOD, leg=replace(LEG, link_mass=None)), MachineScenario(duration=0.01)),
+         "leg.link_mass is missing"),
+        (lambda: simulate_machine(replace(HEXAPOD, leg=replace(LEG, steering=None)), MachineScenario(duration=0.01)),
+         "steering is missing"),
+        (lambda: simulate_machine(cart(REAL_WHEEL), MachineScenario(duration=0.01, source="none")), "steering is missing"),
+        (lambda: simulate_machine(LEG, MachineScenario(duration=0.01)), "machine must be one of PlatformMachine"),
+        (lambda: simulate_machine(HEXAPOD, None), "scenario must be a MachineScenario"),
+        (lambda: simulate_machine(MACHINES["tetrahedral sphere"][0], MachineScenario(duration=0.01)), "source must be 'none'"),
+        (lambda: replace(MACHINES["arm"][0], member_masses=[1.0]), "member_masses must be 2"),
+        (lambda: simulate_machine(MACHINES["sphere"][0], MachineScenario(duration=0.01)), "steering must be 'locked' or"),
+        (lambda: VectorHistory(time=[0.0, 0.0], values=[[0.0], [1.0]]), "time must be two increasing instants"),
+    ],
+)  # fmt: skip
+def test_bad_machines_have_one_clear_message(make, message):
+    with pytest.raises(iv.ParameterError) as caught:
+        make()
+    assert message in str(caught.value)

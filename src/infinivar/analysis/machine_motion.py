@@ -16,7 +16,7 @@ from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.machines import MACHINES, Machine, PlanarMachine
+from infinivar.drivetrain.moving.machines import MACHINES, Machine, PlanarMachine, SerialArmMachine, SphereMachine
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
@@ -26,6 +26,9 @@ from infinivar.units import plain
 
 _RESULTS = 1000
 """Default number of results of a run."""
+
+_NEARLY = 0.99
+"""Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
 
 _HALVINGS = 40
 """Of the step in which a demand passes its allowance."""
@@ -256,6 +259,8 @@ class _Run:
                 pose, rates[:-1] = control.pose_twist(mechanics.load, scenario.motion, 0.0)
         if self.system.motor is not None and scenario.source == "held":
             rates[self.system.motor.coordinate] = self.machine.set_speed
+            if self.angles is not None:
+                rates = _rolling(self.machine, rates, np.asarray(self.angles(0.0), dtype=float))
         for name, usual in (("pose", pose), ("rates", rates)):
             value = getattr(scenario, name)
             if value is not None:
@@ -371,7 +376,7 @@ class _Run:
             try:
                 state = marching.over(begin, end, state, accept)
             except StuckError as problem:
-                outcome = f"stopped at {float(problem.args[0]):.6g} s: {self._why(state)}"
+                outcome = f"stopped at {float(problem.args[0]):.6g} s: {self._why(marching.last, state)}"
                 break
             if place + 1 in kept:
                 keep(end)
@@ -417,11 +422,12 @@ class _Run:
             log.instants.append(step.end)
             log.demands.append(step.demand)
 
-    def _why(self, state: np.ndarray) -> str:
+    def _why(self, last: Step | None, state: np.ndarray) -> str:
         if isinstance(self.mechanics, LeggedMechanics):
             first, second, _ = self.system.places
-            place = self.mechanics.load.at(state[None, :first], state[None, first : second - 1])
-            if place.demand.size and not place.demand[0, 0] < 0.999:
+            at = (state if last is None else last.points[-1])[None]
+            place = self.mechanics.load.at(at[:, :first], at[:, first : second - 1])
+            if place.demand.size and not place.demand[0, 0] < _NEARLY:
                 return "a rod is at the end of its reach"
         return "the integration fails; try a larger stick_speed"
 
@@ -526,6 +532,15 @@ class _Run:
                     Event(limit=Limit.PEAK, what=f"current limit of {part}", start=begins, end=ends, worst=1.0)
                 )
         return tuple(found)
+
+
+def _rolling(machine: Machine, rates: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Rates at which all contacts roll, from that of the motor's coordinate, where they determine all others."""
+    if isinstance(machine, SphereMachine):
+        return machine.ivt.rolling_rates(float(angles[0]), machine.set_speed)
+    if isinstance(machine, SerialArmMachine):
+        return machine.set_speed * np.cumprod([1.0, *(-np.tan(angles))])
+    return rates
 
 
 def _start(event: Event) -> float:

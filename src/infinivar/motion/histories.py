@@ -41,9 +41,10 @@ class VectorHistory:
         require(bool(np.all(np.isfinite(values))), "values", "nan or inf", "finite")
         object.__setattr__(self, "time", frozen(time))
         object.__setattr__(self, "values", frozen(values))
-        from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
+        from scipy.interpolate import CubicSpline, PPoly
 
-        made = CubicSpline(time, values) if self.smooth else PPoly.from_spline(make_interp_spline(time, values, k=1))
+        slopes = np.diff(values, axis=0) / np.diff(time)[:, None]
+        made = CubicSpline(time, values) if self.smooth else PPoly(np.stack([slopes, values[:-1]]), time)
         object.__setattr__(self, "_pieces", (made, made.derivative(), made.derivative(2)))
 
     @classmethod

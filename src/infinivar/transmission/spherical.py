@@ -202,6 +202,14 @@ class SphericalIVT:
         found = self._frames.ideal(self._frames.axis(np.asarray(steering_angle, dtype=float)))
         return found[..., 0], found[..., 1]
 
+    def rolling_rates(self, steering_angle: float, input_speed: float) -> np.ndarray:
+        """w_1, w_2 and the angular velocity of the sphere without creep; the sphere rests where shaft 1 is locked. (5,)"""
+        frames = self._frames
+        axis = frames.axis(np.asarray(float(steering_angle)))
+        first, second = frames.ideal(axis)
+        turning = input_speed / first if abs(first) > 1e-6 * abs(second) else 0.0
+        return np.array([input_speed, second * turning, *(axis * turning)])
+
     def headings(self, steering_angle: Array) -> Array:
         """Angles of all rollers in their tangent frames at a steering angle; 0 for drive rollers. (..., k) [rad]"""
         cosine, sine = self._frames.headings(np.asarray(steering_angle, dtype=float))
