@@ -31,6 +31,7 @@ _ROWS = (1, 3, 26)
 def platform() -> tuple[iv.PlatformMachine, iv.MachineScenario]:
     """The machine and its scenario."""
     leg = iv.load_study(STUDY).drives["cobotic"]
+    assert isinstance(leg, iv.CoboticDrive)
     machine = iv.PlatformMachine(leg=leg, platform=iv.Platform.hexapod(), mass=1.0, inertia=[1e-3, 1e-3, 2e-3])
 
     def pose(at: float) -> np.ndarray:

@@ -16,7 +16,8 @@ from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
 from .analysis.cycles.single_strides import StrideEnergies, stride_energies
 from .analysis.cycles.tracking import TwoWays, two_ways
 from .analysis.least_loss import LeastLoss, least_loss
-from .analysis.machine_motion import MachineRun, simulate_machine
+from .analysis.machine_motion import simulate_machine
+from .analysis.machine_run import MachineRun
 from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity

@@ -168,7 +168,9 @@ def test_whole_motions_are_those_of_the_graph(name):
     assert known.closure < 1e-6
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("platform", "arm"))) for name in MACHINES]
+)
 def test_graphs_with_servos_have_a_causality_and_a_drawing(name):
     machine = MACHINES[name][0]
     graph = machine_graph(machine, servos=name != "tetrahedral sphere")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.machine_motion import MachineRun, configuration_names
+from infinivar.analysis.machine_run import MachineRun, configuration_names
 from infinivar.figures import style
 
 if TYPE_CHECKING:

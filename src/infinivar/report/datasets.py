@@ -15,7 +15,7 @@ from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.analysis.design_trends import Trend
 from infinivar.analysis.least_loss import LeastLoss
-from infinivar.analysis.machine_motion import MachineRun
+from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
 from infinivar.analysis.simulate import Simulation

@@ -22,6 +22,7 @@ from infinivar._core.array_namespace import Array, namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
 from infinivar.drivetrain.graphs import pieces
+from infinivar.drivetrain.graphs.machine_motors import motor_plant, servo_plant
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.machines import (
     ArmMachine,
@@ -31,7 +32,6 @@ from infinivar.drivetrain.moving.machines import (
     SerialArmMachine,
     SphereMachine,
 )
-from infinivar.drivetrain.moving.system import PowerMotor, SteeringServo
 from infinivar.transmission.rolling_contact import RollingContact
 from infinivar.transmission.spherical import SphericalIVT
 
@@ -106,17 +106,17 @@ def _contact_force(
     """What a contact does at the flows of its ports and its angle; `quarter`: the angle is from y, as on a cylinder."""
     flows, angle = given[:-1], given[-1]
     xp = namespace(*flows, angle)
-    velocity = tuple(sum(entry * flow for entry, flow in zip(row, flows, strict=True)) for row in rows)
+    vx, vy = (sum(entry * flow for entry, flow in zip(row, flows, strict=True)) for row in rows)
     cosine, sine = xp.cos(angle), xp.sin(angle)
     heading = (sine, cosine) if quarter else (cosine, sine)
-    return contact.act(velocity, heading, surface_speed=surface, stick_speed=stick_speed)  # type: ignore[arg-type]
+    return contact.act((vx, vy), heading, surface_speed=surface, stick_speed=stick_speed)  # type: ignore[arg-type]
 
 
 def _efforts(*given: Any, **parameters: Array) -> Any:
     """A^T f at the ports of a contact; arguments of `_contact_force`."""
     rows, found = given[1], _contact_force(*given, **parameters)
     made = tuple(-(a * found.x + b * found.y) for a, b in zip(*rows, strict=True))
-    return made if len(made) > 1 else made[0]
+    return next(iter(made)) if len(made) == 1 else made
 
 
 def _losses(*given: Any, effort: Any, **parameters: Array) -> dict[str, Array]:
@@ -158,58 +158,6 @@ def _contact(
         title="contact",
     )
     return [made], [f"{ports[place]} > {name}" for place in moving], []
-
-
-# Steering and motor
-
-
-def servo_plant(servo: SteeringServo, number: int) -> BondGraph:
-    """Motor, gear and bell of one steered axis; measures its angle as "phi_<number>".
-
-    Source: faulring2006, Fig 11.
-    """
-    plant, motor = servo.plant, servo.plant.motor
-    stick = Parameter(r"\varepsilon_s", servo.stick_speed, "rad/s")
-    motor_stick = Parameter(r"\varepsilon_{m,s}", servo.stick_speed * plant.ratio, "rad/s")
-    elements, chains, _ = pieces.motor_terminals(
-        motor, servo.amplifier, f"{{s{number}}}", "current", motor_stick, "steering", "steering."
-    )
-    bell = (
-        pieces.friction("bearing", rf"T_{{b,{number}}}", servo.bell_friction, "N m", stick, "steering bearing"),
-        pieces.friction("patch", rf"T_{{p,{number}}}", servo.patch_friction, "N m", stick, "steering patch"),
-    )
-    attached, attached_chains = pieces.attach(bell=bell)
-    return BondGraph(
-        f"Steering {number}",
-        [
-            *elements,
-            bg.one("bell", rf"\dot{{\phi}}_{{{number}}}"),
-            bg.inertia("J_b", "J_b", plant.bell_inertia, "kg m^2", title="bell"),
-            pieces.gear("gear", "n_s", plant.ratio),
-            *attached,
-        ],
-        [*chains, "rotor > gear > bell > J_b", *attached_chains],
-        [
-            Signal(name=f"phi_{number}", symbol=rf"\phi_{{{number}}}", of="bell", integral=True),
-            Signal(name=f"phi_rate_{number}", symbol=rf"\dot{{\phi}}_{{{number}}}", of="bell"),
-        ],
-    )
-
-
-def motor_plant(motor: PowerMotor) -> BondGraph:
-    """The power motor with its gearhead, open at "shaft".
-
-    Source: faulring2006, Fig 12.
-    """
-    stick = Parameter(r"\varepsilon_{m,c}", motor.stick_speed, "rad/s")
-    elements, chains, signals = pieces.motor_terminals(motor.motor, motor.amplifier, "c", "current", stick, "", "")
-    gear, gear_chains, gear_signals = pieces.gearhead(motor.gearhead, motor.motor, "c", stick)
-    return BondGraph(
-        "Power motor",
-        [*elements, *gear, bg.one("shaft")],
-        [*chains, *gear_chains, "rotor > gear > shaft"],
-        [*signals, *gear_signals],
-    )
 
 
 def _user(junctions: Sequence[str]) -> Parts:
