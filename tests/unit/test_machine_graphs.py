@@ -1,11 +1,13 @@
 """Bond graphs of machines of many contacts against the functions that are integrated, and against the engine of the graphs."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+import infinivar as iv
 from infinivar.analysis.machine_motion import simulate_machine
 from infinivar.bondgraph.model import model
 from infinivar.bondgraph.namespaces import FloatNamespace
@@ -16,7 +18,7 @@ from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.figures import bond_graph
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
-from machines_to_move import MACHINES
+from machines_to_move import LEG, MACHINES
 
 STICK = 1e-4
 
@@ -177,3 +179,9 @@ def test_graphs_with_servos_have_a_causality_and_a_drawing(name):
     drawn = bond_graph.data(graph)
     assert all(stroke for _, _, stroke in drawn["bonds"])
     assert len(drawn["elements"]) == len(graph.elements)
+
+
+def test_graph_refuses_contacts_with_spin():
+    leg = replace(LEG, transmission=replace(LEG.transmission, creep_law="exact"))
+    with pytest.raises(iv.ParameterError, match="steering_model must be 'shear'"):
+        machine_graph(replace(MACHINES["platform"][0], leg=leg))

@@ -207,6 +207,48 @@ def test_limits_are_events():
     assert Limit.SLIP in {limit for limit, _ in HEXAPOD.mechanics(1e-4).demands}
 
 
+@pytest.mark.parametrize("law", ["exact", "polach", "fastsim", "vermeulen-johnson"])
+def test_balance_closes_with_other_laws_and_with_spin(law):
+    leg = replace(LEG, transmission=replace(LEG.transmission, creep_law=law))
+    assert leg.transmission.turns_with_spin == (law == "exact")
+    run = simulate_machine(
+        replace(HEXAPOD, leg=leg),
+        MachineScenario(duration=0.02, motion=circles(0.1), wrench=[4.0, 0.0, -10.0, 0, 0.1, 0]),
+    )
+    assert run.complete
+    assert run.closure < 1e-6
+    assert ("spin" in run.lost) == (law == "exact")
+
+
+@pytest.mark.parametrize("layout", ["cubic", "tetrahedral"])
+def test_spheres_with_spin_close_their_balance(layout):
+    roller = iv.RollingContact(
+        wheel_radius=0.02,
+        preload=300.0,
+        friction=0.1,
+        surface="sphere",
+        surface_radius=0.05,
+        geometry=LEG.transmission.geometry,
+    )
+    ivt = iv.SphericalIVT(sphere_radius=0.05, drive=roller, layout=layout)
+    machine = iv.SphereMachine(ivt=ivt, input_inertia=5e-4, output_inertia=2e-3, sphere_inertia=1e-3)
+    run = simulate_machine(
+        machine,
+        MachineScenario(
+            duration=0.02,
+            source="none",
+            servos=False,
+            rates=list(ivt.rolling_rates(0.7, 5.0)),
+            steering=lambda time: [0.7 + 0.3 * math.sin(5.0 * time)],
+            wrench=[0.1, -0.05],
+            output_step=0.005,
+        ),
+    )
+    assert run.closure < 1e-6
+    assert run.lost["spin"][-1] > 0.0
+    assert run.supplied["steering"][-1] > 0.0
+
+
 # Results and misuse
 
 

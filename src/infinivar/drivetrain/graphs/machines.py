@@ -32,6 +32,7 @@ from infinivar.drivetrain.moving.machines import (
     SerialArmMachine,
     SphereMachine,
 )
+from infinivar.errors import ParameterError
 from infinivar.transmission.rolling_contact import RollingContact
 from infinivar.transmission.spherical import SphericalIVT
 
@@ -61,8 +62,14 @@ def machine_graph(
     Raises
     ------
     ParameterError
-        If a value that motion requires is missing.
+        If a value that motion requires is missing, or a contact turns with spin, which these graphs do not have.
     """
+    for contact in _contacts(machine):
+        if contact.turns_with_spin:
+            raise ParameterError(
+                "steering_model must be 'shear' for the bond graph of a machine of many contacts, got 'spin'; simulate_machine "
+                "has contacts that turn with spin"
+            )
     made = {
         PlanarMachine: _planar,
         SphereMachine: _sphere,
@@ -85,6 +92,14 @@ def machine_graph(
         if f"phi_{place + 1}" not in known and not servos:
             signals.append(Signal(name=f"phi_{place + 1}", symbol=rf"\phi_{{{place + 1}}}"))
     return bg.join(type(machine).__name__, parts, chains, elements=elements, signals=signals)
+
+
+def _contacts(machine: Machine) -> Sequence[RollingContact]:
+    if isinstance(machine, PlanarMachine):
+        return machine.cobot.contacts  # type: ignore[return-value]
+    if isinstance(machine, SphereMachine):
+        return machine.ivt.patches()
+    return [machine.wheel if isinstance(machine, SerialArmMachine) else machine.leg.transmission.wheel]
 
 
 def _at(machine: Machine) -> str:
