@@ -165,7 +165,7 @@ def _contact(
     given = (contact, kept, quarter, surface)
     made = bg.resistance(
         name,
-        rf"F_{{{name.replace('_', '')}}}",
+        rf"F_{{{name.split('_')[1]}}}",
         functools.partial(_efforts, *given),
         signals=(angle,),
         parameters={"stick_speed": stick},
