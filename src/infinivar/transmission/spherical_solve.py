@@ -230,9 +230,16 @@ def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarr
 
 def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray]]:
     """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, and the losses by it."""
-    mechanism = frames.mechanism(batch.cosine, batch.sine)
-    stick = STANDING * frames.sphere_radius * batch.turning
-    forces, applied = mechanism.forces(rates, (batch.cosine, batch.sine), stick_speed=stick[:, None])
+    return forces_at(frames, (batch.cosine, batch.sine), rates, STANDING * frames.sphere_radius * batch.turning)
+
+
+def forces_at(
+    frames: Any, heading: tuple[np.ndarray, np.ndarray], rates: np.ndarray, stick: Any, steering_rate: Any = 0.0
+) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray]]:
+    """The same at headings (m, k), rates (m, 5) and stick speeds (m,) or one [m s^-1], while rollers are steered."""
+    mechanism = frames.mechanism(*heading)
+    sticks = stick[:, None] if isinstance(stick, np.ndarray) else stick
+    forces, applied = mechanism.forces(rates, heading, steering_rate, stick_speed=sticks)
     losses = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}
     for place in np.flatnonzero(~frames.steered):
         row, contact = frames.rolling_rows[place], frames.contacts[place]
