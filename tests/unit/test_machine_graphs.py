@@ -127,6 +127,7 @@ def test_graph_and_functions_have_the_same_accelerations_and_losses(name):
         assert_allclose(pushed, powers["user"], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["planar", "sphere", "serial arm"])
 def test_whole_motions_are_those_of_the_graph(name):
     machine = MACHINES[name][0]

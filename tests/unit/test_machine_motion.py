@@ -252,6 +252,7 @@ def test_spheres_with_spin_close_their_balance(layout):
 # Results and misuse
 
 
+@pytest.mark.slow
 def test_run_is_drawn_labelled_and_said():
     machine, given = MACHINES["planar"]
     run = iv.simulate_machine(machine, MachineScenario(**{**given, "duration": 0.03}), title="Cart")
