@@ -31,6 +31,7 @@ NAMES = (
     "sizing_geared",
     "sizing_cobotic",
     "legs",
+    "machine_motion",
 )
 
 

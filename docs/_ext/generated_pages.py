@@ -352,6 +352,20 @@ def draw_planar(app) -> None:
     style.write(made, Path(app.srcdir) / "reference" / "generated" / "planar_cobot", ("svg",))
 
 
+def draw_machine_run(app) -> None:
+    """Draw the run of the page on machines in motion."""
+    import re
+
+    from infinivar.figures import machine_run, style
+
+    page: dict = {}
+    text = (Path(app.srcdir) / "machines-in-motion.md").read_text("utf-8")
+    exec(re.search(r"^```python\n(.*?)^```", text, re.S | re.M)[1], page)
+    style.write(
+        machine_run.draw_all(page["run"]), Path(app.srcdir) / "reference" / "generated" / "machine_run", ("svg",)
+    )
+
+
 def draw_motion(app) -> None:
     """Draw the bond graph of the simulation page and a simulated reach."""
     import re
@@ -418,6 +432,7 @@ def setup(app):
     app.connect("builder-inited", draw_shared_motor)
     app.connect("builder-inited", draw_legs)
     app.connect("builder-inited", draw_planar)
+    app.connect("builder-inited", draw_machine_run)
     app.connect("builder-inited", draw_motion)
     app.connect("builder-inited", draw_measurements)
     app.connect("build-finished", check_public_names)

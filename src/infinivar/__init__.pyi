@@ -16,6 +16,8 @@ from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
 from .analysis.cycles.single_strides import StrideEnergies, stride_energies
 from .analysis.cycles.tracking import TwoWays, two_ways
 from .analysis.least_loss import LeastLoss, least_loss
+from .analysis.machine_motion import simulate_machine
+from .analysis.machine_run import MachineRun
 from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
@@ -40,8 +42,16 @@ from .contact.exact.transient import TransientRolling
 from .drivetrain.cobotic import CoboticDrive
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
+from .drivetrain.graphs.machines import machine_graph
 from .drivetrain.graphs.plants import plant_graph
 from .drivetrain.many_legs import LeggedDrive, MachinePoint
+from .drivetrain.moving.machines import (
+    ArmMachine,
+    PlanarMachine,
+    PlatformMachine,
+    SerialArmMachine,
+    SphereMachine,
+)
 from .drivetrain.output import Output
 from .drivetrain.steering import SteeringPlant
 from .errors import AuditError, InfinivarError, InputError, ParameterError
@@ -52,6 +62,8 @@ from .motion.files.reading import read_table
 from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.gait import Running, Walking
+from .motion.histories import VectorHistory
+from .motion.machine_scenario import MachineScenario
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor
 from .motion.recordings import Recording
@@ -113,6 +125,7 @@ from .transmission.wrench_set import WrenchSet
 
 __all__ = [
     "Amplifier",
+    "ArmMachine",
     "AuditError",
     "Bearing",
     "Belt",
@@ -159,6 +172,8 @@ __all__ = [
     "Limit",
     "Linkage",
     "MachinePoint",
+    "MachineRun",
+    "MachineScenario",
     "Material",
     "Mechanism",
     "MechanismPoint",
@@ -178,8 +193,10 @@ __all__ = [
     "PlanarArm",
     "PlanarCarriage",
     "PlanarCobot",
+    "PlanarMachine",
     "PlanarMotion",
     "Platform",
+    "PlatformMachine",
     "Policy",
     "Provenance",
     "Pulley",
@@ -205,6 +222,7 @@ __all__ = [
     "Screw",
     "Sensitivity",
     "SensitivitySweep",
+    "SerialArmMachine",
     "Sessions",
     "SessionsSweep",
     "Shaft",
@@ -214,6 +232,7 @@ __all__ = [
     "SinusoidalForce",
     "Sizing",
     "SphereClaims",
+    "SphereMachine",
     "SphereMap",
     "SphericalIVT",
     "SphericalPoint",
@@ -237,6 +256,7 @@ __all__ = [
     "TwoWays",
     "Uncertainty",
     "UrdfRobot",
+    "VectorHistory",
     "Walking",
     "Waypoints",
     "WorkspaceMap",
@@ -273,6 +293,7 @@ __all__ = [
     "load_study",
     "load_sweep",
     "load_urdf",
+    "machine_graph",
     "materials",
     "motors",
     "parts",
@@ -294,6 +315,7 @@ __all__ = [
     "shaking",
     "share_motor",
     "simulate",
+    "simulate_machine",
     "size",
     "sphere_claims",
     "sphere_map",

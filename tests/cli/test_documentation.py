@@ -73,6 +73,7 @@ SLOW = (
     "exact-contact",
     "sphere",
     "contact",
+    "machines-in-motion",
 )
 
 

@@ -328,6 +328,7 @@ def test_the_report_names_the_limits_that_remain(shelf, torque):
     assert "are kept with the allowances named first" not in page
 
 
+@pytest.mark.slow
 def test_a_drive_that_fails_by_little_does_not_read_as_kept():
     """Demand, margin and what is needed are told from 1, and from what there is."""
     drive = KNEE.drives["geared"]

@@ -21,6 +21,9 @@ from infinivar.bondgraph.loops import LawValue, ordered
 from infinivar.bondgraph.state_space import Equations, Expression, State
 from infinivar.bondgraph.trace import Parts, trace
 
+_MOST_EXPLICIT = 3
+"""Most coupled rates that are solved by one expression each; its length grows with the factorial of their number."""
+
 _FEW = 20
 """Most operations of an expression without a name in the solution of a loop, which expands products."""
 
@@ -351,15 +354,47 @@ class _Derivation:
         if remaining:
             residuals = [symbol - equations[symbol] for symbol in remaining]
             matrix, right = sympy.linear_eq_to_matrix(residuals, remaining)
-            if matrix.det() == 0:
+            if len(remaining) > _MOST_EXPLICIT:
+                solved |= dict(zip(remaining, self._eliminated(matrix, right), strict=True))
+                remaining = []
+            elif matrix.det() == 0:
                 names = ", ".join(self.causality.looped or self.causality.dependent)
                 raise BondGraphError(f"{self.graph.name}: the algebraic loop through {names} has no unique solution")
-            for symbol, value in zip(remaining, matrix.LUsolve(right), strict=True):
-                solved[symbol] = _tidy(value)
+            if remaining:
+                for symbol, value in zip(remaining, matrix.LUsolve(right), strict=True):
+                    solved[symbol] = _tidy(value)
         for symbol in unknown:
             if symbol not in coupled:
                 solved[symbol] = equations[symbol].xreplace(dict(solved))
         return solved
+
+    def _eliminated(self, matrix: Any, right: Any) -> list[Expression]:
+        """Solution of many linear equations by elimination, with a name for every intermediate value.
+
+        The equations are those of inertias, whose diagonal does not vanish on the way.
+        """
+        element = next(iter((*self.causality.dependent, *self.causality.looped)), "")
+
+        def named(value: Expression) -> Expression:
+            if value.is_Atom:
+                return value
+            symbol = self.parts.named(value)
+            self.part_of.setdefault(symbol, element)
+            return symbol
+
+        size = len(right)
+        rows = [[named(matrix[i, j]) for j in range(size)] + [named(right[i])] for i in range(size)]
+        for pivot in range(size):
+            for row in range(pivot + 1, size):
+                factor = named(rows[row][pivot] / rows[pivot][pivot])
+                if factor != 0:
+                    for column in range(pivot + 1, size + 1):
+                        rows[row][column] = named(rows[row][column] - factor * rows[pivot][column])
+        found: list[Expression] = [sympy.Integer(0)] * size
+        for row in reversed(range(size)):
+            known = sum((rows[row][column] * found[column] for column in range(row + 1, size)), sympy.Integer(0))
+            found[row] = named((rows[row][size] - known) / rows[row][row])
+        return found
 
     def _law_values(self, plain: Any) -> list[LawValue]:
         values = []

@@ -15,6 +15,7 @@ from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.analysis.design_trends import Trend
 from infinivar.analysis.least_loss import LeastLoss
+from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
 from infinivar.analysis.simulate import Simulation
@@ -337,6 +338,17 @@ def simulation(found: Simulation) -> Arrays:
     }
     made = trajectory(found.trajectory)
     return made._replace(data={**columns, **made.data}, attributes={"title": found.title})
+
+
+def machine_run(found: MachineRun) -> Arrays:
+    """Motion, forces and demands over time, and energies by source, loss and storage."""
+    data: dict[str, Any] = {name: ("time", values, {"units": unit_of(name)}) for name, values in found.columns.items()}
+    for kind, group in (("supplied", found.supplied), ("lost", found.lost), ("stored", found.stored)):
+        data[f"energy_{kind}_J"] = ((kind, "time"), np.array(list(group.values())), {"units": "J"})
+    meaning = "unaccounted energy over energy moved"
+    data["energy_residual"] = ("time", found.residual, {"units": "1", "long_name": meaning})
+    labels = {kind: list(getattr(found, kind)) for kind in ("supplied", "lost", "stored")}
+    return Arrays(data, {"time": ("time", found.time, {"units": "s"}), **labels}, {"title": found.title})
 
 
 def trajectory(run: Trajectory) -> Arrays:

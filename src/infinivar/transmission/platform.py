@@ -12,6 +12,7 @@ Source: merlet2006, chapters 2 and 3, for constant rods on linear actuators.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from annotated_types import Gt
@@ -27,6 +28,21 @@ from infinivar.transmission.configuration import Configuration, over_links
 
 _STILL = 1e-8
 """Angle [rad] below which a rotation is linear in its vector to rounding."""
+
+
+class PlatformMotion(NamedTuple):
+    """Kinematics of a platform that moves; arrays over (..., n) rods."""
+
+    jacobian: np.ndarray
+    """J. (..., n, 6)"""
+    link_position: np.ndarray
+    """[m]"""
+    reach: np.ndarray
+    """Of the worst rod, over its length. (...,) [-]"""
+    link_speed: np.ndarray
+    """J xi. [m s^-1]"""
+    bias: np.ndarray
+    """Acceleration of the links without one of the twist, dJ/dt xi. [m s^-2]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -144,27 +160,74 @@ class Platform:
         p, turn = _three(position, "position"), _three(rotation, "rotation")
         check_broadcast(position=p.shape[:-1], rotation=turn.shape[:-1])
         arm = rotated(turn, self.joints)
+        jacobian, link, reach = self._reach(p, arm)
+        jacobian[reach >= 1.0] = np.nan
+        utilisation = {Limit.LINKAGE: np.where(reach >= 1.0, np.maximum(reach, 1.0 + 1e-12), reach)}
+        if self.stroke is not None:
+            utilisation[Limit.TRAVEL] = self.travel_demand(link)
+        return Configuration(jacobian=jacobian, link_position=link, utilisation=utilisation)
+
+    def travel_demand(self, link_position: np.ndarray) -> np.ndarray:
+        """Distance of the worst link from the middle of the stroke, over half the stroke; 0 without a stroke. (...,) [-]"""
+        if self.stroke is None:
+            return np.zeros(link_position.shape[:-1])
+        low, high = self.stroke
+        off = np.abs(link_position - 0.5 * (low + high)) / (0.5 * (high - low))
+        return over_links(np.maximum, off)
+
+    def _reach(
+        self, p: np.ndarray, arm: tuple[np.ndarray, np.ndarray, np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Jacobian, positions of the links, and reach over the length of the rods of the worst rod; arm is Q b."""
         x, y, z = (p[..., axis, None] + arm[axis] - self.base[:, axis] for axis in range(3))
         sideways = x * x + y * y
         square = self.rod_length**2
         reach = np.sqrt(over_links(np.maximum, sideways)) / self.rod_length
         rise = np.sqrt(np.where(sideways < square, square - sideways, np.nan))
-        link = z - rise
         # n/n_z, so that the last component is 1.
         over = 1.0 / rise
         nx, ny = x * over, y * over
-        jacobian = np.empty((*link.shape, 6))
+        jacobian = np.empty((*rise.shape, 6))
         jacobian[..., 0], jacobian[..., 1], jacobian[..., 2] = nx, ny, 1.0
         jacobian[..., 3] = arm[1] - arm[2] * ny
         jacobian[..., 4] = arm[2] * nx - arm[0]
         jacobian[..., 5] = arm[0] * ny - arm[1] * nx
-        jacobian[reach >= 1.0] = np.nan
-        utilisation = {Limit.LINKAGE: np.where(reach >= 1.0, np.maximum(reach, 1.0 + 1e-12), reach)}
-        if self.stroke is not None:
-            low, high = self.stroke
-            off = np.abs(link - 0.5 * (low + high)) / (0.5 * (high - low))
-            utilisation[Limit.TRAVEL] = over_links(np.maximum, off)
-        return Configuration(jacobian=jacobian, link_position=link, utilisation=utilisation)
+        return jacobian, z - rise, reach
+
+    def moving(self, position: np.ndarray, turn: np.ndarray, twist: np.ndarray) -> PlatformMotion:
+        r"""The machine at poses that move, for motion in time; finite arguments are not checked.
+
+        .. math:: \ddot l_i = J_i\dot\xi + \frac{\left(\omega\times(\omega\times Q b_i)\right)\cdot n_i}{n_{iz}}
+            + \frac{|\dot c_i - \dot l_i z|^2}{D\,n_{iz}}
+
+        Parameters
+        ----------
+        position : (..., 3) float    [m]
+        turn : (..., 3, 3) float     Rotation matrix.
+        twist : (..., 6) float       As in `at`. [m s^-1], [rad s^-1]
+
+        Returns
+        -------
+        PlatformMotion   nan where a rod does not reach.
+
+        Source: second derivative of ``|c_i - l_i z| = D``.
+        """
+        turned = np.matmul(turn, np.swapaxes(self.joints, 0, 1))
+        arm = turned[..., 0, :], turned[..., 1, :], turned[..., 2, :]
+        jacobian, link, reach = self._reach(position, arm)
+        speed = np.matmul(jacobian, twist[..., None])[..., 0]
+        wx, wy, wz = (twist[..., axis, None] for axis in (3, 4, 5))
+        ax, ay, az = arm
+        # omega x a, then centripetal: omega (omega a) - a omega^2.
+        vx, vy, vz = wy * az - wz * ay, wz * ax - wx * az, wx * ay - wy * ax
+        along, square = wx * ax + wy * ay + wz * az, wx * wx + wy * wy + wz * wz
+        nx, ny = jacobian[..., 0], jacobian[..., 1]
+        bias = (wx * along - ax * square) * nx + (wy * along - ay * square) * ny + wz * along - az * square
+        rise = self.rod_length / np.sqrt(1.0 + nx * nx + ny * ny)
+        dx, dy, dz = (
+            twist[..., axis, None] + part - (speed if axis == 2 else 0.0) for axis, part in enumerate((vx, vy, vz))
+        )
+        return PlatformMotion(jacobian, link, reach, speed, bias + (dx * dx + dy * dy + dz * dz) / rise)
 
 
 def rotated(rotation: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

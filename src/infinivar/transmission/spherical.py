@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array, finite_floats
+from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.arrays import real_array, shown
 from infinivar._core.fields import check, check_single, check_value, component, quantity
 from infinivar._core.result import Result, result
@@ -37,7 +37,7 @@ from infinivar.power import PowerPoint
 from infinivar.transmission import spherical_solve
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.mechanism import Mechanism
-from infinivar.transmission.rolling_contact import RollingContact
+from infinivar.transmission.rolling_contact import ContactForces, RollingContact
 from infinivar.transmission.sphere_layout import LAYOUTS, LayoutName, Roller, basis, check_rollers
 
 COORDINATES = ("shaft1", "shaft2", "sphere_x", "sphere_y", "sphere_z")
@@ -208,6 +208,14 @@ class SphericalIVT:
         found = self._frames.ideal(self._frames.axis(real_array("steering_angle", steering_angle)))
         return found[..., 0], found[..., 1]
 
+    def rolling_rates(self, steering_angle: float, input_speed: float) -> np.ndarray:
+        """w_1, w_2 and the angular velocity of the sphere without creep; the sphere rests where shaft 1 is locked. (5,)"""
+        frames = self._frames
+        axis = frames.axis(np.asarray(float(steering_angle)))
+        first, second = frames.ideal(axis)
+        turning = input_speed / first if abs(first) > 1e-6 * abs(second) else 0.0
+        return np.array([input_speed, second * turning, *(axis * turning)])
+
     def headings(self, steering_angle: Array) -> Array:
         """Angles of all rollers in their tangent frames at a steering angle; 0 for drive rollers. (..., k) [rad]"""
         cosine, sine = self._frames.headings(real_array("steering_angle", steering_angle))
@@ -274,6 +282,58 @@ class SphericalIVT:
         angle, speed, force = np.broadcast_arrays(*finite_floats(np, **known))
         return spherical_solve.point(self, self._frames, angle, speed, force, along_shaft=names == _PAIRS[0])
 
+    def patches(self) -> tuple[RollingContact, ...]:
+        """Contact of each roller: drive rollers and idlers as `DrivenContact`."""
+        return tuple(self._frames.patches)
+
+    def rolling_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """Jacobian of the contacts (k, 2, 5), and the rolling speed of rollers on fixed axles by each rate (k, 5)."""
+        return self._frames.jacobian, self._frames.rolling_rows
+
+    def heading_of(self, roller: int, steering_angle: Array) -> tuple[Array, Array]:
+        """Cosine and sine of the heading of one roller, over any array library; see `headings`."""
+        frames = self._frames
+        if not frames.steered[roller]:
+            return 1.0 + 0.0 * steering_angle, 0.0 * steering_angle
+        xp = namespace(steering_angle)
+        cosine, sine = xp.cos(steering_angle), xp.sin(steering_angle)
+        normal, tangents = frames.normals[roller], (frames.tangents[0][roller], frames.tangents[1][roller])
+        along, across = (
+            cosine * float(-np.cross(frames.p, normal) @ t) + sine * float(-np.cross(frames.q, normal) @ t)
+            for t in tangents
+        )
+        size = xp.sqrt(along * along + across * across)
+        return along / size, across / size
+
+    def moving(
+        self, rates: np.ndarray, steering_angle: np.ndarray, steering_rate: Array, stick_speed: float
+    ) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray], np.ndarray]:
+        """Forces in motion, when those on the sphere need not balance; finite arguments are not checked.
+
+        Parameters
+        ----------
+        rates : (m, 5) float              w_1, w_2 and the angular velocity of the sphere. [rad s^-1]
+        steering_angle : (m,) float       gamma. [rad]
+        steering_rate : (m,) or float     Its rate, with which the steered rollers turn. [rad s^-1]
+        stick_speed : float               See `RollingContact.act`. [m s^-1]
+
+        Returns
+        -------
+        forces : ContactForces (m, k)     Of the contacts.
+        applied : (m, 5) float            Forces that steady motion would need; minus those exerted.
+        losses : name to (m, k) float     creep, spin, rolling, bearing. [W]
+        moment : (m,) float               That the contacts exert against gamma. [N m]
+        """
+        frames = self._frames
+        heading, slope = frames.headings(steering_angle), frames.heading_slopes(steering_angle)
+        turning = slope * np.asarray(steering_rate, dtype=float)[..., None]
+        forces, applied, shaft, _ = spherical_solve.forces_at(frames, heading, rates, stick_speed, turning)
+        losses = {
+            name: forces.losses.get(name, 0.0 * forces.x) + shaft.get(name, 0.0)
+            for name in ("creep", "spin", "rolling", "bearing")
+        }
+        return forces, applied, losses, np.sum(forces.moment * slope, axis=-1)
+
 
 class _Frames:
     """Tangent frames of the rollers, and all that follows from them."""
@@ -327,6 +387,16 @@ class _Frames:
         steers = self.steered & (size > 1e-12)
         safe = np.where(steers, size, 1.0)
         return np.where(steers, along / safe, 1.0), np.where(steers, across / safe, 0.0)
+
+    def heading_slopes(self, angle: np.ndarray) -> np.ndarray:
+        """Derivatives of the headings by the steering angle, (..., k); 0 for rollers that are not steered."""
+        here, there = (-np.cross(self.axis(one)[..., None, :], self.normals) for one in (angle, angle + 0.5 * np.pi))
+        (along, across), (d_along, d_across) = (
+            [np.sum(moving * t, axis=-1) for t in self.tangents] for moving in (here, there)
+        )
+        square = along * along + across * across
+        steers = self.steered & (square > 1e-24)
+        return np.where(steers, (along * d_across - across * d_along) / np.where(steers, square, 1.0), 0.0)
 
     def mechanism(self, cosine: np.ndarray, sine: np.ndarray) -> Mechanism:
         """The kinematic map with the rolling speeds at these headings."""

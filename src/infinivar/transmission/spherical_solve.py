@@ -228,13 +228,21 @@ def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarr
     return missing, np.where(np.isnan(size), np.inf, size)
 
 
-def _forces(
-    frames: Any, batch: _Batch, rates: np.ndarray
-) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray], np.ndarray]:
+_Forces = tuple[ContactForces, np.ndarray, dict[str, np.ndarray], np.ndarray]
+
+
+def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> _Forces:
     """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, losses by it, and its force."""
-    mechanism = frames.mechanism(batch.cosine, batch.sine)
-    stick = STANDING * frames.sphere_radius * batch.turning
-    forces, applied = mechanism.forces(rates, (batch.cosine, batch.sine), stick_speed=stick[:, None])
+    return forces_at(frames, (batch.cosine, batch.sine), rates, STANDING * frames.sphere_radius * batch.turning)
+
+
+def forces_at(
+    frames: Any, heading: tuple[np.ndarray, np.ndarray], rates: np.ndarray, stick: Any, steering_rate: Any = 0.0
+) -> _Forces:
+    """The same at headings (m, k), rates (m, 5) and stick speeds (m,) or one [m s^-1], while rollers are steered."""
+    mechanism = frames.mechanism(*heading)
+    sticks = stick[:, None] if isinstance(stick, np.ndarray) else stick
+    forces, applied = mechanism.forces(rates, heading, steering_rate, stick_speed=sticks)
     losses, held = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}, 0.0 * forces.x
     for place in np.flatnonzero(~frames.steered):
         row, contact = frames.rolling_rows[place], frames.contacts[place]

@@ -1,0 +1,265 @@
+r"""Integration of stiff motions in short segments, by collocation at Radau points (order 5), with energies by its quadrature.
+
+A sampled controller changes the inputs every millisecond, and contacts settle within microseconds. A one-step method has no
+history to lose at a sample. All stages of a step are one call of the rates for several rows, and so are all columns of their
+Jacobian, which is kept until it no longer serves. Powers are integrated by the quadrature of the same points, so that the
+balance of energies is a measure of error that knows nothing of the states' scales: a step that misses it is shortened.
+
+Source: hairer1996, section IV.8, for the method, its error estimate and its simplified Newton iteration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+_ROOT = 6.0**0.5
+POINTS = np.array([(4.0 - _ROOT) / 10.0, (4.0 + _ROOT) / 10.0, 1.0])
+"""Of a step, as shares of it."""
+
+_NODES = np.concatenate([[0.0], POINTS])
+_OTHERS = [tuple(other for other in range(4) if other != node) for node in range(4)]
+_SCALES = [float(np.prod([_NODES[node] - _NODES[other] for other in _OTHERS[node]])) for node in range(4)]
+"""Of the polynomial through the start and the points of a step."""
+
+_A = np.array(
+    [
+        [(88.0 - 7.0 * _ROOT) / 360.0, (296.0 - 169.0 * _ROOT) / 1800.0, (-2.0 + 3.0 * _ROOT) / 225.0],
+        [(296.0 + 169.0 * _ROOT) / 1800.0, (88.0 + 7.0 * _ROOT) / 360.0, (-2.0 - 3.0 * _ROOT) / 225.0],
+        [(16.0 - _ROOT) / 36.0, (16.0 + _ROOT) / 36.0, 1.0 / 9.0],
+    ]
+)
+_ERROR = np.array([-13.0 - 7.0 * _ROOT, -13.0 + 7.0 * _ROOT, -1.0]) / 3.0
+_REAL = 3.0 + 3.0 ** (2.0 / 3.0) - 3.0 ** (1.0 / 3.0)
+
+_ITERATIONS = 8
+_MORE = 3
+"""Most iterations beyond those that the states need, for the balance of energies."""
+
+_NEWTON = 1e-3
+"""Largest last change of an iteration, over the tolerance of the states."""
+
+_SLOW = 0.03
+"""Convergence rate above which the next step begins with a new Jacobian."""
+
+_DIFFERENCE = 1e-7
+"""Change of a state in units of its scale, for slopes."""
+
+_REACH = 4.0
+"""Length of a step over that before it up to which its polynomial predicts."""
+
+_STRICT = 0.01
+"""Tolerance of the missing energy over that of the states: errors of the same sign add up over thousands of steps."""
+
+_COASTING = 1e-3
+"""Share of the stored energy that counts as moved in a step, beside that which passes."""
+
+_SMALLEST = 1e-12
+"""Shortest step. [s]"""
+
+_GROWTH, _SHRINKING, _SAFETY = 6.0, 0.1, 0.9
+
+
+class Rates(NamedTuple):
+    """What a motion does at m states: rows."""
+
+    derivative: np.ndarray
+    """(m, n) [s^-1]"""
+    power: np.ndarray
+    """Powers to integrate. (m, p) [W]"""
+    stored: np.ndarray
+    """Stored energy. (m,) [J]"""
+    demand: np.ndarray
+    """Whose rise through 1 is an event. (m, d)"""
+
+
+class StuckError(Exception):
+    """No step is short enough; the argument is the time that was reached."""
+
+
+class Step(NamedTuple):
+    """An accepted step: its ends, the states at its ends and points, the energies that passed, and demands at both ends."""
+
+    begin: float
+    end: float
+    before: np.ndarray
+    points: np.ndarray
+    """(3, n)"""
+    energy: np.ndarray
+    """(p,) [J]"""
+    demand_before: np.ndarray
+    demand: np.ndarray
+
+    def at(self, share: float) -> np.ndarray:
+        """State at a share of the step, on the collocation polynomial. (n,)"""
+        rows = np.vstack([self.before, self.points])
+        away = share - _NODES
+        weights = [away[b] * away[c] * away[d] / scale for (b, c, d), scale in zip(_OTHERS, _SCALES, strict=True)]
+        return np.asarray(weights) @ rows
+
+
+class Collocation:
+    """A motion in progress, from segment to segment.
+
+    Parameters
+    ----------
+    rates : callable       Maps times (m,) and states (m, n) to `Rates`; called with other inputs in each segment.
+    balance : (p,) float   Signs of the powers in the balance: 1 for those that feed the storage, -1 for those that drain it.
+    scale : (n,) float     Size of each state.
+    tolerance : float      Of the states over their scale, and of the missing energy over that which passed.
+    """
+
+    def __init__(
+        self,
+        rates: Callable[[np.ndarray, np.ndarray], Rates],
+        balance: np.ndarray,
+        scale: np.ndarray,
+        tolerance: float,
+    ) -> None:
+        """Nothing is known yet about steps and slopes."""
+        self.rates, self.balance = rates, balance
+        self.scale, self.tolerance = scale, tolerance
+        from scipy.linalg import get_lapack_funcs  # imported when needed: it takes long
+
+        self.factor, self.solve = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
+        self.step = np.inf
+        self.last: Step | None = None
+        self.slopes: np.ndarray | None = None
+        self.factors: tuple[float, Any, Any] | None = None
+        self.calls = 0
+
+    def over(self, begin: float, end: float, state: np.ndarray, accept: Callable[[Step], None]) -> np.ndarray:
+        """Integrate one segment without jumps of the inputs; returns the state at its end.
+
+        Raises
+        ------
+        StuckError
+            If no step is short enough.
+        """
+        time, first = begin, self._one(begin, state)
+        growth = _GROWTH
+        fresh, least = False, max(_SMALLEST, 1e-9 * (end - begin))
+        self.step = min(self.step, end - begin)
+        while end - time > 1e-9 * (end - begin):
+            left = end - time
+            # The last steps of a segment are of one length.
+            step = left / max(1.0, np.ceil(left / self.step - 1e-9))
+            if self.slopes is None:
+                self.slopes, fresh, self.factors = self._jacobian(time, state), True, None
+            found = self._attempt(time, state, first, step)
+            if found is None:
+                if not fresh:
+                    self.slopes = None
+                    continue
+                if step <= least:
+                    raise StuckError(time)
+                self.step, growth = 0.3 * step, 1.5
+                continue
+            error, made, after, rate = found
+            factor = min(growth, max(_SHRINKING, _SAFETY * max(error, 1e-12) ** -0.25))
+            if error > 1.0:
+                if step <= least:
+                    raise StuckError(time)
+                self.step = min(factor, 0.7) * step
+                if not fresh:
+                    self.slopes = None
+                continue
+            accept(made)
+            self.last = made
+            time, state, first = made.end, made.points[-1], after
+            fresh, growth = False, min(2.0 * growth, _GROWTH)
+            if rate > _SLOW:
+                self.slopes = None
+            if factor < 1.0 or factor > 1.2:  # small changes are not worth new factors
+                self.step = max(self.step, factor * step) if factor > 1.0 else factor * step
+        return state
+
+    def _one(self, time: float, state: np.ndarray) -> Rates:
+        self.calls += 1
+        return self.rates(np.array([time]), state[None])
+
+    def _jacobian(self, time: float, state: np.ndarray) -> np.ndarray:
+        """Derivatives of the rates by the states, (n, n)."""
+        size = len(state)
+        change = _DIFFERENCE * (np.abs(state) + self.scale)
+        rows = np.vstack([state + np.diag(change), state])
+        self.calls += 1
+        found = self.rates(np.full(size + 1, time), rows).derivative
+        return (found[:-1] - found[-1]).T / change
+
+    def _factors(self, step: float) -> tuple[Any, Any]:
+        """Solvers for the stages and for the error, of one step length."""
+        if self.factors is None or self.factors[0] != step:
+            assert self.slopes is not None
+            size = len(self.slopes)
+            stages = np.eye(3 * size) - step * np.kron(_A, self.slopes)
+            whole = (_REAL / step) * np.eye(size) - self.slopes
+            self.factors = (step, self.factor(stages)[:2], self.factor(whole)[:2])
+        return self.factors[1], self.factors[2]
+
+    def _attempt(
+        self, time: float, state: np.ndarray, first: Rates, step: float
+    ) -> tuple[float, Step, Rates, float] | None:
+        """Error over the tolerance, the step, the rates after it, and the rate of convergence; None if that fails."""
+        stages, whole = self._factors(step)
+        weight = 1.0 / (self.tolerance * (np.abs(state) + self.scale))
+        times, size = time + step * POINTS, len(state)
+        z = self._expected(times, state, step)
+        before, rate, change = None, 0.0, np.zeros((3, size))
+        for left in reversed(range(_ITERATIONS)):
+            self.calls += 1
+            at = self.rates(times, state + z)
+            residual = step * (_A @ at.derivative) - z
+            if not np.all(np.isfinite(residual)):
+                return None
+            change = self.solve(*stages, residual.ravel())[0].reshape(3, size)
+            norm = float(np.sqrt(np.mean((change * weight) ** 2)))
+            if before is not None and before > 0.0:
+                rate = norm / before
+                if norm > _NEWTON and (rate >= 1.0 or norm * rate**left > _NEWTON * (1.0 - rate)):
+                    return None
+            if norm <= _NEWTON * max(1.0 - rate, 0.1):
+                break
+            z, before = z + change, norm
+        else:
+            return None
+        estimate = self.solve(*whole, first.derivative[0] + _ERROR @ z / step)[0]
+        error = float(np.sqrt(np.mean((estimate * weight) ** 2)))
+        if error > 1.0:
+            again = self._one(time, state + estimate).derivative[0]
+            estimate = self.solve(*whole, again + _ERROR @ z / step)[0]
+            error = float(np.sqrt(np.mean((estimate * weight) ** 2)))
+        # The last change is not applied, so that rates and energies are those of the points.
+        missing, passed = self._missing(first, at, step)
+        for _ in range(_MORE):
+            if not missing > 1.0 >= error:
+                break
+            # The contacts are stiff: what is left of the iteration may be what is missing.
+            self.calls += 1
+            z = z + change
+            at = self.rates(times, state + z)
+            missing, passed = self._missing(first, at, step)
+            residual = step * (_A @ at.derivative) - z
+            change = self.solve(*stages, residual.ravel())[0].reshape(3, size)
+        error, points = max(error, missing), state + z
+        after = Rates(*(part[-1:] for part in at))
+        made = Step(time, float(times[-1]), state, points, passed, first.demand[0], after.demand[0])
+        return error, made, after, rate
+
+    def _missing(self, first: Rates, at: Rates, step: float) -> tuple[float, np.ndarray]:
+        """Energy that a step leaves unaccounted for, over the tolerance, and the energies that passed."""
+        passed = step * (_A[2] @ at.power)
+        here, there = float(first.stored[0]), float(at.stored[2])
+        missing = abs(there - here - float(self.balance @ passed))
+        moved = float(np.sum(np.abs(passed))) + _COASTING * (here + there) + 1e-15
+        return missing / (_STRICT * self.tolerance * moved), passed
+
+    def _expected(self, times: np.ndarray, state: np.ndarray, step: float) -> np.ndarray:
+        """Changes of the state at the points, by the polynomial of the step before; none at first. (3, n)"""
+        last = self.last
+        if last is None or last.end - last.begin < step / _REACH or abs(last.end + step - times[-1]) > 0.5 * step:
+            return np.zeros((3, len(state)))
+        shares = (times - last.begin) / (last.end - last.begin)
+        return np.array([last.at(float(share)) for share in shares]) - state

@@ -1,0 +1,141 @@
+"""Inertia of rigid bodies and planar arms, and rates of rotation vectors."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from infinivar.transmission.platform import rotated
+
+_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
+
+_STILL = 1e-4
+"""Angle [rad] below which the series of a coefficient is exact to rounding."""
+
+
+def rotation_matrix(vector: np.ndarray) -> np.ndarray:
+    """Rotation by a vector, axis times angle. (..., 3) to (..., 3, 3)"""
+    return np.stack(rotated(vector, np.eye(3)), axis=-2)
+
+
+def rotation_rate(vector: np.ndarray, turning: np.ndarray) -> np.ndarray:
+    r"""Time derivative of a rotation vector at an angular velocity in fixed axes.
+
+    .. math:: \dot\theta = \omega - \tfrac12\,\theta\times\omega
+        + \left(\frac{1}{\vartheta^2} - \frac{\cot(\vartheta/2)}{2\vartheta}\right)\theta\times(\theta\times\omega)
+
+    Parameters
+    ----------
+    vector : (..., 3) float    theta, shorter than 2 pi. [rad]
+    turning : (..., 3) float   omega. [rad s^-1]
+
+    Returns
+    -------
+    (..., 3) float   [rad s^-1]
+
+    Source: inverse of the left Jacobian of the rotation group.
+    """
+    square = np.sum(vector * vector, axis=-1, keepdims=True)
+    turns = square > _STILL**2
+    angle = np.sqrt(np.where(turns, square, 1.0))
+    share = np.where(turns, 1.0 / angle**2 - 0.5 / (angle * np.tan(0.5 * angle)), 1.0 / 12.0 + square / 720.0)
+    along = np.sum(vector * turning, axis=-1, keepdims=True)
+    return (1.0 - share * square) * turning - 0.5 * _crossed(vector, turning) + share * along * vector
+
+
+def angular_velocity(vector: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Angular velocity in fixed axes of a rotation vector with a time derivative: the inverse of `rotation_rate`."""
+    square = np.sum(vector * vector, axis=-1, keepdims=True)
+    turns = square > _STILL**2
+    angle = np.sqrt(np.where(turns, square, 1.0))
+    one = np.where(turns, (1.0 - np.cos(angle)) / angle**2, 0.5 - square / 24.0)
+    two = np.where(turns, (angle - np.sin(angle)) / angle**3, 1.0 / 6.0 - square / 120.0)
+    once = _crossed(vector, rate)
+    return rate + one * once + two * _crossed(vector, once)
+
+
+def rotation_between(start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Rotation vector, in fixed axes, of the turn from one rotation to another, shorter than pi. (3,) each [rad]"""
+    turn = rotation_matrix(end) @ rotation_matrix(start).T
+    axis = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine, cosine = float(np.sqrt(axis @ axis)), 0.5 * (float(np.trace(turn)) - 1.0)
+    return axis * (np.arctan2(sine, cosine) / sine if sine > 1e-12 else 1.0)
+
+
+def _crossed(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return one[..., _NEXT] * other[..., _AFTER] - one[..., _AFTER] * other[..., _NEXT]
+
+
+class Moved(NamedTuple):
+    """Inertia of a body, and the forces of its motion without acceleration."""
+
+    inertia: np.ndarray
+    bias: np.ndarray
+
+
+def rigid_body(mass: float, principal: np.ndarray, turn: np.ndarray, twist: np.ndarray) -> Moved:
+    """A body of which the reference point is the centre of mass, in fixed axes.
+
+    Parameters
+    ----------
+    mass : float               [kg]
+    principal : (3,) float     Moments of inertia about the axes of the body. [kg m^2]
+    turn : (m, 3, 3) float     Rotation matrix.
+    twist : (m, 6) float       Velocity and angular velocity.
+
+    Returns
+    -------
+    inertia, bias : (m, 6, 6), (m, 6) float
+
+    Source: Newton and Euler.
+    """
+    tensor = np.matmul(turn * principal, np.swapaxes(turn, -1, -2))
+    inertia = np.zeros((len(turn), 6, 6))
+    inertia[:, (0, 1, 2), (0, 1, 2)] = mass
+    inertia[:, 3:, 3:] = tensor
+    turning = twist[:, 3:]
+    bias = np.zeros((len(turn), 6))
+    bias[:, 3:] = _crossed(turning, np.matmul(tensor, turning[..., None])[..., 0])
+    return Moved(inertia, bias)
+
+
+def planar_arm(
+    lengths: np.ndarray,
+    masses: np.ndarray,
+    inertias: np.ndarray,
+    tip_mass: float,
+    angles: np.ndarray,
+    rates: np.ndarray,
+) -> Moved:
+    """An arm of uniform members in a plane, with a mass at its end point, in joint angles.
+
+    Parameters
+    ----------
+    lengths, masses, inertias : (n,) float   Of the members; inertias about the centres of mass, in the middle.
+    tip_mass : float                         At the end point. [kg]
+    angles, rates : (m, n) float             Of the joints, each relative to the member before. [rad], [rad s^-1]
+
+    Returns
+    -------
+    inertia, bias : (m, n, n), (m, n) float   [kg m^2], [N m]
+
+    Source: d'Alembert in absolute angles: the pair (i, j) of members has ``H_ij cos(a_i - a_j)`` with constant H, and centrifugal
+    moments ``H_ij sin(a_i - a_j) (da_j/dt)^2``.
+    """
+    n = len(lengths)
+    beyond = np.append(np.cumsum(masses[::-1])[::-1][1:], 0.0) + tip_mass  # masses carried by each member's end
+    coupling = np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            far, near = max(i, j), min(i, j)
+            coupling[i, j] = lengths[near] * lengths[far] * (0.5 * masses[far] + beyond[far])
+            if i == j:
+                coupling[i, i] = inertias[i] + lengths[i] ** 2 * (0.25 * masses[i] + beyond[i])
+    absolute, turning = np.cumsum(angles, axis=-1), np.cumsum(rates, axis=-1)
+    apart = absolute[:, :, None] - absolute[:, None, :]
+    inertia = coupling * np.cos(apart)
+    bias = np.matmul(coupling * np.sin(apart), (turning * turning)[..., None])[..., 0]
+    # Absolute angles are sums of joint angles.
+    outward = np.tril(np.ones((n, n)))
+    return Moved(outward.T @ inertia @ outward, bias @ outward)

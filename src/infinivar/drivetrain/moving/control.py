@@ -1,0 +1,171 @@
+"""Sampled controllers of machines with many contacts: speed of the power motor, steering servos, and pose.
+
+The pose loop commands the speeds of the links, or the direction of a body in the plane; the wheels' angles follow. What a
+controller computes from the measurements of one sample acts from the next sample on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.fields import given
+from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.graphs.controllers import Loop, Servo, speed_loop
+from infinivar.drivetrain.moving.bodies import angular_velocity, rotation_between
+from infinivar.drivetrain.moving.legged import Load, PlatformLoad
+from infinivar.drivetrain.moving.system import Inputs, System
+from infinivar.motion.histories import VectorHistory
+from infinivar.transmission.planar import PlanarCobot
+
+_STEP = 1e-4
+"""Half the time over which commanded angles are differenced. [s]"""
+
+Wanted = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Steering angles and rates by the time at which they act, configuration, rates and present angles."""
+
+
+@dataclass(slots=True)
+class MachineController:
+    """All loops of a machine, with their memory."""
+
+    system: System
+    period: float
+    duration: float
+    """Of the run; the controller looks no further ahead. [s]"""
+    set_speed: float
+    motor: Loop | None
+    servo: Servo | None
+    wanted: Wanted | None
+    integral: float = 0.0
+    waiting: Inputs | None = field(default=None)
+    saturated: dict[str, float] = field(default_factory=dict)
+    """Commanded over largest current of the last sample, by motor."""
+
+    def sample(self, time: float, state: np.ndarray) -> Inputs:
+        """Inputs until the next sample: those computed at the last one; at the first, those of now."""
+        found = self._computed(time, state)
+        acting, self.waiting = (found if self.waiting is None else self.waiting), found
+        return acting
+
+    def _computed(self, time: float, state: np.ndarray) -> Inputs:
+        first, second, third = self.system.places
+        c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
+        inputs = Inputs(steering=np.zeros(len(angles)))
+        if self.motor is not None and self.system.motor is not None:
+            error = self.set_speed - float(nu[self.system.motor.coordinate])
+            inputs.current, self.integral = self.motor.act(error, self.integral, self.period)
+            self.saturated["motor"] = abs(inputs.current) / self.motor.limit
+        if self.servo is not None and self.wanted is not None:
+            goal, rate = self.wanted(min(time + self.period, self.duration), c, nu, angles)
+            for place in range(len(angles)):
+                error = float(goal[place]) - float(angles[place])
+                inputs.steering[place] = self.servo.act(error, float(turning[place]), float(rate[place]))
+            self.saturated["steering motor"] = float(np.max(np.abs(inputs.steering))) / self.servo.limit
+        return inputs
+
+
+def placed_servo(system: System, control: CoboticControl, full_speed: float) -> Servo | None:
+    """Servo of the steered axes."""
+    if system.servo is None:
+        return None
+    motor = system.servo.plant.motor
+    limit = given(control.steering_current_limit, motor.voltage / motor.resistance)
+    return Servo.place(
+        control.steering_bandwidth, system.servo.inertia, system.servo.gain, limit, system.servo.friction, full_speed
+    )
+
+
+def placed_motor(system: System, control: CoboticControl, inertia: float) -> Loop | None:
+    """Speed loop of the power motor; `inertia` is that of its coordinate without the motor."""
+    if system.motor is None:
+        return None
+    motor = system.motor.motor
+    limit = given(control.current_limit, motor.voltage / motor.resistance)
+    return speed_loop(control.cylinder_bandwidth, inertia + system.motor.inertia, system.motor.gain, limit)
+
+
+def following_angles(angles: Callable[[float], Any]) -> Wanted:
+    """Angles over time, whatever the machine does."""
+
+    def wanted(time: float, *_: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        ahead, behind = (np.asarray(angles(one), dtype=float) for one in (time + _STEP, max(time - _STEP, 0.0)))
+        return np.asarray(angles(time), dtype=float), (ahead - behind) / (time + _STEP - max(time - _STEP, 0.0))
+
+    return wanted
+
+
+def pose_twist(load: Load, motion: VectorHistory, time: float) -> tuple[np.ndarray, np.ndarray]:
+    """Pose of a motion, and the twist of its coordinates."""
+    pose, rate = motion(time), motion.rate(time)
+    if isinstance(load, PlatformLoad):
+        rate = np.concatenate([rate[:3], angular_velocity(pose[3:], rate[3:])])
+    return pose, rate
+
+
+def following_pose(
+    load: Load, motion: VectorHistory, *, gain: float, radius: float, set_speed: float, largest: float
+) -> Wanted:
+    """Angles of wheels on a cylinder that move a load along a motion.
+
+    Parameters
+    ----------
+    load : Load
+    motion : VectorHistory   Of poses.
+    gain : float             Of the pose error. [s^-1]
+    radius : float           Of the cylinder. [m]
+    set_speed : float        Of the cylinder; a nearly stationary one counts as a twentieth of that. [rad s^-1]
+    largest : float          Angle to which the wheels can be steered. [rad]
+    """
+
+    def planned(time: float) -> np.ndarray:
+        pose, twist = pose_twist(load, motion, time)
+        return load.at(pose[None], twist[None]).speed[0]
+
+    def wanted(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        pose, twist = pose_twist(load, motion, time)
+        jacobian = load.at(c[None], nu[None, :-1]).jacobian[0]
+        off = pose - c
+        if isinstance(load, PlatformLoad):
+            off = np.concatenate([off[:3], rotation_between(c[3:], pose[3:])])
+        turning = math.copysign(max(abs(float(nu[-1])), 0.05 * abs(set_speed)), set_speed)
+        slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
+        before, after = _around(motion, time)
+        acceleration = (planned(after) - planned(before)) / (after - before)
+        change = -(acceleration + gain * (jacobian @ (twist - nu[:-1]))) / (radius * turning)
+        goal = np.clip(np.arctan(slope), -largest, largest)
+        return goal, np.where(np.abs(goal) < largest, change / (1.0 + slope * slope), 0.0)
+
+    return wanted
+
+
+def _around(motion: VectorHistory, time: float) -> tuple[float, float]:
+    """Two instants about a time, both on the same side of the end of a motion."""
+    end = float(motion.time[-1])
+    after = min(time + _STEP, end) if time <= end else time + _STEP
+    return after - 2.0 * _STEP, after
+
+
+def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) -> Wanted:
+    """Headings of wheels on a plane along a motion of the body, whose speed is the user's."""
+
+    def headings(twist: np.ndarray, angles: np.ndarray) -> np.ndarray:
+        found = np.asarray(cobot.headings(twist))
+        found = np.where(np.isfinite(found), found, angles)
+        return angles + np.remainder(found - angles + 0.5 * np.pi, np.pi) - 0.5 * np.pi
+
+    def wanted(time: float, c: np.ndarray, nu: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        def twist(at: float) -> np.ndarray:
+            off, rate = motion(at) - c, motion.rate(at)
+            cosine, sine = math.cos(c[2]), math.sin(c[2])
+            x, y, turning = rate + gain * off
+            return np.array([cosine * x + sine * y, cosine * y - sine * x, turning])
+
+        goal, (before, after) = headings(twist(time), angles), _around(motion, time)
+        return goal, (headings(twist(after), goal) - headings(twist(before), goal)) / (after - before)
+
+    return wanted

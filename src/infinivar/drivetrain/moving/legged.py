@@ -1,0 +1,225 @@
+"""Mechanics of legs on a common cylinder: a platform, or an arm with a leg for each joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from infinivar.contact import creep
+from infinivar.contact.friction import coulomb
+from infinivar.drivetrain.moving.bodies import Moved, planar_arm, rigid_body, rotation_matrix, rotation_rate
+from infinivar.drivetrain.moving.system import Forces, Place
+from infinivar.limits import Limit
+from infinivar.transmission.arm import PlanarArm
+from infinivar.transmission.platform import Platform
+from infinivar.transmission.rotary_linear import RotaryLinearIVT
+
+
+class Linkage(NamedTuple):
+    """Kinematics of links and inertia of what they move, at m rows; n links, d components of the twist."""
+
+    jacobian: np.ndarray
+    """(m, n, d)"""
+    speed: np.ndarray
+    """Of the links. (m, n) [m s^-1]"""
+    bias: np.ndarray
+    """Acceleration of the links without one of the twist. (m, n) [m s^-2]"""
+    changes: np.ndarray
+    """Time derivative of the configuration. (m, c)"""
+    moved: Moved
+    demand: np.ndarray
+    """Of the linkage's limits. (m, k) [-]"""
+
+
+class Load(Protocol):
+    """A body on links."""
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Components of the twist."""
+        ...
+
+    @property
+    def configuration(self) -> tuple[str, ...]:
+        """Components of the pose."""
+        ...
+
+    @property
+    def demands(self) -> tuple[tuple[Limit, str], ...]:
+        """Limits of the linkage."""
+        ...
+
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+        """Kinematics and inertia."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlatformLoad:
+    """A platform, its origin the centre of mass."""
+
+    platform: Platform
+    mass: float
+    inertia: np.ndarray
+    """About its axes. (3,) [kg m^2]"""
+    coordinates: tuple[str, ...] = (
+        "v_x_m_s",
+        "v_y_m_s",
+        "v_z_m_s",
+        "w_x_rad_s",
+        "w_y_rad_s",
+        "w_z_rad_s",
+    )
+    configuration: tuple[str, ...] = (
+        "x_m",
+        "y_m",
+        "z_m",
+        "theta_x_rad",
+        "theta_y_rad",
+        "theta_z_rad",
+    )
+    demands: tuple[tuple[Limit, str], ...] = ((Limit.LINKAGE, "rods"), (Limit.TRAVEL, "links"))
+
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+        """Kinematics and inertia; nan beyond the reach of a rod."""
+        position, rotation = pose[:, :3], pose[:, 3:]
+        turn = rotation_matrix(rotation)
+        moves = self.platform.moving(position, turn, twist)
+        changes = np.concatenate([twist[:, :3], rotation_rate(rotation, twist[:, 3:])], axis=-1)
+        demand = np.stack([moves.reach, self.platform.travel_demand(moves.link_position)], axis=-1)
+        body = rigid_body(self.mass, self.inertia, turn, twist)
+        return Linkage(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ArmLoad:
+    """An arm of uniform members, with a pulley on each joint and a mass at the end point."""
+
+    arm: PlanarArm
+    pulleys: np.ndarray
+    """Radii. (n,) [m]"""
+    masses: np.ndarray
+    """Of the members. (n,) [kg]"""
+    tip_mass: float
+    demands: tuple[tuple[Limit, str], ...] = ()
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Rates of the joints."""
+        return tuple(f"q{place + 1}_rate_rad_s" for place in range(self.arm.joints))
+
+    @property
+    def configuration(self) -> tuple[str, ...]:
+        """Joint angles."""
+        return tuple(f"q{place + 1}_rad" for place in range(self.arm.joints))
+
+    def inertia(self, angles: np.ndarray, rates: np.ndarray) -> Moved:
+        """Of the arm without pulleys and links."""
+        lengths = np.asarray(self.arm.lengths)
+        return planar_arm(lengths, self.masses, self.masses * lengths**2 / 12.0, self.tip_mass, angles, rates)
+
+    def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
+        """Kinematics and inertia."""
+        jacobian = np.broadcast_to(np.diag(self.pulleys), (len(pose), *np.diag(self.pulleys).shape))
+        nothing = np.zeros((len(pose), 0))
+        return Linkage(jacobian, self.pulleys * twist, 0.0 * twist, twist, self.inertia(pose, twist), nothing)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeggedMechanics:
+    """Legs with one wheel each on a common cylinder; the last coordinate is the cylinder's.
+
+    Friction limit and bearing friction are those at the set speed of the cylinder, as for one leg.
+    """
+
+    transmission: RotaryLinearIVT
+    load: Load
+    count: int
+    link_mass: float
+    cylinder_inertia: float
+    guideway_friction: float
+    """Of each link. [N]"""
+    set_speed: float
+    """Of the cylinder. [rad s^-1]"""
+    stick_speed: float
+    """[m s^-1]"""
+    losses: tuple[str, ...] = ("creep", "slip", "spin", "rolling", "bearing", "guideway")
+    _surface: float = field(init=False, default=0.0)
+
+    def __post_init__(self) -> None:
+        """Compute what does not change."""
+        creep.law_in_motion(self.transmission.creep_law)
+        object.__setattr__(self, "_surface", float(self.transmission.cylinder_radius * abs(self.set_speed)))
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Twist, and cylinder speed."""
+        return (*self.load.coordinates, "cylinder_speed_rad_s")
+
+    @property
+    def configuration(self) -> tuple[str, ...]:
+        """Pose."""
+        return self.load.configuration
+
+    @property
+    def steered(self) -> tuple[str, ...]:
+        """Steering angles."""
+        return tuple(f"phi_{place + 1}_rad" for place in range(self.count))
+
+    @property
+    def demands(self) -> tuple[tuple[Limit, str], ...]:
+        """Slip and steering of each wheel, and limits of the linkage."""
+        wheels = [f"wheel {place + 1}" for place in range(self.count)]
+        steering = [(Limit.STEERING, wheel) for wheel in wheels] if self._steers_to_an_end else []
+        return (*((Limit.SLIP, wheel) for wheel in wheels), *steering, *self.load.demands)
+
+    @property
+    def _steers_to_an_end(self) -> bool:
+        return self.transmission.steering_range < 0.5 * np.pi
+
+    def at(self, configuration: np.ndarray, rates: np.ndarray) -> Place:
+        """Inertia with that of the links, and kinematics."""
+        link = self.load.at(configuration, rates[:, :-1])
+        d, m = link.jacobian.shape[-1], len(rates)
+        across = np.swapaxes(link.jacobian, -1, -2)
+        inertia = np.zeros((m, d + 1, d + 1))
+        inertia[:, :d, :d] = link.moved.inertia + self.link_mass * np.matmul(across, link.jacobian)
+        inertia[:, d, d] = self.cylinder_inertia
+        bias = np.zeros((m, d + 1))
+        bias[:, :d] = link.moved.bias + self.link_mass * np.matmul(across, link.bias[..., None])[..., 0]
+        return Place(link.changes, inertia, bias, link)
+
+    def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
+        """Forces of wheels and guideways."""
+        link: Linkage = place.kinematics
+        radius, wheel = self.transmission.cylinder_radius, self.transmission.wheel
+        # The heading of a wheel turns against its steering angle.
+        spin = -turning if wheel.turns_with_spin else None
+        carrier = (link.speed, -radius * rates[:, -1:] + 0.0 * link.speed)
+        heading = (np.sin(angles), np.cos(angles))
+        found = wheel.act(carrier, heading, spin=spin, surface_speed=self._surface, stick_speed=self.stick_speed)
+        rubbing = coulomb(link.speed, self.guideway_friction, self.stick_speed)
+        on_links = found.x - rubbing
+        generalised = np.empty_like(rates)
+        generalised[:, :-1] = np.matmul(np.swapaxes(link.jacobian, -1, -2), on_links[..., None])[..., 0]
+        generalised[:, -1] = -radius * np.sum(found.y, axis=-1)
+        resisting = -found.moment + 0.0 * angles
+        demand = [found.slip_demand]
+        if self._steers_to_an_end:
+            demand.append(np.abs(angles) / self.transmission.steering_range + 0.0 * found.slip_demand)
+        losses = contact_losses(found.losses, found.slip_demand)
+        losses["guideway"] = np.sum(rubbing * link.speed, axis=-1)
+        return Forces(generalised, resisting, losses, np.concatenate([*demand, link.demand], axis=-1))
+
+
+def contact_losses(by_wheel: dict[str, np.ndarray], slip_demand: np.ndarray) -> dict[str, np.ndarray]:
+    """Losses of all wheels, with the creep of those that slide as "slip". (m,) each [W]"""
+    found = {name: np.sum(loss, axis=-1) for name, loss in by_wheel.items()}
+    slides = slip_demand > 1.0
+    found["slip"] = 0.0 * found["creep"]
+    if np.any(slides):
+        found["slip"] = np.sum(np.where(slides, by_wheel["creep"], 0.0), axis=-1)
+        found["creep"] = found["creep"] - found["slip"]
+    return found

@@ -1,0 +1,102 @@
+"""A simulated run of a machine of many contacts: its motion, its wheels' angles and slip, and where the energy went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from infinivar.analysis.machine_run import MachineRun, configuration_names
+from infinivar.figures import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOTION = {"m": ("displacement [mm]", 1e3), "rad": ("angle [degrees]", 180.0 / np.pi)}
+_LOSSES = 7
+"""Most losses with a line of their own; the rest are drawn as one."""
+
+
+def data(run: MachineRun) -> dict[str, Any]:
+    """Numbers of a run.
+
+    Returns
+    -------
+    dict
+        title; time (t,) [s]; motion: by unit, names and changes since the start in that unit of the axis; angles: names and
+        (t,) [degrees]; slip: (t,) demand of the worst wheel; events: start and end of slip [s]; lost: names and (t,) [J],
+        largest first.
+    """
+    names = configuration_names(run.machine)
+    motion: dict[str, dict[str, np.ndarray]] = {}
+    for name in names:
+        unit = name.rsplit("_", 1)[1]
+        label, scale = _MOTION[unit]
+        values = run.columns[name]
+        motion.setdefault(label, {})[name[: -len(unit) - 1]] = scale * (values - values[0])
+    steered = run.machine.mechanics(run.scenario.stick_speed).steered
+    angles = {name.removesuffix("_rad"): np.degrees(run.columns[name]) for name in steered}
+    demands = [values for name, values in run.columns.items() if name.startswith("slip_demand")]
+    order = sorted(run.lost, key=lambda name: -float(run.lost[name][-1]))
+    lost = {name: np.asarray(run.lost[name]) for name in order[:_LOSSES]}
+    if len(order) > _LOSSES:
+        lost["other"] = sum((np.asarray(run.lost[name]) for name in order[_LOSSES:]), np.zeros(len(run.time)))
+    return {
+        "title": run.title,
+        "time": run.time,
+        "motion": motion,
+        "angles": angles,
+        "slip": np.max(demands, axis=0) if demands else np.zeros(len(run.time)),
+        "slips": [(event.start, event.end) for event in run.events if event.start in run.slips],
+        "lost": lost,
+    }
+
+
+def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
+    """Draw into the axes "motion", "angles", "slip" and "lost"."""
+    time = numbers["time"]
+    lines = ["-", "--"]
+    labels = []
+    for (label, curves), line in zip(numbers["motion"].items(), lines, strict=False):
+        labels.append(label)
+        for place, (name, values) in enumerate(curves.items()):
+            axes["motion"].plot(time, values, line, color=_colour(place), label=_words(name))
+    axes["motion"].set_ylabel(", ".join(labels).replace("], ", "],\n"))
+    for place, (name, values) in enumerate(numbers["angles"].items()):
+        axes["angles"].plot(time, values, color=_colour(place), label=_words(name))
+    axes["angles"].set_ylabel("steering angle\n[degrees]")
+    axes["slip"].plot(time, numbers["slip"], color=style.COLOURS[0])
+    axes["slip"].axhline(1.0, color="0.5", linestyle=":")
+    for begin, end in numbers["slips"]:
+        axes["slip"].axvspan(begin, end, color="0.85")
+    top = max(1.15, min(float(np.max(numbers["slip"])), 3.0))
+    axes["slip"].set_ylim(0.0, top)
+    axes["slip"].set_ylabel("slip demand of\nthe worst wheel")
+    for place, (name, values) in enumerate(numbers["lost"].items()):
+        axes["lost"].plot(time, values, color=_colour(place), label=name)
+    axes["lost"].set_ylabel("energy lost [J]")
+    axes["lost"].set_xlabel("time [s]")
+    for name in ("motion", "angles", "lost"):
+        axes[name].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
+    axes["motion"].set_title(numbers["title"])
+
+
+def draw_all(run: MachineRun) -> Figure:
+    """Draw the figure of a run."""
+    with style.styled():
+        made, axes = style.figure(7.4, 8.0, 4, 1, sharex=True)
+        draw(dict(zip(("motion", "angles", "slip", "lost"), axes.ravel(), strict=True)), data(run))
+    return made
+
+
+def _words(name: str) -> str:
+    letters = {"theta": r"\theta", "phi": r"\phi", "gamma": r"\gamma"}
+    first, *rest = name.split("_")
+    first = letters.get(first, first)
+    return f"${first}_{{{rest[0]}}}$" if rest else f"${first}$" if len(first) == 1 or "\\" in first else first
+
+
+def _colour(place: int) -> str:
+    return style.COLOURS[place % len(style.COLOURS)]

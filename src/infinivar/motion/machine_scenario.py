@@ -1,0 +1,106 @@
+"""Scenarios of machines with many contacts: what they follow, who pushes them, and for how long."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from annotated_types import Gt, Interval
+
+from infinivar._core.arrays import real_array
+from infinivar._core.fields import check, component, quantity
+from infinivar.errors import ParameterError, require
+from infinivar.motion.histories import VectorHistory
+
+_MOST_SEGMENTS = 1e6
+"""Most samples or results of a run; more would take hours."""
+
+History = VectorHistory | Callable[[float], Any] | Sequence[float]
+"""By time, or constant."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class MachineScenario:
+    """One simulated run of a machine.
+
+    - `source` ``held``: a sampled loop of the power motor holds its shaft at the set speed; ``off``: the motor is without
+      current, and its friction brakes; ``none``: there is no motor, so that the machine coasts or a user moves it.
+    - `steering` ``controlled``: the wheels follow `motion`; ``locked``: the servos hold all angles at 0; or angles over time.
+    - `servos`: whether sampled servos steer the wheels; without, the angles are exactly those prescribed.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range or conflicts with another; the message names it.
+    """
+
+    duration: float = quantity("s", Gt(0), "Duration of the run")
+    motion: VectorHistory | None = component(
+        "Pose to follow: position and rotation vector, joint angles, or pose in the plane; None: the pose at the start",
+        default=None,
+    )
+    wrench: History | None = component("Wrench of the user on the machine over time; None: none", default=None)
+    source: Literal["held", "off", "none"] = component("What the power motor does", default="held")
+    steering: Any = component('What the wheels do: "controlled", "locked" or a history of angles', default="controlled")
+    servos: bool = component("Whether servos steer the wheels", default=True)
+    sample_rate: float | None = quantity(
+        "Hz", Gt(0), "Rate of the controllers; by default that of the machine's control", default=None
+    )
+    pose: Sequence[float] | None = component("Configuration at the start; by default the machine's own", default=None)
+    rates: Sequence[float] | None = component(
+        "Rates of the machine's coordinates at the start; by default those of the motion and of a held shaft",
+        default=None,
+    )
+    stick_speed: float = quantity("m/s", Gt(0), "Speed below which friction sticks", default=1e-4)
+    output_step: float | None = quantity(
+        "s", Gt(0), "Time between results; defaults to a thousandth of the run, or a sample", default=None
+    )
+    tolerance: float = quantity("1", Interval(gt=0, le=1e-3), "Relative tolerance of states and energies", default=1e-4)
+
+    def __post_init__(self) -> None:
+        """Validate the fields and their combination."""
+        check(self)
+        if isinstance(self.steering, str):
+            words = ("controlled", "locked")
+            require(self.steering in words, "steering", repr(self.steering), "controlled, locked, or angles over time")
+        if self.motion is not None and not isinstance(self.motion, VectorHistory):
+            raise ParameterError(f"motion must be a VectorHistory, got {self.motion!r}")
+        if self.motion is not None and not self.motion.smooth:
+            raise ParameterError("motion.smooth must be true: steering angles jump where a motion has a kink")
+        if not self.servos and self.motion is not None:
+            raise ParameterError("motion needs servos that follow it; leave servos true, or prescribe steering")
+        for name in ("pose", "rates"):
+            if getattr(self, name) is not None:
+                values = real_array(name, getattr(self, name))
+                finite = values.ndim == 1 and bool(np.all(np.isfinite(values)))
+                require(finite, name, getattr(self, name), "a row of finite numbers")
+                object.__setattr__(self, name, tuple(map(float, values)))
+        fastest = max(self.sample_rate or 0.0, 0.0 if self.output_step is None else 1.0 / self.output_step)
+        require(
+            self.duration * fastest <= _MOST_SEGMENTS,
+            "duration",
+            f"{self.duration:g} s",
+            "at most a million samples long",
+        )
+
+
+def over_time(name: str, given: History, count: int) -> Callable[[float], np.ndarray]:
+    """A history as a function of time that returns (count,) values.
+
+    Raises
+    ------
+    ParameterError
+        If it has another number of values, or one is not a finite number.
+    """
+    function: Any = given if callable(given) else functools.partial(_constant, real_array(name, given))
+    first = real_array(name, function(0.0))
+    fits = first.shape == (count,) and bool(np.all(np.isfinite(first)))
+    require(fits, name, f"{first}" if first.ndim else f"{given}", f"{count} finite numbers at each instant")
+    return function
+
+
+def _constant(value: np.ndarray, time: float) -> np.ndarray:
+    return value

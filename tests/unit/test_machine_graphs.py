@@ -1,0 +1,188 @@
+"""Bond graphs of machines of many contacts against the functions that are integrated, and against the engine of the graphs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import infinivar as iv
+from infinivar.analysis.machine_motion import simulate_machine
+from infinivar.bondgraph.model import model
+from infinivar.bondgraph.namespaces import FloatNamespace
+from infinivar.bondgraph.solver import solve
+from infinivar.drivetrain.graphs.machines import machine_graph
+from infinivar.drivetrain.moving.bodies import rotation_matrix
+from infinivar.drivetrain.moving.system import Inputs, System
+from infinivar.figures import bond_graph
+from infinivar.motion.histories import VectorHistory
+from infinivar.motion.machine_scenario import MachineScenario
+from machines_to_move import LEG, MACHINES
+
+STICK = 1e-4
+
+
+def functions(machine, source=True):
+    mechanics = machine.mechanics(STICK)
+    motor = machine.power_motor(STICK) if source else None
+    return System(mechanics=mechanics, motor=motor, servo=None)
+
+
+def graph_at(machine, name, state, angles, current, wrench):
+    """Rates of the coordinates by the graph's equations, powers of sources and losses."""
+    graph = machine_graph(machine, stick_speed=STICK, servos=False)
+    made = model(graph)
+    parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
+    system = functions(machine)
+    first, second, _ = system.places
+    c, nu = state[:first], state[first:second]
+    values = {f"user_{place + 1}": force for place, force in enumerate(wrench)}
+    values |= {f"phi_{place + 1}": angle for place, angle in enumerate(angles)}
+    values["motor.source"] = current
+    rates = {}
+    flows = nu.copy()
+    if name == "platform":
+        turn = rotation_matrix(c[None, 3:])[0]
+        flows[3:6] = turn.T @ nu[3:6]
+        values |= {f"user_{place + 4}": force for place, force in enumerate(turn.T @ wrench[3:])}
+        step = 1e-6
+
+        def jacobian(time):
+            pose = c[None] + time * system.mechanics.at(c[None], nu[None]).changes
+            found = system.mechanics.load.at(pose, nu[None, :-1]).jacobian[0]
+            found[:, 3:] = found[:, 3:] @ rotation_matrix(pose[:, 3:])[0]
+            return found
+
+        here, slope = jacobian(0.0), (jacobian(step) - jacobian(-step)) / (2.0 * step)
+        for row in range(6):
+            for column in range(6):
+                values[f"J_{row + 1}{column + 1}"] = here[row, column]
+                rates[f"J_{row + 1}{column + 1}"] = slope[row, column]
+    states = {
+        "platform": ["I_v_x", "I_v_y", "I_v_z", "I_w_x", "I_w_y", "I_w_z", "J_c"],
+        "planar": ["m_x", "m_y", "I"],
+        "sphere": ["J_shaft_1", "J_shaft_2", "J_sphere_x", "J_sphere_y", "J_sphere_z"],
+        "arm": ["m_1", "m_2", "J_c"],
+        "serial arm": ["I_1", "I_2", "I_3"],
+    }[name]
+    if name == "arm":
+        flows[:2] *= system.mechanics.load.pulleys
+    if name == "serial arm":
+        flows = np.cumsum(flows)
+    given = dict(zip(states, flows, strict=True)) | {f"angle_{place + 1}": angle for place, angle in enumerate(c)}
+    dynamics = made.function("dynamics", FloatNamespace, parameters)
+    found = dynamics(
+        [float(given[one]) for one in made.states],
+        [float(values[one]) for one in made.inputs],
+        [float(rates[one]) for one in made.rates],
+    )
+    count, sources = len(made.states), len(made.sources)
+    rate = dict(zip(made.states, found[:count], strict=True))
+    changes = np.array([rate[one] for one in states])
+    if name == "arm":
+        changes[:2] /= system.mechanics.load.pulleys
+    if name == "serial arm":
+        changes = np.diff(changes, prepend=0.0)
+    if name == "platform":
+        changes[3:6] = turn @ changes[3:6]
+    losses = {}
+    for (_, title), value in zip(made.losses, found[count + sources :], strict=True):
+        losses[title] = losses.get(title, 0.0) + value
+    return changes, dict(zip(made.sources, found[count : count + sources], strict=True)), losses
+
+
+@pytest.mark.parametrize("name", ["planar", "sphere", "arm", "serial arm", "platform"])
+def test_graph_and_functions_have_the_same_accelerations_and_losses(name):
+    machine = MACHINES[name][0]
+    random = np.random.default_rng(3)
+    system = functions(machine)
+    first, second, _ = system.places
+    steered, coordinates = len(system.mechanics.steered), second - first
+    for _ in range(3):
+        pose = machine.home + random.normal(size=first) * 0.01
+        rates = 0.3 * random.normal(size=coordinates)
+        if name in ("platform", "arm"):
+            rates[:-1] *= 0.3
+            rates[-1] = 14.0 + random.normal()
+        wrench = random.normal(size=min(coordinates, 6 if name == "platform" else 3 if name != "sphere" else 2))
+        if name in ("arm",):
+            wrench = wrench[:2]
+        angles, current = 0.4 * random.normal(size=steered), 0.05
+        state = np.concatenate([pose, rates])
+        held, pushed_by = (
+            VectorHistory(time=[0, 1], values=[angles] * 2),
+            VectorHistory(time=[0, 1], values=[wrench] * 2),
+        )
+        moved = System(mechanics=system.mechanics, motor=system.motor, angles=held, wrench=pushed_by)
+        found = moved.rates(Inputs(current=current), np.zeros(1), state[None])
+        changes, sources, losses = graph_at(machine, name, state, angles, current, wrench)
+        wanted = found.derivative[0, first:]
+        assert_allclose(changes, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
+        powers = dict(zip((*moved.sources, *moved.losses), found.power[0], strict=True))
+        for title, loss in losses.items():
+            assert_allclose(loss, powers[title], rtol=1e-9, atol=1e-12)
+        assert sum(losses.values()) == pytest.approx(sum(powers[one] for one in moved.losses), rel=1e-9)
+        pushed = sum(power for source, power in sources.items() if source.startswith("user"))
+        assert_allclose(pushed, powers["user"], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["planar", "sphere", "serial arm"])
+def test_whole_motions_are_those_of_the_graph(name):
+    machine = MACHINES[name][0]
+    steered = len(machine.mechanics(STICK).steered)
+    angles = [0.5, -0.3, 0.2][:steered] if name != "sphere" else [0.7]
+    wrench = {"planar": [3.0, 1.0, 0.2], "sphere": [0.2, -0.05], "serial arm": [0.4, 0.2, -0.1]}[name]
+    start = {}
+    if name == "sphere":
+        ideal = machine.ivt.ideal_speeds(0.7)
+        rates = [float(ideal[0]), float(ideal[1]), math.cos(0.7), math.sin(0.7), 0.0]
+        start = dict(zip(("J_shaft_1", "J_shaft_2", "J_sphere_x", "J_sphere_y", "J_sphere_z"), rates, strict=True))
+    run = simulate_machine(
+        machine,
+        MachineScenario(
+            duration=0.1,
+            source="none",
+            servos=False,
+            steering=angles,
+            wrench=wrench,
+            output_step=0.02,
+            rates=list(start.values()) or None,
+        ),
+    )
+    graph = machine_graph(machine, stick_speed=STICK, servos=False, source=False)
+    inputs = {f"user_{place + 1}": force for place, force in enumerate(wrench)}
+    inputs |= {f"phi_{place + 1}": angle for place, angle in enumerate(angles)}
+    with np.errstate(divide="ignore", invalid="ignore"):  # generated code evaluates both sides of a choice
+        known = solve(graph, run.time, inputs=inputs, initial=start, rtol=1e-9)
+    junctions = {
+        "planar": ("v_x", "v_y", "w"),
+        "sphere": ("shaft_1", "shaft_2", "sphere_x", "sphere_y", "sphere_z"),
+        "serial arm": ("q_1", "q_2", "q_3"),
+    }[name]
+    for place, coordinate in enumerate(machine.mechanics(STICK).coordinates):
+        if place < len(wrench):
+            flow = known.flows[f"user_{place + 1}", junctions[place]]
+            assert_allclose(run.columns[coordinate], flow, rtol=1e-5, atol=1e-5 * np.abs(flow).max())
+    for title, lost in run.lost.items():
+        assert_allclose(lost, known.lost[title], rtol=1e-4, atol=1e-7)
+    assert run.closure < 1e-6
+    assert known.closure < 1e-6
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("platform", "arm"))) for name in MACHINES]
+)
+def test_graphs_with_servos_have_a_causality_and_a_drawing(name):
+    machine = MACHINES[name][0]
+    graph = machine_graph(machine, servos=name != "tetrahedral sphere")
+    drawn = bond_graph.data(graph)
+    assert all(stroke for _, _, stroke in drawn["bonds"])
+    assert len(drawn["elements"]) == len(graph.elements)
+
+
+def test_graph_refuses_contacts_with_spin():
+    leg = replace(LEG, transmission=replace(LEG.transmission, creep_law="exact"))
+    with pytest.raises(iv.ParameterError, match="steering_model must be 'shear'"):
+        machine_graph(replace(MACHINES["platform"][0], leg=leg))
