@@ -290,6 +290,9 @@ def draw_sphere(app) -> None:
     maps = [iv.sphere_map(one, angle, load, sphere_speed=20.0) for one in page["spheres"].values()]
     style.write(sphere_map.draw_all(maps), folder / "sphere_map", ("svg",))
     style.write(sphere_gears.draw_all(page["spheres"], 20.0), folder / "sphere_gears", ("svg",))
+    ivt = page["spheres"]["cubic"]
+    point = ivt.operate(steering_angle=np.radians(30.0), sphere_speed=20.0, load=25.0)
+    style.write(point.plot(ivt=ivt), folder / "sphere", ("svg",))
 
 
 def draw_shared_motor(app) -> None:

@@ -71,6 +71,7 @@ from .motion.scenario import Scenario
 from .motion.strides import Strides
 from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
+from .paper.sphere import SphereClaims, sphere_claims
 from .parts.amplifier import Amplifier
 from .parts.bearing import Bearing
 from .parts.belt import Belt, Rack
@@ -119,6 +120,7 @@ from .transmission.rolling_contact import RollingContact
 from .transmission.rotary_linear import RotaryLinearIVT
 from .transmission.sphere_layout import Roller
 from .transmission.spherical import SphericalIVT, SphericalPoint
+from .transmission.urdf import UrdfRobot, load_urdf
 from .transmission.wrench_set import WrenchSet
 
 __all__ = [
@@ -229,6 +231,7 @@ __all__ = [
     "Sinusoid",
     "SinusoidalForce",
     "Sizing",
+    "SphereClaims",
     "SphereMachine",
     "SphereMap",
     "SphericalIVT",
@@ -252,6 +255,7 @@ __all__ = [
     "Tremor",
     "TwoWays",
     "Uncertainty",
+    "UrdfRobot",
     "VectorHistory",
     "Walking",
     "Waypoints",
@@ -288,6 +292,7 @@ __all__ = [
     "load_parts",
     "load_study",
     "load_sweep",
+    "load_urdf",
     "machine_graph",
     "materials",
     "motors",
@@ -312,6 +317,7 @@ __all__ = [
     "simulate",
     "simulate_machine",
     "size",
+    "sphere_claims",
     "sphere_map",
     "spin_map",
     "static_points",

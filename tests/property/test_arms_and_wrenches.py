@@ -102,6 +102,33 @@ def test_serial_arm_turns_its_joints_by_the_steering_angles(joints, seed):
     assert motor * point.rates[0] + scale * push @ end == pytest.approx(sum(point.losses.values()), rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("ways", [(1, 1), (-1, 1), (-1, -1), (1, -1)])
+@pytest.mark.parametrize("law", ["linear", "vermeulen-johnson", "polach", "fastsim", "exact"])
+def test_power_closure_of_arms_at_many_points(law, ways):
+    """100,000 points per law and quadrant of the first two joint rates: joint to joint, and from one shaft."""
+    random, count = np.random.default_rng(8), 100_000
+    arm, wheel = PlanarArm(lengths=(0.3, 0.2, 0.1)), replace(WHEEL, creep_law=law)
+    rates = random.uniform(0.3, 3.0, (count, 3)) * [*ways, 1] * random.choice([-1, 1], (count, 1)) ** [0, 0, 1]
+    chain = arm.serial(wheel, [0.05, 0.03])
+    cosine, sine = chain.steer(rates=rates)
+    point = chain.operate(rates=rates, heading=np.arctan2(sine, cosine) + 0.015 * random.normal(size=cosine.shape))
+    off = np.abs(point.power.sum(axis=-1) - sum(point.losses.values()))
+    assert np.max(off / np.abs(point.power).sum(axis=-1)) < 1e-9
+    assert 0.02 < np.mean(point.limit == Limit.OK) < 0.98
+    assert all(np.all(loss >= 0.0) for loss in point.wheel_losses.values())
+    legs = Legs(transmission=replace(IVT, creep_law=law), count=3)
+    angles, push = random.uniform(-3, 3, (count, 3)), random.normal(size=(count, 3)) * [4.0, 4.0, 0.4]
+    torques = arm.joint_torques(angles, push)
+    shaft = legs.operate(arm.parallel([0.04, 0.03, 0.02]), cylinder_speed=14.0, wrench=torques, twist=rates)
+    holds = shaft.limit == Limit.OK
+    assert 0.3 < np.mean(holds) <= 1.0
+    end = np.matmul(arm.jacobian(angles), rates[..., None])[..., 0]
+    left = shaft.power_in + np.sum(push * end, axis=-1) - sum(shaft.losses.values())
+    size = np.maximum(np.abs(shaft.power_in), np.abs(np.sum(push * end, axis=-1)))
+    assert np.max(np.abs(left[holds]) / size[holds]) < 1e-9
+
+
 def test_malformed_arms():
     arm = PlanarArm(lengths=(0.3, 0.2))
     cases = [

@@ -318,7 +318,7 @@ def test_power_closure_at_many_points(law, quadrant):
         rates = moves[:, : len(machine.coordinates)]
         cosine, sine = machine.steer(rates=rates)
         off = 0.015 * random.normal(size=cosine.shape)
-        point = machine.operate(rates=rates, heading=(cosine - off * sine, sine + off * cosine))
+        point = machine.operate(rates=rates, heading=np.arctan2(sine, cosine) + off)
         left = np.abs(point.power.sum(axis=-1) - sum(point.losses.values()))
         assert np.max(left / np.abs(point.power).sum(axis=-1)) < 1e-9
         assert 0.05 < np.mean(point.limit == Limit.OK) < 0.95
@@ -332,7 +332,7 @@ def test_power_closure_with_spin_at_many_points():
     cosine, sine = cobot.mechanism.steer(rates=rates)
     off = 2e-3 * random.normal(size=cosine.shape)
     turning = random.normal(size=cosine.shape)
-    heading = cosine - off * sine, sine + off * cosine
+    heading = np.arctan2(sine, cosine) + off
     point = cobot.mechanism.operate(rates=rates, heading=heading, steering_rate=turning)
     left = np.abs(point.power.sum(axis=-1) + point.steering_power.sum(axis=-1) - sum(point.losses.values()))
     assert np.max(left / (np.abs(point.power).sum(axis=-1) + np.abs(point.steering_power).sum(axis=-1))) < 1e-9

@@ -6,7 +6,8 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import infinivar as iv
-from infinivar.figures import machine, planar_cobot, wrench_set
+from infinivar.figures import machine, planar_cobot, wheels, wrench_set
+from infinivar.figures import sphere as sphere_figure
 from infinivar.transmission.planar import drift
 
 MACHINE = iv.LeggedDrive.of(iv.load_study("hand_controller").drives["cobotic"], 6)
@@ -121,3 +122,65 @@ def test_planar_cobots_that_roll_straight_or_rest():
         point = CART.mechanism.operate(rates=rates, heading=np.zeros(3))
         with pytest.raises(iv.InputError, match="drawn at one point in steady motion"):
             planar_cobot.data(CART, point)
+
+
+def sphere(layout):
+    ball = iv.RollingContact(**MEASURED, rolling_torque=0.009, bearing_torque=0.006, surface="sphere")
+    return iv.SphericalIVT(sphere_radius=0.09, drive=ball, layout=layout)
+
+
+@pytest.mark.parametrize("layout", ["tetrahedral", "cubic"])
+def test_drawn_sphere(layout):
+    """The forces drawn on the sphere are tangential and in equilibrium, with those of idlers; headings roll with the sphere."""
+    ivt = sphere(layout)
+    point = ivt.operate(steering_angle=0.5, sphere_speed=20.0, load=15.0)
+    numbers = sphere_figure.data(ivt, point)
+    normals, force = numbers["normals"], numbers["force"]
+    assert_allclose(np.sum(normals * force, axis=1), 0.0, atol=1e-12)
+    assert_allclose(np.cross(normals, force).sum(axis=0), 0.0, atol=1e-6)
+    surface = np.cross(point.sphere_velocity, normals)
+    steered = np.array(point.kinds) == "steering"
+    assert_allclose(np.sum(surface * numbers["axles"], axis=1)[steered], 0.0, atol=1e-12)
+    drives = force[np.array(point.kinds) == "drive"]
+    across = np.cross(numbers["axles"][:2], normals[:2])
+    torques = np.abs(np.sum(drives * across, axis=1)) * 0.03
+    resisted = 0.015 * np.sign([point.input_torque, -point.output_torque])
+    assert_allclose(torques, np.abs([point.input_torque, point.output_torque]) - resisted, rtol=1e-9)
+    made = point.plot(ivt=ivt)
+    assert sum(" of slip limit" in text.get_text() for text in made.axes[0].texts) == len(normals)
+    slips = ivt.operate(steering_angle=0.5, sphere_speed=20.0, load=1e3)
+    with pytest.raises(iv.InputError, match="at which it turns and no roller slips"):
+        slips.plot(ivt=ivt)
+    with pytest.raises(iv.InputError, match="ivt must be the machine of the point, with the rollers drive"):
+        point.plot(ivt=sphere("cubic" if layout == "tetrahedral" else "tetrahedral"))
+
+
+def test_points_plot_themselves():
+    """Losses by wheel without a machine; with it the machine."""
+    pose = [0.0, 0.0, PLATFORM.home]
+    machine_point = MACHINE.operate(PLATFORM.at(pose), wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING)
+    cart_point = CART.mechanism.operate(rates=[0.5, 0.0, 0.1], heading=CART.headings([0.5, 0.0, 0.1], {"y": 30.0}))
+    ball_point = sphere("cubic").operate(steering_angle=0.5, sphere_speed=20.0, load=15.0)
+    for point, legs in ((machine_point.legs, 6), (cart_point, 3), (ball_point, 6)):
+        numbers = wheels.data(point)
+        assert len(numbers["names"]) == legs
+        total = sum(float(np.sum(loss)) for loss in numbers["losses"].values())
+        assert total == pytest.approx(float(sum(point.losses.values())), rel=1e-12)
+        assert point.plot().axes[0].get_title() == f"losses {total:.3g} W, within limits"
+    machine_of = {"machine": MACHINE, "platform": PLATFORM, "position": pose}
+    assert len(machine_point.plot(**machine_of).axes) == 4
+    assert len(machine_point.legs.plot(**machine_of | {"machine": MACHINE.legs}).axes) == 4
+    assert len(machine_point.plot().axes) == 1
+    assert cart_point.plot(cobot=CART).axes[0].get_xlabel() == "x of the body [m]"
+    with pytest.raises(
+        iv.InputError, match="position is missing: a machine is drawn from machine, platform and position"
+    ):
+        machine_point.plot(machine=MACHINE, platform=PLATFORM)
+    with pytest.raises(iv.InputError, match="cobot must be a PlanarCobot, got 3"):
+        cart_point.plot(cobot=3)
+    many = CART.mechanism.operate(rates=[[0.5, 0.0, 0.1]] * 2, heading=np.zeros(3))
+    with pytest.raises(iv.InputError, match=r"losses by wheel are drawn at one point, got points of shape \(2,\)"):
+        many.plot()
+    slips = MACHINE.operate(PLATFORM.at(pose), wrench=[1e4, 0, 0, 0, 0, 0], twist=RISING)
+    with pytest.raises(iv.InputError, match="losses by leg are undefined at this point: wheel slip"):
+        slips.plot()

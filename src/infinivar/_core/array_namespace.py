@@ -111,13 +111,42 @@ def common_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
     from infinivar._core.arrays import real_array
 
     values = tuple(real_array(name, value) for name, value in named.items())
-    try:
-        xp.broadcast_shapes(*(value.shape for value in values))
-    except ValueError:
-        arrays = {name: value.shape for name, value in zip(named, values, strict=True) if value.ndim}
-        shapes = " and ".join(map(str, arrays.values()))
-        raise ParameterError(f"{' and '.join(arrays)} must broadcast to one shape, got shapes {shapes}") from None
+    check_broadcast(**{name: value.shape for name, value in zip(named, values, strict=True)})
     return values
+
+
+def named_floats(xp: Any, **named: Array) -> tuple[Array, ...]:
+    """As `as_floats`, of values of any shapes.
+
+    Raises
+    ------
+    ParameterError
+        If a value is no real number; the message names the argument. Values that are being traced are not checked.
+    """
+    if xp.__name__ != "numpy":
+        return as_floats(xp, *named.values())
+    from infinivar._core.arrays import real_array
+
+    return tuple(real_array(name, value) for name, value in named.items())
+
+
+def check_broadcast(**shapes: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape to which shapes broadcast, such as those of many points.
+
+    Raises
+    ------
+    ParameterError
+        If there is none; the message names the arguments.
+    """
+    import numpy as np
+
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        said = {name: shape for name, shape in shapes.items() if shape}
+        raise ParameterError(
+            f"{' and '.join(said)} must broadcast to one shape, got shapes {' and '.join(map(str, said.values()))}"
+        ) from None
 
 
 def signed_infinity(xp: Any, value: Array) -> Array:

@@ -111,6 +111,19 @@ def check_number(field: str, value: Any, unit: str, bound: Bound) -> None:
     check_value(field, value, unit, bound)
 
 
+def check_instance(field: str, value: Any, kind: type) -> None:
+    """Raise ParameterError unless a value is of a class."""
+    if not isinstance(value, kind):
+        raise ParameterError(f"{field} must be a {kind.__name__}, got {shown(value)}")
+
+
+def check_single(instance: Any, prefix: str = "") -> None:
+    """Raise ParameterError if a physical field of a dataclass, or of its parts, holds an array instead of one number."""
+    for path in quantities_of(instance):
+        value = value_at(instance, path)
+        require(getattr(value, "shape", ()) == (), prefix + path, shown(value), "one number")
+
+
 @functools.cache
 def hints(part: type) -> Mapping[str, Any]:
     """Type hints of a dataclass by field; looking them up takes long."""

@@ -10,10 +10,12 @@ import functools
 from typing import Any
 
 import numpy as np
+from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
+from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
-from infinivar.analysis.cycles.cylinder_policy import HARMONICS, LARGEST_SWING, RANGE, schedule, with_gradient
+from infinivar.analysis.cycles.cylinder_policy import HARMONICS, RANGE, schedule, schedules_within
 from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
 from infinivar.errors import require
 from infinivar.limits import ROOT_MEAN_SQUARE, Limit
@@ -27,11 +29,11 @@ _GOLDEN = (5.0**0.5 - 1.0) / 2.0
 _SECTIONS = 32
 """Golden sections after it; 1e-7 of a step of the grid remains."""
 
-_STEEPNESS, _WORST = 50.0, 10.0
-"""Penalty on the mean power per unit of excess demand, and the largest demand that counts."""
+_LEAST_INSTANTS = 4 * HARMONICS
+"""Of a cycle: with fewer, a schedule could change its speed between them at no cost."""
 
 _INSIDE = 0.999
-"""Demand from which a schedule is penalised."""
+"""Largest demand of a schedule during the search. [-]"""
 
 
 @result
@@ -42,6 +44,7 @@ class CommonSpeed(Result):
     ----------
     nominal, nominal_power : float    The drive's own speed; its power is nan if infeasible. [rad s^-1], [W]
     fixed, fixed_power : float        The best constant speed within all limits; nan if there is none. [rad s^-1], [W]
+    limit : int                       `Limit.OK`, or without such a speed the tightest limit at the nominal one.
     by_motion : (m,) float            The best speed of each motion on its own; nan where there is none. [rad s^-1]
     by_motion_power : float           Without the power that changes of speed need: a bound, not a plan. [W]
     scheduled : Varying               Over a cycle: speed and rate at its instants; None without a period. [rad s^-1], ...
@@ -52,6 +55,7 @@ class CommonSpeed(Result):
     nominal_power: float
     fixed: float
     fixed_power: float
+    limit: int
     by_motion: Array
     by_motion_power: float
     scheduled: Varying | None
@@ -85,22 +89,35 @@ def best_cylinder_speed(
     Raises
     ------
     ParameterError
-        If shapes do not fit, the period is not positive, or an inertia that a schedule needs is missing.
+        If shapes do not fit, the period is not positive, its instants are too few, or an inertia that a schedule needs is
+        missing.
 
     Source: lowest power by search; for creep alone the closed form is `infinivar.transmission.legs.least_creep_speed`.
     """
+    check_instance("drive", drive, LeggedDrive)
+    drive.legs.check_links(configuration)
     wrench, twist = configuration.vector(wrench, "wrench"), configuration.vector(twist, "twist")
     require(
         wrench.ndim == twist.ndim == 2, "wrench and twist", f"shapes {wrench.shape}, {twist.shape}", "of shape (m, d)"
     )
     motions = max(len(wrench), len(twist))
+    require(len(wrench) > 0 and len(twist) > 0, "wrench and twist", "none", "those of one motion or more")
+    poses = configuration.jacobian.shape[:-2]
+    require(poses in ((), (1,), (motions,)), "configuration", f"{poses} poses", f"of one pose, or of {motions}")
     require(
         len(wrench) in (1, motions) and len(twist) in (1, motions),
         "twist",
         f"{len(twist)} rows",
         f"{len(wrench)}, as the wrench has",
     )
-    require(period is None or (np.isfinite(period) and period > 0), "period", period, "> 0", "s")
+    if period is not None:
+        check_number("period", period, "s", Gt(0))
+        require(
+            motions >= _LEAST_INSTANTS,
+            "wrench and twist",
+            f"{motions}",
+            f"those of {_LEAST_INSTANTS} instants of a cycle or more",
+        )
 
     def powers(speed: np.ndarray) -> np.ndarray:
         """From the supply where within limits, else inf: (..., m) for speeds (..., m) or (..., 1)."""
@@ -123,11 +140,13 @@ def best_cylinder_speed(
     if period is not None and np.isfinite(fixed[0]):
         scheduled, scheduled_power = _best_schedule(drive, configuration, wrench, twist, period, float(fixed[0]))
     own = float(mean(nominal)[0])
+    point = drive.operate(configuration, wrench=wrench, twist=twist, cylinder_speed=nominal)
     return CommonSpeed(
         nominal=drive.cylinder_speed,
         nominal_power=own if np.isfinite(own) else np.nan,
         fixed=float(fixed[0]),
         fixed_power=float(fixed_power[0]),
+        limit=int(Limit.OK) if np.isfinite(fixed[0]) else _tightest(point),
         by_motion=each,
         by_motion_power=float(np.mean(each_power)),
         scheduled=scheduled,
@@ -156,14 +175,26 @@ def _searched(cost: Any, nominal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.where(np.isfinite(least), best, np.nan), np.where(np.isfinite(least), least, np.nan)
 
 
-def _worst(point: MachinePoint, motions: int) -> np.ndarray:
-    """Largest demand over a cycle, on the last axis: root mean squares of heating, peaks of all else; inf where a wheel slips."""
-    found = np.zeros(())
+def _tightest(point: MachinePoint) -> int:
+    """The limit of the motion that exceeds one the most, or the one nearest to being exceeded."""
+    limit, margin = np.broadcast_arrays(point.limit, point.margin)
+    beyond = np.where(limit == Limit.OK, np.inf, margin)
+    return int(limit.flat[int(np.argmin(beyond))])
+
+
+def _demands(point: MachinePoint, motions: int) -> list[np.ndarray]:
+    """Demand over a cycle by limit: root mean squares of heating, peaks of all else; inf where a wheel slips."""
+    found = []
     for limit, demand in point.utilisation.items():
         whole = np.broadcast_to(demand, (*np.shape(demand)[:-1], motions))
         over = np.sqrt(np.mean(whole * whole, axis=-1)) if limit in ROOT_MEAN_SQUARE else np.max(whole, axis=-1)
-        found = np.maximum(found, np.where(np.isnan(over), np.inf, over))
+        found.append(np.where(np.isnan(over), np.inf, over))
     return found
+
+
+def _worst(point: MachinePoint, motions: int) -> np.ndarray:
+    """Largest of all demands over a cycle."""
+    return functools.reduce(np.maximum, _demands(point, motions), np.zeros(()))
 
 
 def _best_schedule(
@@ -175,11 +206,10 @@ def _best_schedule(
     fixed: float,
 ) -> tuple[Varying, float]:
     """Periodic speed of the lowest mean power, and that power."""
-    from scipy.optimize import minimize
-
     drive.turning_inertia  # noqa: B018  raises what is missing, before the search
     motions = max(len(wrench), len(twist))
     time = np.arange(motions) * (period / motions)
+    low, high = (np.log(end * abs(drive.cylinder_speed / fixed)) for end in RANGE)
 
     def run(parameters: np.ndarray) -> tuple[Varying, MachinePoint]:
         speed = schedule(fixed, period, parameters, time)
@@ -188,33 +218,22 @@ def _best_schedule(
         )
         return speed, point
 
-    def cost(parameters: np.ndarray) -> np.ndarray:
-        _, point = run(parameters)
-        power = np.mean(np.where(np.isfinite(point.power_in), point.power_in, 0.0), axis=-1)
-        return power + _STEEPNESS * scale * np.maximum(0.0, np.minimum(_worst(point, motions), _WORST) - _INSIDE)
+    def judged(parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean power [W]; margins of all limits and of both ends of the range, on the last axis."""
+        speed, point = run(parameters)
+        power = np.mean(point.power_in, axis=-1)
+        swing = np.log(speed.value / fixed)
+        demands = [np.broadcast_to(demand, power.shape) for demand in _demands(point, motions)]
+        ends = [high - np.max(swing, axis=-1), np.min(swing, axis=-1) - low]
+        return power, np.stack([*(_INSIDE - demand for demand in demands), *ends], axis=-1)
 
     start = np.zeros(2 * HARMONICS + 1)
-    scale = float(np.mean(run(start)[1].power_in))
-    low, high = np.log(RANGE)
-    level = np.log(abs(fixed / drive.cylinder_speed))
-    bounds = [(low - level, high - level)] + [(-LARGEST_SWING, LARGEST_SWING)] * (2 * HARMONICS)
-    best = start
-    # At a kink or in symmetric cycles the gradient may vanish, so also start from small waves.
-    for wave in range(3):
-        guess = start.copy()
-        if wave:
-            guess[[3, 4]] = 0.2 * np.cos(np.pi * wave), 0.2 * np.sin(np.pi * wave)
-        found: Any = minimize(
-            functools.partial(with_gradient, cost),
-            guess,
-            jac=True,
-            method="L-BFGS-B",
-            bounds=bounds,
-            options={"maxiter": 60},
-        )
-        if found.fun < cost(best):
-            best = found.x
-    speed, point = run(best)
-    if not (_worst(point, motions) <= 1.0 and np.mean(point.power_in) <= scale):
-        speed, point = run(start)
-    return speed, float(np.mean(point.power_in))
+    best, point = run(start)
+    least = float(np.mean(point.power_in))
+    for found in schedules_within(judged, start, (low, high)):
+        speed, point = run(found)
+        power, swing = float(np.mean(point.power_in)), np.log(speed.value / fixed)
+        within = _worst(point, motions) <= 1.0 and low <= np.min(swing) and np.max(swing) <= high
+        if within and power < least:
+            best, least = speed, power
+    return best, least

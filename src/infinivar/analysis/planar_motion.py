@@ -20,7 +20,7 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.arrays import real_array
+from infinivar._core.arrays import real_array, shown
 from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError, ParameterError, require
@@ -116,7 +116,7 @@ def planar_motion(
     Raises
     ------
     ParameterError
-        If an argument is out of range, or the mass or the inertia is missing.
+        If an argument is out of range, the mass or the inertia is missing, or a function returns anything but finite numbers.
     InputError
         If the integration fails, which says where.
     """
@@ -125,6 +125,9 @@ def planar_motion(
     for name in ("mass", "inertia"):
         if getattr(cobot, name) is None:
             raise ParameterError(f"{name} is missing: motion in time needs it")
+    for name, function in (("steering", steering), ("wrench", wrench)):
+        optional = function is None and name == "wrench"
+        require(callable(function) or optional, name, shown(function), "a function of time and pose")
     check_number("duration", duration, "s", Gt(0))
     check_number("stick_speed", stick_speed, "m/s", Gt(0))
     require(isinstance(points, int) and points >= 2, "points", points, "an integer >= 2")
@@ -138,6 +141,14 @@ def _three(name: str, values: Any) -> np.ndarray:
     return found
 
 
+def _told(name: str, values: Any, time: float, count: int, what: str) -> np.ndarray:
+    """What a function of the user returns."""
+    found = real_array(name, values)
+    require(found.shape == (count,), name, f"shape {found.shape}", f"of shape ({count},), {what}")
+    require(bool(np.all(np.isfinite(found))), name, f"{found} at {time:.6g} s", "finite")
+    return found
+
+
 class _Run:
     """The equations of one motion. Its state: pose, twist, work of the user and of the steering, losses by name."""
 
@@ -147,14 +158,19 @@ class _Run:
         self.cobot, self.steering, self.wrench, self.stick = cobot, steering, wrench, stick_speed
         self.mass, self.inertia = float(cobot.mass or 0.0), float(cobot.inertia or 0.0)
         self.turns = any(contact.turns_with_spin for contact in cobot.contacts)  # type: ignore[union-attr]
-        k, said = cobot.mechanism.wheels, np.shape(self.angles(0.0, start[:3]))
-        require(said == (k,), "steering", f"shape {said}", f"of shape ({k},), one angle for each wheel")
         self.names = tuple(self.contacts(0.0, start)[0].losses)
         self.start = np.concatenate([start, np.zeros(2 + len(self.names))])
 
     def angles(self, time: float, pose: np.ndarray) -> np.ndarray:
         """Headings in the body."""
-        return np.asarray(self.steering(time, pose), dtype=float)
+        k = self.cobot.mechanism.wheels
+        return _told("steering", self.steering(time, pose), time, k, "one angle for each wheel")
+
+    def pushed(self, time: float, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Wrench of the user."""
+        if self.wrench is None:
+            return np.zeros(3)
+        return _told("wrench", self.wrench(time, pose, twist), time, 3, "two forces and a moment")
 
     def contacts(self, time: float, state: np.ndarray) -> tuple[ContactForces, np.ndarray, np.ndarray]:
         """Forces of the contacts, the wrench that would balance them, and the steering rates."""
@@ -177,7 +193,7 @@ class _Run:
         """Rate of the state."""
         pose, twist = state[:3], state[3:6]
         forces, against, rate = self.contacts(time, state)
-        wrench = np.zeros(3) if self.wrench is None else np.asarray(self.wrench(time, pose, twist), dtype=float)
+        wrench = self.pushed(time, pose, twist)
         force = wrench - against
         turning = twist[2]
         change = np.array(

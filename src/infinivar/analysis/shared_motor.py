@@ -11,9 +11,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
+from infinivar._core.bounds import FINITE
+from infinivar._core.fields import check_number
 from infinivar._core.result import Result, result
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -38,8 +41,8 @@ class SharedMotor(Result):
     turning : (D, N, F) float               Shared motor, cylinder always turning. [W]
     stopping : (D, N, F) float              Shared motor, cylinder stopped while idle, with the energy of the run-ups. [W]
     separate : (D, N, F) float              A motor for each joint. [W]
-    turning_feasible : (N, F) bool          Whether all limits are kept while holding; with a shared motor,
-    separate_feasible : (F,) bool           and with a motor for each joint.
+    turning_limit : (N, F) int8             The tightest limit where it is exceeded while holding; with a shared motor,
+    separate_limit : (F,) int8              and with a motor for each joint.
     run_up_energy : (N,) float              Of one run-up; nan without the inertias. [J]
     shared_mass, separate_mass : (N,) float     Of motors: the power motor and a steering motor a leg, against a power motor a
         joint; nan where a mass is unknown. [kg]
@@ -54,12 +57,22 @@ class SharedMotor(Result):
     turning: Array
     stopping: Array
     separate: Array
-    turning_feasible: Array
-    separate_feasible: Array
+    turning_limit: Array
+    separate_limit: Array
     run_up_energy: Array
     shared_mass: Array
     separate_mass: Array
     cylinder_mass: float
+
+    @property
+    def turning_feasible(self) -> np.ndarray:
+        """Where all limits are kept while holding, with a shared motor. (N, F) bool"""
+        return np.asarray(self.turning_limit) == Limit.OK
+
+    @property
+    def separate_feasible(self) -> np.ndarray:
+        """Where all limits are kept while holding, with a motor for each joint. (F,) bool"""
+        return np.asarray(self.separate_limit) == Limit.OK
 
     def least_legs(self, *, stopped: bool = False) -> np.ndarray:
         """Least number of legs, of those compared, from which the shared motor draws less power. (D, F) float, nan if none.
@@ -133,15 +146,17 @@ def share_motor(
     if axis_of(separate) is not LINEAR or axis_of(leg) is not LINEAR:
         raise ParameterError("separate and leg must both move a load along a line")
     forces, counts, shares = _axes(force, legs, duty)
-    for name, value in (("period", period), ("run_up_time", run_up_time)):
-        require(value is None or (np.isfinite(value) and value > 0), name, value, "> 0", "s")
+    check_number("speed", speed, "m/s", FINITE)
+    check_number("run_up_time", run_up_time, "s", Gt(0))
+    if period is not None:
+        check_number("period", period, "s", Gt(0))
     if not held_by_friction and speed == 0.0 and hasattr(separate, "unheld"):
         separate = separate.unheld()
     both = operated(separate, speed=np.where(np.append(forces, 0.0) > 0, speed, 0.0), force=np.append(forces, 0.0))
     alone = np.broadcast_to(both.power_in, (len(forces) + 1,))
-    alone_ok = np.broadcast_to(np.asarray(both.limit) == Limit.OK, alone.shape)[:-1]
+    alone_limit = np.broadcast_to(both.limit, alone.shape)[:-1]
 
-    held, idle, fits, starts = [], [], [], []
+    held, idle, limits, starts = [], [], [], []
     for count in counts:
         machine = LeggedDrive.of(leg, int(count))
         joints = Configuration(jacobian=np.eye(int(count)))
@@ -151,7 +166,7 @@ def share_motor(
         power = np.broadcast_to(point.power_in, wrench.shape[:1])
         held.append(power[:-1])
         idle.append(power[-1])
-        fits.append(np.broadcast_to(np.asarray(point.limit) == Limit.OK, power.shape)[:-1])
+        limits.append(np.broadcast_to(point.limit, power.shape)[:-1])
         starts.append(run_up_energy(machine, run_up_time))
     turning = _mean(shares, np.array(held), np.array(idle)[:, None])
     standby = float(leg.amplifier.standby_power)
@@ -168,8 +183,8 @@ def share_motor(
         turning=turning,
         stopping=stopping,
         separate=_mean(shares, counts[:, None] * alone[:-1], counts[:, None] * alone[-1:]),
-        turning_feasible=np.array(fits),
-        separate_feasible=alone_ok,
+        turning_limit=np.array(limits),
+        separate_limit=alone_limit,
         run_up_energy=energy,
         shared_mass=_mass(leg.motor) + counts * (0.0 if leg.steering is None else _mass(leg.steering.motor)),
         separate_mass=counts * _mass(getattr(separate, "motor", None)),
@@ -203,12 +218,14 @@ def run_up_energy(drive: LeggedDrive, time: float) -> float:
 
 def _axes(force: Array, legs: Sequence[int], duty: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     forces, shares = np.atleast_1d(real_array("force", force)), np.atleast_1d(real_array("duty", duty))
-    rising = forces.ndim == 1 and bool(np.all(np.isfinite(forces)) and forces[0] >= 0 and np.all(np.diff(forces) > 0))
+    row = forces.ndim == 1 and forces.size > 0 and bool(np.all(np.isfinite(forces)))
+    rising = row and bool(forces[0] >= 0 and np.all(np.diff(forces) > 0))
     require(rising, "force", force, "a row of forces >= 0 that rise", "N")
     counts = np.atleast_1d(np.asarray(legs))
     whole = counts.ndim == 1 and counts.dtype.kind == "i" and bool(np.all(counts >= 1))
     require(whole, "legs", legs, "whole numbers, 1 or more")
-    require(shares.ndim == 1 and bool(np.all((shares >= 0) & (shares <= 1))), "duty", duty, "between 0 and 1")
+    part = shares.ndim == 1 and shares.size > 0 and bool(np.all((shares >= 0) & (shares <= 1)))
+    require(part, "duty", duty, "between 0 and 1")
     return forces, counts, shares
 
 

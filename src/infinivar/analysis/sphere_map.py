@@ -7,8 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from annotated_types import Gt
 
-from infinivar._core.arrays import real_array
+from infinivar._core.array_namespace import finite_floats
+from infinivar._core.arrays import real_array, shown
+from infinivar._core.bounds import FINITE
+from infinivar._core.fields import check_instance, check_number, check_value
 from infinivar._core.result import Result, result
 from infinivar.errors import InfinivarError, ParameterError, require
 from infinivar.limits import Limit
@@ -74,12 +78,12 @@ def sphere_map(ivt: SphericalIVT, steering_angle: Any, load: Any, *, sphere_spee
     Raises
     ------
     ParameterError
-        If an argument is not a row of finite numbers, or the sphere stands still.
+        If an argument is not a row of finite numbers, the sphere stands still, or it is another transmission.
     """
+    check_instance("ivt", ivt, SphericalIVT)
     angles, loads = _row("steering_angle", steering_angle), _row("load", load)
-    require(
-        math.isfinite(sphere_speed) and sphere_speed != 0.0, "sphere_speed", sphere_speed, "finite and not 0", "rad/s"
-    )
+    check_number("sphere_speed", sphere_speed, "rad/s", FINITE)
+    require(sphere_speed != 0.0, "sphere_speed", sphere_speed, "finite and not 0", "rad/s")
     point = ivt.operate(steering_angle=angles[:, None], sphere_speed=sphere_speed, load=loads)
     first, second = ivt.ideal_speeds(angles)
     locked = np.abs(second) < 1e-12 * np.abs(first)
@@ -133,7 +137,8 @@ def efficiency_by_ratio(ivt: SphericalIVT, ratio: Any, share: float, *, sphere_s
     -------
     (...,) float   nan where a roller slips. [-]
     """
-    known = real_array("ratio", ratio)
+    (known,) = finite_floats(np, ratio=ratio)
+    check_number("share", share, "1", FINITE)
     one, two = ivt.ideal_speeds(np.array([0.5 * math.pi, 0.0]))
     # tan(gamma) over the ratio is that of the ideal speeds at both ends, for drive rollers a quarter turn apart.
     angle = np.arctan(known * (two[1] / one[0]))
@@ -199,8 +204,15 @@ def choose_rollers(
     Returns
     -------
     RollerChoice
+
+    Raises
+    ------
+    ParameterError
+        If a preload or radius is not > 0, a task is no finite number, or it is another transmission.
     """
+    check_instance("ivt", ivt, SphericalIVT)
     preloads, radii = _row("preload", preload), _row("wheel_radius", wheel_radius)
+    check_value("preload", preloads, "N", Gt(0))
     loss, limit = np.empty((len(preloads), len(radii))), np.empty((len(preloads), len(radii)), dtype=np.int8)
     variants = []
     for row, one in enumerate(preloads):
@@ -220,5 +232,5 @@ def choose_rollers(
 def _row(name: str, values: Any) -> np.ndarray:
     row = np.atleast_1d(real_array(name, values))
     if row.ndim != 1 or not row.size or not np.all(np.isfinite(row)):
-        raise ParameterError(f"{name} must be a row of finite numbers, got shape {row.shape}")
+        raise ParameterError(f"{name} must be a row of finite numbers, got {shown(values)}")
     return row

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, check_broadcast
 from infinivar._core.arrays import real_array
+from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
 from infinivar._core.threads import in_order
 from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
-from infinivar.errors import ParameterError, require
+from infinivar.errors import require
 from infinivar.limits import Limit, binding
 from infinivar.power import audit
 from infinivar.transmission.platform import Platform
@@ -116,18 +117,18 @@ def static_points(
     AuditError
         If the powers of a point do not balance, which is a bug.
     """
+    check_instance("drive", drive, LeggedDrive)
+    check_instance("platform", platform, Platform)
+    whole = isinstance(workers, int) and not isinstance(workers, bool) and workers >= 1
+    require(workers is None or whole, "workers", repr(workers), "a whole number of threads, 1 or more")
     columns = {"position": (position, 3), "rotation": (rotation, 3), "wrench": (wrench, 6), "twist": (twist, 6)}
     known: dict[str, np.ndarray] = {}
     for name, (value, length) in columns.items():
-        if value is None:
+        if value is None and name == "twist":
             continue
         known[name] = real_array(name, value)
         require(known[name].shape[-1:] == (length,), name, f"shape {known[name].shape}", f"of shape (..., {length})")
-    try:
-        shape = np.broadcast_shapes(*(value.shape[:-1] for value in known.values()))
-    except ValueError:
-        said = ", ".join(f"{name} {value.shape}" for name, value in known.items())
-        raise ParameterError(f"the shapes of {said} do not broadcast") from None
+    shape = check_broadcast(**{name: value.shape[:-1] for name, value in known.items()})
     # What is the same at all poses stays one row.
     rows = {
         name: value.reshape(1, -1)
@@ -177,9 +178,11 @@ def workspace_map(
     axes = [np.atleast_1d(real_array(name, axis)) for name, axis in (("x", x), ("y", y), ("z", z))]
     for name, axis in zip("xyz", axes, strict=True):
         require(axis.ndim == 1 and len(axis) > 0, name, f"shape {axis.shape}", "a row of positions")
+        require(bool(np.all(np.isfinite(axis))), name, "nan or inf", "finite", "m")
     for name, value, length in (("rotation", rotation, 3), ("wrench", wrench, 6), ("twist", twist, 6)):
-        if value is not None:
-            require(np.shape(value) == (length,), name, f"shape {np.shape(value)}", f"{length} numbers")
+        if value is not None or name != "twist":
+            shape = np.shape(value)  # type: ignore[arg-type]
+            require(shape == (length,), name, f"shape {shape}", f"{length} numbers")
     position = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     points = static_points(
         drive, platform, position=position, rotation=rotation, wrench=wrench, twist=twist, workers=workers

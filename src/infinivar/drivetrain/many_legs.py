@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array
-from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.array_namespace import Array, check_broadcast
+from infinivar._core.arrays import real_array
+from infinivar._core.bounds import FINITE, NonZero
+from infinivar._core.fields import check, check_number, component, quantity
 from infinivar._core.result import Result, result
 from infinivar.drivetrain.cobotic import CoboticDrive, turning_inertia
 from infinivar.drivetrain.drive import motor_side, needed
-from infinivar.errors import ParameterError
+from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
@@ -140,18 +141,21 @@ class LeggedDrive:
 
         Source: faulring2006, Fig 10, Fig 12 and Fig 13.
         """
-        speed = np.asarray(self.cylinder_speed if cylinder_speed is None else cylinder_speed, dtype=float)
+        speed = real_array("cylinder_speed", self.cylinder_speed if cylinder_speed is None else cylinder_speed)
+        rise = None if cylinder_acceleration is None else real_array("cylinder_acceleration", cylinder_acceleration)
         legs = self.legs.operate(configuration, cylinder_speed=speed, wrench=wrench, twist=twist)
         torque, stored = legs.torque, np.zeros(())
-        if cylinder_acceleration is not None:
-            turning = needed(self.cylinder_inertia, "cylinder_inertia") * np.asarray(cylinder_acceleration)
+        if rise is not None:
+            require(bool(np.all(np.isfinite(rise))), "cylinder_acceleration", "nan or inf", "finite", "rad/s^2")
+            check_broadcast(cylinder_acceleration=rise.shape, points=np.shape(torque))
+            turning = needed(self.cylinder_inertia, "cylinder_inertia") * rise
             torque, stored = torque + turning, turning * speed
         side = motor_side(
             self.motor,
             self.gearhead,
             output_torque=torque,
             output_speed=speed,
-            output_acceleration=None if cylinder_acceleration is None else np.asarray(cylinder_acceleration),
+            output_acceleration=rise,
         )
         power_in, burnt, returned = self.amplifier.supply(side.power)
         utilisation = dict(legs.utilisation)
@@ -191,7 +195,9 @@ class LeggedDrive:
         -----
         By bisection: the first wrench beyond a limit on the way up, if limits are not met again beyond it.
         """
+        self.legs.check_links(configuration)
         along = configuration.vector(direction, "direction")
+        require(bool(np.all(np.any(along != 0, axis=-1))), "direction", "0", "a wrench that is not 0")
         with np.errstate(divide="ignore", invalid="ignore"):
             unit = np.max(np.abs(configuration.link_forces(along)), axis=-1)
             most = _BEYOND * np.max(self.legs.transmission.slip_force) / unit
@@ -229,10 +235,14 @@ class LeggedDrive:
         ParameterError
             If the pose is singular, or the motor cannot sustain the motion without a wrench.
         """
+        self.legs.check_links(configuration)
         speed = self.cylinder_speed if cylinder_speed is None else cylinder_speed
+        check_number("cylinder_speed", speed, "rad/s", FINITE)
         if twist is None:
             return WrenchSet.of(configuration, np.broadcast_to(self.legs.transmission.slip_force, (self.legs.count,)))
         xi = configuration.vector(twist, "twist")
+        require(xi.ndim == 1, "twist", f"shape {xi.shape}", f"one row of {configuration.freedoms}")
+        require(bool(speed != 0 or not np.any(xi)), "cylinder_speed", "0", "other than 0 rad/s to move the machine")
         zonotope = WrenchSet.of(configuration, self.legs.force_limits(configuration.link_speeds(xi), np.asarray(speed)))
         if not np.any(xi):
             return zonotope

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, check_broadcast
 from infinivar._core.arrays import real_array
-from infinivar._core.fields import check, quantities
+from infinivar._core.fields import check, check_instance, quantities
 from infinivar.errors import require
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.mechanism import Mechanism
@@ -99,7 +99,10 @@ class PlanarArm:
         -------
         (..., n) float   [N m]
         """
-        return np.matmul(np.swapaxes(self.jacobian(angles), -1, -2), real_array("force", force)[..., None])[..., 0]
+        jacobian, given = self.jacobian(angles), real_array("force", force)
+        require(given.shape[-1:] == (3,), "force", f"shape {given.shape}", "of shape (..., 3)")
+        check_broadcast(angles=jacobian.shape[:-2], force=given.shape[:-1])
+        return np.matmul(np.swapaxes(jacobian, -1, -2), given[..., None])[..., 0]
 
     def parallel(self, pulley_radius: Array) -> Configuration:
         """Joints driven by legs on a common cylinder, over pulleys.
@@ -130,8 +133,10 @@ class PlanarArm:
         Raises
         ------
         ParameterError
-            If the arm has one joint only.
+            If the arm has one joint only, or the wheel is not one on a plane.
         """
+        check_instance("wheel", wheel, RollingContact)
+        require(wheel.surface == "plane", "wheel.surface", repr(wheel.surface), "'plane'")
         n = self.joints
         require(n >= 2, "lengths", f"{n} member", "two members or more, with a wheel between them")
         radii = self._radii(drum_radius, n - 1, "drum_radius")
@@ -147,6 +152,7 @@ class PlanarArm:
     def _angles(self, angles: Array) -> np.ndarray:
         given = real_array("angles", angles)
         require(given.shape[-1:] == (self.joints,), "angles", f"shape {given.shape}", f"of shape (..., {self.joints})")
+        require(bool(np.all(np.isfinite(given))), "angles", "nan or inf", "finite", "rad")
         return given
 
     @staticmethod

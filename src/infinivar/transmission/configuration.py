@@ -8,8 +8,8 @@ from dataclasses import field
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array
-from infinivar._core.arrays import real_array
+from infinivar._core.array_namespace import Array, check_broadcast
+from infinivar._core.arrays import real_array, shown
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
@@ -47,6 +47,15 @@ class Configuration(Result):
             "of shape (..., links, components), with at least as many links as components",
         )
         object.__setattr__(self, "jacobian", jacobian)
+        known = {"link_position": (self.link_position, shape[:-1])}
+        require(isinstance(self.utilisation, Mapping), "utilisation", shown(self.utilisation), "a mapping of Limit")
+        for limit, demand in self.utilisation.items():
+            require(isinstance(limit, Limit), "utilisation", f"a demand of {limit!r}", "a mapping of Limit")
+            known[f"utilisation of {limit.name}"] = demand, shape[:-2]
+        for name, (value, wanted) in known.items():
+            given = real_array(name, value).shape
+            fits = len(given) <= len(wanted) and check_broadcast(**{name: given, "jacobian": wanted}) == wanted
+            require(fits, name, f"shape {given}", f"one number, or of shape {wanted}")
         Result.__post_init__(self)
 
     @property
@@ -65,7 +74,7 @@ class Configuration(Result):
         Raises
         ------
         ParameterError
-            If its last axis is not d long, or a value is not finite.
+            If its last axis is not d long, a value is not finite, or the shape does not fit the poses.
         """
         given = real_array(name, value)
         fits = given.ndim > 0 and given.shape[-1] == self.freedoms
@@ -73,6 +82,7 @@ class Configuration(Result):
             fits, name, f"shape {given.shape}", f"of shape (..., {self.freedoms}), as many as the jacobian has columns"
         )
         require(bool(np.all(np.isfinite(given))), name, "nan or inf", "finite")
+        check_broadcast(**{"configuration": self.jacobian.shape[:-2], name: given.shape[:-1]})
         return given
 
     def link_speeds(self, twist: Array) -> np.ndarray:
@@ -103,13 +113,17 @@ class Configuration(Result):
         Raises
         ------
         ParameterError
-            If there are more links, whose speeds are not independent.
+            If there are more links, whose speeds are not independent, or there is not one speed for each link.
         """
         if self.links != self.freedoms:
             raise ParameterError(
                 f"the speeds of {self.links} links of a machine with {self.freedoms} components of twist are not independent"
             )
-        return solved(self.jacobian, np.asarray(link_speeds, dtype=float))
+        speeds = real_array("link_speeds", link_speeds)
+        fits = speeds.shape[-1:] == (self.links,)
+        require(fits, "link_speeds", f"shape {speeds.shape}", f"of shape (..., {self.links}), one for each link")
+        check_broadcast(configuration=self.jacobian.shape[:-2], link_speeds=speeds.shape[:-1])
+        return solved(self.jacobian, speeds)
 
     def squared(self) -> np.ndarray:
         """``J^T J``. (..., d, d)"""

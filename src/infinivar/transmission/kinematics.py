@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from infinivar._core.array_namespace import Array, as_floats, namespace, signed_infinity
+from infinivar._core.array_namespace import Array, check_broadcast, named_floats, namespace, signed_infinity
 from infinivar.errors import require
 
 BEYOND_ANY = 1e200
@@ -13,6 +13,9 @@ BEYOND_ANY = 1e200
 
 Heading = Any
 """Angles (..., k) from x to the rolling direction of each wheel [rad], or a tuple of their cosines and sines."""
+
+_ROUNDED = 1e-6
+"""Error of the squares of a cosine and a sine that counts as rounding. [-]"""
 
 RIGHT_ANGLE = 1e-15
 """A cosine below this counts as a right angle: cos(pi/2) is 6e-17 in float64."""
@@ -109,7 +112,14 @@ def directions(xp: Any, heading: Heading, wheels: int) -> tuple[Array, Array]:
     ParameterError
         If there is not one heading for each wheel, or one for all.
     """
-    given = as_floats(xp, *heading) if isinstance(heading, tuple) else as_floats(xp, heading)
+    parts = heading if isinstance(heading, tuple) else (heading,)
+    require(
+        len(parts) == 1 + isinstance(heading, tuple),
+        "heading",
+        f"a tuple of {len(parts)}",
+        "angles, or a tuple of their cosines and sines",
+    )
+    given = tuple(named_floats(xp, heading=part)[0] for part in parts)
     for part in given:
         shape = tuple(part.shape)
         require(
@@ -119,6 +129,11 @@ def directions(xp: Any, heading: Heading, wheels: int) -> tuple[Array, Array]:
             f"of shape (..., {wheels}), one for each wheel",
         )
     if isinstance(heading, tuple):
-        require(len(given) == 2, "heading", f"{len(given)} arrays", "angles, or a tuple of their cosines and sines")
-        return given[0], given[1]
+        cosine, sine = given
+        if xp.__name__ == "numpy":
+            check_broadcast(cosines=cosine.shape, sines=sine.shape)
+            squares = cosine * cosine + sine * sine
+            off = xp.abs(squares - 1.0) > _ROUNDED
+            require(not xp.any(off), "heading", squares[off][:1], "cosines and sines whose squares add up to 1")
+        return cosine, sine
     return xp.cos(given[0]), xp.sin(given[0])

@@ -17,9 +17,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, check_broadcast
 from infinivar._core.arrays import real_array
-from infinivar._core.fields import check, component
+from infinivar._core.fields import check, check_instance, component, quantities_of, value_at
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, require
@@ -110,6 +110,10 @@ class Legs:
             "an array",
             "one number: the legs share the cylinder",
         )
+        for name in quantities_of(self.transmission):
+            shape = np.shape(value_at(self.transmission, name))
+            fits = shape in ((), (1,), (self.count,))
+            require(fits, f"transmission.{name}", f"shape {shape}", f"one number, or one for each of {self.count} legs")
         pressed = {limit: float(np.max(demand)) for limit, demand in self.transmission.utilisation.items()}
         object.__setattr__(self, "pressed", FrozenDict(pressed))
 
@@ -137,14 +141,18 @@ class Legs:
 
         Source: faulring2006, section VI; principle of virtual power.
         """
-        n = configuration.links
-        require(n == self.count, "configuration", f"{n} links", f"of {self.count}, as many as there are legs")
+        self.check_links(configuration)
         wrench = configuration.vector(wrench, "wrench")
         with np.errstate(invalid="ignore", over="ignore"):
             force = configuration.link_forces(wrench)
             locked = twist is None
             omega = real_array("cylinder_speed", cylinder_speed)[..., None]
             require(bool(np.all(np.isfinite(omega))), "cylinder_speed", "nan or inf", "finite", "rad/s")
+            points = {"configuration": configuration.jacobian.shape[:-2], "cylinder_speed": omega.shape[:-1]}
+            points["wrench"] = wrench.shape[:-1]
+            if not locked:
+                points["twist"] = configuration.vector(twist, "twist").shape[:-1]
+            check_broadcast(**points)
             if locked:
                 wheels, drag_loss, force = self._locked(configuration, omega, force)
                 xi = configuration.twist_of(wheels.link_speed)
@@ -152,6 +160,12 @@ class Legs:
                 xi = configuration.vector(twist, "twist")
                 wheels, drag_loss = self._moving(omega, configuration.link_speeds(xi), force)
             return self._point(configuration, wheels, drag_loss, wrench, xi, force)
+
+    def check_links(self, configuration: Configuration) -> None:
+        """Raise ParameterError unless it is a `Configuration` with as many links as there are legs."""
+        check_instance("configuration", configuration, Configuration)
+        n = configuration.links
+        require(n == self.count, "configuration", f"{n} links", f"of {self.count}, as many as there are legs")
 
     def _moving(self, omega: np.ndarray, speed: np.ndarray, force: np.ndarray) -> tuple[OperatingPoint, np.ndarray]:
         drag, loss = self.guideway.operate(force=force, speed=speed, preload=self.transmission.preload)
@@ -213,6 +227,7 @@ class Legs:
         ParameterError
             If the creep law has a flow loss, or values of the wheel are arrays over the legs.
         """
+        self.check_links(configuration)
         if np.ndim(self.transmission.slip_force) or np.ndim(self.transmission.wheel_radius):
             raise ParameterError(
                 "transmission must be one wheel for all legs, got values that are arrays over the legs"
@@ -241,9 +256,9 @@ class Legs:
         -------
         (..., n) float   [N]; the inverse of `least_surface_speed`.
         """
-        speed = np.asarray(link_speed, dtype=float)
-        surface = self.transmission.cylinder_radius * np.abs(np.asarray(cylinder_speed, dtype=float))[..., None]
-        at = self.transmission.groups(np.asarray(cylinder_speed, dtype=float)[..., None])
+        speed, omega = real_array("link_speed", link_speed), real_array("cylinder_speed", cylinder_speed)[..., None]
+        surface = self.transmission.cylinder_radius * np.abs(omega)
+        at = self.transmission.groups(omega)
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = np.where(speed == 0, 0.0, speed / surface)
         return at.slip_force / np.sqrt(1.0 + slope * slope)

@@ -19,14 +19,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from infinivar._core.array_namespace import Array, as_floats, namespace
+from annotated_types import Gt
+
+from infinivar._core.array_namespace import Array, as_floats, check_broadcast, named_floats, namespace
+from infinivar._core.arrays import shown
+from infinivar._core.bounds import FINITE
+from infinivar._core.fields import check_value
 from infinivar._core.frozen import frozen
-from infinivar._core.result import Result, equal, result
+from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, nearest, require
 from infinivar.limits import Limit
 from infinivar.power import PowerPoint
 from infinivar.transmission import mechanism_forward, mechanism_inverse
 from infinivar.transmission.kinematics import Heading, applied_to, directions
+from infinivar.transmission.mechanism_contacts import contacts_of, joined, kinds_of
 from infinivar.transmission.rolling_contact import ContactForces, RollingContact
 
 
@@ -140,7 +146,8 @@ class Mechanism:
         found = {}
         for name in ("jacobian", "spin", "surface"):
             value = getattr(self, name)
-            found[name] = value if value is None else as_floats(xp, value)[0]
+            optional = value is None and name != "jacobian"
+            found[name] = None if optional else named_floats(xp, **{name: value})[0]
         shape = tuple(found["jacobian"].shape)
         *_, wheels, both, count = (0, 0, 0, *shape)
         require(
@@ -150,15 +157,18 @@ class Mechanism:
             if found[name] is not None:
                 said: tuple[int, ...] = tuple(found[name].shape)
                 require(said[-2:] == (wheels, count), name, f"shape {said}", f"of shape (..., {wheels}, {count})")
-        names = (
-            tuple(f"q{place + 1}" for place in range(count)) if self.coordinates is None else tuple(self.coordinates)
+        check_broadcast(
+            **{name: value.shape[: -2 - (name == "jacobian")] for name, value in found.items() if value is not None}
         )
-        require(len(names) == count == len(set(names)), "coordinates", names, f"{count} different names")
+        names = tuple(f"q{place + 1}" for place in range(count)) if self.coordinates is None else self.coordinates
+        known = isinstance(names, Sequence) and all(isinstance(one, str) for one in names)
+        require(known and len(names) == count == len(set(names)), "coordinates", names, f"{count} different names")
+        names = tuple(names)
         for name, value in found.items():
             object.__setattr__(self, name, frozen(value))
         object.__setattr__(self, "coordinates", names)
-        object.__setattr__(self, "contacts", self._contacts(wheels))
-        object.__setattr__(self, "kinds", _kinds(self.contacts))  # type: ignore[arg-type]
+        object.__setattr__(self, "contacts", contacts_of(self.contacts, wheels, "wheel of the jacobian"))
+        object.__setattr__(self, "kinds", kinds_of(self.contacts))  # type: ignore[arg-type]
         a = found["jacobian"]
         parts = [a[..., 0, :], a[..., 1, :]]
         if found["spin"] is not None:
@@ -166,20 +176,6 @@ class Mechanism:
         if any(part.shape != parts[0].shape for part in parts):
             parts = list(xp.broadcast_arrays(*parts))
         object.__setattr__(self, "rows", xp.concat(parts, axis=-2))
-
-    def _contacts(self, wheels: int) -> tuple[RollingContact, ...]:
-        given = self.contacts
-        contacts = (given,) * wheels if isinstance(given, RollingContact) else tuple(given)
-        require(len(contacts) == wheels, "contacts", len(contacts), f"{wheels}, one for each wheel of the jacobian")
-        for contact in contacts:
-            if not isinstance(contact, RollingContact):
-                raise ParameterError(f"contacts must be RollingContact, got {contact!r}")
-            if contact.creep_law.flow_factor is not None:
-                raise ParameterError(
-                    f"creep_law must be one without a flow loss, got {contact.creep_law.name!r}: Eq 17 is a loss of the link "
-                    "speed of a wheel on a cylinder (RotaryLinearIVT)"
-                )
-        return contacts
 
     @property
     def wheels(self) -> int:
@@ -213,10 +209,12 @@ class Mechanism:
         """
         if isinstance(rates, Mapping):
             rates = self.vector(rates, "rates")
+        if stick_speed is not None:
+            check_value("stick_speed", stick_speed, "m/s", Gt(0))
         xp = namespace(self.rows, rates, steering_rate, *(heading if isinstance(heading, tuple) else (heading,)))
-        (rates,) = as_floats(xp, rates)
-        self.check_rates(rates)
+        rates = self.checked_rates(xp, rates)
         heading = directions(xp, heading, self.wheels)
+        steering_rate = self.checked_points(xp, steering_rate, rates=rates.shape[:-1], heading=heading[0].shape[:-1])
         forces, applied = self.forces(rates, heading, steering_rate, stick_speed)
         return self.point(rates, applied, heading, steering_rate, forces)
 
@@ -316,7 +314,7 @@ class Mechanism:
             parts.append(function(contact, *own))
             order += wheels
         back = xp.asarray([order.index(place) for place in range(self.wheels)], dtype=xp.int64)
-        return _joined(xp, parts, back)
+        return joined(xp, parts, back)
 
     def point(
         self,
@@ -328,6 +326,8 @@ class Mechanism:
     ) -> MechanismPoint:
         """The point of known forces."""
         xp = namespace(rates, applied, forces.x)
+        # What does not move as told, because a heading or the configuration is beyond a limit, has no demand of its own.
+        lost = xp.isnan(forces.creep_speed)
         cosine, sine, steering_rate, u = xp.broadcast_arrays(
             *heading, *as_floats(xp, steering_rate), forces.creep_speed
         )
@@ -349,7 +349,7 @@ class Mechanism:
             moment=forces.moment + 0.0 * u,
             steering_rate=steering_rate,
             wheel_losses=forces.losses,
-            slip_demand=forces.slip_demand,
+            slip_demand=xp.where(lost, xp.inf, forces.slip_demand),
             pressed=pressed,
         )
 
@@ -366,22 +366,69 @@ class Mechanism:
             if name not in values:
                 raise ParameterError(f"{what} of {name} is missing")
         xp = namespace(*values.values())
-        found = xp.broadcast_arrays(*as_floats(xp, *(values[name] for name in self.coordinates)))  # type: ignore[union-attr]
-        return xp.stack(found, axis=-1)
+        found = self.checked_values(xp, values, what)
+        return xp.stack(xp.broadcast_arrays(*(found[name] for name in self.coordinates)), axis=-1)  # type: ignore[union-attr]
 
-    def check_rates(self, rates: Array) -> None:
-        """Raise ParameterError unless an array has one rate for each coordinate."""
+    def checked_rates(self, xp: Any, rates: Array) -> Array:
+        """Rates (..., n) as floats; nan, of a point that is lost elsewhere, makes the point nan here.
+
+        Raises
+        ------
+        ParameterError
+            If one is infinite or no number, or there is not one for each coordinate. Traced values are not checked.
+        """
+        (rates,) = named_floats(xp, rates=rates)
         shape, count = tuple(rates.shape), self.jacobian.shape[-1]
         require(shape[-1:] == (count,), "rates", f"shape {shape}", f"of shape (..., {count}), one for each coordinate")
+        _check_bounded(xp, rates=rates)
+        return rates
+
+    @staticmethod
+    def checked_values(xp: Any, values: Mapping[str, Array], what: str) -> dict[str, Array]:
+        """Values by coordinate, as floats that broadcast; nan and ParameterError as for `checked_rates`."""
+        titles = [f"{what} of {name}" for name in values]
+        found = named_floats(xp, **dict(zip(titles, values.values(), strict=True)))
+        check_broadcast(**{name: tuple(value.shape) for name, value in zip(titles, found, strict=True)})
+        _check_bounded(xp, **dict(zip(titles, found, strict=True)))
+        return dict(zip(values, found, strict=True))
+
+    def checked_points(self, xp: Any, steering_rate: Array, **points: tuple[int, ...]) -> Array:
+        """The steering rate, if it fits the wheels, and all arrays fit the shapes of many points.
+
+        Raises
+        ------
+        ParameterError
+            If a shape does not fit, or the rate is infinite.
+        """
+        if isinstance(steering_rate, (int, float)):
+            check_value("steering_rate", steering_rate, "rad/s", FINITE)
+        else:
+            (steering_rate,) = named_floats(xp, steering_rate=steering_rate)
+            _check_bounded(xp, steering_rate=steering_rate)
+            shape = tuple(steering_rate.shape)
+            fits = shape[-1:] in ((), (1,), (self.wheels,))
+            require(fits, "steering_rate", f"shape {shape}", f"one number, or of shape (..., {self.wheels})")
+            points["steering_rate"] = shape[:-1]
+        check_broadcast(configuration=tuple(self.rows.shape[:-2]), **points)
+        return steering_rate
 
     def known(self, values: Mapping[str, Array], what: str) -> None:
-        """Raise ParameterError if a name is not that of a coordinate."""
+        """Raise ParameterError unless values are a mapping whose names are those of coordinates."""
         names = tuple(self.coordinates)  # type: ignore[arg-type]
+        require(isinstance(values, Mapping), what, shown(values), "a mapping of coordinate to value")
         for name in values:
             if name not in names:
                 raise ParameterError(
                     f"{what} has an unknown coordinate {name!r}{nearest(str(name), names)}; coordinates: {', '.join(names)}"
                 )
+
+
+def _check_bounded(xp: Any, **named: Array) -> None:
+    """Raise ParameterError if a value is infinite; values that are being traced are not checked."""
+    if xp.__name__ == "numpy":
+        for name, value in named.items():
+            infinite = xp.isinf(value)
+            require(not xp.any(infinite), name, value[infinite][:1], "finite")
 
 
 def _act(stick_speed: float | None) -> Any:
@@ -391,39 +438,3 @@ def _act(stick_speed: float | None) -> Any:
         return contact.act((vx, vy), (cosine, sine), spin=spin, surface_speed=speed, stick_speed=stick_speed)
 
     return act
-
-
-def _kinds(contacts: Sequence[RollingContact]) -> tuple[tuple[RollingContact, tuple[int, ...]], ...]:
-    """Contacts that differ, with the wheels that have them."""
-    found: list[tuple[RollingContact, list[int]]] = []
-    for place, contact in enumerate(contacts):
-        for known, wheels in found:
-            if known is contact or equal(known, contact):
-                wheels.append(place)
-                break
-        else:
-            found.append((contact, [place]))
-    return tuple((contact, tuple(wheels)) for contact, wheels in found)
-
-
-def _joined(xp: Any, parts: Sequence[Any], back: Array) -> Any:
-    """Tuples of arrays and of dictionaries of arrays, joined along the wheels; what a kind lacks is zero."""
-    joined = []
-    for place, first in enumerate(parts[0]):
-        pieces = [part[place] for part in parts]
-        if isinstance(first, dict):
-            like = [part[0] for part in parts]
-            names = dict.fromkeys(name for piece in pieces for name in piece)
-            joined.append(
-                {
-                    name: _wheels(xp, [p.get(name, 0.0 * one) for p, one in zip(pieces, like, strict=True)], back)
-                    for name in names
-                }
-            )
-        else:
-            joined.append(_wheels(xp, pieces, back))
-    return type(parts[0])(*joined)
-
-
-def _wheels(xp: Any, pieces: Sequence[Array], back: Array) -> Array:
-    return xp.take(xp.concat(pieces, axis=-1), back, axis=-1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from infinivar._core.array_namespace import Array, _repeat, as_floats, namespace
+from infinivar._core.array_namespace import Array, _repeat, namespace
 from infinivar.contact.exact.spin_map import spin_map
 from infinivar.errors import ParameterError
 from infinivar.transmission import spin_law
@@ -73,10 +73,12 @@ def solve(
     )
     xp = namespace(mechanism.rows, *given)
     cosine, sine = directions(xp, heading, mechanism.wheels)
-    known = [as_floats(xp, {**rates, **applied}[name])[0] for name in names]
+    values = mechanism.checked_values(xp, rates, "rates") | mechanism.checked_values(xp, applied, "applied")
+    known = [values[name] for name in names]
     free = [place for place, name in enumerate(names) if name in applied]
+    points = {name: tuple(value.shape) for name, value in zip(names, known, strict=True)}
+    steering_rate = mechanism.checked_points(xp, steering_rate, heading=tuple(cosine.shape[:-1]), **points)
     if not isinstance(steering_rate, (int, float)):
-        (steering_rate,) = as_floats(xp, steering_rate)
         known.append(steering_rate[..., 0] if steering_rate.ndim else steering_rate)
     like = xp.broadcast_arrays(*known, mechanism.rows[..., 0, 0], cosine[..., 0])
     prescribed = xp.stack(like[: len(names)], axis=-1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from infinivar._core.array_namespace import Array, _repeat, as_floats, namespace
+from infinivar._core.array_namespace import Array, _repeat, namespace
 from infinivar.errors import ParameterError
 from infinivar.transmission.kinematics import applied_to
 from infinivar.transmission.rolling_contact import RollingContact
@@ -37,8 +37,10 @@ def steer(
     if len(applied) > k:
         raise ParameterError(f"applied has {len(applied)} forces, but {k} headings can satisfy at most {k}")
     xp = namespace(mechanism.rows, rates, steering_rate, *applied.values())
-    (rates,) = as_floats(xp, rates)
-    mechanism.check_rates(rates)
+    rates = mechanism.checked_rates(xp, rates)
+    forces = mechanism.checked_values(xp, applied, "applied")
+    points = {name: tuple(value.shape) for name, value in forces.items()}
+    steering_rate = mechanism.checked_points(xp, steering_rate, rates=tuple(rates.shape[:-1]), **points)
     motion = mechanism.velocities(rates)
     vx, vy = motion[..., :k], motion[..., k : 2 * k]
     speed = xp.sqrt(vx * vx + vy * vy)
@@ -47,7 +49,7 @@ def steer(
     if not applied:
         return along, sideways
     places = xp.asarray([names.index(name) for name in applied], dtype=xp.int64)
-    wanted = xp.stack(xp.broadcast_arrays(*as_floats(xp, *applied.values())), axis=-1)
+    wanted = xp.stack(xp.broadcast_arrays(*forces.values()), axis=-1)
     surface = None if mechanism.surface is None else applied_to(mechanism.surface, rates)
     spin = mechanism.spins(motion, steering_rate)
     columns = (vx, vy, along, sideways, spin, surface)

@@ -15,16 +15,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array, as_floats, namespace, signed_infinity
+from infinivar._core.array_namespace import Array, as_floats, finite_floats, named_floats, namespace, signed_infinity
 from infinivar._core.arrays import real_array
-from infinivar._core.fields import check, component, quantity
-from infinivar.errors import ParameterError, require
+from infinivar._core.fields import check, check_number, component, quantity
+from infinivar.errors import require
 from infinivar.transmission.kinematics import Heading, directions
-from infinivar.transmission.mechanism import Mechanism
+from infinivar.transmission.mechanism import Mechanism, MechanismPoint
+from infinivar.transmission.mechanism_contacts import contacts_of
 from infinivar.transmission.rolling_contact import RollingContact
 
 COORDINATES = ("x", "y", "angle")
@@ -87,8 +88,8 @@ class PlanarFreedom(NamedTuple):
 class PlanarCobot:
     """A body on steered wheels, which a user pushes or a source drives.
 
-    The wheels roll freely on their axles. Twist and wrench are those at the body's reference point; for motion in time this is
-    its centre of mass.
+    The wheels roll freely on their axles, except in `drive`. Twist and wrench are those at the body's reference point; for
+    motion in time this is its centre of mass.
 
     Raises
     ------
@@ -110,6 +111,9 @@ class PlanarCobot:
     def __post_init__(self) -> None:
         """Validate the fields and make the kinematic map."""
         check(self)
+        for name, unit in (("mass", "kg"), ("inertia", "kg m^2")):
+            if getattr(self, name) is not None:
+                check_number(name, getattr(self, name), unit, Gt(0))
         points = real_array("positions", self.positions)
         fits = points.ndim == 2 and points.shape[1:] == (2,) and points.shape[0] > 0
         require(fits, "positions", f"shape {points.shape}", "one row of x and y for each wheel")
@@ -117,8 +121,7 @@ class PlanarCobot:
 
         require(bool(np.all(np.isfinite(points))), "positions", "nan or infinity", "finite", "m")
         k = len(points)
-        contacts = (self.contacts,) * k if isinstance(self.contacts, RollingContact) else tuple(self.contacts)
-        require(len(contacts) == k, "contacts", len(contacts), f"{k}, one for each position")
+        contacts = contacts_of(self.contacts, k, "position")
         for contact in contacts:
             _check_planar(contact)
         ones, nothing = np.ones(k), np.zeros(k)
@@ -144,8 +147,35 @@ class PlanarCobot:
         (..., k) float   From x of the body to the heading of each wheel. nan where a wheel stands at the instant centre or
             would slip. [rad]
         """
+        twist = _twist(twist)
+        if wrench is not None:
+            self.mechanism.known(wrench, "wrench")
         cosine, sine = self.mechanism.steer(rates=twist, applied=wrench)
         return namespace(cosine).atan2(sine, cosine)
+
+    def drive(self, *, twist: Array, heading: Heading, torque: Array) -> MechanismPoint:
+        """Steady motion with wheels that are driven along their headings by torques on their axles.
+
+        Parameters
+        ----------
+        twist : (..., 3) float              v_x, v_y and omega of the body. [m s^-1], [rad s^-1]
+        heading : (..., k) float or tuple   Angles of the wheels, or their cosines and sines. [rad]
+        torque : (..., k) float             Of a motor on each axle, positive where it drives the wheel along its heading; 0: the
+            wheel rolls freely. One number: the same for all. [N m]
+
+        Returns
+        -------
+        MechanismPoint
+            With the speeds of the axles as further coordinates "wheel1" to "wheel<k>", whose applied forces are the torques.
+            The forces applied to "x", "y" and "angle" are the wrench of user and load: negative where the wheels drive it.
+            `creep_speed` is that along the heading, `lateral_force` the whole tangential force of a wheel. Where a wheel cannot
+            transmit its torque, or does not roll, all is nan and the limit is SLIP. NumPy arrays only.
+
+        Source: `infinivar.transmission.planar_drive`.
+        """
+        from infinivar.transmission.planar_drive import drive
+
+        return drive(self, twist, heading, torque)
 
     def freedom(self, heading: Heading) -> PlanarFreedom:
         """The motion that the wheels permit with the least creep.
@@ -167,6 +197,7 @@ class PlanarCobot:
         xp = namespace(self.mechanism.rows, *(heading if isinstance(heading, tuple) else (heading,)))
         k = self.mechanism.wheels
         cosine, sine = xp.broadcast_arrays(*directions(xp, heading, k))
+        finite_floats(xp, heading=cosine + sine)
         x, y = (xp.asarray([point[axis] for point in self.positions], dtype=xp.float64) for axis in (0, 1))
         centre_x, centre_y = xp.mean(x), xp.mean(y)
         x, y = x - centre_x, y - centre_y
@@ -197,8 +228,8 @@ def instant_centre(twist: Array) -> tuple[Array, Array]:
 
     Source: V = v + omega J p = 0.
     """
+    twist = _twist(twist)
     xp = namespace(twist)
-    (twist,) = as_floats(xp, twist)
     vx, vy, turning = twist[..., 0], twist[..., 1], twist[..., 2]
     turns, rests = turning != 0, (vx == 0) & (vy == 0)
     found = []
@@ -208,7 +239,12 @@ def instant_centre(twist: Array) -> tuple[Array, Array]:
     return found[0], found[1]
 
 
-def _check_planar(contact: Any) -> None:
-    if not isinstance(contact, RollingContact):
-        raise ParameterError(f"contacts must be RollingContact, got {contact!r}")
+def _twist(given: Array) -> Array:
+    """A twist (..., 3) as floats."""
+    (twist,) = named_floats(namespace(given), twist=given)
+    require(tuple(twist.shape)[-1:] == (3,), "twist", f"shape {tuple(twist.shape)}", "of shape (..., 3)")
+    return twist
+
+
+def _check_planar(contact: RollingContact) -> None:
     require(contact.surface == "plane", "surface", repr(contact.surface), "'plane' for a machine on a plane")

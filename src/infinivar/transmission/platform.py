@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, check_broadcast
 from infinivar._core.arrays import real_array
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.bounds import FINITE
+from infinivar._core.fields import check, check_number, component, quantity
 from infinivar._core.frozen import frozen
 from infinivar.errors import require
 from infinivar.limits import Limit
@@ -65,6 +66,7 @@ class Platform:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        check_number("rod_length", self.rod_length, "m", Gt(0))
         for name in ("base", "joints"):
             rows = real_array(name, getattr(self, name))
             fits = rows.ndim == 2 and rows.shape[-1:] == (3,) and len(rows) >= 6
@@ -107,6 +109,10 @@ class Platform:
         -------
         Platform   Its provenance is "assumed": faulring2006 prints no geometry of its platform.
         """
+        for name, radius in (("base_radius", base_radius), ("joint_radius", joint_radius)):
+            check_number(name, radius, "m", Gt(0))
+        for name, spread in (("base_spread", base_spread), ("joint_spread", joint_spread)):
+            check_number(name, spread, "rad", FINITE)
         turn = 2.0 * np.pi / 3.0 * np.arange(3)
         low = np.stack([turn - base_spread, turn + base_spread], axis=-1).ravel()
         # Rods of neighbouring pairs meet at the platform, so that the joints are turned by a sixth of a revolution.
@@ -149,9 +155,11 @@ class Platform:
         Raises
         ------
         ParameterError
-            If a position or rotation is not three finite numbers.
+            If a position or rotation is not three finite numbers, or they do not broadcast.
         """
-        p, arm = _three(position, "position"), rotated(_three(rotation, "rotation"), self.joints)
+        p, turn = _three(position, "position"), _three(rotation, "rotation")
+        check_broadcast(position=p.shape[:-1], rotation=turn.shape[:-1])
+        arm = rotated(turn, self.joints)
         jacobian, link, reach = self._reach(p, arm)
         jacobian[reach >= 1.0] = np.nan
         utilisation = {Limit.LINKAGE: np.where(reach >= 1.0, np.maximum(reach, 1.0 + 1e-12), reach)}

@@ -24,7 +24,7 @@ from typing import Any, Literal, NamedTuple
 from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array, as_floats, namespace, safe_divide, signed_infinity
-from infinivar._core.fields import check, check_choice, component, quantity
+from infinivar._core.fields import check, check_choice, check_value, component, quantity
 from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw, Formulas
 from infinivar.contact.exact.spin_map import spin_map
@@ -189,6 +189,7 @@ class RollingContact:
 
     def pressed(self, preload: Array) -> RollingContact:
         """The same wheel under another preload [N]; measured values scale by `PRELOAD_POWERS`."""
+        check_value("preload", preload, "N", Gt(0))
         return replace(self, preload=preload, **scaled_by_preload(self, preload))
 
     def groups(self, surface_speed: Array) -> LossGroups:

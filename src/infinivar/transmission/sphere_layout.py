@@ -48,7 +48,8 @@ class Roller:
         """Validate the fields and store vectors of exact length 1."""
         position = _unit("position", self.position)
         object.__setattr__(self, "position", tuple(map(float, position)))
-        require(self.shaft in (None, 1, 2), "shaft", repr(self.shaft), "1, 2 or None")
+        known = self.shaft is None or (type(self.shaft) is int and self.shaft in (1, 2))
+        require(known, "shaft", repr(self.shaft), "1, 2 or None")
         if self.axis is None:
             if self.shaft is not None:
                 raise ParameterError(f"axis is missing: the drive roller of shaft {self.shaft} needs a fixed axle")

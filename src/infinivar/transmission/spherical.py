@@ -27,9 +27,9 @@ from typing import Any
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core.array_namespace import Array, namespace
-from infinivar._core.arrays import real_array
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.array_namespace import Array, finite_floats, namespace
+from infinivar._core.arrays import real_array, shown
+from infinivar._core.fields import check, check_single, check_value, component, quantity
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
@@ -71,6 +71,8 @@ class SphericalPoint(PowerPoint, Result):
     """w_1 and w_2 without creep, over the speed of the sphere. (..., 2) [-]"""
     roller_forces: Array
     """Tangential force between roller and sphere. (..., k) [N]"""
+    contact_force: Array
+    """Tangential force of each roller on the sphere, rolling resistance included. (..., k, 3) [N]"""
     spin: Array
     """psi. (..., k) [rad s^-1]"""
     roller_losses: Mapping[str, Array]
@@ -140,8 +142,11 @@ class SphericalIVT:
     def __post_init__(self) -> None:
         """Validate the fields, and compute the kinematic map."""
         check(self)
+        check_single(self)
         if self.rollers is None:
             object.__setattr__(self, "rollers", LAYOUTS[self.layout])
+        if not isinstance(self.rollers, Sequence):
+            raise ParameterError(f"rollers must be a row of Roller, got {shown(self.rollers)}")
         object.__setattr__(self, "rollers", tuple(self.rollers))  # type: ignore[arg-type]
         for kind in ("drive", "steering", "idler"):
             if getattr(self, kind) is None:
@@ -177,6 +182,7 @@ class SphericalIVT:
 
     def pressed(self, factor: float) -> SphericalIVT:
         """The same transmission with all preloads multiplied by a factor; measured values scale by `PRELOAD_POWERS`."""
+        check_value("factor", factor, "1", Gt(0))
         changed = {kind: one.pressed(factor * one.preload) for kind, one in self._contacts.items()}
         return replace(self, **changed)
 
@@ -199,7 +205,7 @@ class SphericalIVT:
         -------
         w_1, w_2 : (...,) float   Over Omega. [-]
         """
-        found = self._frames.ideal(self._frames.axis(np.asarray(steering_angle, dtype=float)))
+        found = self._frames.ideal(self._frames.axis(real_array("steering_angle", steering_angle)))
         return found[..., 0], found[..., 1]
 
     def rolling_rates(self, steering_angle: float, input_speed: float) -> np.ndarray:
@@ -212,7 +218,7 @@ class SphericalIVT:
 
     def headings(self, steering_angle: Array) -> Array:
         """Angles of all rollers in their tangent frames at a steering angle; 0 for drive rollers. (..., k) [rad]"""
-        cosine, sine = self._frames.headings(np.asarray(steering_angle, dtype=float))
+        cosine, sine = self._frames.headings(real_array("steering_angle", steering_angle))
         return np.arctan2(sine, cosine)
 
     def mechanism(self, steering_angle: Array = 0.0) -> Mechanism:
@@ -227,7 +233,7 @@ class SphericalIVT:
         Mechanism
             Operate it with `headings`. Rolling resistance and bearings of drive rollers and idlers are not part of it.
         """
-        return self._frames.mechanism(*self._frames.headings(np.asarray(steering_angle, dtype=float)))
+        return self._frames.mechanism(*self._frames.headings(real_array("steering_angle", steering_angle)))
 
     def operate(
         self,
@@ -259,7 +265,7 @@ class SphericalIVT:
         Raises
         ------
         ParameterError
-            If both or neither pair of inputs is given, or one is not a real number.
+            If both or neither pair of inputs is given, one is no finite number, or shapes do not broadcast.
         """
         given = {
             "input_speed": input_speed,
@@ -272,10 +278,8 @@ class SphericalIVT:
             raise ParameterError(
                 f"give either input_speed and output_torque, or sphere_speed and load, got {' and '.join(names) or 'none'}"
             )
-        angle, speed, force = np.broadcast_arrays(
-            real_array("steering_angle", steering_angle),
-            *(real_array(name, given[name]) for name in names),
-        )
+        known = {"steering_angle": steering_angle} | {name: given[name] for name in names}
+        angle, speed, force = np.broadcast_arrays(*finite_floats(np, **known))
         return spherical_solve.point(self, self._frames, angle, speed, force, along_shaft=names == _PAIRS[0])
 
     def patches(self) -> tuple[RollingContact, ...]:
@@ -323,7 +327,7 @@ class SphericalIVT:
         frames = self._frames
         heading, slope = frames.headings(steering_angle), frames.heading_slopes(steering_angle)
         turning = slope * np.asarray(steering_rate, dtype=float)[..., None]
-        forces, applied, shaft = spherical_solve.forces_at(frames, heading, rates, stick_speed, turning)
+        forces, applied, shaft, _ = spherical_solve.forces_at(frames, heading, rates, stick_speed, turning)
         losses = {
             name: forces.losses.get(name, 0.0 * forces.x) + shaft.get(name, 0.0)
             for name in ("creep", "spin", "rolling", "bearing")

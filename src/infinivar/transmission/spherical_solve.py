@@ -218,7 +218,7 @@ def _rates(frames: Any, batch: _Batch, unknown: np.ndarray) -> np.ndarray:
 def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Missing forces over the slip force, (m, 4), and the largest of a point."""
     rates = _rates(frames, batch, unknown)
-    _, applied, _ = _forces(frames, batch, rates)
+    applied = _forces(frames, batch, rates)[1]
     reference = _reference(frames)
     torque = np.sum(applied[:, :2] * batch.across, axis=-1) - batch.torque
     missing = (
@@ -228,19 +228,22 @@ def _residual(frames: Any, batch: _Batch, unknown: np.ndarray) -> tuple[np.ndarr
     return missing, np.where(np.isnan(size), np.inf, size)
 
 
-def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray]]:
-    """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, and the losses by it."""
+_Forces = tuple[ContactForces, np.ndarray, dict[str, np.ndarray], np.ndarray]
+
+
+def _forces(frames: Any, batch: _Batch, rates: np.ndarray) -> _Forces:
+    """Forces of the contacts, applied forces with the resistance of rollers on fixed axles, losses by it, and its force."""
     return forces_at(frames, (batch.cosine, batch.sine), rates, STANDING * frames.sphere_radius * batch.turning)
 
 
 def forces_at(
     frames: Any, heading: tuple[np.ndarray, np.ndarray], rates: np.ndarray, stick: Any, steering_rate: Any = 0.0
-) -> tuple[ContactForces, np.ndarray, dict[str, np.ndarray]]:
+) -> _Forces:
     """The same at headings (m, k), rates (m, 5) and stick speeds (m,) or one [m s^-1], while rollers are steered."""
     mechanism = frames.mechanism(*heading)
     sticks = stick[:, None] if isinstance(stick, np.ndarray) else stick
     forces, applied = mechanism.forces(rates, heading, steering_rate, stick_speed=sticks)
-    losses = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}
+    losses, held = {"rolling": 0.0 * forces.x, "bearing": 0.0 * forces.x}, 0.0 * forces.x
     for place in np.flatnonzero(~frames.steered):
         row, contact = frames.rolling_rows[place], frames.contacts[place]
         speed = rates @ row
@@ -249,7 +252,8 @@ def forces_at(
             resisted = coulomb(speed, torque / contact.wheel_radius, stick)
             applied = applied + resisted[:, None] * row
             losses[name][:, place] = resisted * speed
-    return forces, applied, losses
+            held[:, place] += resisted
+    return forces, applied, losses, held
 
 
 def _point(
@@ -264,7 +268,7 @@ def _point(
 ) -> SphericalPoint:
     from infinivar.transmission.spherical import SphericalPoint
 
-    forces, applied, shaft_losses = _forces(frames, batch, rates)
+    forces, applied, shaft_losses, held = _forces(frames, batch, rates)
     # What the forces on the sphere miss to balance, within rounding, does no work of its own.
     turns = batch.speed != 0
     over = np.sum(applied[:, 2:] * rates[:, 2:], axis=-1) * turns / np.where(turns, batch.speed, 1.0)
@@ -278,6 +282,9 @@ def _point(
     lost = np.any(np.isnan(rates), axis=-1)
     rates = np.where(at_rest & ~lost[:, None], 0.0, rates)
     demand = np.where(lost[:, None], np.inf, forces.slip_demand)
+    # On the sphere; the resistance of a drive roller acts on its shaft, that of an idler on the sphere.
+    along = -forces.x + np.where(~frames.steered & (frames.shaft == 0), held, 0.0)
+    pushed = along[..., None] * frames.tangents[0] - forces.y[..., None] * frames.tangents[1]
     force = np.hypot(forces.x, forces.y)
     force = np.where(frames.steered, np.abs(forces.lateral_force), force)
     pressed: dict = {}
@@ -294,6 +301,7 @@ def _point(
         sphere_velocity=rates[:, 2:].reshape(*shape, 3),
         ideal_speeds=ideal.reshape(*shape, 2),
         roller_forces=force.reshape(*shape, k),
+        contact_force=pushed.reshape(*shape, k, 3),
         spin=(rates @ frames.spin.T).reshape(*shape, k),
         roller_losses=losses,
         slip_demand=demand.reshape(*shape, k),

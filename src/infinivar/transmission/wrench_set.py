@@ -11,6 +11,7 @@ import numpy as np
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
+from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
@@ -57,6 +58,7 @@ class WrenchSet(Result):
         ParameterError
             If many poses are given, a force is not > 0, or the pose is singular or out of reach.
         """
+        check_instance("configuration", configuration, Configuration)
         jacobian = np.asarray(configuration.jacobian)
         require(jacobian.ndim == 2, "configuration", f"{jacobian.shape[:-2]} poses", "one pose")
         force = real_array("link_force", link_force)
@@ -111,7 +113,9 @@ class WrenchSet(Result):
         along = real_array("normal", normal)
         length = float(np.linalg.norm(along)) if along.shape == self.normals.shape[1:] else 0.0
         require(0.0 < length < np.inf, "normal", normal, f"{self.normals.shape[1]} finite numbers, not all 0")
-        require(0.0 <= bound < np.inf, "bound", bound, ">= 0 and finite, as the set must contain the wrench 0")
+        room = real_array("bound", bound)
+        fits = room.ndim == 0 and bool(0.0 <= room < np.inf)
+        require(fits, "bound", bound, ">= 0 and finite, as the set must contain the wrench 0")
         return WrenchSet(
             generators=self.generators,
             normals=np.vstack([self.normals, along / length]),
@@ -129,14 +133,28 @@ class WrenchSet(Result):
         Returns
         -------
         (...,) float   For a zonotope of as many links as components, F of equal links: ``F/max|J^-T d|``. [-]
+
+        Raises
+        ------
+        ParameterError
+            If the direction is zero, not finite or of another shape.
         """
-        along = real_array("direction", direction) @ self.normals.T
+        wanted = self._vector("direction", direction)
+        require(bool(np.all(np.any(wanted != 0, axis=-1))), "direction", "0", "a wrench that is not 0")
+        along = wanted @ self.normals.T
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.min(np.where(along > 0, self.bounds / np.where(along > 0, along, 1.0), np.inf), axis=-1)
 
     def contains(self, wrench: Array, slack: float = 1e-9) -> np.ndarray:
         """Whether wrenches (..., d) are in the set, within a share `slack` of each bound."""
-        return np.all(real_array("wrench", wrench) @ self.normals.T <= self.bounds * (1.0 + slack), axis=-1)
+        return np.all(self._vector("wrench", wrench) @ self.normals.T <= self.bounds * (1.0 + slack), axis=-1)
+
+    def _vector(self, name: str, value: Array) -> np.ndarray:
+        """Wrenches (..., d); ParameterError if they are no such finite numbers."""
+        given, d = real_array(name, value), self.normals.shape[1]
+        require(given.shape[-1:] == (d,), name, f"shape {given.shape}", f"of shape (..., {d})")
+        require(bool(np.all(np.isfinite(given))), name, "nan or inf", "finite")
+        return given
 
     def vertices(self) -> np.ndarray:
         """Corners of the set, (v, d): for an uncut one of as many links as components, one for each combination of signs."""
