@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import contextvars
+import functools
 import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -37,14 +42,46 @@ def in_order(function: Callable[[T], R], items: Sequence[T], *, workers: int | N
     from concurrent.futures import ThreadPoolExecutor
 
     pool = ThreadPoolExecutor(workers)
-    try:
+    with _products_on_one_thread():
         try:
-            pending = [pool.submit(function, item) for item in items]
-        except RuntimeError:  # "can't start new thread": the limit of processes is reached
+            try:
+                pending = [pool.submit(function, item) for item in items]
+            except RuntimeError:  # "can't start new thread": the limit of processes is reached
+                pool.shutdown(cancel_futures=True)
+                yield from map(function, items)
+                return
+            for one in pending:
+                yield one.result()
+        finally:
             pool.shutdown(cancel_futures=True)
-            yield from map(function, items)
-            return
-        for one in pending:
-            yield one.result()
+
+
+_lock, _inside, _limit = threading.Lock(), 0, contextlib.ExitStack()
+
+
+@contextlib.contextmanager
+def _products_on_one_thread() -> Iterator[None]:
+    """Products of matrices start no threads beside those of the block, which would wait for each other."""
+    _count(1)
+    try:
+        yield
     finally:
-        pool.shutdown(cancel_futures=True)
+        _count(-1)
+
+
+def _count(change: int) -> None:
+    """Enter or leave a block; the first and the last of all threads change the library's number of threads."""
+    global _inside
+    with _lock:
+        _inside += change
+        if change > 0 and _inside == 1:
+            _limit.enter_context(_libraries().limit(limits=1, user_api="blas"))
+        elif not _inside:
+            _limit.close()
+
+
+@functools.cache
+def _libraries() -> ThreadpoolController:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
