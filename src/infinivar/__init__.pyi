@@ -16,6 +16,7 @@ from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
 from .analysis.cycles.single_strides import StrideEnergies, stride_energies
 from .analysis.cycles.tracking import TwoWays, two_ways
 from .analysis.least_loss import LeastLoss, least_loss
+from .analysis.machines import MachineComparison, follow_path, perform_task
 from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
@@ -41,6 +42,11 @@ from .drivetrain.cobotic import CoboticDrive
 from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
 from .drivetrain.graphs.plants import plant_graph
+from .drivetrain.machines.legged import ArmDrive, PlatformDrive, PlatformGeometry
+from .drivetrain.machines.machine import TaskPoint
+from .drivetrain.machines.planar import PlanarDrive
+from .drivetrain.machines.sphere import SphereDrive
+from .drivetrain.machines.wheel import Wheel
 from .drivetrain.many_legs import LeggedDrive, MachinePoint
 from .drivetrain.output import Output
 from .drivetrain.steering import SteeringPlant
@@ -52,11 +58,13 @@ from .motion.files.reading import read_table
 from .motion.files.table import RecordedTable
 from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.gait import Running, Walking
+from .motion.machine_tasks import MachinePath, MachineTask
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor
 from .motion.recordings import Recording
 from .motion.scenario import Scenario
 from .motion.strides import Strides
+from .motion.vectors import Point, Pose, Twist, Wrench
 from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
 from .parts.amplifier import Amplifier
@@ -110,6 +118,7 @@ from .transmission.wrench_set import WrenchSet
 
 __all__ = [
     "Amplifier",
+    "ArmDrive",
     "AuditError",
     "Bearing",
     "Belt",
@@ -154,7 +163,10 @@ __all__ = [
     "LegsPoint",
     "Limit",
     "Linkage",
+    "MachineComparison",
+    "MachinePath",
     "MachinePoint",
+    "MachineTask",
     "Material",
     "Mechanism",
     "MechanismPoint",
@@ -174,9 +186,14 @@ __all__ = [
     "PlanarArm",
     "PlanarCarriage",
     "PlanarCobot",
+    "PlanarDrive",
     "PlanarMotion",
     "Platform",
+    "PlatformDrive",
+    "PlatformGeometry",
+    "Point",
     "Policy",
+    "Pose",
     "Provenance",
     "Pulley",
     "Rack",
@@ -209,6 +226,7 @@ __all__ = [
     "Sinusoid",
     "SinusoidalForce",
     "Sizing",
+    "SphereDrive",
     "SphereMap",
     "SphericalIVT",
     "SphericalPoint",
@@ -225,15 +243,19 @@ __all__ = [
     "Strides",
     "Study",
     "Sweep",
+    "TaskPoint",
     "TorsionSpring",
     "Trajectory",
     "TransientRolling",
     "Tremor",
+    "Twist",
     "TwoWays",
     "Uncertainty",
     "Walking",
     "Waypoints",
+    "Wheel",
     "WorkspaceMap",
+    "Wrench",
     "WrenchSet",
     "__version__",
     "array_namespace",
@@ -257,6 +279,7 @@ __all__ = [
     "doubt",
     "duty_cycle",
     "dynamic_map",
+    "follow_path",
     "geared_sweep",
     "gearheads",
     "holding",
@@ -269,6 +292,7 @@ __all__ = [
     "materials",
     "motors",
     "parts",
+    "perform_task",
     "planar_motion",
     "plant_graph",
     "policies",

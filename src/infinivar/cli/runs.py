@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from infinivar.cli.shared import chosen, naming, naming_place, print_json
+from infinivar.cli.shared import chosen, naming, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
@@ -40,6 +40,7 @@ def simulate(
 
     loaded = load_study(study)
     driven = chosen(study, "drive", drive, loaded.drives)
+    of_one_axis(study, loaded.drives, "simulate", driven)
     asked = chosen(study, "scenario", scenario, loaded.scenarios)
     with claimed(out), progress_bar() as progress:
         with naming_place(study, f"drives.{driven}, scenarios.{asked}"):
@@ -175,6 +176,7 @@ def graph(
 
     loaded = load_study(study)
     name = chosen(study, "drive", drive, loaded.drives)
+    of_one_axis(study, loaded.drives, "graph", name)
     with naming_place(study, f"drives.{name}"):
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.load_mass)
         report.save(made, out, equations)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, print_json
+from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, of_one_axis, print_json
 from infinivar.cli.sizing import (
     Life,
     Ranges,
@@ -100,6 +100,7 @@ def size(
     ends = None if radius is None else range_of_option(*radius)
     aims = aims_of_option(objective)
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     if out is not None:
         keep_inputs(loaded, out, sets)
     with naming(study):
@@ -161,6 +162,7 @@ def cobotic(
     aims = aims_of_option(objective)
     wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     with naming(study):
         problem = cobotic_study_sweep(
             loaded, starts=starts, objective=aims, top=top, sets=sets, drive=drive, generations=generations, **wheel
@@ -195,6 +197,7 @@ def builds(
     from infinivar.sweeps.builds import builds_sweep
 
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     with naming(study):
         problem = builds_sweep(loaded, drive, draws=draws, size=size)
     found = _run(problem, folder, workers, dask, resume)
@@ -231,6 +234,7 @@ def sensitivity(
     from infinivar.sweeps.sensitivity import sensitivity_sweep
 
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     name = chosen(study, "drive", drive, loaded.drives)
     with naming(study):
         problem = sensitivity_sweep(loaded, name, of, duty=duty, samples=samples, size=size)
@@ -266,6 +270,7 @@ def sessions(
     from infinivar.sweeps.sessions import sessions_sweep
 
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     runs: dict[str, Any] = {
         "ratios": numbers("ratios", ratios),
         "loads": numbers("loads", loads),

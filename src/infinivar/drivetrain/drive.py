@@ -153,14 +153,14 @@ def refuse_machine(drive: Any, what: str, where: str = "drive") -> None:
     if is_machine(drive):
         works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
         raise ParameterError(
-            f"{where} is a machine of type {type_words(drive)}; {what} is for drives of one axis, and of the commands "
-            f"{', '.join(works[:-1])} and {works[-1]} work with it"
+            f"{where} is a machine of type {type_words(drive)}: {what} works with drives of one axis only; commands for this "
+            f"machine: {', '.join(works)}"
         )
 
 
 def check_drive(drive: Any, where: str, needs: Sequence[str] = DRIVE_NEEDS) -> None:
     """Raise ParameterError unless an object has the methods of a drive; the message names the missing one."""
-    refuse_machine(drive, "this", where)
+    refuse_machine(drive, "this analysis", where)
     missing = missing_members(drive, needs)
     if missing or isinstance(drive, type):
         what = f"the class {drive.__name__}" if isinstance(drive, type) else f"a {type(drive).__name__}"

@@ -33,6 +33,12 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
     "analysis.design_trends.Trend": {"plot": "figures.single:trend", "dataset": "report.datasets:trend"},
     "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all", "dataset": "report.datasets:least_loss"},
+    "analysis.machines.MachineComparison": {
+        "plot": "figures.machine_tasks:draw_all",
+        "save": "report.machines:save",
+        "table": "report.tables:machine_comparison",
+    },
+    "analysis.pose_map.PoseMap": {"plot": "figures.machine_tasks:draw_pose_map"},
     "analysis.motion_summary.MotionSummary": {
         "plot": "figures.motion_summary:draw_all",
         "save": "report.motion_summary:save",

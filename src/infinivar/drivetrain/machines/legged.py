@@ -6,7 +6,7 @@ rival are one class with another field, `leg` or `separate`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -196,9 +196,8 @@ class PlatformGeometry:
             require(len(rows[0]) == len(rows[1]), "joints", f"{len(rows[1])}", f"as many as guideways, {len(rows[0])}")
             made = Platform(base=rows[0], joints=rows[1], rod_length=self.rod_length, stroke=stroke)
         else:
-            made = Platform.hexapod(
-                **{name: getattr(self, name) for name in _PAIRS}, rod_length=self.rod_length, stroke=stroke
-            )
+            pairs = {name: getattr(self, name) for name in _PAIRS}
+            made = replace(Platform.hexapod(**pairs, rod_length=self.rod_length, stroke=stroke), provenance="given")
         _ = made.home  # refuses rods that do not reach the platform
         object.__setattr__(self, "platform", made)
 
@@ -226,7 +225,7 @@ class PlatformDrive(_Side):
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        object.__setattr__(self, "legs", self._legs(self.count))
+        object.__setattr__(self, "legs", self._legs(self.links))
         if self.separate is not None and axis_of(self.separate) is not LINEAR:
             raise ParameterError(
                 "separate must move a link along a line, not a joint: give it a pulley, screw, belt or rack"
@@ -238,9 +237,15 @@ class PlatformDrive(_Side):
         return self.geometry.platform
 
     @property
-    def count(self) -> int:
+    def links(self) -> int:
         """Number of rods."""
         return len(self.platform.base)
+
+    @property
+    def span(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Positions along x and y worth a map: a little beyond the rods' reach. [m]"""
+        reach = 0.75 * self.platform.rod_length
+        return (-reach, reach), (-reach, reach)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -287,12 +292,23 @@ class ArmDrive(_Side):
         check(self)
         require(1 <= len(self.lengths) <= 3, "lengths", f"{len(self.lengths)} members", "one to three members")
         object.__setattr__(self, "arm", PlanarArm(lengths=self.lengths))
-        object.__setattr__(self, "legs", self._legs(len(self.lengths)))
+        object.__setattr__(self, "legs", self._legs(self.links))
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Of the end point."""
         return {1: ("angle",), 2: ("x", "y"), 3: ("x", "y", "angle")}[len(self.lengths)]
+
+    @property
+    def links(self) -> int:
+        """Number of joints."""
+        return len(self.lengths)
+
+    @property
+    def span(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Positions along x and y worth a map: the reach. [m]"""
+        reach = 1.02 * sum(self.lengths)
+        return (-reach, reach), (-reach, reach)
 
     @property
     def home(self) -> tuple[float, ...]:
