@@ -397,7 +397,7 @@ def perform_task(drive: Any, task: MachineTask) -> TaskResult:
         twist=twist,
         wrench=corners[0],
         corners=corners,
-        point=machine.perform(pose=pose, twist=twist, wrench=corners[0]),
+        point=every.first(),
         demand=tightest[corner],
         margin=float(margins[corner]),
         corner=corner,

@@ -19,7 +19,7 @@ from infinivar.motion.scenario import Scenario
 from infinivar.motion.vectors import COORDINATES
 from infinivar.study.build import built
 from infinivar.study.extend import PARTS_FOLDER, extended, parts_of
-from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, layered, legs_over_base, over_base
+from infinivar.study.layers import INNER, LONGEST_TITLE, Raw, Remarks, annotated, layered, legs_over_base, over_base
 from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.provenance import Provenance
 from infinivar.study.requirement import JOINT_ONLY, LINE_ONLY, JointRequirement, Requirement
@@ -341,6 +341,9 @@ class _Loading:
             raise StudyError(f"{where}.like = {quoted(like)} must be {words}")
         under = self._like(like, _table(others[like], f"drives.{like}"), f"drives.{like}", seen)
         under.pop("title", None)
+        for key in INNER:  # a drive within that starts from a base of its own takes nothing from the other
+            if isinstance(description.get(key), dict) and "base" in description[key]:
+                under.pop(key, None)
         if "base" in under and "base" in tree:
             raise StudyError(f"{where}.base does not apply beside like, as drives.{like} has a base; remove one")
         if "type" in tree and tree["type"] != under.get("type", tree["type"]):

@@ -10,7 +10,7 @@ studies, and `commands` the commands that work with it besides those of all mach
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -65,6 +65,21 @@ class TaskPoint(PowerPoint, Result):
         for (limit, _), demand in self.demands.items():
             found[limit] = demand if limit not in found else np.maximum(found[limit], demand)
         return found
+
+    def first(self) -> TaskPoint:
+        """The first of many points, along the first axis."""
+        return replace(
+            self,
+            power_in=self.power_in[0],
+            power_out=self.power_out[0],
+            losses={name: loss[0] for name, loss in self.losses.items()},
+            demands={key: demand[0] for key, demand in self.demands.items()},
+            part_losses=self.part_losses[0],
+            part_forces=self.part_forces[0],
+            part_speeds=self.part_speeds[0],
+            steering=self.steering[0],
+            states={name: state[0] for name, state in self.states.items()},
+        )
 
 
 @runtime_checkable

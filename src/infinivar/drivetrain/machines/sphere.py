@@ -23,7 +23,7 @@ from infinivar.transmission.sphere_layout import LayoutName
 from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
 
 _STEPS = 20
-_CLOSE = 1e-10
+_CLOSE = 1e-9
 """Error of the output speed, over the speed of shaft 1, at which the search for the steering angle ends."""
 
 _SLOWEST = 2.5e-3
