@@ -8,7 +8,6 @@ import infinivar as iv
 from infinivar.errors import InputError
 from infinivar.study.shipped import shipped_studies
 
-
 NAMES = [
     *("ankle_walking", "hand_controller", "knee_walking", "planar_cart", "reach_and_hold", "six_leg_display"),
     *("sphere_joint", "two_joint_arm"),

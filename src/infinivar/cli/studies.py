@@ -24,6 +24,8 @@ QUICK = (
     "cylinder speed policies, and the check of duty cycles by simulation."
 )
 
+QUICK_MACHINES = "Quick run: report and data files are skipped; the verdicts equal those of a full run."
+
 
 def check(study: StudyFile) -> None:
     """Check a study file without computing anything.
@@ -107,7 +109,8 @@ def compare(
     if as_json:
         print_json({**comparison.to_dict(), "files": [str(file) for file in files]})
     else:
-        say(f"Report: {files[0]}" if files else QUICK)
+        of_machines = bool(loaded.tasks or loaded.paths)
+        say(f"Report: {files[0]}" if files else QUICK_MACHINES if of_machines else QUICK)
     raise typer.Exit(0 if comparison.feasible else NOT_FEASIBLE)
 
 
