@@ -57,12 +57,23 @@ def test_exit_code_says_that_no_machine_is_feasible(write, infinivar):
     assert "None of the 2 machines is feasible" in outcome.out
 
 
+def test_sensitivity_of_a_task(write, infinivar):
+    write(EVERY["planar"])
+    outcome = infinivar("sensitivity", "mine.toml", "--of", "power", "--drive", "cart", "--task", "turn")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "wheel.wheel_radius (0.03 m): -" in outcome.out
+    outcome = infinivar("sensitivity", "mine.toml", "--of", "efficiency", "--drive", "cart")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "must be one of power, loss, margin" in outcome.err
+    outcome = infinivar("sensitivity", "mine.toml", "--of", "loss", "--drive", "cart", "--task", "trun")
+    assert "did you mean 'turn'" in outcome.err
+
+
 @pytest.mark.parametrize("name", EVERY)
 @pytest.mark.parametrize(
     "command",
     [
         ("simulate",),
-        ("sensitivity", "--of", "loss"),
         ("size",),
         ("graph",),
         ("rig",),

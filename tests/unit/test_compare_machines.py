@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import infinivar as iv
+from infinivar.analysis.machine_sensitivity import machine_sensitivity
 from infinivar.analysis.machines import compare_machines, motor_mass, tightest_of
 from infinivar.analysis.pose_map import pose_map
 from infinivar.limits import Limit
@@ -161,3 +162,28 @@ def test_contact_sheet_of_a_machine_is_that_of_its_leg(studies):
     assert "leg.transmission.preload" in {row.field for row in sheet.given}
     with pytest.raises(iv.InputError, match=r"drives\.separate is a machine"):
         iv.contact_sheets(studies["platform"], "separate")
+
+
+def test_effects_are_those_of_closed_forms(studies):
+    """Without a load, a cart loses its rolling resistance (tau_in + tau_wa) v/r; the margin of slip is mu P/F."""
+    study = studies["planar"]
+    free = replace(study, tasks={"free": replace(study.tasks["straight"], wrench=iv.Wrench())})
+    found = machine_sensitivity(free, "cart", "loss")
+    effects = {one.path: one.elasticity for one in found.influences}
+    assert effects == pytest.approx(
+        {"wheel.wheel_radius": -1.0, "wheel.rolling_torque": 0.6, "wheel.bearing_torque": 0.4}, rel=1e-5
+    )
+    margin = {one.path: one.elasticity for one in machine_sensitivity(study, "cart", "margin").influences}
+    assert margin["wheel.preload"] == pytest.approx(1.0, rel=2e-3)
+    assert margin["wheel.friction"] == pytest.approx(1.0, rel=2e-3)
+
+
+def test_effects_on_a_platform_agree_with_those_of_its_leg(studies):
+    """Six locked legs at no load on one cylinder: the motor's effects are those of a drive with six times the friction."""
+    study = studies["platform"]
+    found = machine_sensitivity(study, "cobotic", "loss", asked="hold")
+    effects = {one.path: one.elasticity for one in found.influences}
+    changed = replace(study.drives["cobotic"], leg=replace(study.drives["cobotic"].leg, cylinder_speed=14.0 * 1.01))
+    ratio = iv.perform_task(changed, study.tasks["hold"]).mean_power / found.value
+    assert effects["leg.cylinder_speed"] == pytest.approx((ratio - 1.0) / 0.01, rel=2e-2)
+    assert not any(path.startswith("separate") for path in effects)

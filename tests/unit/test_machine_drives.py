@@ -199,7 +199,8 @@ def test_a_drive_of_one_axis_is_a_machine_of_one_coordinate():
     assert not is_machine(LEG)
     refuse_machine(LEG, "sensitivity")
     with pytest.raises(
-        iv.ParameterError, match=r"drives\.cart is a machine of type planar: size .* commands .*: check, compare$"
+        iv.ParameterError,
+        match=r"drives\.cart is a machine of type planar: size .* commands .*: check, compare, sensitivity$",
     ):
         refuse_machine(CARTS["three"], "size", "drives.cart")
 

@@ -85,6 +85,25 @@ def test_schema_has_every_machine_task_and_path():
 X_WAVE = 'x = { shape = "sinusoid", distance = "20 mm", frequency = "1 Hz" }'
 TWO = '[{ x = "0.4 m" }, { x = "-0.4 m" }]'
 
+ROLLERS = """rollers = [
+    { x = 1, axle_y = -1, shaft = 1 },
+    { y = 1, axle_x = -1, shaft = 2 },
+    { x = -1, y = -1, z = 1.4142135623730951 },
+    { x = -1, y = -1, z = -1.4142135623730951 },
+]"""
+
+
+def test_rollers_of_a_sphere_at_given_places(load, tmp_path):
+    text = SPHERE.replace('layout = "cubic"', ROLLERS)
+    study = load(text)
+    tetrahedral = load(SPHERE.replace('"cubic"', '"tetrahedral"')).drives["ball"]
+    task = study.tasks["turn"]
+    assert iv.perform_task(study.drives["ball"], task).mean_power == pytest.approx(
+        iv.perform_task(tetrahedral, task).mean_power, rel=1e-9
+    )
+    assert iv.load_study(study.save(tmp_path / "again.toml")).drives == study.drives
+
+
 BAD = {
     "unknown type": (PLATFORM.replace('"platform"', '"platfrom"'), "drives.cobotic.type", "did you mean 'platform'"),
     "no geometry": (
@@ -226,6 +245,23 @@ BAD = {
     ),
     "sphere at rest": (SPHERE.replace('"40 rad/s"', '"0 rad/s"'), "drives.ball.input_speed", "!= 0 rad/s"),
     "unknown layout": (SPHERE.replace('"cubic"', '"octahedral"'), "drives.ball.layout", "tetrahedral, cubic"),
+    "roller on a third shaft": (
+        SPHERE.replace('layout = "cubic"', ROLLERS.replace("shaft = 2", "shaft = 3")),
+        "drives.ball.rollers",
+        "entry 2, shaft = 3",
+    ),
+    "rollers in one plane": (
+        SPHERE.replace(
+            'layout = "cubic"',
+            ROLLERS.replace("z = 1.4142135623730951", "z = 0").replace("z = -1.4142135623730951", "z = 0"),
+        ),
+        "drives.ball.rollers",
+    ),
+    "axle through the sphere": (
+        SPHERE.replace('layout = "cubic"', ROLLERS.replace("axle_y = -1", "axle_x = -1")),
+        "drives.ball.rollers",
+        "right angle",
+    ),
     "speed without an angle": (SPHERE.replace('"30 rad/s"', '"30 1/s"'), "tasks.turn.twist.angle"),
     "tasks as text": (
         SPHERE.partition("[tasks.turn]")[0].replace('title = "Joint"', 'tasks = "lift"'),

@@ -127,7 +127,7 @@ class MovingDrive(Drive, Protocol):
         ...
 
 
-EVERY_MACHINE = ("check", "compare")
+EVERY_MACHINE = ("check", "compare", "sensitivity")
 """Commands that work with every machine: a drive with an end point of its own coordinates, instead of one axis."""
 
 

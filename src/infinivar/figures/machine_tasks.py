@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+_SHADES = {Limit.LINKAGE: "#d9d9d9", Limit.TRAVEL: "#f0c9b0", Limit.THERMAL: "#f6b9c4", Limit.SLIP: "#c9d7e6"}
+_OTHER = "#d7c9e6"
+"""Shades of limits in maps of positions."""
+
+
 def data(comparison: MachineComparison, key: str) -> dict[str, Any]:
     """Losses and source power [W] by machine in a task or on a path, such as "tasks.lift", with the limit exceeded, if any."""
     every = {one.title: one.found[key] for one in comparison.results.values()}
@@ -101,10 +106,9 @@ def draw_map(ax: Axes, numbers: Mapping[str, Any]) -> Any:
 
     x, y = numbers["x"], numbers["y"]
     codes = [int(code) for code in np.unique(numbers["limit"]) if code != Limit.OK]
-    shades = ["#d9d9d9", "#f0c9b0", "#c9d7e6", "#e6d9c9", "#d7c9e6"]
     handles = []
-    for place, code in enumerate(codes):
-        colour = shades[place % len(shades)]
+    for code in codes:
+        colour = _SHADES.get(Limit(code), _OTHER)
         inside = np.where(numbers["limit"] == code, 1.0, np.nan)
         ax.pcolormesh(x, y, inside.T, cmap=_plain(colour), shading="nearest", rasterized=True)
         handles.append(Patch(facecolor=colour, label=Limit(code).words))
@@ -132,7 +136,7 @@ def draw_maps(found: Mapping[str, PoseMap]) -> Figure:
         made, axes = style.figure(4.2 * len(found), 4.4, 1, len(found), squeeze=False)
         for ax, (title, one) in zip(axes[0], found.items(), strict=True):
             mesh = draw_map(ax, map_data(one))
-            ax.set_title(f"{title}: {one.title}")
+            ax.set_title(f"{title}\n{one.title}", fontsize=9)
             if mesh is not None:
                 made.colorbar(mesh, ax=ax, label="loss [W]", shrink=0.8)
     return made

@@ -77,9 +77,9 @@ def text_of(field: dataclasses.Field[Any], value: Any) -> str:
 
 
 def texts_of(instance: Any) -> dict[str, str]:
-    """The quantities of one of several values, as a study file states them; without those that are not given."""
+    """The quantities of one of several values, as a study file states them; without those left at their defaults."""
     stated = {field: getattr(instance, field.name) for field in described(type(instance))}
-    return {field.name: text_of(field, value) for field, value in stated.items() if value is not None}
+    return {field.name: text_of(field, value) for field, value in stated.items() if not same(value, field.default)}
 
 
 def unscaled(motor: Motor, rows: Rows, owner: str, prefix: str) -> Motor | None:

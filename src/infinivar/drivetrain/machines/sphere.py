@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Interval
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.bounds import FINITE, NonZero
+from infinivar._core.fields import check, check_real, component, quantity, several
 from infinivar.drivetrain.drive import DrivePoint, motor_side, placed
 from infinivar.drivetrain.machines.machine import TaskPoint, rows
 from infinivar.drivetrain.machines.wheel import Wheel
@@ -19,7 +19,7 @@ from infinivar.limits import Demand, Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
-from infinivar.transmission.sphere_layout import LayoutName
+from infinivar.transmission.sphere_layout import LayoutName, Roller
 from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
 
 _STEPS = 20
@@ -28,6 +28,45 @@ _CLOSE = 1e-9
 
 _SLOWEST = 2.5e-3
 """Speed of shaft 2, over that of shaft 1, below which static friction of its roller leaves the operation indeterminate."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RollerPlace:
+    """Where one roller touches the sphere, and the direction of its axle; a roller without an axle is steered."""
+
+    x: float = quantity("1", FINITE, "Unit vector from the centre of the sphere to the roller, along x", default=0.0)
+    y: float = quantity("1", FINITE, "Along y", default=0.0)
+    z: float = quantity("1", FINITE, "Along z", default=0.0)
+    axle_x: float | None = quantity("1", FINITE, "Unit vector along a fixed axle, along x", default=None)
+    axle_y: float | None = quantity("1", FINITE, "Along y", default=None)
+    axle_z: float | None = quantity("1", FINITE, "Along z", default=None)
+    shaft: float | None = quantity("1", Interval(ge=1, le=2), "Shaft of a drive roller: 1 or 2", default=None)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check_real(self)
+        _ = self.roller
+
+    @property
+    def roller(self) -> Roller:
+        """The roller; vectors are scaled to length 1."""
+        axle = (self.axle_x, self.axle_y, self.axle_z)
+        steered = all(part is None for part in axle)
+        if self.shaft is not None and self.shaft not in (1.0, 2.0):
+            raise ParameterError(f"shaft must be 1 or 2, got {self.shaft:g}")
+        shaft = None if self.shaft is None else 1 if self.shaft == 1.0 else 2
+        return Roller(
+            position=_scaled("x, y and z", (self.x, self.y, self.z)),
+            axis=None if steered else _scaled("axle_x, axle_y and axle_z", tuple(part or 0.0 for part in axle)),
+            shaft=shaft,
+        )
+
+
+def _scaled(names: str, vector: tuple[float, ...]) -> tuple[float, ...]:
+    length = sum(part * part for part in vector) ** 0.5
+    if not length > 0.0:
+        raise ParameterError(f"{names} must not all be 0")
+    return tuple(part / length for part in vector)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,6 +80,9 @@ class SphereDrive:
     input_speed: float = quantity("rad/s", NonZero(), "Constant speed of shaft 1")
     sphere_radius: float = quantity("m", Gt(0), "Radius of the sphere")
     layout: LayoutName = component("Positions of the rollers: tetrahedral or cubic", default="tetrahedral")
+    rollers: tuple[RollerPlace, ...] | None = several(
+        "Positions of the rollers, instead of a layout", RollerPlace, default=None
+    )
     roller: Wheel = component("Drive rollers")
     steering_roller: Wheel | None = component("Steered rollers; like the drive rollers if not given", default=None)
     idler: Wheel | None = component("Idlers of the cubic layout; like the drive rollers if not given", default=None)
@@ -58,7 +100,8 @@ class SphereDrive:
                     contacts[name] = wheel.on("sphere", self.sphere_radius)
                 except ParameterError as problem:
                     raise ParameterError(f"{key}.{problem}") from None
-        made = SphericalIVT(sphere_radius=self.sphere_radius, layout=self.layout, **contacts)
+        places = None if self.rollers is None else tuple(one.roller for one in self.rollers)
+        made = SphericalIVT(sphere_radius=self.sphere_radius, layout=self.layout, rollers=places, **contacts)
         object.__setattr__(self, "transmission", made)
 
     @property
