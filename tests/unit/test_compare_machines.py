@@ -9,8 +9,9 @@ import pytest
 
 import infinivar as iv
 from infinivar.analysis.machine_sensitivity import machine_sensitivity
-from infinivar.analysis.machines import compare_machines, motor_mass, tightest_of
+from infinivar.analysis.machines import compare_machines, tightest_of
 from infinivar.analysis.pose_map import pose_map
+from infinivar.drivetrain.machines.legged import motor_mass
 from infinivar.limits import Limit
 from machinery import ARM, EVERY, PLATFORM
 

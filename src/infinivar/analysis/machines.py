@@ -12,6 +12,7 @@ import numpy as np
 from infinivar import power
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
+from infinivar.drivetrain.machines.legged import motor_mass
 from infinivar.drivetrain.machines.machine import Machine, TaskPoint, as_machine, unit_of
 from infinivar.limits import LEADING, ROOT_MEAN_SQUARE, Demand, Limit, words_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
@@ -476,22 +477,6 @@ def tight_words(demand: Demand, margin: float) -> str:
         return f"no steady motion: {words_of(demand)}"
     share = f"{100 * margin:.0f}" if margin < 0.995 else "just under 100"
     return f"tightest limit: {words_of(demand)}, {share} % of the demand"
-
-
-def motor_mass(drive: Any) -> float:
-    """Mass of all motors of a machine, the steering motors included; nan where one is unknown or there is none. [kg]"""
-    leg, separate = getattr(drive, "leg", None), getattr(drive, "separate", None)
-    if leg is not None:
-        steering = 0.0 if leg.steering is None else _mass(leg.steering.motor)
-        return _mass(leg.motor) + drive.links * steering
-    if separate is not None:
-        return drive.links * _mass(separate.motor)
-    return _mass(getattr(drive, "motor", None))
-
-
-def _mass(motor: Any) -> float:
-    mass = getattr(motor, "mass", None)
-    return float("nan") if mass is None else float(mass)
 
 
 def _vector(coordinates: tuple[str, ...], values: np.ndarray, what: str) -> str:

@@ -392,3 +392,19 @@ def legs_of(drive: Any) -> CoboticDrive | None:
     """The cobotic leg of a machine, if it has one."""
     leg = getattr(drive, "leg", None)
     return leg if isinstance(leg, CoboticDrive) else None
+
+
+def motor_mass(drive: Any) -> float:
+    """Mass of all motors of a machine, the steering motors included; nan where one is unknown or there is none. [kg]"""
+    leg, separate = getattr(drive, "leg", None), getattr(drive, "separate", None)
+    if leg is not None:
+        steering = 0.0 if leg.steering is None else _mass(leg.steering.motor)
+        return _mass(leg.motor) + drive.links * steering
+    if separate is not None:
+        return drive.links * _mass(separate.motor)
+    return _mass(getattr(drive, "motor", None))
+
+
+def _mass(motor: Any) -> float:
+    mass = getattr(motor, "mass", None)
+    return float("nan") if mass is None else float(mass)
