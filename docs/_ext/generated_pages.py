@@ -10,6 +10,7 @@ import infinivar
 from infinivar import units
 from infinivar._core.bounds import words
 from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
 from infinivar.parts import catalogue
 from infinivar.parts.tables.columns import ONE
@@ -55,6 +56,9 @@ def fields_of(part: type) -> str:
         unit = meta.get("unit", "")
         if inner is not None:
             write = f"table, see [{inner.__name__}](#{inner.__name__.lower()})"
+        elif "several" in meta:
+            kind = meta["several"].__name__
+            write = f"list of tables, see [{kind}](#{kind.lower()})"
         elif options:
             write = ", ".join(
                 f"`{option if isinstance(option, int) else chr(34) + option + chr(34)}`" for option in options
@@ -75,7 +79,10 @@ def fields_of(part: type) -> str:
             )
         )
     for field in schema.in_kinds(part):
-        if not field.metadata["flat"]:
+        if part is MachinePath:
+            link = "table with `shape`, as in `[duty.NAME]`"
+            rows.append((f"`{field.name}`", _default(field), link, "", field.metadata["meaning"]))
+        elif not field.metadata["flat"]:
             link = f"table, see [{field.name.capitalize()}](#{field.name})"
             rows.append((f"`{field.name}`", _default(field), link, "", field.metadata["meaning"]))
     return grid(("key", "if left out", "write", "must be", "meaning"), rows)
@@ -95,7 +102,7 @@ def kinds_of(field: dataclasses.Field) -> str:
 def _parts(part: type, found: list[type]) -> None:
     hints = typing.get_type_hints(part)
     for field in schema.described(part):
-        inner = schema.part_of(hints[field.name])
+        inner = field.metadata.get("several") or schema.part_of(hints[field.name])
         if inner is not None and inner not in found:
             found.append(inner)
             _parts(inner, found)
@@ -104,12 +111,14 @@ def _parts(part: type, found: list[type]) -> None:
 def study_fields() -> str:
     """Reference of all tables of a study file."""
     parts: list[type] = []
-    for owner in (*schema.DRIVES.values(), Scenario, DutyCycle, Rig):
+    for owner in (*schema.DRIVES.values(), Scenario, DutyCycle, MachineTask, MachinePath, Rig):
         _parts(owner, parts)
     sections = [
         ("`[requirement]`", Requirement),
         ("`[scenarios.NAME]`", Scenario),
         ("`[duty.NAME]`", DutyCycle),
+        ("`[tasks.NAME]`", MachineTask),
+        ("`[paths.NAME]`", MachinePath),
         ("`[rig]`", Rig),
     ]
     sections += [(f'`[drives.NAME]` with `type = "{name}"`', drive) for name, drive in schema.DRIVES.items()]
@@ -117,6 +126,8 @@ def study_fields() -> str:
     for heading, part in sections:
         text.append(f"### {heading}\n\n{part.__doc__.strip().splitlines()[0]}\n\n{fields_of(part)}")
         for field in schema.in_kinds(part):
+            if part is MachinePath:
+                continue  # the kinds of every coordinate are those of a duty cycle
             if field.metadata["flat"]:
                 text.append(kinds_of(field))
             else:

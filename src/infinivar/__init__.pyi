@@ -18,6 +18,7 @@ from .analysis.cycles.tracking import TwoWays, two_ways
 from .analysis.least_loss import LeastLoss, least_loss
 from .analysis.machine_motion import simulate_machine
 from .analysis.machine_run import MachineRun
+from .analysis.machines import MachineComparison, follow_path, perform_task
 from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
@@ -44,6 +45,11 @@ from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
 from .drivetrain.graphs.machines import machine_graph
 from .drivetrain.graphs.plants import plant_graph
+from .drivetrain.machines.legged import ArmDrive, PlatformDrive, PlatformGeometry
+from .drivetrain.machines.machine import TaskPoint
+from .drivetrain.machines.planar import PlanarDrive
+from .drivetrain.machines.sphere import SphereDrive
+from .drivetrain.machines.wheel import Wheel
 from .drivetrain.many_legs import LeggedDrive, MachinePoint
 from .drivetrain.moving.machines import (
     ArmMachine,
@@ -64,11 +70,13 @@ from .motion.forces import ConstantForce, SinusoidalForce, StepForce
 from .motion.gait import Running, Walking
 from .motion.histories import VectorHistory
 from .motion.machine_scenario import MachineScenario
+from .motion.machine_tasks import MachinePath, MachineTask
 from .motion.motion import Force, Motion, PeriodicMotion
 from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, Tremor
 from .motion.recordings import Recording
 from .motion.scenario import Scenario
 from .motion.strides import Strides
+from .motion.vectors import Point, Pose, Twist, Wrench
 from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
 from .paper.sphere import SphereClaims, sphere_claims
@@ -125,6 +133,7 @@ from .transmission.wrench_set import WrenchSet
 
 __all__ = [
     "Amplifier",
+    "ArmDrive",
     "ArmMachine",
     "AuditError",
     "Bearing",
@@ -171,9 +180,12 @@ __all__ = [
     "LegsPoint",
     "Limit",
     "Linkage",
+    "MachineComparison",
+    "MachinePath",
     "MachinePoint",
     "MachineRun",
     "MachineScenario",
+    "MachineTask",
     "Material",
     "Mechanism",
     "MechanismPoint",
@@ -193,11 +205,16 @@ __all__ = [
     "PlanarArm",
     "PlanarCarriage",
     "PlanarCobot",
+    "PlanarDrive",
     "PlanarMachine",
     "PlanarMotion",
     "Platform",
+    "PlatformDrive",
+    "PlatformGeometry",
     "PlatformMachine",
+    "Point",
     "Policy",
+    "Pose",
     "Provenance",
     "Pulley",
     "Rack",
@@ -232,6 +249,7 @@ __all__ = [
     "SinusoidalForce",
     "Sizing",
     "SphereClaims",
+    "SphereDrive",
     "SphereMachine",
     "SphereMap",
     "SphericalIVT",
@@ -249,17 +267,21 @@ __all__ = [
     "Strides",
     "Study",
     "Sweep",
+    "TaskPoint",
     "TorsionSpring",
     "Trajectory",
     "TransientRolling",
     "Tremor",
+    "Twist",
     "TwoWays",
     "Uncertainty",
     "UrdfRobot",
     "VectorHistory",
     "Walking",
     "Waypoints",
+    "Wheel",
     "WorkspaceMap",
+    "Wrench",
     "WrenchSet",
     "__version__",
     "array_namespace",
@@ -283,6 +305,7 @@ __all__ = [
     "doubt",
     "duty_cycle",
     "dynamic_map",
+    "follow_path",
     "geared_sweep",
     "gearheads",
     "holding",
@@ -297,6 +320,7 @@ __all__ = [
     "materials",
     "motors",
     "parts",
+    "perform_task",
     "planar_motion",
     "plant_graph",
     "policies",

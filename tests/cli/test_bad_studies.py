@@ -123,7 +123,7 @@ STRUCTURE = {
     "drive a number": (tables("[drives]\nmine = 5"), "drives.mine = 5", "[drives.mine]"),
     "drive a text": (tables("[drives]\nmine = 'faulring2006.cobotic'"), "faulring2006.cobotic", "[drives.mine]"),
     "drive an array": (tables("[[drives.mine]]\nbase = 'x.y'"), "drives.mine = ", "x.y", "[drives.mine]"),
-    "drive empty": (tables("[drives.mine]"), "drives.mine.type is missing", "cobotic or conventional"),
+    "drive empty": (tables("[drives.mine]"), "drives.mine.type is missing", "one of cobotic, conventional"),
     "names that differ in case": (mine(MINE.replace("mine", "MINE")), "mine", "MINE"),
     "base misspelt": (tables("[drives.mine]\nbsae = 'faulring2006.cobotic'"), "drives.mine.bsae", "'base'"),
     "type misspelt": (tables("[drives.mine]\ntyp = 'cobotic'"), "drives.mine.typ", "'type'"),

@@ -56,7 +56,8 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "errata", "compiled", "study-file", "extending", "measurements", "catalogue", "mechanisms", "legs")
+DAILY = ("theory", "errata", "compiled", "study-file", "extending", "measurements", "catalogue", "mechanisms", "legs",
+         "machines", "planar-cart", "six-leg-display", "two-joint-arm")  # fmt: skip
 SLOW = (
     "sizing",
     "tutorial",
@@ -72,6 +73,7 @@ SLOW = (
     "smallest-motor",
     "exact-contact",
     "sphere",
+    "sphere-joint",
     "contact",
     "machines-in-motion",
 )

@@ -8,13 +8,26 @@ import infinivar as iv
 from infinivar.errors import InputError
 from infinivar.study.shipped import shipped_studies
 
+NAMES = [
+    *("ankle_walking", "hand_controller", "knee_walking", "planar_cart", "reach_and_hold", "six_leg_display"),
+    *("sphere_joint", "two_joint_arm"),
+]
 
-@pytest.mark.parametrize("name", ["ankle_walking", "hand_controller", "knee_walking", "reach_and_hold"])
+
+@pytest.mark.parametrize("name", NAMES)
 def test_loads_by_name_from_any_folder(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert name in shipped_studies()
     study = iv.load_study(name)
     assert (study.name, study.drives) == (name, iv.load_study(shipped_studies()[name]).drives)
+
+
+def test_a_machine_of_assumed_geometry_says_so():
+    study = iv.load_study("six_leg_display")
+    assert any("geometry of the platform" in one and "assumed" in one for one in study.reconstruction)
+    rows = {row.field: row for row in study.provenance if row.owner == "one-motor-b"}
+    assert rows["geometry.rod_length"].kind == "assumed"
+    assert rows["leg.cylinder_speed"].kind == "stated"
 
 
 def test_commands_take_a_name(infinivar):
@@ -38,7 +51,7 @@ def test_a_name_of_neither_lists_the_shipped_studies(infinivar):
     assert (outcome.code, outcome.out) == (2, "")
     assert outcome.err == (
         "infinivar: hand_controler: neither a file nor a shipped study (did you mean 'hand_controller'?); "
-        "shipped studies: ankle_walking, hand_controller, knee_walking, reach_and_hold\n"
+        f"shipped studies: {', '.join(NAMES)}\n"
     )
 
 

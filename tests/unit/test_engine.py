@@ -10,6 +10,7 @@ import numpy as np
 import platformdirs
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from threadpoolctl import threadpool_info
 
 import infinivar as iv
 from assorted import DRIVES
@@ -48,7 +49,8 @@ def both(drive, speed, force, **options):
 
 def shipped():
     for name in shipped_studies():
-        for drive in iv.load_study(name).drives:
+        study = iv.load_study(name)
+        for drive in () if study.tasks else study.drives:  # tasks are of machines
             marks = [] if (name, drive) in EVERY_DAY else [pytest.mark.slow]
             yield pytest.param(name, drive, marks=marks)
 
@@ -263,6 +265,19 @@ def test_a_worker_that_may_use_one_thread_starts_none():
     with at_most(1):
         assert set(in_order(lambda _: threading.current_thread(), range(9), workers=3)) == {here}
     assert here not in set(in_order(lambda _: threading.current_thread(), range(9), workers=3))
+
+
+def test_products_of_matrices_start_no_threads_beside_threads():
+    def threads(_=None):
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    before = threads()
+    outer = in_order(threads, range(9), workers=3)
+    assert set(next(outer)) == {1}
+    assert {count for counts in in_order(threads, range(9), workers=2) for count in counts} == {1}
+    assert threads() == [1] * len(before)  # the inner block has ended, the outer one not
+    assert {count for counts in outer for count in counts} == {1}
+    assert threads() == before
 
 
 def test_threads_give_results_in_order_and_the_first_error():

@@ -52,6 +52,11 @@ def chosen_words(meaning: str, words: Sequence[str], *, default: Any = dataclass
     return dataclasses.field(default=default, metadata={"meaning": meaning, "words of": tuple(words)}, **options)
 
 
+def several(meaning: str, kind: type, *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
+    """Dataclass field for a row of values of a class whose own fields are quantities, stored as a tuple."""
+    return dataclasses.field(default=default, metadata={"meaning": meaning, "several": kind}, **options)
+
+
 def given(value: Any, otherwise: Any) -> Any:
     """The value, or `otherwise` if it is None. Unlike `or`, this keeps arrays and zero."""
     return otherwise if value is None else value
@@ -143,7 +148,7 @@ def _choices(part: type) -> Mapping[str, tuple[Any, ...]]:
     return found
 
 
-_CHECKED = {"unit", "row of", "texts of", "words of"}
+_CHECKED = {"unit", "row of", "texts of", "words of", "several"}
 """Metadata of the fields whose values `check_field` checks."""
 
 
@@ -223,7 +228,21 @@ def check_field(field: dataclasses.Field, value: Any) -> Any:
         return _texts(field, value)
     elif "words of" in field.metadata:
         return _words(field, value)
+    elif "several" in field.metadata:
+        return _several(field, value)
     return value
+
+
+def _several(field: dataclasses.Field, value: Any) -> tuple[Any, ...]:
+    """The values of a row; raises ParameterError if it is empty or one is of another class."""
+    kind = field.metadata["several"]
+    if isinstance(value, (str, bytes, Mapping)) or not hasattr(value, "__iter__"):
+        raise ParameterError(f"{field.name} must be a row of {kind.__name__}, got {shown(value)}")
+    row = tuple(value)
+    require(len(row) > 0, field.name, "none", f"one {kind.__name__} or more")
+    for place, one in enumerate(row, 1):
+        require(isinstance(one, kind), f"{field.name} {place}", shown(one), f"a {kind.__name__}")
+    return row
 
 
 def _texts(field: dataclasses.Field, value: Any) -> Mapping[str, str]:

@@ -20,6 +20,7 @@ from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.mixed_use import MixedUse, mixed_use
 from infinivar.analysis.least_loss import LeastLoss, least_loss
+from infinivar.analysis.machines import MachineComparison, compare_machines
 from infinivar.analysis.plane import Plane, of_drives, place
 from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
@@ -332,8 +333,8 @@ def compare(
     quick: bool = False,
     engine: Engine = "auto",
     progress: Callable[[str, float], None] | None = None,
-) -> Comparison:
-    """Evaluate every drive of a study on its duty cycles and its requirement.
+) -> Comparison | MachineComparison:
+    """Evaluate every drive of a study on its duty cycles and its requirement, or every machine in its tasks and on its paths.
 
     Parameters
     ----------
@@ -346,7 +347,7 @@ def compare(
 
     Returns
     -------
-    Comparison
+    Comparison, or MachineComparison for a study with tasks or paths
 
     Raises
     ------
@@ -355,6 +356,20 @@ def compare(
     AuditError
         If a power balance does not close.
     """
+    check_spreads(study)
+    if study.tasks or study.paths:
+        return compare_machines(study, progress)
+    return compare_drives(study, quick=quick, engine=engine, progress=progress)
+
+
+def compare_drives(
+    study: Study,
+    *,
+    quick: bool = False,
+    engine: Engine = "auto",
+    progress: Callable[[str, float], None] | None = None,
+) -> Comparison:
+    """As `compare`, for a study of drives of one axis, with a requirement or duty cycles."""
     check_duty(study)
     check_spreads(study)
     plane = of_drives(study)

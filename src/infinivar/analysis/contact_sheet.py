@@ -12,6 +12,8 @@ from infinivar.contact import creep, flash, hysteresis, shakedown, spin, wear
 from infinivar.contact.bodies import plane_strain_modulus
 from infinivar.contact.exact_law import NARROWEST, WIDEST
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.drive import is_machine, refuse_machine
+from infinivar.drivetrain.machines.legged import legs_of
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
@@ -117,7 +119,7 @@ class ContactSheet(Result):
 
 
 def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet, ...]:
-    """Compute the contact sheets of all cobotic drives of a study, or of one.
+    """Compute the contact sheets of all cobotic drives of a study and of the legs of its machines, or of one.
 
     Parameters
     ----------
@@ -144,7 +146,11 @@ def cobotic_drives(study: Study, drive: str | None) -> dict[str, CoboticDrive]:
     InputError
         If there is none, or none of that name.
     """
-    contacts = {name: found for name, found in study.drives.items() if isinstance(found, CoboticDrive)}
+    contacts = {name: wheeled for name, found in study.drives.items() if (wheeled := leg_of(found)) is not None}
+    machines = {name: one for name, one in study.drives.items() if is_machine(one) and name not in contacts}
+    for name, one in machines.items():
+        if not contacts or name == drive:
+            refuse_machine(one, "contact", f"drives.{name}")
     if not contacts:
         raise InputError("no drive of type cobotic; only cobotic drives have a wheel on a cylinder")
     if drive is None:
@@ -154,10 +160,16 @@ def cobotic_drives(study: Study, drive: str | None) -> dict[str, CoboticDrive]:
     return {drive: contacts[drive]}
 
 
+def leg_of(drive: Any) -> CoboticDrive | None:
+    """The drive itself if it is cobotic, or the leg of a machine that has such legs."""
+    return drive if isinstance(drive, CoboticDrive) else legs_of(drive)
+
+
 def contact_sheet(study: Study, name: str) -> ContactSheet:
-    """Compute the contact sheet of one cobotic drive."""
-    drive = study.drives[name]
-    assert isinstance(drive, CoboticDrive)
+    """Compute the contact sheet of one cobotic drive, or of the leg of a machine."""
+    drive = leg_of(study.drives[name])
+    assert drive is not None
+    inside = "leg." if is_machine(study.drives[name]) else ""
     element, utilisation = drive.transmission, {}
     lines: list[Line] = []
     groups = element.groups(drive.cylinder_speed)
@@ -186,7 +198,9 @@ def contact_sheet(study: Study, name: str) -> ContactSheet:
             row
             for row in study.provenance
             if row.owner == name
-            and row.field.startswith(("transmission.", "cylinder_speed", "steering.bell", "steering.s"))
+            and row.field.startswith(
+                tuple(inside + key for key in ("transmission.", "cylinder_speed", "steering.bell", "steering.s"))
+            )
         ),
         reconstruction=study.reconstruction,
     )

@@ -17,7 +17,7 @@ from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
 from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive, axis_fault
+from infinivar.drivetrain.drive import Drive, axis_fault, refuse_machine
 from infinivar.drivetrain.graphs.closed_loop import Machine, closed_loop
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
@@ -200,6 +200,7 @@ def simulate(
 
     Source: faulring2006, section V, Fig 10 and Fig 14.
     """
+    refuse_machine(drive, "simulate")
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     if scenario.states_axis and (fault := axis_fault(drive, scenario.axis, "the drive", "the scenario")):

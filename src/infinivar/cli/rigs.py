@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from infinivar.cli.shared import chosen_cobotic, naming_place, print_json
+from infinivar.cli.shared import chosen_cobotic, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, numbers
@@ -40,6 +40,7 @@ def rig(
 
     loaded = load_study(study)
     name = chosen_cobotic(study, drive, loaded.drives)
+    of_one_axis(study, loaded.drives, "rig", name)
     wanted = {
         "ratios": numbers("ratios", ratios),
         "loads": numbers("loads", loads),
@@ -96,6 +97,7 @@ def calibrate(
 
     loaded = load_study(study)
     name = chosen_cobotic(study, drive, loaded.drives)
+    of_one_axis(study, loaded.drives, "calibrate", name)
     names = None if fit is None else [word.strip() for word in fit.split(",") if word.strip()]
     candidates = None if creep_laws is None else [word.strip() for word in creep_laws.split(",") if word.strip()]
     with claimed(out):

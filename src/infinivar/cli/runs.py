@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
-from infinivar.cli.shared import chosen, naming, naming_place, print_json
+from infinivar.cli.shared import chosen, naming, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
 
 if TYPE_CHECKING:
     from infinivar.axis import Axis
+    from infinivar.study.study import Study
 
 DRIVE = "Name of the drive in the study; defaults to the first."
 SCENARIO = "Name of the scenario in the study; defaults to the first."
@@ -40,6 +41,7 @@ def simulate(
 
     loaded = load_study(study)
     driven = chosen(study, "drive", drive, loaded.drives)
+    of_one_axis(study, loaded.drives, "simulate", driven)
     asked = chosen(study, "scenario", scenario, loaded.scenarios)
     with claimed(out), progress_bar() as progress:
         with naming_place(study, f"drives.{driven}, scenarios.{asked}"):
@@ -68,7 +70,7 @@ def sensitivity(
         typer.Option(
             "--of",
             help="Result: efficiency or loss at a point, margin or coverage of the requirement, "
-            "or energy or temperature of a duty cycle.",
+            "or energy or temperature of a duty cycle; of machines power, loss or margin in a task.",
         ),
     ],
     drive: Annotated[str | None, typer.Option("--drive", help=DRIVE, autocompletion=drives_of_study)] = None,
@@ -84,6 +86,12 @@ def sensitivity(
         typer.Option("--angular-speed", help='Angular speed at the operating point of a joint, such as "40 rpm".'),
     ] = None,
     duty: Annotated[str | None, typer.Option("--duty", help="Name of the duty cycle in the study.")] = None,
+    task: Annotated[
+        str | None,
+        typer.Option(
+            "--task", help="Machines: task or path of the study, for power, loss or margin; defaults to the first."
+        ),
+    ] = None,
     method: Annotated[str, typer.Option(help="How to compute derivatives: complex, jax or difference.")] = "complex",
     out: Out = Path("out"),
     as_json: Json = False,
@@ -105,6 +113,10 @@ def sensitivity(
     derived: Any = next((known for known in METHODS if known == method), None)
     if derived is None:
         raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
+    if loaded.tasks or loaded.paths:
+        _of_machine(study, loaded, name, of, task, as_json)
+    if task is not None:
+        raise InputError(f"--task {task!r} is of machines; the study has no tasks or paths")
     push, pace = _operating_point(axis_of(loaded.drives[name]), force, speed, moment, angular_speed)
     with claimed(out), progress_bar() as progress:
         with naming(study):
@@ -128,6 +140,22 @@ def sensitivity(
         say(remark)
     say(f"Report: {files[0]}")
     raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
+
+
+def _of_machine(study: Path, loaded: Study, name: str, of: str, task: str | None, as_json: bool) -> NoReturn:
+    """Print the effects of a machine's values on a result, and exit."""
+    from infinivar.analysis.machine_sensitivity import machine_sensitivity
+
+    with progress_bar() as progress, naming(study):
+        found = machine_sensitivity(
+            loaded, name, of, asked=task, progress=lambda share: progress(loaded.titles[name], share)
+        )
+    if as_json:
+        print_json(found.to_dict())
+    else:
+        for line in found.lines:
+            say(line)
+    raise typer.Exit(0 if found.feasible else NOT_FEASIBLE)
 
 
 def _operating_point(
@@ -175,6 +203,7 @@ def graph(
 
     loaded = load_study(study)
     name = chosen(study, "drive", drive, loaded.drives)
+    of_one_axis(study, loaded.drives, "graph", name)
     with naming_place(study, f"drives.{name}"):
         made = plant_graph(loaded.drives[name], plant, electrical=electrical, load_mass=loaded.load_mass)
         report.save(made, out, equations)

@@ -45,6 +45,22 @@ def chosen_cobotic(study: Path, name: str | None, drives: Mapping[str, Any]) -> 
     return chosen(study, "drive", name, wheeled if name is None and wheeled else drives)
 
 
+def of_one_axis(study: Path, drives: Mapping[str, Any], command: str, name: str | None = None) -> None:
+    """Refuse machines, which have no single axis: the drive of a name, or the first machine of all drives.
+
+    Raises
+    ------
+    InputError
+        One message with the commands that work with the machine.
+    """
+    from infinivar.drivetrain.drive import refuse_machine
+
+    with naming(study):
+        for known, drive in drives.items():
+            if name is None or known == name:
+                refuse_machine(drive, command, f"drives.{known}")
+
+
 def loaded_study(path: Path) -> Study:
     """Load a study and print its warnings on stderr."""
     from infinivar.study.load import load_study

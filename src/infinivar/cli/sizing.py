@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from infinivar.cli.shared import loaded_study, naming, print_json
+from infinivar.cli.shared import loaded_study, naming, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, flush, progress_bar, say
 from infinivar.errors import InputError, nearest
 from infinivar.options import Json, Out, StudyFile, drives_of_study, numbers, quantity
@@ -127,6 +127,7 @@ def size(
     wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
     aims = aims_of_option(objective)
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "size")
     keep_inputs(loaded, out, sets)
     with claimed(out):
         with progress_bar() as progress, naming(study):

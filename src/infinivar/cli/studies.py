@@ -13,14 +13,18 @@ from infinivar.cli.shared import loaded_study, naming, print_json
 from infinivar.console import NOT_FEASIBLE, flush, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, OptionalOut, Out, StudyFile, drives_of_study, quantity
+from infinivar.units import plain
 
 if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison
+    from infinivar.analysis.machines import MachineComparison
 
 QUICK = (
     "Quick run: the verdicts equal those of a full run. Skipped: report and data files, sampled builds, "
     "cylinder speed policies, and the check of duty cycles by simulation."
 )
+
+QUICK_MACHINES = "Quick run: report and data files are skipped; the verdicts equal those of a full run."
 
 
 def check(study: StudyFile) -> None:
@@ -69,8 +73,9 @@ def compare(
 ) -> None:
     """Compare the drives of a study and write a report.
 
-    Evaluate each drive in the duty cycles and on the requirement, print the verdicts, then write report, results and maps.
-    Exit with code 1 unless at least one drive is feasible in every duty cycle and covers the requirement, if one is stated.
+    Evaluate each drive in the duty cycles and on the requirement, or each machine in the tasks and on the paths; print the
+    verdicts, then write report, results and maps. Exit with code 1 unless at least one drive is feasible in every duty cycle,
+    task and path, and covers the requirement, if one is stated.
     """
     from infinivar._core.engine import ENGINES
     from infinivar.analysis.compare import compare as run
@@ -104,11 +109,32 @@ def compare(
     if as_json:
         print_json({**comparison.to_dict(), "files": [str(file) for file in files]})
     else:
-        say(f"Report: {files[0]}" if files else QUICK)
+        of_machines = bool(loaded.tasks or loaded.paths)
+        say(f"Report: {files[0]}" if files else QUICK_MACHINES if of_machines else QUICK)
     raise typer.Exit(0 if comparison.feasible else NOT_FEASIBLE)
 
 
-def _verdicts(comparison: Comparison) -> Iterator[str]:
+def _verdicts(comparison: Comparison | MachineComparison) -> Iterator[str]:
+    """Yield the lines to print: of drives against duty cycles and requirement, or of machines in tasks and on paths."""
+    from infinivar.analysis.machines import MachineComparison
+
+    return _of_machines(comparison) if isinstance(comparison, MachineComparison) else _of_drives(comparison)
+
+
+def _of_machines(comparison: MachineComparison) -> Iterator[str]:
+    """Yield the answer, then each machine in each task and path, with its power and tightest limit."""
+    yield comparison.verdict
+    width = max(len(one.title) for one in comparison.results.values())
+    first = next(iter(comparison.results.values()))
+    for key, asked in first.found.items():
+        yield f"{asked.title}:"
+        for one in comparison.results.values():
+            found = one.found[key]
+            able = "feasible" if found.feasible else "infeasible"
+            yield f"  {one.title:<{width}}  {able}, {plain(found.mean_power, 3)} W; {found.tightest_words}"
+
+
+def _of_drives(comparison: Comparison) -> Iterator[str]:
     """Yield the lines to print: with duty cycles the answer, mixed use and each cycle, then the requirement, if stated.
 
     A line on a drive is followed by one on its samples, if any.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, print_json
+from infinivar.cli.shared import chosen, chosen_cobotic, loaded_study, naming, of_one_axis, print_json
 from infinivar.cli.sizing import (
     Life,
     Objective,
@@ -92,6 +92,7 @@ def size(
     ends = None if radius is None else range_of_option(*radius)
     aims = aims_of_option(objective)
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     if out is not None:
         keep_inputs(loaded, out, sets)
     with naming(study):
@@ -149,6 +150,7 @@ def cobotic(
     aims = aims_of_option(objective)
     wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     if out is not None:
         keep_inputs(loaded, out, sets)
     with naming(study):
@@ -188,6 +190,7 @@ def builds(
     from infinivar.sweeps.builds import builds_sweep
 
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     with naming(study):
         problem = builds_sweep(loaded, drive, draws=draws, size=size)
     found = _run(problem, folder, workers, dask, resume)
@@ -224,6 +227,7 @@ def sensitivity(
     from infinivar.sweeps.sensitivity import sensitivity_sweep
 
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     name = chosen(study, "drive", drive, loaded.drives)
     with naming(study):
         problem = sensitivity_sweep(loaded, name, of, duty=duty, samples=samples, size=size)
@@ -259,6 +263,7 @@ def sessions(
     from infinivar.sweeps.sessions import sessions_sweep
 
     loaded = loaded_study(study)
+    of_one_axis(study, loaded.drives, "sweep")
     runs: dict[str, Any] = {
         "ratios": numbers("ratios", ratios),
         "loads": numbers("loads", loads),

@@ -127,8 +127,40 @@ class MovingDrive(Drive, Protocol):
         ...
 
 
+EVERY_MACHINE = ("check", "compare", "sensitivity")
+"""Commands that work with every machine: a drive with an end point of its own coordinates, instead of one axis."""
+
+
+def is_machine(drive: Any) -> bool:
+    """Whether a drive is a machine: see `infinivar.drivetrain.machines.machine`."""
+    return not isinstance(drive, type) and hasattr(drive, "perform") and hasattr(drive, "coordinates")
+
+
+def type_words(machine: Any) -> str:
+    """The type of a machine as a study names it, such as "platform"."""
+    return getattr(type(machine), "WORD", type(machine).__name__)
+
+
+def refuse_machine(drive: Any, what: str, where: str = "drive") -> None:
+    """Raise ParameterError if a drive is a machine; the message names the commands that work with it.
+
+    Parameters
+    ----------
+    drive : object
+    what : str       Of drives of one axis: a command such as "sensitivity", or "this analysis".
+    where : str      Path of the drive, such as "drives.cart".
+    """
+    if is_machine(drive):
+        works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
+        raise ParameterError(
+            f"{where} is a machine of type {type_words(drive)}: {what} works with drives of one axis only; commands for this "
+            f"machine: {', '.join(works)}"
+        )
+
+
 def check_drive(drive: Any, where: str, needs: Sequence[str] = DRIVE_NEEDS) -> None:
     """Raise ParameterError unless an object has the methods of a drive; the message names the missing one."""
+    refuse_machine(drive, "this analysis", where)
     missing = missing_members(drive, needs)
     if missing or isinstance(drive, type):
         what = f"the class {drive.__name__}" if isinstance(drive, type) else f"a {type(drive).__name__}"

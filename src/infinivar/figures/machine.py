@@ -23,6 +23,9 @@ _FORCE, _VELOCITY = "#000000", style.COLOURS[2]
 _EDGE = "#555555"
 _BLANK = {"boxstyle": "square,pad=0.05", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 73)
+_NEAR, _SHORT = 0.35, 0.55
+"""Distance of the ends of two arrows, over their length, from which the second is shortened, and to what share."""
+
 _REST = 1e-12
 """Share of the largest number below which an arrow is not drawn."""
 
@@ -166,6 +169,7 @@ def _wheel(ax: Axes, numbers: Mapping[str, Any], place: int, above: float) -> No
 def _arrows(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Force of the user, on its way to the platform if it points down, and the velocity of the platform."""
     length = 0.7 * np.ptp(numbers["range"])
+    taken = None
     shown = [
         ("force", _FORCE, f"force of the user {np.linalg.norm(numbers['force']):.3g} N"),
         ("velocity", _VELOCITY, f"velocity {np.linalg.norm(numbers['velocity']):.3g} m/s"),
@@ -178,6 +182,9 @@ def _arrows(ax: Axes, numbers: Mapping[str, Any]) -> None:
         inward = name == "force" and vector[2] < 0
         outer = numbers["origin"] + (-1.0 if inward else 1.0) * length * vector / size
         ends = _seen(np.stack([numbers["origin"], outer]))
+        if taken is not None and np.linalg.norm(ends[1] - taken) < _NEAR * length:
+            ends[1] = ends[0] + _SHORT * (ends[1] - ends[0])
+        taken = ends[1]
         tail, head = ends[::-1] if inward else ends
         arrow = {"arrowstyle": "-|>", "color": colour, "lw": 2.0, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 14}
         ax.annotate("", xy=tuple(head), xytext=tuple(tail), arrowprops=arrow, zorder=8)

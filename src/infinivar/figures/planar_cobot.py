@@ -147,7 +147,7 @@ def draw_all(cobot: PlanarCobot, point: MechanismPoint) -> Figure:
     from matplotlib.lines import Line2D
 
     numbers = data(cobot, point)
-    push, moment = float(np.linalg.norm(numbers["wrench"][:2])), float(numbers["wrench"][2])
+    push, moment = float(np.linalg.norm(numbers["wrench"][:2])), float(numbers["wrench"][2]) + 0.0
     speed, turning = float(np.linalg.norm(numbers["twist"][:2])), float(numbers["twist"][2])
     with style.styled():
         made, ax = style.figure(6.4, 6.6)

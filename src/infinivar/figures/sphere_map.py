@@ -26,7 +26,7 @@ _STEPS = 5
 
 _RATIO_TICKS = (-90.0, -75.0, -60.0, -45.0, -30.0, 0.0, 30.0, 45.0, 60.0, 75.0, 90.0)
 _SLIPS = "#D9D9D9"
-_COLOURS = {**style.LOSS_COLOURS, "spin": "#CC79A7"}
+_COLOURS = style.LOSS_COLOURS
 
 
 def data(found: SphereMap) -> dict[str, Any]:
@@ -155,7 +155,7 @@ def draw_all(found: SphereMap | Sequence[SphereMap]) -> Figure:
         raise InputError("a map of one angle or load cannot be drawn: use its to_xarray() instead")
     with style.styled():
         made, axes = style.figure(
-            3.9 * len(maps) + 0.9, 6.4, 2, len(maps), squeeze=False, height_ratios=[1.6, 1.0], sharey="row"
+            max(3.9 * len(maps) + 0.9, 6.4), 6.4, 2, len(maps), squeeze=False, height_ratios=[1.6, 1.0], sharey="row"
         )
         meshes = []
         for column, one in enumerate(maps):
@@ -173,5 +173,5 @@ def draw_all(found: SphereMap | Sequence[SphereMap]) -> Figure:
             Patch(facecolor="white", edgecolor="#444444", linewidth=0.6),
         ]
         labels = [*labels[::-1], "slip of drive rollers without losses and spin", "both shafts feed the losses"]
-        made.legend(handles=handles, labels=labels, loc="outside lower center", ncols=3)
+        made.legend(handles=handles, labels=labels, loc="outside lower center", ncols=3 if len(maps) > 1 else 2)
     return made

@@ -23,6 +23,7 @@ LOSS_COLOURS = {
     "motor iron": "#B5651D",
     "gearhead": "#0072B2",
     "creep": "#009E73",
+    "spin": "#332288",
     "rolling": "#F0E442",
     "bearing": "#56B4E9",
     "guideway": "#CC79A7",

@@ -183,8 +183,13 @@ class DutyCycle(Task):
         return Instants(time, *self.at(time, orders))
 
 
-def shares_of(duty: Mapping[str, DutyCycle]) -> dict[str, float]:
+def shares_of(duty: Mapping[str, Any], group: str = "duty.", what: str = "duty cycle") -> dict[str, float]:
     """Share of the time spent in each duty cycle, as stated in `time_share`.
+
+    Parameters
+    ----------
+    duty : mapping   Duty cycles, or others with a `time_share`, by name.
+    group, what      What stands before a name in a study, and what one is called.
 
     Returns
     -------
@@ -202,10 +207,10 @@ def shares_of(duty: Mapping[str, DutyCycle]) -> dict[str, float]:
     for name in duty:
         if name not in stated:
             raise InputError(
-                f"duty.{name}.time_share is missing: duty.{first} has one; state it for every duty cycle or for none"
+                f"{group}{name}.time_share is missing: {group}{first} has one; state it for every {what} or for none"
             )
     total = sum(stated.values())
     if abs(total - 1.0) > _ROUNDED:
-        listed = ", ".join(f"duty.{name} {plain(100 * share, 4)} %" for name, share in stated.items())
+        listed = ", ".join(f"{group}{name} {plain(100 * share, 4)} %" for name, share in stated.items())
         raise InputError(f"time_share: the shares add up to {plain(100 * total, 4)} %, not to 100 %: {listed}")
     return {name: share / total for name, share in stated.items()}

@@ -37,6 +37,12 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.machine_run:draw_all",
         "dataset": "report.datasets:machine_run",
     },
+    "analysis.machines.MachineComparison": {
+        "plot": "figures.machine_tasks:draw_all",
+        "save": "report.machines:save",
+        "table": "report.tables:machine_comparison",
+    },
+    "analysis.pose_map.PoseMap": {"plot": "figures.machine_tasks:draw_pose_map"},
     "analysis.motion_summary.MotionSummary": {
         "plot": "figures.motion_summary:draw_all",
         "save": "report.motion_summary:save",

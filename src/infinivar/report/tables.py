@@ -12,6 +12,7 @@ from infinivar.analysis.contact_sheet import ContactSheet
 from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.analysis.cycles.mixed_use import MixedUse
 from infinivar.analysis.cycles.tracking import TwoWays
+from infinivar.analysis.machines import MachineComparison
 from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
 from infinivar.analysis.simulate import Simulation
@@ -58,6 +59,28 @@ def comparison(found: Comparison) -> pd.DataFrame:
         ),
         "drive",
     )
+
+
+def machine_comparison(found: MachineComparison) -> pd.DataFrame:
+    """One row per machine, and task or path: power, losses and tightest limit."""
+    made = frame(
+        [
+            {
+                "drive": name,
+                "asked": key,
+                "title": one.title,
+                "feasible": done.feasible,
+                "power_in_W": done.mean_power,
+                "loss_W": sum(done.losses.values()),
+                "tightest_limit": done.demand[0].name,
+                "part": done.demand[1],
+                "margin": done.margin,
+            }
+            for name, one in found.results.items()
+            for key, done in one.found.items()
+        ]
+    )
+    return made.set_index(["drive", "asked"])
 
 
 def duty_comparison(found: DutyComparison) -> pd.DataFrame:

@@ -12,7 +12,7 @@ import numpy as np
 from infinivar._core.pareto import front
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import axis_fault
+from infinivar.drivetrain.drive import axis_fault, refuse_machine
 from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
@@ -236,6 +236,8 @@ def aims_of(study: Study, objective: Aim | Iterable[Aim] | None) -> tuple[str, .
 
 def templates_of(study: Study, drive: str | Sequence[str] | None) -> tuple[list[str], tuple[str, ...]]:
     """Names of the templates, and why the study's only drive of an architecture is none."""
+    for name, one in study.drives.items():
+        refuse_machine(one, "size", f"drives.{name}")
     if drive is not None:
         names = [drive] if isinstance(drive, str) else list(dict.fromkeys(drive))
         if not names:

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import axis_fault, check_drive, smoothness_fault
+from infinivar.drivetrain.drive import axis_fault, check_drive, is_machine, smoothness_fault, type_words
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
+from infinivar.drivetrain.machines.machine import as_machine
 from infinivar.errors import InputError, ParameterError
 from infinivar.study.study import Study
 
@@ -20,7 +21,19 @@ def check_duty(study: Study) -> None:
     InputError
         One line for each drive that lacks a value, with the name of the value.
     """
+    _refuse(_machine_faults(study))
     _refuse([*_axis_faults(study), *_duty_faults(study)])
+
+
+def check_machines(study: Study) -> None:
+    """Refuse a study whose drives lack a coordinate that its tasks or paths state, or machines with a requirement of one axis.
+
+    Raises
+    ------
+    InputError
+        One line for each drive and task that do not fit.
+    """
+    _refuse(_machine_faults(study))
 
 
 def check_spreads(study: Study) -> None:
@@ -42,6 +55,7 @@ def check(study: Study) -> None:
     InputError
         One line per fault.
     """
+    _refuse(_machine_faults(study))
     _refuse([*_axis_faults(study), *_duty_faults(study), *_scenario_faults(study), *_spread_faults(study)])
 
 
@@ -49,6 +63,27 @@ def _refuse(faults: Iterator[str] | list[str]) -> None:
     lines = list(faults)
     if lines:
         raise InputError("\n".join(lines))
+
+
+def _machine_faults(study: Study) -> Iterator[str]:
+    stated = next((key for key in ("requirement", "duty", "scenarios") if getattr(study, key)), None)
+    for name, drive in study.drives.items():
+        if is_machine(drive) and stated is not None:
+            yield (
+                f"{stated} is of drives of one axis; drives.{name} is a machine of type {type_words(drive)}: state what it must "
+                "do in tables [tasks.NAME] or [paths.NAME]"
+            )
+            continue
+        known = as_machine(drive).coordinates
+        words = f"drives.{name} has {', '.join(known)} only"
+        for group, requests in (("tasks", study.tasks), ("paths", study.paths)):
+            for task, one in requests.items():
+                for key, vector in one.vectors.items():
+                    for coordinate in vector.beyond(known):
+                        yield f"{group}.{task}.{key}.{coordinate} does not apply: {words}"
+        for task, path in study.paths.items():
+            for coordinate in path.beyond(known):
+                yield f"paths.{task}.{coordinate} does not apply: {words}"
 
 
 def _axis_faults(study: Study) -> Iterator[str]:

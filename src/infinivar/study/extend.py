@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from infinivar.study.layers import Raw, annotated, contact_over, merged, stage_over
+from infinivar.study.layers import Raw, annotated, contact_over, layered, merged, stage_over
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.spreads import is_group, leaves
 
@@ -15,7 +15,7 @@ PARTS_FOLDER = "parts"
 """Folder beside a study in which sets of parts are looked up."""
 
 _TABLES = ("requirement", "rig")
-_GROUPS = ("drives", "scenarios", "duty")
+_GROUPS = ("drives", "scenarios", "duty", "tasks", "paths")
 
 
 def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) -> Raw:
@@ -69,7 +69,7 @@ def parts_of(raw: Raw) -> list[str]:
 def _with_paths(raw: Raw, folder: Path) -> Raw:
     """Resolve the files that a study names against its own folder, as seen from the study that extends it."""
     result = {**raw, "parts": [str(folder / one) for one in parts_of(raw)]}
-    for group in ("scenarios", "duty"):
+    for group in ("scenarios", "duty", "paths"):
         tasks = result.get(group)
         if isinstance(tasks, dict):
             result[group] = {name: _resolved(task, folder) for name, task in tasks.items()}
@@ -104,9 +104,7 @@ def _merged_tables(under: Raw, over: Raw, below: str, above: str) -> Raw:
         for name, table in over.get(group, {}).items() if isinstance(over.get(group, {}), dict) else ():
             if isinstance(table, dict) and isinstance(found.get(name), dict):
                 base, mine = dict(found[name]), annotated(table, f"{group}.{name}", above)
-                if isinstance(base.get("transmission"), dict):
-                    base["transmission"] = contact_over(base["transmission"], mine.get("transmission"))
-                found[name] = merged(base, mine)
+                found[name] = layered(base, mine)
             else:
                 found[name] = table
         result[group] = found

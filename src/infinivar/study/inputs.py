@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from infinivar.motion.vectors import COORDINATES
 from infinivar.parts.tables.stores import places
 from infinivar.study.extend import parts_of
 from infinivar.study.load import read_tables
@@ -35,8 +36,8 @@ def input_files(study: Study, beside: Iterable[Path] = ()) -> dict[Path, str]:
         raw = read_tables(path)
         stores += [path.parent / one for one in parts_of(raw)]
         path = path.parent / raw["extends"] if "extends" in raw else None
-    for task in (*study.duty.values(), *study.scenarios.values()):
-        for name in ("motion", "force"):
+    for task in (*study.duty.values(), *study.scenarios.values(), *study.paths.values()):
+        for name in ("motion", "force", *COORDINATES):
             file = getattr(getattr(task, name, None), "file", None)
             if file:
                 found.setdefault(Path(file), RECORDING)

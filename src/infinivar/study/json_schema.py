@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
 from infinivar.study.requirement import JointRequirement, Requirement
 from infinivar.study.rig import Rig
@@ -68,9 +69,11 @@ def json_schema() -> dict[str, Any]:
     Editors use it to check words and ranges while the file is written; fields that a base may supply are not required.
     """
     definitions: dict[str, Any] = {}
-    for part in (Requirement, Scenario, DutyCycle, Rig, *DRIVES.values()):
+    for part in (Requirement, Scenario, DutyCycle, MachineTask, MachinePath, Rig, *DRIVES.values()):
         schema = table_schema(part)
-        definitions.update(schema.pop("$defs", {}))
+        for name, inner in schema.pop("$defs", {}).items():
+            definitions.setdefault(name, inner)
+        # The schema of a class that stands within itself or another refers to its definition.
         definitions[part.__name__] = schema
         for field in in_kinds(part):
             if field.metadata["flat"]:
@@ -118,7 +121,15 @@ def json_schema() -> dict[str, Any]:
         definitions[kind.__name__]["properties"]["part"] = part
     for name, kind in DRIVES.items():
         definitions[kind.__name__]["properties"].update(
-            {"base": base, "type": {"const": name}, "title": {"type": "string", "description": "Name for reports"}}
+            {
+                "base": base,
+                "like": {
+                    "type": "string",
+                    "description": "Drive of this study to start from; values here override its",
+                },
+                "type": {"const": name},
+                "title": {"type": "string", "description": "Name for reports"},
+            }
         )
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -127,6 +138,8 @@ def json_schema() -> dict[str, Any]:
         "anyOf": [
             {"required": ["requirement", "drives"]},
             {"required": ["duty", "drives"]},
+            {"required": ["tasks", "drives"]},
+            {"required": ["paths", "drives"]},
             {"required": ["extends"]},
         ],
         "additionalProperties": False,
@@ -166,6 +179,18 @@ def json_schema() -> dict[str, Any]:
                 "description": "Repeated motions, by name, over which energy, limits and heat are compared",
                 "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
                 "additionalProperties": {"$ref": "#/$defs/DutyCycle"},
+            },
+            "tasks": {
+                "type": "object",
+                "description": "Wrenches at twists that machines must exert, by name",
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"$ref": "#/$defs/MachineTask"},
+            },
+            "paths": {
+                "type": "object",
+                "description": "Motions of the end point of machines, by name",
+                "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
+                "additionalProperties": {"$ref": "#/$defs/MachinePath"},
             },
             "rig": {"$ref": "#/$defs/Rig"},
             "uncertainty": {

@@ -25,7 +25,7 @@ LONGEST_TITLE = 120
 # requirement only `part` is such a key: a bearing's type is an ordinary value.
 _AT_HEAD, _INSIDE = (*HEAD, "part"), ("part",)
 
-_ONE = {"drives": "drive", "scenarios": "scenario", "duty": "duty cycle"}
+_ONE = {"drives": "drive", "scenarios": "scenario", "duty": "duty cycle", "tasks": "task", "paths": "path"}
 
 Raw = dict[str, Any]
 """A table as written, or with kind and where spelled out at each value."""
@@ -110,9 +110,53 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
         raise StudyError(
             f"{path}.type = {tree['type']!r} must be {under['type']!r} like base {base!r}; correct or remove it"
         )
-    if "transmission" in under:
-        under["transmission"] = contact_over(under["transmission"], tree.get("transmission"))
-    return merged(under, tree)
+    return layered(under, tree)
+
+
+def legs_over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
+    """Lay the drives within a machine, its leg or the drive of each joint, over the shipped ones that they name as base."""
+    result = dict(tree)
+    for key, word in INNER.items():
+        inner = result.get(key)
+        if not isinstance(inner, dict) or "value" in inner:
+            continue
+        inner, here = dict(inner), f"{path}.{key}"
+        for name in HEAD:
+            said = inner.pop(name, None)
+            if name not in ("base", "type") or said is None:
+                continue
+            inner[name] = said["value"] if isinstance(said, dict) and "value" in said else said
+            if not isinstance(inner[name], str):
+                raise StudyError(f"{here}.{name} = {quoted(inner[name])} must be text")
+        inner.setdefault("type", word)
+        if inner["type"] != word:
+            raise StudyError(f"{here}.type = {quoted(inner['type'])} must be {word!r}; correct or remove it")
+        inner = over_base(inner, here, remarks)
+        result[key] = {name: value for name, value in inner.items() if name not in ("type", "title")}
+    return result
+
+
+INNER = {"leg": "cobotic", "separate": "conventional"}
+"""Drives within a machine by their key, of which it has one, and their types."""
+
+
+def alternative_over(under: Raw, over: Raw) -> Raw:
+    """Drop from a machine its legs if the study states separate drives, or the reverse."""
+    return {
+        key: value for key, value in under.items() if key not in INNER or key in over or not INNER.keys() & over.keys()
+    }
+
+
+def layered(under: Raw, over: Raw) -> Raw:
+    """A drive's table over another's, whose wheel or legs it may state in another way."""
+    under = alternative_over(under, over)
+    for key in ("transmission", "roller", "steering_roller", "idler", "wheel"):
+        if isinstance(under.get(key), dict):
+            under[key] = contact_over(under[key], over.get(key))
+    leg, mine = under.get("leg"), over.get("leg")
+    if isinstance(leg, dict) and isinstance(mine, dict) and isinstance(leg.get("transmission"), dict):
+        under["leg"] = {**leg, "transmission": contact_over(leg["transmission"], mine.get("transmission"))}
+    return merged(under, over)
 
 
 def stage_over(under: Raw, over: Any) -> Raw:

@@ -14,10 +14,12 @@ from infinivar._core import files, plugins
 from infinivar.drivetrain.drive import Drive
 from infinivar.errors import InputError, nearest, printable
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
+from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
+from infinivar.motion.vectors import COORDINATES
 from infinivar.study.build import built
 from infinivar.study.extend import PARTS_FOLDER, extended, parts_of
-from infinivar.study.layers import LONGEST_TITLE, Raw, Remarks, annotated, over_base
+from infinivar.study.layers import INNER, LONGEST_TITLE, Raw, Remarks, annotated, layered, legs_over_base, over_base
 from infinivar.study.messages import StudyError, quoted, short
 from infinivar.study.provenance import Provenance
 from infinivar.study.requirement import JOINT_ONLY, LINE_ONLY, JointRequirement, Requirement
@@ -25,11 +27,11 @@ from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, drive_type, keys, suggestion
 from infinivar.study.shipped import shared_set, study_file
 from infinivar.study.spreads import Uncertainty, uncertainty_from
-from infinivar.study.study import Study
+from infinivar.study.study import Study, machine_shares
 
 _TOP = (
-    "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "rig", "uncertainty", "correlations",
-    "reconstruction", "name", "parts",
+    "title", "description", "extends", "requirement", "drives", "scenarios", "duty", "tasks", "paths", "rig", "uncertainty",
+    "correlations", "reconstruction", "name", "parts",
 )  # fmt: skip
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _MOST = 12
@@ -156,10 +158,14 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
     drives, titles = loading.drives()
     scenarios = loading.tasks("scenarios", Scenario)
     duty = loading.tasks("duty", DutyCycle)
+    tasks = loading.tasks("tasks", MachineTask)
+    paths = loading.tasks("paths", MachinePath)
     rig = loading.rig()
     with loading.collecting():
         if len(duty) == len(loading.raw.get("duty", {})):  # the share of an invalid table is not known
             _check_shares(duty)
+        if all(len(found) == len(loading.raw.get(group, {})) for group, found in (("tasks", tasks), ("paths", paths))):
+            _check_machine_shares(tasks, paths)
     uncertainty = loading.uncertainty(drives)
     if loading.faults:
         raise StudyError(*loading.faults)
@@ -172,6 +178,8 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
         titles=titles,
         scenarios=scenarios,
         duty=duty,
+        tasks=tasks,
+        paths=paths,
         rig=rig,
         uncertainty=uncertainty,
         provenance=tuple(loading.rows),
@@ -190,7 +198,7 @@ def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
             _check_text(raw, key, longest, lines=lines)
         except StudyError as found:
             yield key, found.lines[0]
-    for key in ("scenarios", "duty"):
+    for key in ("scenarios", "duty", "tasks", "paths"):
         if not isinstance(raw.get(key, {}), dict):
             yield key, f"{key} = {quoted(raw[key])} must be tables [{key}.NAME]"
     statements = raw.get("reconstruction", [])
@@ -199,10 +207,27 @@ def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
     for key, table in (("requirement", "requirement"), ("drives", "drives.NAME")):
         if key in raw and raw[key] != {} and not isinstance(raw[key], dict):
             yield key, f"{key} = {quoted(raw[key])} must be a table [{table}]"
-    if any(key not in _TOP for key in raw):
-        return  # a misspelt key may be what is missing
-    if not raw.get("requirement") and not raw.get("duty"):
-        yield "requirement", "requirement is missing: write a table [requirement], or a motion in a table [duty.NAME]"
+    if not any(key not in _TOP for key in raw):  # a misspelt key may be what is missing
+        yield from _what_is_missing(raw)
+
+
+def _what_is_missing(raw: Raw) -> Iterator[tuple[str, str]]:
+    """Yield what a study lacks at its top level, or has beside what excludes it."""
+    required = [key for key in ("requirement", "duty", "scenarios") if raw.get(key)]
+    of_machines = [key for key in ("tasks", "paths") if raw.get(key)]
+    if of_machines:
+        for key in required:
+            yield (
+                key,
+                f"{key} does not apply beside {of_machines[0]}: {key} is of drives of one axis, tasks and paths of machines; "
+                "write two studies",
+            )
+    elif not raw.get("requirement") and not raw.get("duty"):
+        yield (
+            "requirement",
+            "requirement is missing: write a table [requirement], or a motion in a table [duty.NAME]; for a machine, a table "
+            "[tasks.NAME] or [paths.NAME]",
+        )
     if not raw.get("drives"):
         yield "drives", "drives is missing: write a table [drives.NAME]"
 
@@ -210,6 +235,13 @@ def _faults_at_top(raw: Raw) -> Iterator[tuple[str, str]]:
 def _check_shares(duty: Mapping[str, DutyCycle]) -> None:
     try:
         shares_of(duty)
+    except InputError as problem:
+        raise StudyError(str(problem)) from None
+
+
+def _check_machine_shares(tasks: Mapping[str, MachineTask], paths: Mapping[str, MachinePath]) -> None:
+    try:
+        machine_shares(tasks, paths)
     except InputError as problem:
         raise StudyError(str(problem)) from None
 
@@ -288,19 +320,46 @@ class _Loading:
             where = f"drives.{drive}"
             with self.collecting():
                 _check_name("drives", drive, self.raw["drives"])
-                tree = over_base(annotated(_table(description, where), where, self.origin), where, self.remarks)
+                tree = self._like(drive, _table(description, where), where)
+                tree = over_base(tree, where, self.remarks)
                 kind = _type_of(tree, where)
                 titles[drive] = tree.pop("title", drive)
                 drives[drive] = built(kind, tree, where, drive, self.rows, self.beside)
         return drives, titles
 
+    def _like(self, drive: str, description: Raw, where: str, seen: tuple[str, ...] = ()) -> Raw:
+        """The table of a drive, laid over that of another drive of the study if it names one by `like`."""
+        tree = legs_over_base(annotated(description, where, self.origin), where, self.remarks)
+        like = tree.pop("like", None)
+        if like is None:
+            return tree
+        others = self.raw.get("drives", {})
+        seen = (*seen, drive)
+        if like not in others or like in seen:
+            known = [name for name in others if name not in seen]
+            words = f"the name of another drive{nearest(like, known)}" + (f": {', '.join(known)}" if known else "")
+            raise StudyError(f"{where}.like = {quoted(like)} must be {words}")
+        under = self._like(like, _table(others[like], f"drives.{like}"), f"drives.{like}", seen)
+        under.pop("title", None)
+        for key in INNER:  # a drive within that starts from a base of its own takes nothing from the other
+            if isinstance(description.get(key), dict) and "base" in description[key]:
+                under.pop(key, None)
+        if "base" in under and "base" in tree:
+            raise StudyError(f"{where}.base does not apply beside like, as drives.{like} has a base; remove one")
+        if "type" in tree and tree["type"] != under.get("type", tree["type"]):
+            raise StudyError(
+                f"{where}.type = {tree['type']!r} must be {under['type']!r} as that of {like}; correct or remove it"
+            )
+        return layered(under, tree)
+
     def tasks(self, group: str, kind: type) -> dict[str, Any]:
-        """Build the scenarios or duty cycles, by name."""
+        """Build the scenarios, duty cycles, tasks or paths, by name."""
         made = {}
         for task, description in self.raw.get(group, {}).items():
             with self.collecting():
                 _check_name(group, task, self.raw[group])
-                made[task] = _task(description, group, kind, task, self.origin, self.folder)
+                rows = self.rows if group in ("tasks", "paths") else []
+                made[task] = _task(description, group, kind, task, self.origin, self.folder, rows)
         return made
 
     def rig(self) -> Rig:
@@ -330,17 +389,20 @@ def _table(value: object, where: str) -> Raw:
 
 
 def _task(
-    description: object, group: str, kind: type, name: str, origin: str, folder: Path | None
-) -> Scenario | DutyCycle:
-    """Build a scenario or duty cycle from its table; file paths are relative to the folder."""
+    description: object, group: str, kind: type, name: str, origin: str, folder: Path | None, rows: list[Provenance]
+) -> Any:
+    """Build a scenario, duty cycle, task or path from its table; file paths are relative to the folder.
+
+    Runs and motions are requests, not facts with a source, so that their provenance is not recorded. Tasks and paths of machines
+    are their requirement, so that it is.
+    """
     where = f"{group}.{name}"
-    # Tasks are requests, not facts with a source, so their provenance is not recorded.
     tree = over_base(annotated(_table(description, where), where, origin), where, Remarks())
-    for table in (tree, tree.get("motion", {}), tree.get("force", {})):
+    for table in (tree, *(tree.get(key, {}) for key in ("motion", "force", *COORDINATES))):
         file = table.get("file")
         if folder is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
             file["value"] = str(folder / file["value"])
-    return built(kind, {"title": name, **tree}, where, name, [])
+    return built(kind, {"title": name, **tree}, where, where, rows)
 
 
 def _check_name(group: str, drive: str, others: Iterable[str]) -> None:
@@ -365,13 +427,13 @@ def _type_of(tree: Raw, where: str) -> type:
         return found
     if kind is not None:
         words = [*DRIVES, *plugins.registered("infinivar.drives")]
-        raise StudyError(f"{where}.type = {quoted(kind)} must be {' or '.join(words)}{nearest(kind, words)}")
+        raise StudyError(f"{where}.type = {quoted(kind)} must be one of {', '.join(words)}{nearest(kind, words)}")
     parts = DRIVES.values()
     known = {key for part in parts for key in keys(part)}
     unknown = [
         f"{where}.{printable(key)} is not a known key{suggestion(key, parts)}" for key in tree if key not in known
     ]
-    missing = f"{where}.type is missing: write {' or '.join(DRIVES)}, or name a shipped drive as base"
+    missing = f"{where}.type is missing: write one of {', '.join(DRIVES)}, or name a shipped drive as base"
     raise StudyError(*(unknown or [missing]))
 
 

@@ -66,12 +66,20 @@ def recorded(value: Any) -> Any:
 
 def text_of(field: dataclasses.Field[Any], value: Any) -> str:
     """A value as a study file states it."""
+    if "several" in field.metadata and isinstance(value, tuple):
+        return "; ".join(", ".join(f"{key} = {text}" for key, text in texts_of(one).items()) for one in value)
     unit = field.metadata.get("unit", field.metadata.get("row of"))
     if unit is not None:
         members = value if isinstance(value, tuple) else (value,)
         if all(isinstance(one, numbers.Real) for one in members):
             return ", ".join(units.exact(one, unit) for one in members)
     return ", ".join(map(str, value)) if isinstance(value, tuple) else str(recorded(value))
+
+
+def texts_of(instance: Any) -> dict[str, str]:
+    """The quantities of one of several values, as a study file states them; without those left at their defaults."""
+    stated = {field: getattr(instance, field.name) for field in described(type(instance))}
+    return {field.name: text_of(field, value) for field, value in stated.items() if not same(value, field.default)}
 
 
 def unscaled(motor: Motor, rows: Rows, owner: str, prefix: str) -> Motor | None:

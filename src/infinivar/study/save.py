@@ -23,7 +23,7 @@ from infinivar.motion.task import Task
 from infinivar.study import extensions, toml
 from infinivar.study.load import study_from_dict
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.provenance import DEFAULT, Provenance, Rows, by_field, recorded, same, text_of, unscaled
+from infinivar.study.provenance import DEFAULT, Provenance, Rows, by_field, recorded, same, text_of, texts_of, unscaled
 from infinivar.study.schema import (
     DRIVES,
     ORIGIN,
@@ -143,6 +143,11 @@ class _Writing:
         for group, tasks in (("scenarios", study.scenarios), ("duty", study.duty)):
             if tasks:
                 made[group] = {name: self._task(task, f"{group}.{name}", name) for name, task in tasks.items()}
+        for group, requests in (("tasks", study.tasks), ("paths", study.paths)):
+            if requests:
+                made[group] = {
+                    name: self._request(one, f"{group}.{name}", name, rows) for name, one in requests.items()
+                }
         if any(owner == "rig" for owner, _ in rows):
             made["rig"] = _sourced(study.rig, "rig", "rig", rows)
         return {**made, **_spreads(study.uncertainty)}
@@ -160,11 +165,22 @@ class _Writing:
         title = self.study.titles[name]
         return {"type": word, **({} if title == name else {"title": title}), **_sourced(drive, path, name, rows)}
 
+    def _request(self, one: Any, path: str, name: str, rows: Rows) -> Raw:
+        """Table of a task or path of a machine."""
+        title = {} if one.title == name else {"title": one.title}
+        made = _sourced(dataclasses.replace(one, title=""), path, path, rows)
+        made.pop("title", None)
+        return {**title, **self._kinds(one, made, path)}
+
     def _task(self, task: Task, path: str, name: str) -> Raw:
         """Table of a scenario or duty cycle."""
         made = _table(task, path, "", {})
         if made.get("title") == name:
             del made["title"]
+        return self._kinds(task, made, path)
+
+    def _kinds(self, task: Any, made: Raw, path: str) -> Raw:
+        """A table with the values of a task that come in kinds."""
         for field in in_kinds(type(task)):
             value = getattr(task, field.name)
             if value is None:
@@ -324,8 +340,10 @@ def _part(value: Any, inner: type, path: str, owner: str, rows: Rows, prefix: st
 
 def _field(field: dataclasses.Field[Any] | None, key: Key, value: Any, path: str, row: Provenance | None) -> Any:
     """A value as it stands in a file: bare, or with its source; None for a default that needs no mention."""
-    if row is not None and (row.where == DEFAULT or not same(row.value, recorded(value))):
+    if row is not None and not same(row.value, recorded(value)):
         row = None
+    if row is not None and row.where == DEFAULT:
+        return None  # which the part chooses again, by its other values
     if row is None and field is not None and same(value, field.default):
         return None
     texts = [] if row is None else [row.written]
@@ -336,7 +354,9 @@ def _field(field: dataclasses.Field[Any] | None, key: Key, value: Any, path: str
 def _raw(key: Key, value: Any, texts: Iterable[str], path: str) -> Any:
     """The first form of a value that the key reads as the same value."""
     assert key.read is not None
-    for raw in _candidates(value, texts):
+    if key.several is not None:
+        texts = ()
+    for raw in [[Inline(texts_of(one)) for one in value]] if key.several is not None else _candidates(value, texts):
         try:
             if same(key.read(raw).value, value):
                 return raw

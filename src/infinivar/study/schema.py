@@ -26,6 +26,9 @@ from infinivar.contact import creep
 from infinivar.contact.bodies import Material
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
+from infinivar.drivetrain.machines.planar import PlanarDrive
+from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import InputError, ParameterError, nearest, printable
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
@@ -38,7 +41,11 @@ from infinivar.study.requirement import JointRequirement, Requirement
 KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")
 """Origin of a number: stated in a paper, taken from a data sheet, derived from others, fitted to data, or assumed."""
 
-DRIVES: dict[str, type] = {"cobotic": CoboticDrive, "conventional": ConventionalDrive}
+DRIVES: dict[str, type] = {
+    "cobotic": CoboticDrive,
+    "conventional": ConventionalDrive,
+    **{kind.WORD: kind for kind in (PlanarDrive, SphereDrive, PlatformDrive, ArmDrive)},
+}
 """Drive types by their name in a study file."""
 
 CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
@@ -47,7 +54,7 @@ CHOICES: dict[str, Mapping[str, Any]] = {"creep_law": creep.LAWS}
 CATALOGUES: dict[Any, Any] = {Motor: "motors", Gearhead: "gearheads", Bearing: "bearings", Material: "materials"}
 """Catalogue of each kind of part."""
 
-HEAD = ("base", "title", "type")
+HEAD = ("base", "like", "title", "type")
 """Keys of a drive's table that control how it is read."""
 
 SPREAD = {
@@ -88,6 +95,8 @@ class Key:
     part: type | None = None
     required: bool = False
     meaning: str = ""
+    several: type | None = None
+    """Class of the tables of a list."""
 
 
 def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
@@ -109,6 +118,8 @@ def _entry(raw: Any, read: Callable[[Any, str | None], Any]) -> Entry:
 
 def _written(raw: Any, unit: str | None) -> Any:
     """A value as written, with its unit; a row as one text."""
+    if isinstance(raw, list) and raw and all(isinstance(one, dict) and "value" not in one for one in raw):
+        return "; ".join(", ".join(f"{key} = {_written(one, None)}" for key, one in row.items()) for row in raw)
     if isinstance(raw, list):
         return ", ".join(str(_written(one, unit)) for one in raw)
     if isinstance(raw, dict) and "value" in raw:
@@ -276,6 +287,37 @@ def _words(field: dataclasses.Field[Any]) -> Key:
     return _leaf(read, {"type": "array", "items": {"enum": list(words)}, "uniqueItems": True})
 
 
+def _several(field: dataclasses.Field[Any]) -> Key:
+    """Return the key of a list of tables of quantities, such as points."""
+    kind = field.metadata["several"]
+    known = table_keys(kind)
+
+    def read(raw: Any, unit: str | None) -> tuple[Any, ...]:
+        first = next(iter(known))
+        if unit is not None or not isinstance(raw, list) or not raw or not all(isinstance(one, dict) for one in raw):
+            raise InputError(f"must be a list of tables, such as [{{ {first} = ... }}, ...]; keys: {', '.join(known)}")
+        return _checked(field, [_table_of(kind, known, one, place) for place, one in enumerate(raw, 1)])
+
+    inner = {name: key.schema or {} for name, key in known.items()}
+    table = {"type": "object", "properties": inner, "additionalProperties": False}
+    return replace(_leaf(read, {"type": "array", "items": table, "minItems": 1}), several=kind)
+
+
+def _table_of(kind: type, known: Mapping[str, Key], raw: Mapping[str, Any], place: int) -> Any:
+    values = {}
+    for name, one in raw.items():
+        if name not in known:
+            raise InputError(f"entry {place} has an unknown key {printable(name)!r}{nearest(name, known)}")
+        try:
+            values[name] = known[name].read(one).value  # type: ignore[misc]
+        except ValueError as problem:
+            raise InputError(f"entry {place}, {name} = {printable(one)} {problem}") from problem
+    try:
+        return kind(**values)
+    except ParameterError as problem:
+        raise InputError(f"entry {place}: {problem}") from problem
+
+
 def _text() -> Key:
     def read(raw: Any, unit: str | None) -> str:
         if unit is not None or not isinstance(raw, str) or not raw.strip():
@@ -297,6 +339,8 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
         return _texts(field)
     if "words of" in field.metadata:
         return _words(field)
+    if "several" in field.metadata:
+        return _several(field)
     part = part_of(hint)
     if part is not None:
         return Key(part=part)

@@ -11,9 +11,11 @@ from typing import Any, TypeVar
 from infinivar._core.result import Frozen, result
 from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.drive import Drive, check_drive
+from infinivar.drivetrain.drive import check_drive, is_machine
+from infinivar.drivetrain.machines.legged import legs_of
 from infinivar.errors import InputError, nearest, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
+from infinivar.motion.machine_tasks import MachinePath, MachineTask, named
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance, completed
 from infinivar.study.requirement import Requirement
@@ -31,10 +33,12 @@ class Study(Frozen):
     name : str            Stem of the file name, or a given name.
     title, description    Headline and explanation for reports.
     requirement           Required region of force, speed and power; None if only motions are required.
-    drives                Drive-trains by name, in the order of the file.
+    drives                Drive-trains (`Drive`) and machines (`Machine`) by name, in the order of the file.
     titles                Titles of the drives in reports.
     scenarios             Runs to simulate, by name.
     duty                  Duty cycles (repeated motions), by name.
+    tasks                 Wrenches at twists that machines must exert, by name.
+    paths                 Motions of the end point of machines, by name.
     rig                   Test rig for a transmission.
     uncertainty           Spreads of the drives' values.
     provenance            One record per value; records that are missing or no longer true are made anew.
@@ -44,12 +48,14 @@ class Study(Frozen):
 
     name: str
     title: str = ""
-    drives: Mapping[str, Drive]
+    drives: Mapping[str, Any]
     requirement: Requirement | None = None
     description: str = ""
     titles: Mapping[str, str] = field(default_factory=dict)
     scenarios: Mapping[str, Scenario] = field(default_factory=dict)
     duty: Mapping[str, DutyCycle] = field(default_factory=dict)
+    tasks: Mapping[str, MachineTask] = field(default_factory=dict)
+    paths: Mapping[str, MachinePath] = field(default_factory=dict)
     rig: Rig = field(default_factory=Rig)
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     provenance: tuple[Provenance, ...] = ()
@@ -64,17 +70,25 @@ class Study(Frozen):
             "titles": _distinct({name: self.titles.get(name, name) for name in self.drives}),
             "scenarios": _named(self.scenarios, self.requirement),
             "duty": _named(self.duty, self.requirement),
+            "tasks": named(self.tasks),
+            "paths": named(self.paths),
             "provenance": completed(self._owners(), self.provenance),
         }
         for name, value in made.items():
             object.__setattr__(self, name, value)
         Frozen.__post_init__(self)
         shares_of(self.duty)
+        machine_shares(self.tasks, self.paths)
 
     @property
     def shares(self) -> dict[str, float]:
         """Share of the time spent in each duty cycle, adding up to 1; empty if the study states none. [-]"""
         return shares_of(self.duty)
+
+    @property
+    def machine_shares(self) -> dict[str, float]:
+        """Share of the time spent in each task and path, such as "tasks.lift", adding up to 1; empty if none is stated. [-]"""
+        return machine_shares(self.tasks, self.paths)
 
     @property
     def travel(self) -> float | None:
@@ -114,8 +128,9 @@ class Study(Frozen):
             isinstance(self.name, str) and bool(self.name.strip()), "name", repr(self.name), "text that is not empty"
         )
         for name, drive in self.drives.items():
-            check_drive(drive, f"drives.{name}")
-        kinds = {"scenarios": Scenario, "duty": DutyCycle}
+            if not is_machine(drive):
+                check_drive(drive, f"drives.{name}")
+        kinds = {"scenarios": Scenario, "duty": DutyCycle, "tasks": MachineTask, "paths": MachinePath}
         tasks = {
             f"{group}.{name}": (task, kind)
             for group, kind in kinds.items()
@@ -132,7 +147,9 @@ class Study(Frozen):
         """What has values with a provenance, by name; the usual rig only if its values are recorded already."""
         rig = self.rig != Rig() or any(row.owner == "rig" for row in self.provenance)
         required = {"requirement": self.requirement.stated} if self.requirement else {}
-        return {**required, **self.drives, **({"rig": self.rig} if rig else {})}
+        tasks = {f"tasks.{name}": task for name, task in self.tasks.items()}
+        paths = {f"paths.{name}": path for name, path in self.paths.items()}
+        return {**required, **tasks, **paths, **self.drives, **({"rig": self.rig} if rig else {})}
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -144,6 +161,7 @@ class Study(Frozen):
                 for excess in _overstress(drive)
             ),
             *(f"duty.{task}: {warning}" for task, cycle in self.duty.items() for warning in cycle.warnings),
+            *(f"paths.{name}.{warning}" for name, path in self.paths.items() for warning in path.warnings),
         )
 
     @classmethod
@@ -202,7 +220,7 @@ class Study(Frozen):
             provenance=tuple(row for row in self.provenance if row.owner not in dropped),
         )
 
-    def drive(self, name: str) -> Drive:
+    def drive(self, name: str) -> Any:
         """Return a drive by name.
 
         Raises
@@ -214,6 +232,20 @@ class Study(Frozen):
             known = f"its drives: {', '.join(self.drives)}"
             raise InputError(f"the study has no drive {name!r}{nearest(name, self.drives)}; {known}")
         return self.drives[name]
+
+
+def machine_shares(tasks: Mapping[str, MachineTask], paths: Mapping[str, MachinePath]) -> dict[str, float]:
+    """Share of the time spent in each task and path, by its place in a study; empty if none is stated. [-]
+
+    Raises
+    ------
+    InputError
+        If only some state a share, or they do not add up to 100 %.
+    """
+    every = {f"tasks.{name}": task for name, task in tasks.items()} | {
+        f"paths.{name}": one for name, one in paths.items()
+    }
+    return shares_of(every, "", "task and path")
 
 
 def _distinct(titles: dict[str, str]) -> dict[str, str]:
@@ -241,9 +273,10 @@ def _named(tasks: Mapping[str, T], requirement: Requirement | None) -> dict[str,
     return {name: task.loaded(mass) if task.axis is axis else task for name, task in made.items()}
 
 
-def _overstress(drive: Drive) -> Iterator[str]:
+def _overstress(drive: Any) -> Iterator[str]:
     """Yield a phrase for each stress limit that the wheel's preload exceeds."""
-    if isinstance(drive, CoboticDrive):
-        for limit, demand in drive.transmission.utilisation.items():
+    wheeled = drive if isinstance(drive, CoboticDrive) else legs_of(drive)
+    if wheeled is not None:
+        for limit, demand in wheeled.transmission.utilisation.items():
             if demand > 1.0:
                 yield f"{limit.words} exceeded, {times(demand)} the limit; run infinivar contact for details"

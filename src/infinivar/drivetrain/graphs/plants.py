@@ -14,7 +14,7 @@ from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive, check_graph, needed
+from infinivar.drivetrain.drive import Drive, check_graph, needed, refuse_machine
 from infinivar.drivetrain.graphs import compliances, contact_pieces, output_pieces, pieces, stages
 from infinivar.drivetrain.graphs.pieces import Electrical
 from infinivar.errors import ParameterError, require
@@ -375,6 +375,7 @@ def plant_graph(
     """
     require(electrical in ("current", "voltage"), "electrical", repr(electrical), "current or voltage")
     side = cast(Electrical, electrical)
+    refuse_machine(drive, "graph")
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     check_graph(drive)

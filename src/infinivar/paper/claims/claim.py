@@ -10,7 +10,7 @@ from importlib import resources
 from typing import Any, Protocol, runtime_checkable
 
 from infinivar import power
-from infinivar.analysis.compare import Comparison, compare
+from infinivar.analysis.compare import Comparison, compare_drives
 from infinivar.analysis.cycles.performance import PAPER
 from infinivar.analysis.cycles.shaking import DynamicMap
 from infinivar.drivetrain.cobotic import CoboticDrive
@@ -82,7 +82,7 @@ class Machine:
     @functools.cached_property
     def comparison(self) -> Comparison:
         """Comparison of all drives of the set against its requirement."""
-        return compare(replace(self.study, duty={}))
+        return compare_drives(replace(self.study, duty={}))
 
     @functools.cached_property
     def study(self) -> Study:

@@ -1,0 +1,191 @@
+"""Rank the values of a machine by their effect on its power, loss or margin in a task or on a path."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.bounds import fits
+from infinivar._core.fields import quantities_of, value_at, with_values
+from infinivar._core.result import Frozen, Result, result
+from infinivar.analysis.machines import PathResult, TaskResult, follow_path, perform_task
+from infinivar.drivetrain.drive import with_rated_gear
+from infinivar.errors import InputError, ParameterError, nearest
+from infinivar.motion.machine_tasks import MachineTask
+from infinivar.study.study import Study
+from infinivar.units import show, signed
+
+OUTCOMES = {"power": "W", "loss": "W", "margin": "1"}
+"""Results whose derivatives can be asked for, with their units."""
+
+_STEP = 1e-3
+"""Relative step of central differences; their error is of the order of its square."""
+
+_LEAST = 1e-6
+"""Elasticity below which a value counts as without effect. [-]"""
+
+
+@result
+class MachineInfluence(Frozen):
+    """Effect of one value.
+
+    Attributes
+    ----------
+    path : str             Of the field, such as "leg.transmission.preload".
+    value, unit            Of the field, in SI.
+    elasticity : float     Relative change of the result per relative change of the value. [-]
+    """
+
+    path: str
+    value: float
+    unit: str
+    elasticity: float
+
+    @property
+    def words(self) -> str:
+        """One line."""
+        return f"{self.path} ({show(self.value, self.unit)}): {signed(self.elasticity)} % per +1 %"
+
+
+@result
+class MachineSensitivity(Result):
+    """Effects of all values on one result, as returned by `machine_sensitivity`.
+
+    Attributes
+    ----------
+    drive, asked, of : str   Drive; task or path, such as "tasks.lift"; result.
+    value : float            Of the result.
+    feasible : bool          Whether all limits hold.
+    influences : tuple       From the largest; those without effect are left out.
+    left_out : tuple         Paths of values at which the result is undefined next to theirs.
+    """
+
+    drive: str
+    asked: str
+    of: str
+    value: float
+    feasible: bool
+    influences: tuple[MachineInfluence, ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def lines(self) -> Iterator[str]:
+        """Yield the result, then the ten largest effects."""
+        beyond = "" if self.feasible else ", limit exceeded"
+        yield f"{self.of} of {self.drive} in {self.asked}: {show(self.value, OUTCOMES[self.of])}{beyond}"
+        yield from (f"  {one.words}" for one in self.influences[:10])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "drive": self.drive,
+            "asked": self.asked,
+            "of": self.of,
+            "value": self.value,
+            "feasible": self.feasible,
+            "influences": [
+                {"path": one.path, "value": one.value, "unit": one.unit, "elasticity": one.elasticity}
+                for one in self.influences
+            ],
+            "left_out": list(self.left_out),
+        }
+
+
+def machine_sensitivity(
+    study: Study,
+    drive: str,
+    of: str = "power",
+    *,
+    asked: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> MachineSensitivity:
+    """Rank the values of a machine by their effect.
+
+    Parameters
+    ----------
+    study : Study    With tasks or paths.
+    drive : str      Name of one of its machines.
+    of : str         "power" from the source, "loss", or "margin" of the tightest limit.
+    asked : str      Task or path, such as "tasks.lift" or "lift"; the first by default.
+    progress         Called with the share of work done, 0 to 1.
+
+    Returns
+    -------
+    MachineSensitivity   By central differences. A margin has a kink where another limit becomes the tightest. The
+        preload of a wheel with measured values changes its slip force only.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or the result is undefined or 0, so that it has no relative change.
+    """
+    if of not in OUTCOMES:
+        raise InputError(f"of must be one of {', '.join(OUTCOMES)}, got {of!r}{nearest(of, OUTCOMES)}")
+    name, one = _asked(study, asked)
+    machine = _with_rated_gears(study.drive(drive))
+    perform: Any = perform_task if isinstance(one, MachineTask) else follow_path
+
+    def outcome(made: Any) -> tuple[float, bool]:
+        found: TaskResult | PathResult = perform(made, one)
+        values = {"power": found.mean_power, "loss": sum(found.losses.values()), "margin": found.margin}
+        return values[of], found.feasible
+
+    value, feasible = outcome(machine)
+    if not np.isfinite(value) or value == 0.0:
+        raise InputError(f"drives.{drive}: {of} in {name} is {value:g}, which has no relative change")
+    influences, left_out = [], []
+    fields = quantities_of(machine)
+    for place, (path, field) in enumerate(fields.items()):
+        if progress is not None:
+            progress(place / len(fields))
+        at = float(value_at(machine, path))
+        if at == 0.0:
+            continue
+        ends = [at * (1.0 + sign * _STEP) for sign in (-1.0, 1.0)]
+        if not all(fits(field.metadata["bound"], end) for end in ends):
+            left_out.append(path)
+            continue
+        try:
+            low, high = (outcome(with_values(machine, {path: end}))[0] for end in ends)
+        except ParameterError:  # values that belong together
+            left_out.append(path)
+            continue
+        slope = (high - low) / (2.0 * _STEP * value)
+        if not np.isfinite(slope):
+            left_out.append(path)
+        elif abs(slope) > _LEAST:
+            influences.append(MachineInfluence(path=path, value=at, unit=field.metadata["unit"], elasticity=slope))
+    influences.sort(key=lambda found: -abs(found.elasticity))
+    return MachineSensitivity(
+        drive=drive,
+        asked=name,
+        of=of,
+        value=value,
+        feasible=feasible,
+        influences=tuple(influences),
+        left_out=tuple(left_out),
+    )
+
+
+def _asked(study: Study, asked: str | None) -> tuple[str, Any]:
+    """A task or path by its name, with or without its group."""
+    every = {f"tasks.{name}": one for name, one in study.tasks.items()}
+    every |= {f"paths.{name}": one for name, one in study.paths.items()}
+    if asked is None:
+        return next(iter(every.items()))
+    found = [name for name in every if asked in (name, name.partition(".")[2])]
+    if not found:
+        known = [*every, *(name.partition(".")[2] for name in every)]
+        raise InputError(f"task {asked!r} is not in the study{nearest(asked, known)}; it has {', '.join(every)}")
+    return found[0], every[found[0]]
+
+
+def _with_rated_gears(machine: Any) -> Any:
+    """The machine with explicit rated torques of its gears, which must not follow a change of the motor."""
+    inner = {
+        key: with_rated_gear(made) for key in ("leg", "separate") if (made := getattr(machine, key, None)) is not None
+    }
+    return replace(machine, **inner) if inner else with_rated_gear(machine)

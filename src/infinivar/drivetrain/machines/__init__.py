@@ -1,0 +1,1 @@
+"""Machines as drives of a study: platform, arm, sphere and planar cart, behind one protocol."""

@@ -1,0 +1,174 @@
+r"""A cart on steered wheels as a drive: the source pushes along the motion, and the wheels hold what acts across it.
+
+With the twist :math:`\xi` of the cart and the wrench W that it exerts on its load, the source supplies a wrench S that does no
+work on any motion at a right angle to :math:`\xi`. The wheels are steered so that the forces on those motions balance:
+
+.. math:: Q_a = S - W, \qquad B_\perp^T S = 0, \qquad S \cdot \xi = W \cdot \xi + \sum \mathrm{loss}
+
+with right angles in the metric in which a turn counts as the rms velocity that it gives the wheels. A cart that a user pushes and
+one with a motor differ only in what the source is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from annotated_types import Gt
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.fields import check, component, quantity, several
+from infinivar.drivetrain.machines.machine import TaskPoint, rows, worst
+from infinivar.drivetrain.machines.wheel import Wheel
+from infinivar.errors import ParameterError, require
+from infinivar.limits import Demand, Limit
+from infinivar.motion.vectors import Point
+from infinivar.transmission.mechanism import Mechanism, MechanismPoint
+from infinivar.transmission.planar import PlanarCarriage, PlanarCobot
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanarDrive:
+    """A cart on steered wheels, or a carriage that slides along x and y on one, pushed along its motion."""
+
+    WORD: ClassVar[str] = "planar"
+
+    wheel: Wheel = component("The wheels, all alike")
+    positions: tuple[Point, ...] | None = several(
+        "Points of two wheels or more, in axes of the cart; without them, a carriage that does not turn, on one wheel",
+        Point,
+        default=None,
+    )
+    largest_push: float | None = quantity("N", Gt(0), "Largest force of the source along the motion", default=None)
+    machine: PlanarCobot | PlanarCarriage = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        """Validate the fields and make the kinematic map."""
+        check(self)
+        try:
+            contact = self.wheel.on("plane")
+        except ParameterError as problem:
+            raise ParameterError(f"wheel.{problem}") from None
+        if self.positions is None:
+            object.__setattr__(self, "machine", PlanarCarriage(contact=contact))
+            return
+        require(
+            len(self.positions) >= 2, "positions", "one point", "of two wheels or more; leave it out for a carriage"
+        )
+        for place, point in enumerate(self.positions, 1):
+            for name in point.beyond(("x", "y")):
+                raise ParameterError(f"positions {place}: {name} does not apply to a point of a plane; remove it")
+        points = [tuple(one.row(("x", "y"))) for one in self.positions]
+        for place, point in enumerate(points):
+            require(point not in points[:place], f"positions {place + 1}", "the same point twice", "different points")
+        object.__setattr__(self, "machine", PlanarCobot(contacts=contact, positions=points))
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The kinematic map over x, y and, with several wheels, the angle."""
+        return self.machine.mechanism
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Of the cart's reference point, in its own axes."""
+        return ("x", "y") if self.positions is None else ("x", "y", "angle")
+
+    @property
+    def home(self) -> tuple[float, ...]:
+        """The origin; nothing depends on it."""
+        return (0.0,) * len(self.coordinates)
+
+    def metric(self) -> np.ndarray:
+        """Lengths by which the rates are multiplied to compare them, (d,): 1 for velocities, a radius for turning. [m]"""
+        if not isinstance(self.machine, PlanarCobot):
+            return np.ones(2)
+        points = np.array(self.machine.positions)
+        return np.array([1.0, 1.0, float(np.sqrt(np.mean(np.sum(points * points, axis=1)))) or 1.0])
+
+    def operated(self, twist: Array, wrench: Array) -> MechanismPoint:
+        """The wheels under a twist and a wrench on the load, steered so that the source pushes along the motion only.
+
+        Parameters
+        ----------
+        twist, wrench : (..., d) float
+
+        Returns
+        -------
+        MechanismPoint   In the coordinates of the cart; nan where the cart rests or a wheel would slip.
+        """
+        xi, load = np.broadcast_arrays(np.asarray(twist, dtype=float), np.asarray(wrench, dtype=float))
+        scale, d = self.metric(), xi.shape[-1]
+        scaled = xi * scale
+        size = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
+        moves = size > 0
+        along = np.where(moves, scaled / np.where(moves, size, 1.0), np.eye(d)[0])
+        # The reflection of the first axis onto the motion is orthogonal; its other columns are the motions across.
+        mirror = along - np.eye(d)[0]
+        square = np.sum(mirror * mirror, axis=-1)[..., None, None]
+        turns = square > 1e-30
+        basis = np.eye(d) - np.where(
+            turns, 2.0 * mirror[..., :, None] * mirror[..., None, :] / np.where(turns, square, 1.0), 0.0
+        )
+        basis = basis / scale[:, None]
+        own = self.mechanism
+        jacobian = np.matmul(np.asarray(own.jacobian), basis[..., None, :, :])
+        names = tuple(f"across {place}" for place in range(1, d))
+        shared: dict[str, Any] = {"contacts": own.contacts, "coordinates": ("along", *names)}
+        if own.spin is not None:
+            shared["spin"] = np.matmul(np.asarray(own.spin), basis)
+        turned = Mechanism(jacobian=jacobian, **shared)
+        held = -np.matmul(np.swapaxes(basis, -1, -2), load[..., None])[..., 0]
+        rates = np.concatenate([np.where(moves, size, np.nan), np.zeros((*xi.shape[:-1], d - 1))], axis=-1)
+        safe = np.where(moves, np.nan_to_num(rates), np.eye(d)[0])
+        heading = turned.steer(rates=safe, applied={name: held[..., place] for place, name in enumerate(names, 1)})
+        lost = np.where(moves, 1.0, np.nan)
+        return own.operate(rates=xi, heading=(heading[0] * lost, heading[1] * lost))
+
+    def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
+        """As `infinivar.drivetrain.machines.machine.Machine.perform`; power in is that of the push.
+
+        At rest locked wheels hold by static friction, which is judged for wheels across the load.
+        """
+        _, xi, load = rows(self, pose, twist, wrench)
+        point = self.operated(xi, load)
+        k = self.mechanism.wheels
+        parts = tuple(f"wheel {place + 1}" for place in range(k))
+        still = ~np.any(xi != 0.0, axis=-1)
+        slip = np.asarray(point.slip_demand)
+        slip = np.where(np.isfinite(slip), slip, np.inf)
+        # A wheel at rest carries its share of the load across its heading: the best that steering can do.
+        shares = np.sqrt(np.sum(self._shared(load) ** 2, axis=-1)) / np.array(
+            [float(one.slip_force) for one in self.mechanism.contacts]  # type: ignore[union-attr]
+        )
+        slip = np.where(still[..., None], shares, slip)
+        zero = still[..., None]
+        losses = {name: np.where(zero, 0.0, np.asarray(loss)) for name, loss in point.wheel_losses.items()}
+        total = {name: np.sum(loss, axis=-1) for name, loss in losses.items()}
+        power_out = np.sum(load * xi, axis=-1)
+        speed = np.sqrt(np.sum((xi * self.metric()) ** 2, axis=-1))
+        power_in = power_out + np.sum(np.where(zero, 0.0, np.asarray(point.power)), axis=-1)
+        push = np.where(speed > 0, power_in / np.where(speed > 0, speed, 1.0), 0.0)
+        demands: dict[Demand, np.ndarray] = worst({Limit.SLIP: slip}, parts)
+        if self.largest_push is not None:
+            demands[Limit.OUTPUT_FORCE, "source"] = np.abs(push) / self.largest_push
+        for limit, demand in point.pressed.items():
+            demands[limit, "wheel"] = np.broadcast_to(demand, power_in.shape)
+        return TaskPoint(
+            power_in=power_in,
+            power_out=power_out,
+            losses=total,
+            demands=demands,
+            parts=parts,
+            part_losses=sum(losses.values()),
+            part_forces=np.where(zero, shares * 0.0, np.asarray(point.lateral_force)),
+            part_speeds=np.where(zero, 0.0, np.asarray(point.rolling_speed)),
+            steering=np.asarray(point.heading),
+            states={"push_N": push},
+        )
+
+    def _shared(self, load: np.ndarray) -> np.ndarray:
+        """Forces of the wheels that hold a load at rest, of the smallest sum of squares: (..., k, 2)."""
+        carriers = np.asarray(self.mechanism.jacobian).reshape(-1, load.shape[-1])
+        found = np.matmul(np.linalg.pinv(carriers.T), load[..., None])[..., 0]
+        return found.reshape(*load.shape[:-1], -1, 2)

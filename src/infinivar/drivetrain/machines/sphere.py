@@ -1,0 +1,216 @@
+"""A sphere between rollers as a drive: a motor turns shaft 1 at a constant speed, the steering angle sets that of shaft 2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from annotated_types import Gt, Interval
+
+from infinivar._core.array_namespace import Array
+from infinivar._core.bounds import FINITE, NonZero
+from infinivar._core.fields import check, check_real, component, quantity, several
+from infinivar.drivetrain.drive import DrivePoint, motor_side, placed
+from infinivar.drivetrain.machines.machine import TaskPoint, rows
+from infinivar.drivetrain.machines.wheel import Wheel
+from infinivar.errors import ParameterError
+from infinivar.limits import Demand, Limit
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+from infinivar.transmission.sphere_layout import LayoutName, Roller
+from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
+
+_STEPS = 20
+_CLOSE = 1e-9
+"""Error of the output speed, over the speed of shaft 1, at which the search for the steering angle ends."""
+
+_SLOWEST = 2.5e-3
+"""Speed of shaft 2, over that of shaft 1, below which static friction of its roller leaves the operation indeterminate."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RollerPlace:
+    """Where one roller touches the sphere, and the direction of its axle; a roller without an axle is steered."""
+
+    x: float = quantity("1", FINITE, "Unit vector from the centre of the sphere to the roller, along x", default=0.0)
+    y: float = quantity("1", FINITE, "Along y", default=0.0)
+    z: float = quantity("1", FINITE, "Along z", default=0.0)
+    axle_x: float | None = quantity("1", FINITE, "Unit vector along a fixed axle, along x", default=None)
+    axle_y: float | None = quantity("1", FINITE, "Along y", default=None)
+    axle_z: float | None = quantity("1", FINITE, "Along z", default=None)
+    shaft: float | None = quantity("1", Interval(ge=1, le=2), "Shaft of a drive roller: 1 or 2", default=None)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check_real(self)
+        _ = self.roller
+
+    @property
+    def roller(self) -> Roller:
+        """The roller; vectors are scaled to length 1."""
+        axle = (self.axle_x, self.axle_y, self.axle_z)
+        steered = all(part is None for part in axle)
+        if self.shaft is not None and self.shaft not in (1.0, 2.0):
+            raise ParameterError(f"shaft must be 1 or 2, got {self.shaft:g}")
+        shaft = None if self.shaft is None else 1 if self.shaft == 1.0 else 2
+        return Roller(
+            position=_scaled("x, y and z", (self.x, self.y, self.z)),
+            axis=None if steered else _scaled("axle_x, axle_y and axle_z", tuple(part or 0.0 for part in axle)),
+            shaft=shaft,
+        )
+
+
+def _scaled(names: str, vector: tuple[float, ...]) -> tuple[float, ...]:
+    length = sum(part * part for part in vector) ** 0.5
+    if not length > 0.0:
+        raise ParameterError(f"{names} must not all be 0")
+    return tuple(part / length for part in vector)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SphereDrive:
+    """A motor on shaft 1 of a sphere between rollers; shaft 2 moves a joint, at any ratio of either sign."""
+
+    WORD: ClassVar[str] = "sphere"
+
+    motor: Motor = component("Motor of shaft 1")
+    gearhead: Gearhead = component("Gearhead between motor and shaft 1")
+    input_speed: float = quantity("rad/s", NonZero(), "Constant speed of shaft 1")
+    sphere_radius: float = quantity("m", Gt(0), "Radius of the sphere")
+    layout: LayoutName = component("Positions of the rollers: tetrahedral or cubic", default="tetrahedral")
+    rollers: tuple[RollerPlace, ...] | None = several(
+        "Positions of the rollers, instead of a layout", RollerPlace, default=None
+    )
+    roller: Wheel = component("Drive rollers")
+    steering_roller: Wheel | None = component("Steered rollers; like the drive rollers if not given", default=None)
+    idler: Wheel | None = component("Idlers of the cubic layout; like the drive rollers if not given", default=None)
+    amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
+    transmission: SphericalIVT = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        """Validate the fields and make the transmission."""
+        check(self)
+        contacts = {}
+        for key, name in (("roller", "drive"), ("steering_roller", "steering"), ("idler", "idler")):
+            wheel = getattr(self, key)
+            if wheel is not None:
+                try:
+                    contacts[name] = wheel.on("sphere", self.sphere_radius)
+                except ParameterError as problem:
+                    raise ParameterError(f"{key}.{problem}") from None
+        places = None if self.rollers is None else tuple(one.roller for one in self.rollers)
+        made = SphericalIVT(sphere_radius=self.sphere_radius, layout=self.layout, rollers=places, **contacts)
+        object.__setattr__(self, "transmission", made)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The angle of shaft 2."""
+        return ("angle",)
+
+    @property
+    def home(self) -> tuple[float, ...]:
+        """0; nothing depends on it."""
+        return (0.0,)
+
+    def steer(self, speed: Array, torque: Array) -> tuple[np.ndarray, SphericalPoint]:
+        """Steering angle at which shaft 2 turns at a speed under a torque on its load, and the operation there.
+
+        Parameters
+        ----------
+        speed, torque : (...,) float   [rad s^-1], [N m]
+
+        Returns
+        -------
+        angle, point   nan where a roller would slip. [rad]
+
+        Notes
+        -----
+        The angle without creep is corrected by the speed that creep costs, which depends little on the angle: a contraction,
+        accelerated by the secant rule. It passes through shaft 2 at rest, where the steering angle is near a quarter turn.
+        """
+        wanted, load = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(torque, dtype=float))
+        first, second = self.transmission.ideal_speeds(np.array([0.5 * np.pi, 0.0]))
+        lever = float(second[1] / first[0])
+
+        def angle_of(ideal: np.ndarray) -> np.ndarray:
+            # w_1/w_2 = tan(gamma)/lever; gamma in (0, pi), so that shaft 1 turns as given.
+            return np.arctan2(abs(self.input_speed) * lever, ideal * np.sign(self.input_speed))
+
+        def off(ideal: np.ndarray) -> tuple[np.ndarray, SphericalPoint]:
+            point = self.transmission.operate(
+                steering_angle=angle_of(ideal), input_speed=self.input_speed, output_torque=load
+            )
+            return np.asarray(point.output_speed) - wanted, point
+
+        ideal = wanted.copy()
+        error, point = off(ideal)
+        before, last = ideal, error
+        ideal = ideal - np.where(np.isfinite(error), error, 0.0)
+        for _ in range(_STEPS):
+            error, point = off(ideal)
+            if np.all(~(np.abs(error) > _CLOSE * abs(self.input_speed))):
+                break
+            rise, run = error - last, ideal - before
+            slope = np.where(np.abs(rise) > 0, run / np.where(np.abs(rise) > 0, rise, 1.0), 1.0)
+            step = np.where(np.isfinite(slope) & (slope > 0.2) & (slope < 5.0), slope, 1.0) * error
+            before, last = ideal, error
+            ideal = ideal - np.where(np.isfinite(step), step, 0.0)
+        return angle_of(ideal), point
+
+    def _in_motion(self, speed: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Speeds, where near rest in the slowest motion whose friction does not help to hold the torque."""
+        slowest = _SLOWEST * abs(self.input_speed)
+        way = np.where(speed != 0.0, np.sign(speed), np.where(torque < 0.0, -1.0, 1.0))
+        return np.where(np.abs(speed) < slowest, way * slowest, speed)
+
+    def _driven(self, angle: np.ndarray, point: SphericalPoint) -> DrivePoint:
+        """Motor, gearhead and amplifier behind an operation of the transmission."""
+        side = motor_side(
+            self.motor,
+            self.gearhead,
+            output_torque=np.asarray(point.input_torque),
+            output_speed=np.full(angle.shape, float(self.input_speed)),
+        )
+        power_in, burnt, returned = self.amplifier.supply(side.power)
+        return DrivePoint(
+            power_in=power_in,
+            power_out=point.power_out,
+            losses={**side.losses, "amplifier": burnt, **point.losses},
+            utilisation={**point.utilisation, **side.utilisation, **returned},
+            states={**side.states, "steering_angle_rad": angle},
+        )
+
+    def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
+        """As `infinivar.drivetrain.machines.machine.Machine.perform`.
+
+        At rest, and slower than 1/400 of shaft 1, the losses are those at that speed: static friction of the roller on shaft 2
+        leaves them indeterminate.
+        """
+        _, xi, load = rows(self, pose, twist, wrench)
+        speed, torque = xi[..., 0], load[..., 0]
+        angle, point = self.steer(self._in_motion(speed, torque), torque)
+        found = self._driven(angle, point)
+        power_out = torque * speed + 0.0 * np.asarray(found.power_out)
+        shape = speed.shape
+        kinds = self.transmission.kinds
+        parts = tuple(f"{kind} roller {kinds[: place + 1].count(kind)}" for place, kind in enumerate(kinds))
+        demands: dict[Demand, np.ndarray] = {
+            (Limit.SLIP, part): np.asarray(point.slip_demand)[..., place] for place, part in enumerate(parts)
+        }
+        own = {limit: demand for limit, demand in found.utilisation.items() if limit not in point.utilisation}
+        demands |= {key: np.broadcast_to(demand, shape) for key, demand in placed(own).items()}
+        demands |= {(limit, "roller"): np.broadcast_to(demand, shape) for limit, demand in point.pressed.items()}
+        return TaskPoint(
+            power_in=np.broadcast_to(found.power_in - found.power_out + power_out, shape),
+            power_out=power_out,
+            losses={name: np.broadcast_to(loss, shape) for name, loss in found.losses.items()},
+            demands=demands,
+            parts=parts,
+            part_losses=sum(np.asarray(loss) for loss in point.roller_losses.values()),
+            part_forces=np.asarray(point.roller_forces),
+            part_speeds=np.full((*shape, len(parts)), np.nan),
+            steering=np.where(np.array([kind == "steering" for kind in kinds]), angle[..., None], np.nan),
+            states={name: np.broadcast_to(value, shape) for name, value in found.states.items()},
+        )

@@ -1,0 +1,101 @@
+"""Commands on machines: the ones that work, and the one message of those that do not."""
+
+import json
+
+import pytest
+
+from folders import results
+from machinery import EVERY, PLATFORM
+from pages import needs_no_network
+
+FIGURES = {
+    "platform": ["losses", "path-circle", "positions", "machine-cobotic", "wrenches-cobotic"],
+    "arm": ["losses", "path-reach", "positions"],
+    "sphere": ["losses", "sphere-ball"],
+    "planar": ["losses", "machine-cart", "machine-two"],
+}
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write_study(text):
+        (tmp_path / "mine.toml").write_text(text, "utf-8")
+
+    return write_study
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_check_and_compare(name, write, infinivar, tmp_path):
+    write(EVERY[name])
+    assert "no faults found" in infinivar("check", "mine.toml").out
+    outcome = infinivar("compare", "mine.toml", "--out", "out")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "tightest limit" in outcome.out
+    names = results(tmp_path / "out")
+    assert {"report.html", "results.json"} <= {*names}
+    assert [one for one in names if one.endswith(".svg")] == sorted(f"report-{one}.svg" for one in FIGURES[name])
+    page = (tmp_path / "out" / "report.html").read_text("utf-8")
+    needs_no_network(tmp_path / "out" / "report.html")
+    for words in ("Verdicts", "Source of every value", "parts and limits", "tightest limit"):
+        assert words in page
+    assert "nan" not in page.replace("nance", "")
+
+
+def test_json_has_every_number(write, infinivar):
+    write(PLATFORM)
+    outcome = infinivar("compare", "mine.toml", "--quick", "--json")
+    said = json.loads(outcome.out)
+    assert said["drives"]["cobotic"]["tasks"]["lift"]["parts"]["leg 1"]["loss_W"] > 0.0
+    assert said["drives"]["separate"]["paths"]["circle"]["energy_J"] > 0.0
+    assert said["best"] == "cobotic"
+
+
+def test_exit_code_says_that_no_machine_is_feasible(write, infinivar):
+    write(PLATFORM.replace('y = "20 N", z = "20 N"', 'y = "900 N"'))
+    outcome = infinivar("compare", "mine.toml", "--quick")
+    assert outcome.code == 1
+    assert "None of the 2 machines is feasible" in outcome.out
+
+
+def test_sensitivity_of_a_task(write, infinivar):
+    write(EVERY["planar"])
+    outcome = infinivar("sensitivity", "mine.toml", "--of", "power", "--drive", "cart", "--task", "turn")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert "wheel.wheel_radius (0.03 m): -" in outcome.out
+    outcome = infinivar("sensitivity", "mine.toml", "--of", "efficiency", "--drive", "cart")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "must be one of power, loss, margin" in outcome.err
+    outcome = infinivar("sensitivity", "mine.toml", "--of", "loss", "--drive", "cart", "--task", "trun")
+    assert "did you mean 'turn'" in outcome.err
+
+
+@pytest.mark.parametrize("name", EVERY)
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("simulate",),
+        ("size",),
+        ("graph",),
+        ("rig",),
+        ("contact", "--drive"),
+        ("sweep", "size"),
+    ],
+)
+def test_one_message_where_a_command_does_not_work(name, command, write, infinivar, tmp_path):
+    write(EVERY[name])
+    first = {"platform": "cobotic", "arm": "cobotic", "sphere": "ball", "planar": "cart"}[name]
+    if command[0] == "contact":
+        if first == "cobotic":
+            pytest.skip("legs have a wheel on a cylinder")
+        command = (*command, first)
+    if command[0] == "sweep":
+        arguments = ("sweep", "builds", "mine.toml", "--folder", "sweep")
+    elif command[0] == "graph":
+        arguments = ("graph", "mine.toml", first)
+    else:
+        arguments = (command[0], "mine.toml", *command[1:])
+    outcome = infinivar(*arguments)
+    assert outcome.code == 2, outcome
+    (line,) = [one for one in outcome.err.splitlines() if "no --drive given" not in one]
+    assert f"mine.toml: drives.{first} is a machine of type {name}" in line
+    assert "commands for this machine: check, compare" in line
