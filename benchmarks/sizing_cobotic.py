@@ -109,7 +109,7 @@ def _rate(
     if compiled:
         evaluation.space.compiled = Compiled(evaluation.space)
     found, seconds = evaluation.values(points), []
-    for _ in range(2):
+    for _ in range(5):
         start = time.perf_counter()
         evaluation.values(points)
         seconds.append(time.perf_counter() - start)
