@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.collocation import Collocation, Step, StuckError
+from infinivar._core.fields import given
 from infinivar.analysis import run_limits
-from infinivar.analysis.machine_run import MachineRun
+from infinivar.analysis.machine_run import MachineRun, first_settled
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.drivetrain.moving import control
@@ -320,13 +321,16 @@ class _Run:
             )
         kept = {name: column for name, column in zip(system.losses, lost.T, strict=True) if np.any(column)}
         columns = self._columns(time, states, log)
+        settled = first_settled(time, self.scenario.settling_time)
         # Sub-steps in which a wheel slips count as well.
         utilisation: dict[Demand, Any] = dict(
             zip(self.mechanics.demands, np.array(log.demands).T if log.demands else np.zeros((0, 0)), strict=False)
         )
-        found = run_limits.events(np.array(log.instants), utilisation) if log.instants else ()
+        instants = np.array(log.instants)
+        early = first_settled(instants, self.scenario.settling_time)
+        found = run_limits.events(instants, utilisation, early) if log.instants else ()
         others = self._motor_demands(columns)
-        found = tuple(sorted((*found, *run_limits.events(time, others), *self._saturation(log)), key=_start))
+        found = tuple(sorted((*found, *run_limits.events(time, others, settled), *self._saturation(log)), key=_start))
         slip = {f"slip_demand_{what.replace(' ', '_')}": place for place, (limit, what) in enumerate(self.mechanics.demands)
                 if limit == Limit.SLIP}  # fmt: skip
         if log.instants:
@@ -343,7 +347,7 @@ class _Run:
             stored=dict(zip(("machine", "motor", "steering"), stored.T, strict=True)),
             residual=residual,
             events=found,
-            root_mean_squares=run_limits.root_mean_squares(time, others),
+            root_mean_squares=run_limits.root_mean_squares(time, others, settled),
             outcome=outcome,
         )
 
@@ -402,9 +406,12 @@ class _Run:
             for begin, end in zip(edges[::2], edges[1::2], strict=True):
                 begins = log.sampled[begin][0]
                 ends = log.sampled[end][0] if end < len(log.sampled) else self.scenario.duration
-                found.append(
-                    Event(limit=Limit.PEAK, what=f"current limit of {part}", start=begins, end=ends, worst=1.0)
-                )
+                event = Event(limit=Limit.PEAK, what=f"current limit of {part}", start=begins, end=ends, worst=1.0)
+                settling = given(self.scenario.settling_time, 0.0)
+                if begins < settling < ends:
+                    found.append(replace(event, end=settling, settling=True))
+                    event = replace(event, start=settling)
+                found.append(replace(event, settling=ends <= settling))
         return tuple(found)
 
 

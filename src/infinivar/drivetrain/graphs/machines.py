@@ -394,6 +394,7 @@ def _members(load: ArmLoad) -> Parts:
             continue
         # Before the masses: what a member turns at follows from no other rate at any angle.
         place, moment = f"turn_{member}", mass * float(lengths[member - 1]) ** 2 / 12.0
+        moment += load.tip_inertia if member == n else 0.0
         elements += [
             bg.one(place, rf"\dot{{\theta}}_{{{member}}}"),
             bg.inertia(f"I_{member}", f"I_{{{member}}}", moment, "kg m^2", title="arm"),

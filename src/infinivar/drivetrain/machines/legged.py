@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from annotated_types import Gt, Interval
+from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE
@@ -18,9 +18,10 @@ from infinivar._core.fields import check, component, quantities, quantity, sever
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import GEAR_LIMITS, axis_of
+from infinivar.drivetrain.drive import GEAR_LIMITS, axis_of, needed
 from infinivar.drivetrain.machines.machine import TaskPoint, checked, held, rows, worst
 from infinivar.drivetrain.many_legs import LeggedDrive
+from infinivar.drivetrain.moving.machines import ArmMachine, PlatformMachine
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
 from infinivar.motion.vectors import Point
@@ -133,7 +134,14 @@ class _Side:
     @property
     def commands(self) -> tuple[str, ...]:
         """Commands that work besides those of all machines."""
-        return ("contact",) if self.leg is not None else ()
+        return ("contact", "simulate") if self.leg is not None else ()
+
+    def _leg_in_motion(self) -> CoboticDrive:
+        """The leg; only legs on a cylinder can be simulated."""
+        if self.leg is None:
+            raise ParameterError("leg is missing: only a machine of legs on a common cylinder can be simulated")
+        needed(self.leg.steering, "leg.steering")
+        return self.leg
 
     def _legs(self, count: int) -> LeggedDrive | None:
         """The drive of the common cylinder; None with separate drives."""
@@ -220,12 +228,21 @@ class PlatformDrive(_Side):
     geometry: PlatformGeometry = component("Rods and their joints")
     leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
     separate: ConventionalDrive | None = component("Drive of each link, with a motor of its own", default=None)
+    mass: float | None = quantity("kg", Gt(0), "Mass of the platform without a load, for simulation", default=None)
+    inertia: tuple[float, ...] | None = quantities(
+        "kg m^2",
+        Gt(0),
+        "Moments of inertia of the platform about its axes x, y and z, for simulation; its origin is the centre of mass",
+        default=None,
+    )
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
         object.__setattr__(self, "legs", self._legs(self.links))
+        if self.inertia is not None:
+            require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three: about x, y and z")
         if self.separate is not None and axis_of(self.separate) is not LINEAR:
             raise ParameterError(
                 "separate must move a link along a line, not a joint: give it a pulley, screw, belt or rack"
@@ -267,6 +284,30 @@ class PlatformDrive(_Side):
         pose, twist, wrench = rows(self, pose, twist, wrench)
         return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
 
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformMachine:
+        """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the end point; the inertia is the same about all axes. [kg], [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If the legs, or an inertia that motion requires, are missing.
+        """
+        leg, inertia = self._leg_in_motion(), needed(self.inertia, "inertia")
+        return PlatformMachine(
+            leg=leg,
+            platform=self.platform,
+            mass=needed(self.mass, "mass") + load_mass,
+            inertia=[one + load_inertia for one in inertia],
+        )
+
+    def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration of the machine in motion, and forces on it, of poses and wrenches (..., 6): these themselves."""
+        return np.asarray(pose, dtype=float), np.asarray(wrench, dtype=float)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmDrive(_Side):
@@ -284,6 +325,9 @@ class ArmDrive(_Side):
     elbow: Elbow = component("Side to which the elbow points, seen from the base to the end point", default="right")
     leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
     separate: ConventionalDrive | None = component("Drive of each joint, with a motor of its own", default=None)
+    member_masses: tuple[float, ...] | None = quantities(
+        "kg", Ge(0), "Masses of the members, which are uniform, from the base, for simulation", default=None
+    )
     arm: PlanarArm = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
 
@@ -291,6 +335,15 @@ class ArmDrive(_Side):
         """Validate the fields."""
         check(self)
         require(1 <= len(self.lengths) <= 3, "lengths", f"{len(self.lengths)} members", "one to three members")
+        if self.member_masses is not None:
+            count = len(self.lengths)
+            require(
+                len(self.member_masses) == count,
+                "member_masses",
+                f"{len(self.member_masses)} values",
+                f"{count}, one for each member",
+            )
+            require(self.member_masses[-1] > 0, "member_masses", f"{self.member_masses[-1]:g} at the end", "> 0", "kg")
         object.__setattr__(self, "arm", PlanarArm(lengths=self.lengths))
         object.__setattr__(self, "legs", self._legs(self.links))
 
@@ -369,8 +422,7 @@ class ArmDrive(_Side):
         reach = self.reach(pose)
         within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
         safe = np.where(within[..., None], angles, np.linspace(0.3, 0.6, n))
-        full = self.arm.jacobian(safe)
-        jacobian = {1: full[..., 2:, :], 2: full[..., :2, :], 3: full}[n]
+        jacobian = self._jacobian(safe)
         rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
         torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
         utilisation = {} if n == 1 else {Limit.LINKAGE: np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))}
@@ -386,6 +438,46 @@ class ArmDrive(_Side):
             words="joint",
             units=("N m", "rad/s"),
         )
+
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine:
+        """The arm with the masses of its members, and a load at its end point, for `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the end point; the inertia turns with the last member. [kg], [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If the legs, or a value that motion requires, are missing; or with one joint, whose angle is the coordinate, if
+            there is a mass.
+        """
+        if load_mass and len(self.lengths) == 1:
+            raise ParameterError(
+                f"load_mass must be 0 for an arm of one joint, got {load_mass:g} kg: state load_inertia about the joint"
+            )
+        return ArmMachine(
+            leg=self._leg_in_motion(),
+            arm=self.arm,
+            pulley_radius=self.pulley_radius,
+            member_masses=needed(self.member_masses, "member_masses"),
+            tip_mass=load_mass,
+            tip_inertia=load_inertia,
+        )
+
+    def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
+        """Joint angles (..., n), without turns between neighbours, and joint torques of poses and wrenches (..., n) of the end
+        point; nan beyond reach."""
+        angles = self.angles(pose)
+        if angles.ndim > 1:
+            angles = np.unwrap(angles, axis=0)
+        torques = np.matmul(np.swapaxes(self._jacobian(angles), -1, -2), np.asarray(wrench, dtype=float)[..., None])
+        return angles, torques[..., 0]
+
+    def _jacobian(self, angles: np.ndarray) -> np.ndarray:
+        """Of the end point in `coordinates`. (..., n, n)"""
+        full = self.arm.jacobian(angles)
+        return {1: full[..., 2:, :], 2: full[..., :2, :], 3: full}[len(self.lengths)]
 
 
 def legs_of(drive: Any) -> CoboticDrive | None:

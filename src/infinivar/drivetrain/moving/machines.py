@@ -116,6 +116,9 @@ class ArmMachine(_OnCylinder):
     pulley_radius: float | Sequence[float] = component("Radius of each joint's pulley [m]")
     member_masses: Sequence[float] = quantities("kg", Ge(0), "Masses of the members")
     tip_mass: float = quantity("kg", Ge(0), "Mass at the end point", default=0.0)
+    tip_inertia: float = quantity(
+        "kg m^2", Ge(0), "Moment of inertia at the end point, which turns with the last member", default=0.0
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -132,7 +135,7 @@ class ArmMachine(_OnCylinder):
     def mechanics(self, stick_speed: float) -> LeggedMechanics:
         """Contacts and inertia."""
         radii = np.diag(self.arm.parallel(self.pulley_radius).jacobian)
-        return self._mechanics(_arm_load(self, radii), self.arm.joints, stick_speed)
+        return self._mechanics(_arm_load(self, radii, self.tip_inertia), self.arm.joints, stick_speed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -303,9 +306,9 @@ def _check_members(arm: PlanarArm, masses: Sequence[float]) -> None:
     require(masses[-1] > 0, "member_masses", f"{masses[-1]} at the end", "> 0 for the last member", "kg")
 
 
-def _arm_load(machine: ArmMachine | SerialArmMachine, pulleys: np.ndarray) -> ArmLoad:
+def _arm_load(machine: ArmMachine | SerialArmMachine, pulleys: np.ndarray, tip_inertia: float = 0.0) -> ArmLoad:
     masses = real_array("member_masses", machine.member_masses)
-    return ArmLoad(arm=machine.arm, pulleys=pulleys, masses=masses, tip_mass=machine.tip_mass)
+    return ArmLoad(arm=machine.arm, pulleys=pulleys, masses=masses, tip_mass=machine.tip_mass, tip_inertia=tip_inertia)
 
 
 def _servo(plant: SteeringPlant | None, wheel: Any, amplifier: Amplifier, stick_speed: float) -> SteeringServo:

@@ -1,0 +1,137 @@
+"""Simulate machines of a study on their paths and in their tasks: a platform or arm whose legs share one cylinder.
+
+A path is followed for two periods, of which the first settles; one that does not repeat, once. A task is held, or passed through
+at its twist with its pose in the middle, for `HELD`, of which the first half settles. The wrenches of tasks and paths are those on
+the load; the user exerts the opposite on the machine. What accelerates the load is inertia of the machine here, not a wrench.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.fields import given
+from infinivar.analysis.machine_motion import simulate_machine
+from infinivar.analysis.machine_run import MachineRun
+from infinivar.drivetrain.drive import EVERY_MACHINE, is_machine, type_words
+from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
+from infinivar.drivetrain.moving.bodies import rotation_between
+from infinivar.errors import ParameterError
+from infinivar.motion.histories import VectorHistory
+from infinivar.motion.machine_scenario import MachineScenario
+from infinivar.motion.machine_tasks import MachinePath, MachineTask
+from infinivar.motion.vectors import ROTATIONS
+
+HELD = 0.2
+"""Time for which a task is simulated. [s]"""
+
+_STEPS = 200
+"""Of a steady motion in a task."""
+
+
+def simulated(
+    drive: Any,
+    asked: MachinePath | MachineTask,
+    *,
+    title: str = "",
+    progress: Callable[[float], None] | None = None,
+) -> MachineRun:
+    """Simulate a machine on a path or in a task; see the module.
+
+    Parameters
+    ----------
+    drive : PlatformDrive or ArmDrive   With a leg, and the masses that motion requires.
+    asked : MachinePath or MachineTask
+    title : str                         Name for reports.
+    progress : callable                 Called with the share done.
+
+    Returns
+    -------
+    MachineRun
+
+    Raises
+    ------
+    ParameterError
+        If the machine has no legs on a cylinder or lacks a value that motion requires, or the path leaves its reach.
+
+    Source: faulring2006, section V, for plants and controllers.
+    """
+    check_moves(drive)
+    for name in asked.beyond(drive.coordinates) if isinstance(asked, MachinePath) else ():
+        raise ParameterError(f"{name} is no coordinate of the machine, which has {', '.join(drive.coordinates)}")
+    if isinstance(asked, MachinePath):
+        machine = drive.moving(given(asked.load_mass, 0.0), given(asked.load_inertia, 0.0))
+        time, pose, wrench = _along(drive, asked)
+    else:
+        machine = drive.moving()
+        time, pose, wrench = _through(drive, asked)
+    duration = float(time[-1])
+    # The wrench acts at the pose to follow; the pose error is small beside the machine.
+    followed, forces = drive.followed(pose, wrench)
+    if not np.all(np.isfinite(followed)):
+        raise ParameterError(f"the motion leaves the reach of the machine of type {type_words(drive)}")
+    closed = isinstance(asked, MachineTask) or asked.closed
+    scenario = MachineScenario(
+        duration=duration,
+        motion=VectorHistory(time=time, values=followed),
+        wrench=VectorHistory(time=time, values=forces, smooth=False) if np.any(forces) else None,
+        settling_time=0.5 * duration if closed else None,
+    )
+    return simulate_machine(machine, scenario, title=title, progress=progress)
+
+
+def check_moves(drive: Any, where: str = "drive") -> None:
+    """Raise ParameterError unless a drive is a platform or arm with a leg; the message says what works.
+
+    Parameters
+    ----------
+    drive : object
+    where : str      Path of the drive, such as "drives.cart".
+    """
+    if isinstance(drive, (PlatformDrive, ArmDrive)) and drive.leg is not None:
+        return
+    if not is_machine(drive):
+        raise ParameterError(f"{where} moves along one axis: simulate it in a scenario, not in a task or on a path")
+    separate = " with separate drives" if getattr(drive, "separate", None) is not None else ""
+    works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
+    raise ParameterError(
+        f"{where} is a machine of type {type_words(drive)}{separate}: simulate works with drives of one axis, and with a "
+        f"platform or arm that has a leg; commands for this machine: {', '.join(works)}"
+    )
+
+
+def _along(drive: Any, path: MachinePath) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Instants of a path, twice over if it repeats, with poses and wrenches of the user on the machine."""
+    bare = replace(path, load_mass=None, load_inertia=None)
+    count = len(bare.instants(drive.coordinates, drive.home).time)
+    once = np.linspace(0.0, path.period, count + 1)
+    if path.closed:
+        once = once[:-1]
+    found = bare.at(once, drive.coordinates, drive.home)
+    if not path.closed:
+        return once, found.pose, -found.wrench
+    time = np.concatenate([once, path.period + once, [2.0 * path.period]])
+    pose, wrench = (np.concatenate([row, row, row[:1]]) for row in (found.pose, -found.wrench))
+    return time, pose, wrench
+
+
+def _through(drive: Any, task: MachineTask) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Instants of a steady motion with the pose of the task in its middle, as `_along`."""
+    names = drive.coordinates
+    time = np.linspace(0.0, HELD, _STEPS + 1)
+    away = (time - 0.5 * HELD)[:, None]
+    middle, twist = task.pose.row(names, drive.home), task.twist.row(names)
+    pose = middle + away * twist
+    turning = [place for place, name in enumerate(names) if name in ROTATIONS]
+    if len(turning) == 3 and np.any(twist[turning]):
+        pose[:, turning] = [_turned(middle[turning], vector) for vector in away * twist[turning]]
+    return time, pose, np.tile(-task.wrench.row(names), (len(time), 1))
+
+
+def _turned(rotation: np.ndarray, further: np.ndarray) -> np.ndarray:
+    """Rotation vector of a rotation, and after it another, both about fixed axes. (3,) each [rad]"""
+    # The turn from the inverse of the first to the second is R(further) R(rotation).
+    return rotation_between(-rotation, further)
