@@ -1,8 +1,8 @@
 """Simulate machines of a study on their paths and in their tasks: a platform or arm whose legs share one cylinder.
 
 A path is followed for two periods, of which the first settles; one that does not repeat, once. A task is held, or passed through
-at its twist with its pose in the middle, for `HELD`, of which the first half settles. The wrenches of tasks and paths are those on
-the load; the user exerts the opposite on the machine. What accelerates the load is inertia of the machine here, not a wrench.
+at its twist with its pose in the middle, for `HELD`, of which the first half settles. The wrenches of tasks and paths are those
+on the load; the user exerts the opposite on the machine. What accelerates the load is inertia of the machine here, not a wrench.
 """
 
 from __future__ import annotations

@@ -296,12 +296,11 @@ class PlatformDrive(_Side):
         ParameterError
             If the legs, or an inertia that motion requires, are missing.
         """
-        leg, inertia = self._leg_in_motion(), needed(self.inertia, "inertia")
         return PlatformMachine(
-            leg=leg,
+            leg=self._leg_in_motion(),
             platform=self.platform,
             mass=needed(self.mass, "mass") + load_mass,
-            inertia=[one + load_inertia for one in inertia],
+            inertia=[one + load_inertia for one in needed(self.inertia, "inertia")],
         )
 
     def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
