@@ -216,6 +216,7 @@ def test_a_pattern_of_readings_that_no_rig_can_give_is_refused(infinivar, measur
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_data_of_another_creep_law_are_told_first(infinivar, write, tmp_path):
     study = iv.load_study(STUDY)
     drive = under(study.drives["cobotic"], "polach")

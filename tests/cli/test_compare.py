@@ -296,6 +296,7 @@ def test_odd_folder_names(infinivar, write, tmp_path):
     assert (tmp_path / "a b" / "ü" / "x.y" / "report.html").is_file()
 
 
+@pytest.mark.slow
 def test_console_script_on_a_terminal_that_knows_only_ascii(write, tmp_path):
     """The real console script: a title the terminal cannot show is no reason to fail."""
     text = ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic") + 'title = "Größe"\n'
@@ -311,6 +312,7 @@ def test_console_script_on_a_terminal_that_knows_only_ascii(write, tmp_path):
     assert "covers 100 %" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_report_does_not_depend_on_matplotlib_settings(write, tmp_path):
     """A user's matplotlibrc, here one that asks for LaTeX and for a backend without a window, changes nothing."""
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\naxes.titlesize: 40\n", "utf-8")

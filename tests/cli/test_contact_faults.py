@@ -95,6 +95,7 @@ def test_faults(infinivar, write, tmp_path, fault):
     assert not (tmp_path / "result").exists()
 
 
+@pytest.mark.slow
 def test_a_drive_of_its_own(infinivar, write):
     """From the sheet to a comparison."""
     done = infinivar("contact", write(GOOD), "--out", "result")

@@ -5,11 +5,14 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 from pages import is_set_well, pages
 
 NUMBER = re.compile(r"(?<![\w.])\d[\d.]*e[+-]?\d+")
 
 
+@pytest.mark.slow
 def test_large_forces_are_written_out(pressed):
     outcomes, folder = pressed
     found = pages(folder)
@@ -39,6 +42,7 @@ def test_degrees_are_told_from_coulombs(walked):
     assert re.search(r"winding settles at \d+ °C \(limit 100 °C\)", verdict)
 
 
+@pytest.mark.slow
 def test_terminals_without_a_degree_sign(tmp_path, pressed):
     """LANG=C without Python's own cure for it: a sign that cannot be shown is replaced, and all else is as ever."""
     study = (pressed[1].parent / "press.toml").read_text("utf-8")

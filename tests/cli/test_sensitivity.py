@@ -65,7 +65,8 @@ def test_a_ranking_beyond_the_limits_is_labelled(infinivar, write, tmp_path):
 WEAK = GEARED.replace("gear2", "gear1")
 
 
-@pytest.mark.parametrize("question", ["margin", pytest.param("coverage", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("question", ["margin", "coverage"])
 def test_a_region_that_is_not_covered_is_labelled(infinivar, write, tmp_path, question):
     """A margin of 0.4 was printed with exit code 0."""
     done = infinivar("sensitivity", write(WEAK), "--of", question, "--json")

@@ -63,6 +63,7 @@ def test_no_builds_and_wrong_numbers_of_builds(infinivar, folder):
     assert infinivar("size", "slide.toml", "--builds", "-1").code == 2
 
 
+@pytest.mark.slow
 def test_a_search_without_designs_has_no_builds(infinivar, folder):
     done = infinivar("size", "slide.toml", "--set", "shelf.toml", "--radius", "1 mm", "2 mm", "--out", "out")
     assert done.code == 1

@@ -96,6 +96,7 @@ def test_gradients_agree_with_differences(element, law, seed):
             assert_allclose(derivative, difference, rtol=1e-5, atol=1e-7 * np.max(np.abs(difference)))
 
 
+@pytest.mark.slow
 def test_gradient_by_a_design_parameter(element):
     """Validation lets traced values through, so designs can be differentiated."""
 

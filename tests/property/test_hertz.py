@@ -197,6 +197,7 @@ def test_wear_by_hand(force, creepage, coefficient):
     assert wear.rolling_distance(depth, radius, width, 0.0, creepage, mu, hardness, coefficient) == math.inf
 
 
+@pytest.mark.slow
 def test_array_libraries_and_gradients():
     """The strict standard library gives the same; JAX gives b ~ P^(1/3), also at the circle."""
     expected = hertz.ellipse(100.0, np.array([50.0, 120.0, 400.0]), 120.0, 1e11)

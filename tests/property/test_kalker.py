@@ -68,6 +68,7 @@ def traced_logarithms(exponent, poisson):
 gradients = jax.jit(lambda *at: jax.numpy.stack(jax.jacrev(traced_logarithms, (0, 1))(*at), axis=-1))
 
 
+@pytest.mark.slow
 @given(st.floats(-7.0, 7.0) | st.sampled_from([0.0, *np.log([0.1, 0.5, 10.0])]), st.floats(0.01, 0.49))
 def test_gradients(exponent, poisson):
     """jax.grad of ln C against central differences: inside and outside the table, at its nodes and ends."""

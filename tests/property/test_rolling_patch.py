@@ -23,6 +23,7 @@ def _random_case(rng, kind):
     return patch, size * direction * np.array([3.0 / linear.c11, 3.0 / linear.c22, 1.0 / linear.c23])
 
 
+@pytest.mark.slow
 def test_hard_starts():
     """Cold starts and reversals all converge, long patches under spin with 20 cells; friction dissipates.
 

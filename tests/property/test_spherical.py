@@ -436,6 +436,7 @@ def test_chosen_rollers_are_the_best_of_those_tried():
         _ = iv.choose_rollers(ivt, preload=[10.0], wheel_radius=[0.012], **tasks).best
 
 
+@pytest.mark.slow
 def test_figures():
     from infinivar.figures import gear_points, sphere_gears, sphere_map
 

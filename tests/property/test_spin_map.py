@@ -39,6 +39,7 @@ def _errors(rng, low, high, count):
     return np.array(errors)
 
 
+@pytest.mark.slow
 def test_against_the_solver():
     """Within 0.008 of mu N, and 0.01 of mu N times the lever, between the nodes of the table."""
     errors = _errors(np.random.default_rng(RNG_SEED), 0.05, 20.0, 30)

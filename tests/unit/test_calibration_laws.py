@@ -68,9 +68,8 @@ def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions
     assert told == (0 if law == "linear" else sessions)
 
 
-@pytest.mark.parametrize(
-    ("sessions", "bias_left", "near"), [(4, 0.015, 0.2), pytest.param(10, 0.01, 0.12, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("sessions", "bias_left", "near"), [(4, 0.015, 0.2), (10, 0.01, 0.12)])
 def test_a_law_that_bends_is_told_and_its_bias_gone(drive, sessions, bias_left, near):
     """Data of Vermeulen and Johnson's law, a study that says linear: sessions as `infinivar rig` makes them."""
     known = model.known_values(drive)["creep_stiffness"]
@@ -156,12 +155,13 @@ def test_a_new_law_is_a_candidate_by_itself(drive, monkeypatch):
 LOW, HIGH = (0.15, 0.5), (0.2, 0.5, 0.8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("a_over_b", "loads", "sessions"),
     [
         (0.2, HIGH, 3),
         (1.0, LOW, 3),
-        pytest.param(5.0, HIGH, 3, marks=pytest.mark.slow),
+        (5.0, HIGH, 3),
         *(
             pytest.param(ratio, loads, sessions, marks=mark)
             for ratio in (0.2, 1.0, 5.0)

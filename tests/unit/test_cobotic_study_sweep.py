@@ -39,7 +39,8 @@ def swept(problem, folder, monkeypatch):
     return problem.sizing(iv.load_sweep(folder))
 
 
-@pytest.mark.parametrize("objective", ["energy", pytest.param(("mass", "energy"), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("objective", ["energy", ("mass", "energy")])
 def test_one_start_gives_the_result_of_size(shelf, tmp_path, monkeypatch, objective):
     whole = iv.size(WALKING, drive="cobotic", sets=shelf, objective=objective, seed=0, top=5, **ASKED)
     problem = iv.cobotic_study_sweep(WALKING, starts=1, sets=shelf, objective=objective, top=5, **ASKED)

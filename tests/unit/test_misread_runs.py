@@ -167,6 +167,7 @@ def test_more_than_a_third_misread_is_refused(study, drive):
         calibrate(study, "cobotic", changed(stuck(data, rows), "motor_current", [4, 5], lambda values: 1.1 * values))
 
 
+@pytest.mark.slow
 def test_outliers_with_a_setting_in_common_are_named_so(study, drive):
     """A mass that was weighed wrongly by more than the balance can be off: the steep runs with it show that."""
     data = session(drive, 1, loads=(0.15, 0.3, 0.5))

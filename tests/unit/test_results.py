@@ -392,6 +392,7 @@ def test_simulations_of_the_same_run_are_equal(shipped):
     assert iv.load_study("studies/hand_controller.toml") == iv.load_study("studies/hand_controller.toml")
 
 
+@pytest.mark.slow
 def test_points_of_traced_arrays_compare_without_an_error():
     jax = pytest.importorskip("jax")
     drive = shipped_study("faulring2006").drives["cobotic"]

@@ -112,6 +112,7 @@ def test_bad_arguments(options, said):
         steering_steps(STUDY, "cobotic", **options)
 
 
+@pytest.mark.slow
 def test_figure_of_a_slow_turn():
     """Both curves go to the end of the axis, and the patch's name is right of the axis and clear of the curve."""
     (slow,) = steering_steps(STUDY, "cobotic", angle=0.01, rate=1.0)

@@ -23,6 +23,12 @@ _NEAR = 3.0
 _LIMIT = 0.4
 """Radius of the circle of the largest slip limit, over the size of the body."""
 
+_ROUNDING = 1e-9
+"""Moment over that of the forces on the wheels below which it is rounding."""
+
+_WIDTH, _AROUND = 6.4, 1.5
+"""Width of the figure, and height of what stands around the drawing. [inch]"""
+
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
@@ -147,11 +153,16 @@ def draw_all(cobot: PlanarCobot, point: MechanismPoint) -> Figure:
     from matplotlib.lines import Line2D
 
     numbers = data(cobot, point)
-    push, moment = float(np.linalg.norm(numbers["wrench"][:2])), float(numbers["wrench"][2]) + 0.0
+    push, moment = float(np.linalg.norm(numbers["wrench"][:2])), float(numbers["wrench"][2])
+    arms = np.linalg.norm(numbers["positions"], axis=1)
+    if abs(moment) <= _ROUNDING * float(np.linalg.norm(numbers["force"], axis=1) @ arms):
+        moment = 0.0
     speed, turning = float(np.linalg.norm(numbers["twist"][:2])), float(numbers["twist"][2])
     with style.styled():
-        made, ax = style.figure(6.4, 6.6)
+        made, ax = style.figure(_WIDTH, _WIDTH)
         draw(ax, numbers)
+        (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+        made.set_figheight(_WIDTH * min(1.2, 0.85 * (high - low) / (right - left)) + _AROUND)
         key = [
             Line2D([], [], color=_CONTACT, lw=1.8, label="force of the ground on a wheel"),
             Line2D([], [], color=_CONTACT, lw=0.8, ls=(0, (1, 2)), label="slip limit, to the same scale"),

@@ -143,8 +143,8 @@ def _of_machine(name: str, one: MachineResult, assumed: str) -> Iterator[Drawing
         yield (
             f"machine-{name}",
             lambda: planar_cobot.draw_all(cobot, drive.operated(task.twist, task.wrench)),
-            f"{one.title} in {task.title}: wheels along their headings, and the forces of the ground. The force of the user is "
-            "that of the source less that on the load.",
+            f"{one.title}, task {task.title}: wheels along their headings, and the forces of the ground. The force of the user "
+            "is that of the source less that on the load.",
         )
     legs = getattr(drive, "legs", None)
     if isinstance(drive, PlatformDrive) and legs is not None:
@@ -153,7 +153,7 @@ def _of_machine(name: str, one: MachineResult, assumed: str) -> Iterator[Drawing
         yield (
             f"machine-{name}",
             lambda: machine.draw_all(drive.platform, legs.legs, point, task.pose[:3], task.pose[3:]),
-            f"{one.title} in {task.title}, drawn from its geometry. Forces are those of the user on the machine.{assumed}",
+            f"{one.title}, task {task.title}, drawn from its geometry. Forces are those of the user on the machine.{assumed}",
         )
         yield (
             f"wrenches-{name}",

@@ -190,9 +190,11 @@ class SphereDrive:
         """
         _, xi, load = rows(self, pose, twist, wrench)
         speed, torque = xi[..., 0], load[..., 0]
-        angle, point = self.steer(self._in_motion(speed, torque), torque)
+        moving = self._in_motion(speed, torque)
+        angle, point = self.steer(moving, torque)
         found = self._driven(angle, point)
-        power_out = torque * speed + 0.0 * np.asarray(found.power_out)
+        # What the slowest motion delivers beyond the asked one is not drawn either.
+        beyond = np.where(moving == speed, 0.0, found.power_out - torque * speed)
         shape = speed.shape
         kinds = self.transmission.kinds
         parts = tuple(f"{kind} roller {kinds[: place + 1].count(kind)}" for place, kind in enumerate(kinds))
@@ -203,8 +205,8 @@ class SphereDrive:
         demands |= {key: np.broadcast_to(demand, shape) for key, demand in placed(own).items()}
         demands |= {(limit, "roller"): np.broadcast_to(demand, shape) for limit, demand in point.pressed.items()}
         return TaskPoint(
-            power_in=np.broadcast_to(found.power_in - found.power_out + power_out, shape),
-            power_out=power_out,
+            power_in=np.broadcast_to(found.power_in - beyond, shape),
+            power_out=np.broadcast_to(found.power_out - beyond, shape),
             losses={name: np.broadcast_to(loss, shape) for name, loss in found.losses.items()},
             demands=demands,
             parts=parts,

@@ -129,9 +129,10 @@ class Space:
         """Bearings that differ in numbers only are computed together."""
         self.compiled: Laws | None = None
         """Instead of `ask` and `look`, by another array library."""
-        self.template, self.bearings = template, tuple(bearings)
+        self.template: CoboticDrive = template
+        self.bearings: tuple[Bearing, ...] = tuple(bearings)
         forms = [tuple(_form(one, name) for name in _BEARING) for one in self.bearings]
-        self.kinds = np.array([forms.index(form) for form in forms])
+        self.kinds: np.ndarray = np.array([forms.index(form) for form in forms])
         """First bearing of the same kind, by bearing. (b,) int"""
 
     def columns(self, points: Points) -> CoboticDrive:
