@@ -17,7 +17,15 @@ from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.machines import MACHINES, Machine, PlanarMachine, SerialArmMachine, SphereMachine
+from infinivar.drivetrain.moving.machines import (
+    MACHINES,
+    Machine,
+    PlanarMachine,
+    SeparateMachine,
+    SerialArmMachine,
+    SphereMachine,
+)
+from infinivar.drivetrain.moving.separate import LinkController, SeparateMechanics
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
@@ -102,18 +110,24 @@ class _Run:
         self.wrenched = self._user_coordinates()
         wrench = None if scenario.wrench is None else over_time("wrench", scenario.wrench, self.wrenched)
         motor = None if scenario.source == "none" else machine.power_motor(scenario.stick_speed)
-        if scenario.source == "held" and motor is None and not isinstance(machine, PlanarMachine):
+        moves_links = isinstance(machine, SeparateMachine)
+        if moves_links and (scenario.source != "held" or scenario.steering != "controlled"):
+            raise ParameterError("source must be 'held', and steering 'controlled', for a machine with a motor for each link")
+        if scenario.source == "held" and motor is None and not isinstance(machine, (PlanarMachine, SeparateMachine)):
             raise ParameterError("source must be 'none' for a machine without a motor, got 'held'")
         self.system = System(
             mechanics=self.mechanics,
             motor=motor,
+            links=machine.link_motors(scenario.stick_speed) if moves_links else None,
             servo=machine.servo(scenario.stick_speed) if scenario.servos else None,
             angles=None if scenario.servos else self.angles,
             wrench=wrench,
         )
         self.state = self._start()
         rate = machine.control.sample_rate if scenario.sample_rate is None else scenario.sample_rate
-        self.sampled = scenario.servos or (motor is not None and scenario.source == "held")
+        self.sampled = self.system.links is not None or (
+            scenario.servos or (motor is not None and scenario.source == "held")
+        )
         self.period = 1.0 / rate
         self.controller = self._controller() if self.sampled else None
 
@@ -130,8 +144,9 @@ class _Run:
             count = len(mechanics.configuration)
             require(scenario.motion.count == count, "motion", f"{scenario.motion.count} values", f"{count} values")
             pose = scenario.motion(0.0)
-            if isinstance(mechanics, LeggedMechanics):
-                pose, rates[:-1] = control.pose_twist(mechanics.load, scenario.motion, 0.0)
+            if isinstance(mechanics, (LeggedMechanics, SeparateMechanics)):
+                pose, twist = control.pose_twist(mechanics.load, scenario.motion, 0.0)
+                rates[: len(twist)] = twist
         if self.system.motor is not None and scenario.source == "held":
             rates[self.system.motor.coordinate] = self.machine.set_speed
             if self.angles is not None:
@@ -143,7 +158,7 @@ class _Run:
         pose = pose if scenario.pose is None else np.array(scenario.pose)
         rates = rates if scenario.rates is None else np.array(scenario.rates)
         parts = [pose, rates]
-        if scenario.servos:
+        if self.system.servo is not None:
             parts += [self._first_angles(pose, rates), np.zeros(len(mechanics.steered))]
         state = np.concatenate(parts)
         found = self.system.rates(Inputs(steering=np.zeros(len(mechanics.steered))), np.zeros(1), state[None])
@@ -198,8 +213,19 @@ class _Run:
             rest = system.rates(Inputs(steering=np.zeros(len(self.mechanics.steered))), np.zeros(1), self.state[None])
             inertia = float(place.inertia[0, column, column]) + system.motor.inertia
             idle = -inertia * float(rest.derivative[0, first:second][column]) / system.motor.gain
+        links = None
+        if system.links is not None:
+            pose = np.array(self.state[:first])
+            held = VectorHistory(time=[0.0, scenario.duration], values=[pose, pose])
+            links = LinkController(
+                motors=system.links,
+                mechanics=self.mechanics,
+                motion=held if scenario.motion is None else scenario.motion,
+                integral=-system.user(np.zeros(1))[0],
+            )
         return control.MachineController(
             system=system,
+            links=links,
             period=self.period,
             duration=scenario.duration,
             set_speed=self.machine.set_speed,
@@ -369,6 +395,14 @@ class _Run:
             columns["motor_voltage_V"] = (
                 system.motor.motor.resistance * current + system.motor.motor.torque_constant * shaft
             )
+        if system.links is not None:
+            currents = np.array([one.links for one in log.inputs])
+            speeds = mechanics.at(states[:, :first], states[:, first:second]).kinematics.speed
+            motor = system.links.drive.motor
+            voltages = motor.resistance * currents + motor.torque_constant * system.links.ratio * speeds
+            for place in range(currents.shape[1]):
+                columns[f"motor_{place + 1}_current_A"] = currents[:, place]
+                columns[f"motor_{place + 1}_voltage_V"] = voltages[:, place]
         if system.servo is not None:
             currents = np.array([one.steering for one in log.inputs])
             for place, name in enumerate(mechanics.steered):
@@ -384,6 +418,12 @@ class _Run:
             speed = (voltage - motor.resistance * current) / motor.torque_constant
             for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
                 found[limit, "motor"] = demand
+        for place in range(self.mechanics.count if isinstance(self.mechanics, SeparateMechanics) else 0):
+            motor = system.links.drive.motor
+            current, voltage = (columns[f"motor_{place + 1}_{what}"] for what in ("current_A", "voltage_V"))
+            speed = (voltage - motor.resistance * current) / motor.torque_constant
+            for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
+                found[limit, f"motor {place + 1}"] = demand
         if system.servo is not None:
             plant = system.servo.plant
             for name in self.mechanics.steered:

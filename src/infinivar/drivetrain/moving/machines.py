@@ -13,10 +13,12 @@ from infinivar._core.arrays import real_array
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, quantities, quantity
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.control import CoboticControl, ConventionalControl
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
+from infinivar.drivetrain.moving.separate import LinkMotors, SeparateMechanics
 from infinivar.drivetrain.moving.system import PowerMotor, SteeringServo
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
@@ -288,10 +290,64 @@ class SphereMachine:
         return _motor(self.motor, self.gearhead, self.amplifier, 0, stick_speed / self.ivt.drive.wheel_radius)
 
 
-Machine = PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine
-"""A machine of many contacts that can move in time."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SeparateMachine:
+    """A platform or arm whose links are moved by a geared motor each, without wheels; the rival of legs on one cylinder.
 
-MACHINES: tuple[type, ...] = (PlatformMachine, ArmMachine, SerialArmMachine, PlanarMachine, SphereMachine)
+    `infinivar.drivetrain.machines.legged` makes it. Without steering, the source is always on.
+    """
+
+    separate: ConventionalDrive
+    load: PlatformLoad | ArmLoad
+    home: np.ndarray
+    """Configuration at the start."""
+
+    set_speed: ClassVar[float] = 0.0
+
+    @property
+    def control(self) -> ConventionalControl:
+        """Settings of the controllers."""
+        return self.separate.control
+
+    @property
+    def links(self) -> int:
+        """Number of links."""
+        return len(self.load.platform.base) if isinstance(self.load, PlatformLoad) else self.load.arm.joints
+
+    def link_motors(self, stick_speed: float) -> LinkMotors:
+        """Motors of the links; a drive about a joint sticks below the speed of the joint that the rim of 100 mm has."""
+        rotary = self.separate.own_axis.rotary
+        try:
+            return LinkMotors(drive=self.separate, stick_speed=stick_speed / (_RIM if rotary else 1.0))
+        except ParameterError as problem:
+            raise ParameterError(f"separate.{problem}") from None
+
+    def mechanics(self, stick_speed: float) -> SeparateMechanics:
+        """Inertia."""
+        moved = self.link_motors(stick_speed).moved_mass
+        return SeparateMechanics(load=self.load, count=self.links, link_mass=moved)
+
+    def servo(self, stick_speed: float) -> None:
+        """None: nothing is steered."""
+
+    def power_motor(self, stick_speed: float) -> None:
+        """None: there is one for each link."""
+
+
+_RIM = 0.1
+"""Radius at which a joint that a drive turns directly counts as moving. [m]"""
+
+Machine = PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine | SeparateMachine
+"""A machine of many contacts that can move in time, or its rival with a motor for each link."""
+
+MACHINES: tuple[type, ...] = (
+    PlatformMachine,
+    ArmMachine,
+    SerialArmMachine,
+    PlanarMachine,
+    SphereMachine,
+    SeparateMachine,
+)
 
 
 def _check_leg(leg: Any) -> None:

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead, proportional_friction
 from infinivar.parts.motor import Motor
+
+if TYPE_CHECKING:
+    from infinivar.drivetrain.moving.separate import LinkMotors
 
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""
@@ -258,14 +261,17 @@ class Inputs:
     """Of the power motor. [A]"""
     steering: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Currents of the servos. (s,) [A]"""
+    links: np.ndarray = field(default_factory=lambda: np.zeros(()))
+    """Currents of the motors of links, (n,) or one for all. [A]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class System:
-    """A machine: mechanics with an optional power motor, and steering by servos or as prescribed."""
+    """A machine: mechanics with an optional power motor and steering by servos or as prescribed, or with motors of links."""
 
     mechanics: Mechanics
     motor: PowerMotor | None = None
+    links: LinkMotors | None = None
     servo: SteeringServo | None = None
     angles: Angles | None = None
     """Steering angles over time, without servo."""
@@ -281,7 +287,10 @@ class System:
         if self.motor is not None:
             sources.append("supply")
             losses += _MOTOR
-        if self.servo is None:
+        if self.links is not None:
+            sources.append("supply")
+            losses += self.links.losses
+        elif self.servo is None:
             sources.append("steering")
         else:
             sources.append("steering supply")
@@ -338,6 +347,11 @@ class System:
             total += pushed
             powers["user"] = np.sum(pushed * nu, axis=-1)
         inertia = place.inertia
+        if self.links is not None:
+            link = place.kinematics
+            onto, electric = self.links.act(inputs.links, link.speed)
+            total += np.matmul(np.swapaxes(link.jacobian, -1, -2), onto[..., None])[..., 0]
+            powers |= electric
         if self.motor is None:
             accelerations = np.linalg.solve(inertia, total[..., None])[..., 0]
         else:
