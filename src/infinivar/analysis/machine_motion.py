@@ -112,7 +112,9 @@ class _Run:
         motor = None if scenario.source == "none" else machine.power_motor(scenario.stick_speed)
         moves_links = isinstance(machine, SeparateMachine)
         if moves_links and (scenario.source != "held" or scenario.steering != "controlled"):
-            raise ParameterError("source must be 'held', and steering 'controlled', for a machine with a motor for each link")
+            raise ParameterError(
+                "source must be 'held', and steering 'controlled', for a machine with a motor for each link"
+            )
         if scenario.source == "held" and motor is None and not isinstance(machine, (PlanarMachine, SeparateMachine)):
             raise ParameterError("source must be 'none' for a machine without a motor, got 'held'")
         self.system = System(

@@ -317,10 +317,13 @@ class System:
             return state[:, second:third], state[:, third:]
         if self.angles is None:
             return np.zeros((len(state), len(self.mechanics.steered))), np.zeros(())
-        now = np.array([np.asarray(self.angles(float(one)), dtype=float) for one in time])
-        ahead = np.array([np.asarray(self.angles(float(one) + _STEP), dtype=float) for one in time])
-        behind = np.array([np.asarray(self.angles(float(one) - _STEP), dtype=float) for one in time])
-        return now, (ahead - behind) / (2.0 * _STEP)
+        # Columns of a Jacobian share their instant.
+        instants, rows = np.unique(time, return_inverse=True)
+        now, ahead, behind = (
+            np.array([np.asarray(self.angles(float(one) + off), dtype=float) for one in instants])
+            for off in (0.0, _STEP, -_STEP)
+        )
+        return now[rows], ((ahead - behind) / (2.0 * _STEP))[rows]
 
     def user(self, time: np.ndarray) -> np.ndarray:
         """Forces of the user on all coordinates. (m, N)"""
