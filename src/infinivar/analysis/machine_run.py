@@ -158,7 +158,7 @@ class MachineRun(Result):
                     "start_s": event.start,
                     "end_s": event.end,
                     "worst": event.worst,
-                    "while_settling": event.settling,
+                    "while_settling": bool(event.settling),
                 }
                 for event in self.events
             ],

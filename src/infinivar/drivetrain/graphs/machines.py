@@ -66,7 +66,9 @@ def machine_graph(
         If a value that motion requires is missing, or a contact turns with spin, which these graphs do not have.
     """
     if isinstance(machine, SeparateMachine):
-        raise ParameterError("machine must have wheels, got one with a motor for each link: plant_graph has one such drive")
+        raise ParameterError(
+            "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
+        )
     for contact in _contacts(machine):
         if contact.turns_with_spin:
             raise ParameterError(

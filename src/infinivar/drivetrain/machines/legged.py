@@ -418,8 +418,9 @@ class ArmDrive(_Side):
         angles = self.angles(pose)
         if angles.ndim > 1:
             angles = np.unwrap(angles, axis=0)
-        torques = np.matmul(np.swapaxes(self._jacobian(angles), -1, -2), np.asarray(wrench, dtype=float)[..., None])
-        return angles, torques[..., 0]
+        across = np.swapaxes(self._jacobian(np.nan_to_num(angles)), -1, -2)
+        torques = np.matmul(across, np.asarray(wrench, dtype=float)[..., None])[..., 0]
+        return angles, torques + 0.0 * angles
 
     def _jacobian(self, angles: np.ndarray) -> np.ndarray:
         """Of the end point in `coordinates`. (..., n, n)"""

@@ -62,7 +62,7 @@ class MachineController:
         c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
         inputs = Inputs(steering=np.zeros(len(angles)))
         if self.links is not None:
-            inputs.links = self.links.act(min(time + self.period, self.duration), c, nu, self.period)
+            inputs.links = self.links.act(time, c, nu, self.period)
             self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / self.links.limit
         if self.motor is not None and self.system.motor is not None:
             error = self.set_speed - float(nu[self.system.motor.coordinate])

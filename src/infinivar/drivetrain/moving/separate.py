@@ -160,13 +160,14 @@ class LinkController:
         self.limit = given(self.motors.drive.control.current_limit, motor.voltage / motor.resistance)
 
     def act(self, time: float, pose: np.ndarray, rates: np.ndarray, period: float) -> np.ndarray:
-        """Currents of the motors, and the integral for the next sample. (n,) [A]"""
+        """Currents of the motors from the measurements of a time; they act for a period from the next sample on. (n,) [A]"""
         control = self.motors.drive.control
         pole = 2.0 * math.pi * given(control.speed_bandwidth, SPEED_BANDWIDTH)
         gain = 2.0 * math.pi * given(control.link_bandwidth, LINK_BANDWIDTH)
         load = self.mechanics.load
         goal, twist = pose_twist(load, self.motion, time)
-        before, after = around(self.motion, time)
+        # In the middle of the sample in which the currents act.
+        before, after = around(self.motion, min(time + 1.5 * period, float(self.motion.time[-1])))
         change = (pose_twist(load, self.motion, after)[1] - pose_twist(load, self.motion, before)[1]) / (after - before)
         off = goal - pose
         if isinstance(load, PlatformLoad):
