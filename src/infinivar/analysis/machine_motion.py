@@ -179,6 +179,7 @@ class _Run:
     def _wanted(self) -> control.Wanted | None:
         if self.angles is not None:
             return control.following_angles(self.angles)
+        assert not isinstance(self.machine, SeparateMachine)
         settings, scenario, mechanics = self.machine.control, self.scenario, self.mechanics
         gain = 2.0 * math.pi * settings.link_bandwidth
         motion = scenario.motion
@@ -204,9 +205,11 @@ class _Run:
         )
 
     def _controller(self) -> control.MachineController:
-        system, settings, scenario = self.system, self.machine.control, self.scenario
+        system, scenario = self.system, self.scenario
         first, second, _ = system.places
-        motor, idle = None, 0.0
+        if isinstance(self.machine, SeparateMachine):
+            return self._of_links(np.array(self.state[:first]))
+        settings, motor, idle = self.machine.control, None, 0.0
         if system.motor is not None and scenario.source == "held":
             place = self.mechanics.at(self.state[None, :first], self.state[None, first:second])
             column = system.motor.coordinate
@@ -215,19 +218,8 @@ class _Run:
             rest = system.rates(Inputs(steering=np.zeros(len(self.mechanics.steered))), np.zeros(1), self.state[None])
             inertia = float(place.inertia[0, column, column]) + system.motor.inertia
             idle = -inertia * float(rest.derivative[0, first:second][column]) / system.motor.gain
-        links = None
-        if system.links is not None:
-            pose = np.array(self.state[:first])
-            held = VectorHistory(time=[0.0, scenario.duration], values=[pose, pose])
-            links = LinkController(
-                motors=system.links,
-                mechanics=self.mechanics,
-                motion=held if scenario.motion is None else scenario.motion,
-                integral=-system.user(np.zeros(1))[0],
-            )
         return control.MachineController(
             system=system,
-            links=links,
             period=self.period,
             duration=scenario.duration,
             set_speed=self.machine.set_speed,
@@ -235,6 +227,30 @@ class _Run:
             servo=control.placed_servo(system, settings, 10.0 * system.servo.stick_speed if system.servo else 1.0),
             wanted=self._wanted() if system.servo is not None else None,
             integral=idle,
+        )
+
+    def _of_links(self, pose: np.ndarray) -> control.MachineController:
+        """Controller of a motor on each link, which start with the currents that hold the user."""
+        system, motion = self.system, self.scenario.motion
+        assert system.links is not None
+        assert isinstance(self.mechanics, SeparateMechanics)
+        if motion is None:
+            motion = VectorHistory(time=[0.0, self.scenario.duration], values=[pose, pose])
+        links = LinkController(
+            motors=system.links,
+            mechanics=self.mechanics,
+            motion=motion,
+            integral=-system.user(np.zeros(1))[0],
+        )
+        return control.MachineController(
+            system=system,
+            period=self.period,
+            duration=self.scenario.duration,
+            set_speed=0.0,
+            motor=None,
+            servo=None,
+            wanted=None,
+            links=links,
         )
 
     def _scale(self) -> np.ndarray:
@@ -420,12 +436,13 @@ class _Run:
             speed = (voltage - motor.resistance * current) / motor.torque_constant
             for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
                 found[limit, "motor"] = demand
-        for place in range(self.mechanics.count if isinstance(self.mechanics, SeparateMechanics) else 0):
+        if system.links is not None and isinstance(self.machine, SeparateMachine):
             motor = system.links.drive.motor
-            current, voltage = (columns[f"motor_{place + 1}_{what}"] for what in ("current_A", "voltage_V"))
-            speed = (voltage - motor.resistance * current) / motor.torque_constant
-            for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
-                found[limit, f"motor {place + 1}"] = demand
+            for place in range(self.machine.links):
+                current, voltage = (columns[f"motor_{place + 1}_{what}"] for what in ("current_A", "voltage_V"))
+                speed = (voltage - motor.resistance * current) / motor.torque_constant
+                for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
+                    found[limit, f"motor {place + 1}"] = demand
         if system.servo is not None:
             plant = system.servo.plant
             for name in self.mechanics.steered:

@@ -88,7 +88,7 @@ def simulated(
     scenario = MachineScenario(
         duration=duration,
         motion=motion,
-        pose=None if drive.legs is None else _started(drive.legs, machine, motion, forces[0]),
+        pose=None if drive.legs is None else list(_started(drive.legs, machine, motion, forces[0])),
         wrench=VectorHistory(time=time, values=forces, smooth=False) if np.any(forces) else None,
         settling_time=0.5 * duration if closed else None,
     )

@@ -99,7 +99,7 @@ def machine_graph(
     return bg.join(type(machine).__name__, parts, chains, elements=elements, signals=signals)
 
 
-def _contacts(machine: Machine) -> Sequence[RollingContact]:
+def _contacts(machine: Any) -> Sequence[RollingContact]:
     if isinstance(machine, PlanarMachine):
         return machine.cobot.contacts  # type: ignore[return-value]
     if isinstance(machine, SphereMachine):
