@@ -18,6 +18,9 @@ _MOTION = {"m": ("displacement [mm]", 1e3), "rad": ("angle [degrees]", 180.0 / n
 _LOSSES = 7
 """Most losses with a line of their own; the rest are drawn as one."""
 
+_LEAST = 0.05
+"""Half the least range of steering angles: a constant one has rounding. [degrees]"""
+
 
 def data(run: MachineRun) -> dict[str, Any]:
     """Numbers of a run.
@@ -76,6 +79,9 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
         for place, (name, values) in enumerate(numbers["angles"].items()):
             axes["angles"].plot(time, values, color=_colour(place), label=_words(name))
         axes["angles"].set_ylabel("steering angle\n[degrees]")
+        low, high = axes["angles"].get_ylim()
+        middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST)
+        axes["angles"].set_ylim(middle - half, middle + half)
     if "slip" in axes:
         _draw_slip(axes["slip"], numbers)
     if "currents" in axes:
@@ -114,7 +120,10 @@ def _words(name: str) -> str:
     letters = {"theta": r"\theta", "phi": r"\phi", "gamma": r"\gamma"}
     first, *rest = name.split("_")
     first = letters.get(first, first)
-    return f"${first}_{{{rest[0]}}}$" if rest else f"${first}$" if len(first) == 1 or "\\" in first else first
+    symbol = len(first) == 1 or "\\" in first
+    if not symbol:
+        return " ".join([first, *rest[:1]])
+    return f"${first}_{{{rest[0]}}}$" if rest else f"${first}$"
 
 
 def _colour(place: int) -> str:
