@@ -14,6 +14,8 @@ from infinivar.errors import InputError, printable
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
 
 if TYPE_CHECKING:
+    from infinivar.analysis.machine_run import MachineRun
+    from infinivar.analysis.simulate import Simulation
     from infinivar.axis import Axis
     from infinivar.study.study import Study
 
@@ -62,14 +64,7 @@ def simulate(
             )
         progress("writing the report", 1.0)
         files = save(result, out, name=f"{driven}-{asked}", reconstruction=loaded.reconstruction)
-    if as_json:
-        print_json({**result.to_dict(), "files": [str(file) for file in files]})
-    else:
-        say(f"{result.title}, {result.scenario.title}: {result.verdict}")
-        for line in result.event_lines:
-            say(f"  {line}")
-        say(f"Report: {files[0]}")
-    raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
+    _end(result, f"{result.title}, {result.scenario.title}", files, as_json)
 
 
 def sensitivity(
@@ -187,6 +182,11 @@ def _simulate_machine(
         progress("writing the report", 1.0)
         file_name = f"{name}-{place.partition('.')[2]}"
         files = save(result, out, name=file_name, reconstruction=loaded.reconstruction)
+    _end(result, title, files, as_json)
+
+
+def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json: bool) -> NoReturn:
+    """Print a simulated run, and exit."""
     if as_json:
         print_json({**result.to_dict(), "files": [str(file) for file in files]})
     else:
