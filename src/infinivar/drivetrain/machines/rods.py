@@ -53,9 +53,8 @@ class PlatformGeometry:
             lacking = "lowest" if self.lowest is None else "highest"
             raise ParameterError(f"{lacking} is missing: a stroke has both ends, lowest and highest")
         stroke = None if self.lowest is None or self.highest is None else (self.lowest, self.highest)
-        require(
-            stroke is None or stroke[0] < stroke[1], "highest", f"{self.highest:g}" if stroke else "", "> lowest", "m"
-        )
+        if stroke is not None:
+            require(stroke[0] < stroke[1], "highest", f"{stroke[1]:g} m", f"> lowest, {stroke[0]:g} m")
         if points:
             rows = [[one.row(("x", "y", "z")) for one in getattr(self, name)] for name in _POINTS]
             for name, row in zip(_POINTS, rows, strict=True):

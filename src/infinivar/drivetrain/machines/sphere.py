@@ -10,7 +10,7 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE, NonZero
-from infinivar._core.fields import check, check_real, component, quantity, several
+from infinivar._core.fields import check, check_real, component, given, quantity, several
 from infinivar.drivetrain.drive import DrivePoint, motor_side, needed, placed
 from infinivar.drivetrain.machines.machine import TaskPoint, rows
 from infinivar.drivetrain.machines.wheel import Wheel
@@ -80,7 +80,9 @@ class SphereDrive:
     gearhead: Gearhead = component("Gearhead between motor and shaft 1")
     input_speed: float = quantity("rad/s", NonZero(), "Constant speed of shaft 1")
     sphere_radius: float = quantity("m", Gt(0), "Radius of the sphere")
-    layout: LayoutName = component("Positions of the rollers: tetrahedral or cubic", default="tetrahedral")
+    layout: LayoutName | None = component(
+        "Positions of the rollers: tetrahedral or cubic; tetrahedral if no rollers are given", default=None
+    )
     rollers: tuple[RollerPlace, ...] | None = several(
         "Positions of the rollers, instead of a layout", RollerPlace, default=None
     )
@@ -110,8 +112,13 @@ class SphereDrive:
                     contacts[name] = wheel.on("sphere", self.sphere_radius)
                 except ParameterError as problem:
                     raise ParameterError(f"{key}.{problem}") from None
+        if self.layout is not None and self.rollers is not None:
+            raise ParameterError("layout and rollers exclude each other: rollers state the positions")
         places = None if self.rollers is None else tuple(one.roller for one in self.rollers)
-        made = SphericalIVT(sphere_radius=self.sphere_radius, layout=self.layout, rollers=places, **contacts)
+        layout = given(self.layout, "tetrahedral")
+        made = SphericalIVT(sphere_radius=self.sphere_radius, layout=layout, rollers=places, **contacts)
+        if self.idler is not None and "idler" not in made.kinds:
+            raise ParameterError("idler does not apply: no roller has a fixed axle and no shaft; remove it")
         object.__setattr__(self, "transmission", made)
 
     @property
