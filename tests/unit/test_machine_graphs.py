@@ -21,6 +21,7 @@ from infinivar.motion.machine_scenario import MachineScenario
 from machines_to_move import LEG, MACHINES
 
 STICK = 1e-4
+PROPORTIONAL = {"efficiency": 0.7, "backdriving_efficiency": 0.4, "loss_model": "proportional"}
 
 
 def functions(machine, source=True):
@@ -92,9 +93,16 @@ def graph_at(machine, name, state, angles, current, wrench):
     return changes, dict(zip(made.sources, found[count : count + sources], strict=True)), losses
 
 
-@pytest.mark.parametrize("name", ["planar", "sphere", "arm", "serial arm", "platform"])
-def test_graph_and_functions_have_the_same_accelerations_and_losses(name):
-    machine = MACHINES[name][0]
+@pytest.mark.parametrize(
+    ("name", "changed"),
+    [
+        *((name, {}) for name in ("planar", "sphere", "arm", "serial arm", "platform")),
+        ("arm", {"tip_inertia": 0.02}),
+        ("sphere", {"gearhead": replace(LEG.gearhead, rated_torque=None, **PROPORTIONAL)}),
+    ],
+)
+def test_graph_and_functions_have_the_same_accelerations_and_losses(name, changed):
+    machine = replace(MACHINES[name][0], **changed)
     random = np.random.default_rng(3)
     system = functions(machine)
     first, second, _ = system.places

@@ -10,13 +10,22 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.collocation import Collocation, Step, StuckError
+from infinivar._core.fields import given
 from infinivar.analysis import run_limits
-from infinivar.analysis.machine_run import MachineRun
+from infinivar.analysis.machine_run import MachineRun, first_settled
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.machines import MACHINES, Machine, PlanarMachine, SerialArmMachine, SphereMachine
+from infinivar.drivetrain.moving.machines import (
+    MACHINES,
+    Machine,
+    PlanarMachine,
+    SeparateMachine,
+    SerialArmMachine,
+    SphereMachine,
+)
+from infinivar.drivetrain.moving.separate import LinkController, SeparateMechanics
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
@@ -101,18 +110,26 @@ class _Run:
         self.wrenched = self._user_coordinates()
         wrench = None if scenario.wrench is None else over_time("wrench", scenario.wrench, self.wrenched)
         motor = None if scenario.source == "none" else machine.power_motor(scenario.stick_speed)
-        if scenario.source == "held" and motor is None and not isinstance(machine, PlanarMachine):
+        moves_links = isinstance(machine, SeparateMachine)
+        if moves_links and (scenario.source != "held" or scenario.steering != "controlled"):
+            raise ParameterError(
+                "source must be 'held', and steering 'controlled', for a machine with a motor for each link"
+            )
+        if scenario.source == "held" and motor is None and not isinstance(machine, (PlanarMachine, SeparateMachine)):
             raise ParameterError("source must be 'none' for a machine without a motor, got 'held'")
         self.system = System(
             mechanics=self.mechanics,
             motor=motor,
+            links=machine.link_motors(scenario.stick_speed) if moves_links else None,
             servo=machine.servo(scenario.stick_speed) if scenario.servos else None,
             angles=None if scenario.servos else self.angles,
             wrench=wrench,
         )
         self.state = self._start()
         rate = machine.control.sample_rate if scenario.sample_rate is None else scenario.sample_rate
-        self.sampled = scenario.servos or (motor is not None and scenario.source == "held")
+        self.sampled = self.system.links is not None or (
+            scenario.servos or (motor is not None and scenario.source == "held")
+        )
         self.period = 1.0 / rate
         self.controller = self._controller() if self.sampled else None
 
@@ -129,8 +146,9 @@ class _Run:
             count = len(mechanics.configuration)
             require(scenario.motion.count == count, "motion", f"{scenario.motion.count} values", f"{count} values")
             pose = scenario.motion(0.0)
-            if isinstance(mechanics, LeggedMechanics):
-                pose, rates[:-1] = control.pose_twist(mechanics.load, scenario.motion, 0.0)
+            if isinstance(mechanics, (LeggedMechanics, SeparateMechanics)):
+                pose, twist = control.pose_twist(mechanics.load, scenario.motion, 0.0)
+                rates[: len(twist)] = twist
         if self.system.motor is not None and scenario.source == "held":
             rates[self.system.motor.coordinate] = self.machine.set_speed
             if self.angles is not None:
@@ -142,7 +160,7 @@ class _Run:
         pose = pose if scenario.pose is None else np.array(scenario.pose)
         rates = rates if scenario.rates is None else np.array(scenario.rates)
         parts = [pose, rates]
-        if scenario.servos:
+        if self.system.servo is not None:
             parts += [self._first_angles(pose, rates), np.zeros(len(mechanics.steered))]
         state = np.concatenate(parts)
         found = self.system.rates(Inputs(steering=np.zeros(len(mechanics.steered))), np.zeros(1), state[None])
@@ -161,6 +179,7 @@ class _Run:
     def _wanted(self) -> control.Wanted | None:
         if self.angles is not None:
             return control.following_angles(self.angles)
+        assert not isinstance(self.machine, SeparateMachine)
         settings, scenario, mechanics = self.machine.control, self.scenario, self.mechanics
         gain = 2.0 * math.pi * settings.link_bandwidth
         motion = scenario.motion
@@ -186,9 +205,11 @@ class _Run:
         )
 
     def _controller(self) -> control.MachineController:
-        system, settings, scenario = self.system, self.machine.control, self.scenario
+        system, scenario = self.system, self.scenario
         first, second, _ = system.places
-        motor, idle = None, 0.0
+        if isinstance(self.machine, SeparateMachine):
+            return self._of_links(np.array(self.state[:first]))
+        settings, motor, idle = self.machine.control, None, 0.0
         if system.motor is not None and scenario.source == "held":
             place = self.mechanics.at(self.state[None, :first], self.state[None, first:second])
             column = system.motor.coordinate
@@ -206,6 +227,30 @@ class _Run:
             servo=control.placed_servo(system, settings, 10.0 * system.servo.stick_speed if system.servo else 1.0),
             wanted=self._wanted() if system.servo is not None else None,
             integral=idle,
+        )
+
+    def _of_links(self, pose: np.ndarray) -> control.MachineController:
+        """Controller of a motor on each link, which start with the currents that hold the user."""
+        system, motion = self.system, self.scenario.motion
+        assert system.links is not None
+        assert isinstance(self.mechanics, SeparateMechanics)
+        if motion is None:
+            motion = VectorHistory(time=[0.0, self.scenario.duration], values=[pose, pose])
+        links = LinkController(
+            motors=system.links,
+            mechanics=self.mechanics,
+            motion=motion,
+            integral=-system.user(np.zeros(1))[0],
+        )
+        return control.MachineController(
+            system=system,
+            period=self.period,
+            duration=self.scenario.duration,
+            set_speed=0.0,
+            motor=None,
+            servo=None,
+            wanted=None,
+            links=links,
         )
 
     def _scale(self) -> np.ndarray:
@@ -320,13 +365,16 @@ class _Run:
             )
         kept = {name: column for name, column in zip(system.losses, lost.T, strict=True) if np.any(column)}
         columns = self._columns(time, states, log)
+        settled = first_settled(time, self.scenario.settling_time)
         # Sub-steps in which a wheel slips count as well.
         utilisation: dict[Demand, Any] = dict(
             zip(self.mechanics.demands, np.array(log.demands).T if log.demands else np.zeros((0, 0)), strict=False)
         )
-        found = run_limits.events(np.array(log.instants), utilisation) if log.instants else ()
+        instants = np.array(log.instants)
+        early = first_settled(instants, self.scenario.settling_time)
+        found = run_limits.events(instants, utilisation, early) if log.instants else ()
         others = self._motor_demands(columns)
-        found = tuple(sorted((*found, *run_limits.events(time, others), *self._saturation(log)), key=_start))
+        found = tuple(sorted((*found, *run_limits.events(time, others, settled), *self._saturation(log)), key=_start))
         slip = {f"slip_demand_{what.replace(' ', '_')}": place for place, (limit, what) in enumerate(self.mechanics.demands)
                 if limit == Limit.SLIP}  # fmt: skip
         if log.instants:
@@ -343,7 +391,7 @@ class _Run:
             stored=dict(zip(("machine", "motor", "steering"), stored.T, strict=True)),
             residual=residual,
             events=found,
-            root_mean_squares=run_limits.root_mean_squares(time, others),
+            root_mean_squares=run_limits.root_mean_squares(time, others, settled),
             outcome=outcome,
         )
 
@@ -365,6 +413,14 @@ class _Run:
             columns["motor_voltage_V"] = (
                 system.motor.motor.resistance * current + system.motor.motor.torque_constant * shaft
             )
+        if system.links is not None:
+            currents = np.array([one.links for one in log.inputs])
+            speeds = mechanics.at(states[:, :first], states[:, first:second]).kinematics.speed
+            motor = system.links.drive.motor
+            voltages = motor.resistance * currents + motor.torque_constant * system.links.ratio * speeds
+            for place in range(currents.shape[1]):
+                columns[f"motor_{place + 1}_current_A"] = currents[:, place]
+                columns[f"motor_{place + 1}_voltage_V"] = voltages[:, place]
         if system.servo is not None:
             currents = np.array([one.steering for one in log.inputs])
             for place, name in enumerate(mechanics.steered):
@@ -380,6 +436,13 @@ class _Run:
             speed = (voltage - motor.resistance * current) / motor.torque_constant
             for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
                 found[limit, "motor"] = demand
+        if system.links is not None and isinstance(self.machine, SeparateMachine):
+            motor = system.links.drive.motor
+            for place in range(self.machine.links):
+                current, voltage = (columns[f"motor_{place + 1}_{what}"] for what in ("current_A", "voltage_V"))
+                speed = (voltage - motor.resistance * current) / motor.torque_constant
+                for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
+                    found[limit, f"motor {place + 1}"] = demand
         if system.servo is not None:
             plant = system.servo.plant
             for name in self.mechanics.steered:
@@ -402,9 +465,12 @@ class _Run:
             for begin, end in zip(edges[::2], edges[1::2], strict=True):
                 begins = log.sampled[begin][0]
                 ends = log.sampled[end][0] if end < len(log.sampled) else self.scenario.duration
-                found.append(
-                    Event(limit=Limit.PEAK, what=f"current limit of {part}", start=begins, end=ends, worst=1.0)
-                )
+                event = Event(limit=Limit.PEAK, what=f"current limit of {part}", start=begins, end=ends, worst=1.0)
+                settling = given(self.scenario.settling_time, 0.0)
+                if begins < settling < ends:
+                    found.append(replace(event, end=settling, settling=True))
+                    event = replace(event, start=settling)
+                found.append(replace(event, settling=ends <= settling))
         return tuple(found)
 
 

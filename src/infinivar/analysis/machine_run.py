@@ -92,11 +92,29 @@ class MachineRun(Result):
         return np.linalg.norm(off[:, metres], axis=-1) if metres else np.max(np.abs(off), axis=-1)
 
     @property
+    def supplied_after_settling(self) -> float:
+        """Energy from all supplies after the settling time, of motor and steering. [J]"""
+        first = first_settled(self.time, self.scenario.settling_time)
+        return sum(float(energy[-1] - energy[first]) for name, energy in self.supplied.items() if "supply" in name)
+
+    @property
+    def mean_powers(self) -> dict[str, float]:
+        """Mean power from each supply after the settling time: "supply" of power motors, "steering supply". [W]"""
+        first = first_settled(self.time, self.scenario.settling_time)
+        lasted = float(self.time[-1] - self.time[first])
+        return {
+            name: float(energy[-1] - energy[first]) / lasted if lasted else float("nan")
+            for name, energy in self.supplied.items()
+            if "supply" in name
+        }
+
+    @property
     def verdict(self) -> str:
         """One-line verdict: exceeded limits, position error, energy supplied, closure."""
         if not self.complete:
             return self.outcome
-        said = [run_limits.verdict(self.events, self.root_mean_squares, self.scenario.duration, None)]
+        settling = self.scenario.settling_time
+        said = [run_limits.verdict(self.events, self.root_mean_squares, self.scenario.duration, settling)]
         error = self.position_error
         if error is not None:
             metres = any(name.endswith("_m") for name in configuration_names(self.machine))
@@ -106,9 +124,15 @@ class MachineRun(Result):
         supplies = [name for name in self.supplied if "supply" in name]
         if supplies:
             spent = sum(float(self.supplied[name][-1]) for name in supplies)
-            said.append(f"{plain(spent)} J from the supply")
+            said.append(f"{plain(spent)} J from the supply{self._mean_words() if settling is not None else ''}")
         said.append(f"energy balance closed to {plain(CLOSURE, 1)}")
         return "; ".join(said)
+
+    def _mean_words(self) -> str:
+        words = {"supply": "for power", "steering supply": "for steering"}
+        return ", after settling " + " and ".join(
+            f"{plain(power)} W {words[name]}" for name, power in self.mean_powers.items()
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events, verdict."""
@@ -119,6 +143,9 @@ class MachineRun(Result):
             "complete": self.complete,
             "feasible": self.feasible,
             "duration_s": float(self.time[-1]),
+            "settling_time_s": self.scenario.settling_time,
+            "supplied_after_settling_J": self.supplied_after_settling,
+            "mean_power_W": self.mean_powers,
             **({} if error is None else {"largest_position_error": float(np.max(error))}),
             "supplied_J": {name: float(energy[-1]) for name, energy in self.supplied.items()},
             "lost_J": {name: float(energy[-1]) for name, energy in self.lost.items()},
@@ -131,10 +158,18 @@ class MachineRun(Result):
                     "start_s": event.start,
                     "end_s": event.end,
                     "worst": event.worst,
+                    "while_settling": bool(event.settling),
                 }
                 for event in self.events
             ],
         }
+
+
+def first_settled(time: np.ndarray, settling_time: float | None) -> int:
+    """First instant at or after the end of a settling time; the last one if the run ended before."""
+    if settling_time is None or not len(time):
+        return 0
+    return min(int(np.searchsorted(time, settling_time * (1.0 - 1e-9))), len(time) - 1)
 
 
 def configuration_names(machine: Machine) -> tuple[str, ...]:

@@ -124,7 +124,7 @@ def machine_sensitivity(
     """
     if of not in OUTCOMES:
         raise InputError(f"of must be one of {', '.join(OUTCOMES)}, got {of!r}{nearest(of, OUTCOMES)}")
-    name, one = _asked(study, asked)
+    name, one = asked_of(study, asked)
     machine = _with_rated_gears(study.drive(drive))
     perform: Any = perform_task if isinstance(one, MachineTask) else follow_path
 
@@ -170,8 +170,14 @@ def machine_sensitivity(
     )
 
 
-def _asked(study: Study, asked: str | None) -> tuple[str, Any]:
-    """A task or path by its name, with or without its group."""
+def asked_of(study: Study, asked: str | None) -> tuple[str, Any]:
+    """A task or path by its name, with or without its group; the first one by default.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
     every = {f"tasks.{name}": one for name, one in study.tasks.items()}
     every |= {f"paths.{name}": one for name, one in study.paths.items()}
     if asked is None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
-from infinivar.analysis import output_histories, run_limits, sampled_springs
+from infinivar.analysis import machine_study, output_histories, run_limits, sampled_springs
+from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE, ClosureError, Trajectory
 from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
@@ -18,9 +19,12 @@ from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, axis_fault, refuse_machine
-from infinivar.drivetrain.graphs.closed_loop import Machine, closed_loop
+from infinivar.drivetrain.graphs.closed_loop import Machine as Plant
+from infinivar.drivetrain.graphs.closed_loop import closed_loop
+from infinivar.drivetrain.machines.machine import Machine
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
+from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
 from infinivar.parts.motor import Motor
 from infinivar.transmission import creepage, turning
@@ -169,38 +173,58 @@ class Simulation(Result):
         }
 
 
+@overload
 def simulate(
-    drive: Drive,
-    scenario: Scenario,
+    drive: Drive, scenario: Scenario, *, title: str = "", progress: Callable[[float], None] | None = None
+) -> Simulation: ...
+
+
+@overload
+def simulate(
+    drive: Machine,
+    scenario: MachinePath | MachineTask,
     *,
     title: str = "",
     progress: Callable[[float], None] | None = None,
-) -> Simulation:
-    """Simulate a drive under a scenario.
+) -> MachineRun: ...
+
+
+def simulate(
+    drive: Any,
+    scenario: Scenario | MachinePath | MachineTask,
+    *,
+    title: str = "",
+    progress: Callable[[float], None] | None = None,
+) -> Simulation | MachineRun:
+    """Simulate a drive under a scenario, or a machine on a path or in a task.
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires.
-    scenario : Scenario
+    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires. Or a PlatformDrive,
+        ArmDrive or SphereDrive.
+    scenario : Scenario                         For a machine a MachinePath or MachineTask; see `machine_study`.
     title : str                                 Name for reports.
     progress : callable                         Called with the share done.
 
     Returns
     -------
-    Simulation   An exceeded limit is an event, not an error. If the solver fails, the run ends early and states the reason.
+    Simulation or MachineRun   An exceeded limit is an event, not an error. If the solver fails, the run ends early and
+        states the reason.
 
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion requires, the scenario requires a part that the drive lacks (a steered
-        wheel), the load of one moves along a line and that of the other about a joint, or the tolerance is too large for the
-        energy balance to close.
+        If the drive lacks a value that motion requires, a machine cannot be simulated or leaves its reach, the scenario
+        requires a part that the drive lacks (a steered wheel), the load of one moves along a line and that of the other about
+        a joint, or the tolerance is too large for the energy balance to close.
     AuditError
         If the energy balance does not close at the default tolerance: an error in the program.
 
     Source: faulring2006, section V, Fig 10 and Fig 14.
     """
-    refuse_machine(drive, "simulate")
+    if isinstance(scenario, (MachinePath, MachineTask)):
+        return machine_study.simulated(drive, scenario, title=title, progress=progress)
+    refuse_machine(drive, "a scenario")
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     if scenario.states_axis and (fault := axis_fault(drive, scenario.axis, "the drive", "the scenario")):
@@ -234,7 +258,7 @@ def _settled(scenario: Scenario, run: Trajectory) -> int:
     return min(int(np.searchsorted(run.time, scenario.settling_time - rounding)), len(run.time) - 1)
 
 
-def _run(machine: Machine, scenario: Scenario, progress: Callable[[float], None] | None) -> Trajectory:
+def _run(machine: Plant, scenario: Scenario, progress: Callable[[float], None] | None) -> Trajectory:
     step = scenario.output_step or scenario.duration / STEPS
     count = max(round(scenario.duration / step), 1)
     return solve(

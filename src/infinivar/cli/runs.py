@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from infinivar.cli.shared import chosen, naming, naming_place, of_one_axis, print_json
-from infinivar.console import NOT_FEASIBLE, progress_bar, say
-from infinivar.errors import InputError
+from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
+from infinivar.errors import InputError, printable
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
 
 if TYPE_CHECKING:
+    from infinivar.analysis.machine_run import MachineRun
+    from infinivar.analysis.simulate import Simulation
     from infinivar.axis import Axis
     from infinivar.study.study import Study
 
@@ -26,22 +29,30 @@ def simulate(
     scenario: Annotated[
         str | None, typer.Option("--scenario", help=SCENARIO, autocompletion=scenarios_of_study)
     ] = None,
+    task: Annotated[
+        str | None,
+        typer.Option("--task", help="Machines: path or task of the study; defaults to the first path, or task."),
+    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Simulate a drive in a scenario.
+    """Simulate a drive in a scenario, or a machine on a path or in a task.
 
+    A path is followed for two periods, of which the first settles; in a task the machine holds, or moves steadily.
     Write a report, figures and results, including the energy audit.
     Exit with code 1 if the run is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
     from infinivar.analysis.simulate import simulate as run
+    from infinivar.drivetrain.drive import is_machine
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
-    driven = chosen(study, "drive", drive, loaded.drives)
-    of_one_axis(study, loaded.drives, "simulate", driven)
+    of_machines = bool(loaded.tasks or loaded.paths)
+    driven = chosen(study, "drive", drive, _movable(loaded, drive) if of_machines else loaded.drives)
+    if is_machine(loaded.drives[driven]) or task is not None:
+        _simulate_machine(study, loaded, driven, task, scenario, out, as_json)
     asked = chosen(study, "scenario", scenario, loaded.scenarios)
     with claimed(out), progress_bar() as progress:
         with naming_place(study, f"drives.{driven}, scenarios.{asked}"):
@@ -53,14 +64,7 @@ def simulate(
             )
         progress("writing the report", 1.0)
         files = save(result, out, name=f"{driven}-{asked}", reconstruction=loaded.reconstruction)
-    if as_json:
-        print_json({**result.to_dict(), "files": [str(file) for file in files]})
-    else:
-        say(f"{result.title}, {result.scenario.title}: {result.verdict}")
-        for line in result.event_lines:
-            say(f"  {line}")
-        say(f"Report: {files[0]}")
-    raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
+    _end(result, f"{result.title}, {result.scenario.title}", files, as_json)
 
 
 def sensitivity(
@@ -140,6 +144,57 @@ def sensitivity(
         say(remark)
     say(f"Report: {files[0]}")
     raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
+
+
+def _movable(loaded: Study, drive: str | None) -> Mapping[str, Any]:
+    """Drives to choose from: without a name, the machines that can be simulated, if there are any."""
+    movable = {name: one for name, one in loaded.drives.items() if "simulate" in getattr(one, "commands", ())}
+    return movable if drive is None and movable else loaded.drives
+
+
+def _simulate_machine(
+    study: Path, loaded: Study, name: str, task: str | None, scenario: str | None, out: Path, as_json: bool
+) -> NoReturn:
+    """Simulate a machine on a path or in a task, and exit."""
+    from infinivar.analysis.machine_sensitivity import asked_of
+    from infinivar.analysis.machine_study import check_moves, simulated
+    from infinivar.report.output import claimed
+    from infinivar.report.saving import save
+    from infinivar.study.check import check_machines
+
+    with naming(study):
+        if scenario is not None:
+            raise InputError(f"--scenario {scenario!r} is of drives of one axis; simulate drives.{name} with --task")
+        if not (loaded.tasks or loaded.paths):
+            raise InputError("the study has no tasks or paths; of machines, simulate needs one, such as [paths.circle]")
+        check_moves(loaded.drives[name], f"drives.{name}")
+        check_machines(loaded)
+        every = [f"paths.{one}" for one in loaded.paths] + [f"tasks.{one}" for one in loaded.tasks]
+        place, asked = asked_of(loaded, every[0] if task is None else task)
+    if task is None and len(every) > 1:
+        complain(f"no --task given: using {printable(place)}, the first of {', '.join(map(printable, every))}")
+    title = f"{loaded.titles[name]}, {asked.title}"
+    with claimed(out), progress_bar() as progress:
+        with naming_place(study, f"drives.{name}, {place}"):
+            result = simulated(
+                loaded.drives[name], asked, title=title, progress=lambda share: progress(asked.title, share)
+            )
+        progress("writing the report", 1.0)
+        file_name = f"{name}-{place.partition('.')[2]}"
+        files = save(result, out, name=file_name, reconstruction=loaded.reconstruction)
+    _end(result, title, files, as_json)
+
+
+def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json: bool) -> NoReturn:
+    """Print a simulated run, and exit."""
+    if as_json:
+        print_json({**result.to_dict(), "files": [str(file) for file in files]})
+    else:
+        say(f"{title}: {result.verdict}")
+        for line in result.event_lines:
+            say(f"  {line}")
+        say(f"Report: {files[0]}")
+    raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
 
 
 def _of_machine(study: Path, loaded: Study, name: str, of: str, task: str | None, as_json: bool) -> NoReturn:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.simulate import Simulation
+from infinivar.bondgraph.audit import Trajectory
 from infinivar.figures import style
 from infinivar.units import plain
 
@@ -21,7 +23,7 @@ _SMALL = 0.01
 _NOTHING = 1e-6
 """Entries below this share are within the residual of the balance."""
 
-SOURCES = {"supply": "motor supply", "load": "external work"}
+SOURCES = {"supply": "motor supply", "load": "external work", "user": "work of the user"}
 """Longer names for sources whose titles in a graph are short."""
 
 # Other than losses: sources, and what they took back, in the same colour.
@@ -30,12 +32,14 @@ _COLOURS = {
     "steering supply": "#8497B0",
     "external work": "#7A5230",
     "work on the load": "#7A5230",
+    "work of the user": "#7A5230",
+    "work on the user": "#7A5230",
     "back to motor supply": "#3D4B66",
     "back to steering supply": "#8497B0",
 }
 
 
-def balance(simulation: Simulation) -> tuple[dict[str, Any], dict[str, Any]]:
+def balance(simulation: Simulation | MachineRun) -> tuple[dict[str, Any], dict[str, Any]]:
     """Cumulative energy supplied and removed, by name, over time.
 
     Returns
@@ -43,18 +47,23 @@ def balance(simulation: Simulation) -> tuple[dict[str, Any], dict[str, Any]]:
     came, went : dict of (n,) float   None negative; their sums agree to the residual. [J]
         What sources took back, and what storages gave, counts on the other side.
     """
-    run = simulation.trajectory
+    run = _energies(simulation)
     came, went = {}, dict(run.lost)
     stored = np.sum([energy - energy[0] for energy in run.stored.values()], axis=0)
     went["stored"], came["released from storage"] = np.maximum(stored, 0.0), np.maximum(-stored, 0.0)
     for title, energy in run.supplied.items():
         name = SOURCES.get(title, title)
         came[name] = np.maximum(energy, 0.0)
-        went["work on the load" if title == "load" else f"back to {name}"] = np.maximum(-energy, 0.0)
+        went[f"work on the {title}" if title in ("load", "user") else f"back to {name}"] = np.maximum(-energy, 0.0)
     return came, went
 
 
-def data(simulation: Simulation) -> dict[str, Any]:
+def _energies(simulation: Simulation | MachineRun) -> Trajectory | MachineRun:
+    """What has the energies of a run."""
+    return simulation if isinstance(simulation, MachineRun) else simulation.trajectory
+
+
+def data(simulation: Simulation | MachineRun) -> dict[str, Any]:
     """Energy supplied and removed, at the end and over time.
 
     Returns
@@ -70,10 +79,10 @@ def data(simulation: Simulation) -> dict[str, Any]:
     return {
         "came": {name: float(energy[0]) for name, energy in _gathered(final[0]).items()},
         "went": {name: float(energy[0]) for name, energy in _gathered(final[1]).items()},
-        "time": simulation.trajectory.time,
+        "time": _energies(simulation).time,
         "grown": _gathered(went),
         "supplied": sum(energy for name, energy in came.items() if name != "released from storage"),
-        "closure": simulation.trajectory.closure,
+        "closure": _energies(simulation).closure,
     }
 
 
@@ -162,7 +171,7 @@ def draw_growth(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.legend(handles[::-1], labels[::-1], loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def draw_all(simulation: Simulation) -> Figure:
+def draw_all(simulation: Simulation | MachineRun) -> Figure:
     """Draw the balance at the end and over time."""
     numbers = data(simulation)
     with style.styled():

@@ -55,6 +55,9 @@ class MachineScenario:
         default=None,
     )
     stick_speed: float = quantity("m/s", Gt(0), "Speed below which friction sticks", default=1e-4)
+    settling_time: float | None = quantity(
+        "s", Gt(0), "Initial time by which the run is not judged; must be shorter than the run", default=None
+    )
     output_step: float | None = quantity(
         "s", Gt(0), "Time between results; defaults to a thousandth of the run, or a sample", default=None
     )
@@ -78,6 +81,14 @@ class MachineScenario:
                 finite = values.ndim == 1 and bool(np.all(np.isfinite(values)))
                 require(finite, name, getattr(self, name), "a row of finite numbers")
                 object.__setattr__(self, name, tuple(map(float, values)))
+        if self.settling_time is not None:
+            require(
+                self.settling_time < self.duration,
+                "settling_time",
+                self.settling_time,
+                f"shorter than the run, {self.duration:g} s",
+                "s",
+            )
         fastest = max(self.sample_rate or 0.0, 0.0 if self.output_step is None else 1.0 / self.output_step)
         require(
             self.duration * fastest <= _MOST_SEGMENTS,

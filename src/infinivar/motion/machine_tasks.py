@@ -201,13 +201,17 @@ class MachinePath(Whole):
         return (name for name in self.motions if name not in coordinates)
 
     def instants(self, coordinates: Sequence[str], home: Sequence[float]) -> PathInstants:
-        """The path in the coordinates of a machine, about a pose that is `home` where not stated.
+        """The path in the coordinates of a machine, about a pose that is `home` where not stated."""
+        fastest = max(motion.fastest for motion in self.motions.values())
+        count = 4 * -(-min(max(SAMPLES, int(_PER_WAVE * fastest * self.period)), _MOST) // 4)
+        return self.at((np.arange(count) + 0.5) * (self.period / count), coordinates, home)
+
+    def at(self, time: np.ndarray, coordinates: Sequence[str], home: Sequence[float]) -> PathInstants:
+        """As `instants`, at given instants (t,). [s]
 
         Source: Newton's law for the mass, Euler's for a sphere; `angular_velocity` for rotations.
         """
-        fastest = max(motion.fastest for motion in self.motions.values())
-        count = 4 * -(-min(max(SAMPLES, int(_PER_WAVE * fastest * self.period)), _MOST) // 4)
-        time = (np.arange(count) + 0.5) * (self.period / count)
+        count = len(time)
         pose = np.tile(self.pose.row(coordinates, home), (count, 1))
         rate, second = np.zeros_like(pose), np.zeros_like(pose)
         wrench = np.tile(self.wrench.row(coordinates), (count, 1))

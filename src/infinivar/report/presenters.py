@@ -35,6 +35,7 @@ _TYPES: dict[str, dict[str, str]] = {
     "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all", "dataset": "report.datasets:least_loss"},
     "analysis.machine_run.MachineRun": {
         "plot": "figures.machine_run:draw_all",
+        "save": "report.simulation:save",
         "dataset": "report.datasets:machine_run",
     },
     "analysis.machines.MachineComparison": {

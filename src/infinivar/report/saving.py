@@ -15,8 +15,8 @@ def save(result: Any, directory: str | Path, **options: Any) -> list[Path]:
 
     Parameters
     ----------
-    result : Comparison, Simulation, Sensitivity, Calibration, Reproduction, ContactSheet, SteeringStep or a sequence of
-        one of the last two
+    result : Comparison, Simulation, MachineRun, Sensitivity, Calibration, Reproduction, ContactSheet, SteeringStep or a
+        sequence of one of the last two
     directory : path           Created if there is none.
     **options                  A simulation has `name`, the stem of its files, and `reconstruction`, sentences on what is
                                assumed about the machine; a reproduction has `figure`, to draw only that figure.

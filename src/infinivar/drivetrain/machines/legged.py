@@ -6,24 +6,25 @@ rival are one class with another field, `leg` or `separate`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from annotated_types import Gt, Interval
+from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.bounds import FINITE
-from infinivar._core.fields import check, component, quantities, quantity, several
+from infinivar._core.fields import check, component, quantities, quantity
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import GEAR_LIMITS, axis_of
+from infinivar.drivetrain.drive import GEAR_LIMITS, axis_of, needed
 from infinivar.drivetrain.machines.machine import TaskPoint, checked, held, rows, worst
+from infinivar.drivetrain.machines.rods import PlatformGeometry
 from infinivar.drivetrain.many_legs import LeggedDrive
+from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
+from infinivar.drivetrain.moving.machines import ArmMachine, PlatformMachine, SeparateMachine
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
-from infinivar.motion.vectors import Point
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.platform import Platform
@@ -133,7 +134,7 @@ class _Side:
     @property
     def commands(self) -> tuple[str, ...]:
         """Commands that work besides those of all machines."""
-        return ("contact",) if self.leg is not None else ()
+        return ("contact", "simulate") if self.leg is not None else ("simulate",)
 
     def _legs(self, count: int) -> LeggedDrive | None:
         """The drive of the common cylinder; None with separate drives."""
@@ -144,65 +145,6 @@ class _Side:
             return LeggedDrive.of(self.leg, count)
         except ParameterError as problem:
             raise ParameterError(f"leg.{problem}") from None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlatformGeometry:
-    """Six rods in three pairs, or rods anywhere: the positions of the guideways and of the platform's joints."""
-
-    rod_length: float = quantity("m", Gt(0), "Length of the rods between their joints")
-    base_radius: float | None = quantity(
-        "m", Gt(0), "Radius of the circle of guideways, for rods in pairs", default=None
-    )
-    joint_radius: float | None = quantity(
-        "m", Gt(0), "Radius of the circle of platform joints, for rods in pairs", default=None
-    )
-    base_spread: float | None = quantity(
-        "rad", Interval(gt=0, lt=1.6), "Half the angle between the guideways of a pair", default=None
-    )
-    joint_spread: float | None = quantity(
-        "rad", Interval(gt=0, lt=1.6), "Half the angle between the joints of two rods that meet", default=None
-    )
-    guideways: tuple[Point, ...] | None = several("Positions of the guideways, instead of pairs", Point, default=None)
-    joints: tuple[Point, ...] | None = several("Joints in axes of the platform, instead of pairs", Point, default=None)
-    lowest: float | None = quantity("m", FINITE, "Lowest position of the links; unlimited if not given", default=None)
-    highest: float | None = quantity("m", FINITE, "Highest position of the links; unlimited if not given", default=None)
-    platform: Platform = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
-
-    def __post_init__(self) -> None:
-        """Validate the fields and make the platform."""
-        check(self)
-        pairs = [name for name in _PAIRS if getattr(self, name) is not None]
-        points = [name for name in _POINTS if getattr(self, name) is not None]
-        if pairs and points:
-            raise ParameterError(
-                f"{points[0]} and {pairs[0]} exclude each other: state rods in pairs by {', '.join(_PAIRS)}, or "
-                f"{' and '.join(_POINTS)}"
-            )
-        missing = [name for name in (_POINTS if points else _PAIRS) if getattr(self, name) is None]
-        if missing:
-            raise ParameterError(f"{missing[0]} is missing: rods need {', '.join(_PAIRS)}, or {' and '.join(_POINTS)}")
-        if (self.lowest is None) is not (self.highest is None):
-            lacking = "lowest" if self.lowest is None else "highest"
-            raise ParameterError(f"{lacking} is missing: a stroke has both ends, lowest and highest")
-        stroke = None if self.lowest is None or self.highest is None else (self.lowest, self.highest)
-        if stroke is not None:
-            require(stroke[0] < stroke[1], "highest", f"{stroke[1]:g} m", f"> lowest, {stroke[0]:g} m")
-        if points:
-            rows = [[one.row(("x", "y", "z")) for one in getattr(self, name)] for name in _POINTS]
-            for name, row in zip(_POINTS, rows, strict=True):
-                require(len(row) >= 6, name, f"{len(row)} points", "6 or more, one for each rod")
-            require(len(rows[0]) == len(rows[1]), "joints", f"{len(rows[1])}", f"as many as guideways, {len(rows[0])}")
-            made = Platform(base=rows[0], joints=rows[1], rod_length=self.rod_length, stroke=stroke)
-        else:
-            pairs = {name: getattr(self, name) for name in _PAIRS}
-            made = replace(Platform.hexapod(**pairs, rod_length=self.rod_length, stroke=stroke), provenance="given")
-        _ = made.home  # refuses rods that do not reach the platform
-        object.__setattr__(self, "platform", made)
-
-
-_PAIRS = ("base_radius", "joint_radius", "base_spread", "joint_spread")
-_POINTS = ("guideways", "joints")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,12 +161,21 @@ class PlatformDrive(_Side):
     geometry: PlatformGeometry = component("Rods and their joints")
     leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
     separate: ConventionalDrive | None = component("Drive of each link, with a motor of its own", default=None)
+    mass: float | None = quantity("kg", Gt(0), "Mass of the platform without a load, for simulation", default=None)
+    inertia: tuple[float, ...] | None = quantities(
+        "kg m^2",
+        Gt(0),
+        "Moments of inertia of the platform about its axes x, y and z, for simulation; its origin is the centre of mass",
+        default=None,
+    )
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
         object.__setattr__(self, "legs", self._legs(self.links))
+        if self.inertia is not None:
+            require(len(self.inertia) == 3, "inertia", f"{len(self.inertia)} values", "three: about x, y and z")
         if self.separate is not None and axis_of(self.separate) is not LINEAR:
             raise ParameterError(
                 "separate must move a link along a line, not a joint: give it a pulley, screw, belt or rack"
@@ -266,6 +217,31 @@ class PlatformDrive(_Side):
         pose, twist, wrench = rows(self, pose, twist, wrench)
         return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
 
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformMachine | SeparateMachine:
+        """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the end point; the inertia is the same about all axes. [kg], [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If an inertia that motion requires is missing, or a separate drive cannot be simulated.
+        """
+        mass = needed(self.mass, "mass") + load_mass
+        inertia = [one + load_inertia for one in needed(self.inertia, "inertia")]
+        if self.leg is None:
+            assert self.separate is not None
+            load = PlatformLoad(platform=self.platform, mass=mass, inertia=np.array(inertia))
+            return SeparateMachine(separate=self.separate, load=load, home=np.array(self.home))
+        needed(self.leg.steering, "leg.steering")
+        return PlatformMachine(leg=self.leg, platform=self.platform, mass=mass, inertia=inertia)
+
+    def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
+        """Configuration of the machine in motion, and forces on it, of poses and wrenches (..., 6): these themselves."""
+        return np.asarray(pose, dtype=float), np.asarray(wrench, dtype=float)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArmDrive(_Side):
@@ -283,6 +259,9 @@ class ArmDrive(_Side):
     elbow: Elbow = component("Side to which the elbow points, seen from the base to the end point", default="right")
     leg: CoboticDrive | None = component("One leg with the motor of the common cylinder", default=None)
     separate: ConventionalDrive | None = component("Drive of each joint, with a motor of its own", default=None)
+    member_masses: tuple[float, ...] | None = quantities(
+        "kg", Ge(0), "Masses of the members, which are uniform, from the base, for simulation", default=None
+    )
     arm: PlanarArm = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
 
@@ -290,6 +269,15 @@ class ArmDrive(_Side):
         """Validate the fields."""
         check(self)
         require(1 <= len(self.lengths) <= 3, "lengths", f"{len(self.lengths)} members", "one to three members")
+        if self.member_masses is not None:
+            count = len(self.lengths)
+            require(
+                len(self.member_masses) == count,
+                "member_masses",
+                f"{len(self.member_masses)} values",
+                f"{count}, one for each member",
+            )
+            require(self.member_masses[-1] > 0, "member_masses", f"{self.member_masses[-1]:g} at the end", "> 0", "kg")
         object.__setattr__(self, "arm", PlanarArm(lengths=self.lengths))
         object.__setattr__(self, "legs", self._legs(self.links))
 
@@ -368,8 +356,7 @@ class ArmDrive(_Side):
         reach = self.reach(pose)
         within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
         safe = np.where(within[..., None], angles, np.linspace(0.3, 0.6, n))
-        full = self.arm.jacobian(safe)
-        jacobian = {1: full[..., 2:, :], 2: full[..., :2, :], 3: full}[n]
+        jacobian = self._jacobian(safe)
         rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
         torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
         utilisation = {} if n == 1 else {Limit.LINKAGE: np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))}
@@ -385,6 +372,60 @@ class ArmDrive(_Side):
             words="joint",
             units=("N m", "rad/s"),
         )
+
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine | SeparateMachine:
+        """The arm with the masses of its members, and a load at its end point, for `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Moved with the end point; the inertia turns with the last member. [kg], [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If a value that motion requires is missing, or a separate drive cannot be simulated; or with one joint, whose angle
+            is the coordinate, if there is a mass.
+        """
+        if load_mass and len(self.lengths) == 1:
+            raise ParameterError(
+                f"load_mass must be 0 for an arm of one joint, got {load_mass:g} kg: state load_inertia about the joint"
+            )
+        masses = needed(self.member_masses, "member_masses")
+        if self.leg is None:
+            assert self.separate is not None
+            rim = 1.0 if axis_of(self.separate).rotary else self.pulley_radius
+            load = ArmLoad(
+                arm=self.arm,
+                pulleys=np.full(self.links, rim),
+                masses=np.array(masses),
+                tip_mass=load_mass,
+                tip_inertia=load_inertia,
+            )
+            return SeparateMachine(separate=self.separate, load=load, home=np.zeros(self.links))
+        needed(self.leg.steering, "leg.steering")
+        return ArmMachine(
+            leg=self.leg,
+            arm=self.arm,
+            pulley_radius=self.pulley_radius,
+            member_masses=masses,
+            tip_mass=load_mass,
+            tip_inertia=load_inertia,
+        )
+
+    def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
+        """Joint angles (..., n), without turns between neighbours, and joint torques of poses and wrenches (..., n) of the end
+        point; nan beyond reach."""
+        angles = self.angles(pose)
+        if angles.ndim > 1:
+            angles = np.unwrap(angles, axis=0)
+        across = np.swapaxes(self._jacobian(np.nan_to_num(angles)), -1, -2)
+        torques = np.matmul(across, np.asarray(wrench, dtype=float)[..., None])[..., 0]
+        return angles, torques + 0.0 * angles
+
+    def _jacobian(self, angles: np.ndarray) -> np.ndarray:
+        """Of the end point in `coordinates`. (..., n, n)"""
+        full = self.arm.jacobian(angles)
+        return {1: full[..., 2:, :], 2: full[..., :2, :], 3: full}[len(self.lengths)]
 
 
 def legs_of(drive: Any) -> CoboticDrive | None:

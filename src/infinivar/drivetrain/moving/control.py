@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from infinivar.drivetrain.moving.legged import Load, PlatformLoad
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.planar import PlanarCobot
+
+if TYPE_CHECKING:
+    from infinivar.drivetrain.moving.separate import LinkController
 
 _STEP = 1e-4
 """Half the time over which commanded angles are differenced. [s]"""
@@ -42,6 +45,8 @@ class MachineController:
     servo: Servo | None
     wanted: Wanted | None
     integral: float = 0.0
+    links: LinkController | None = None
+    """Of a machine with a motor for each link, instead of all others."""
     waiting: Inputs | None = field(default=None)
     saturated: dict[str, float] = field(default_factory=dict)
     """Commanded over largest current of the last sample, by motor."""
@@ -56,6 +61,9 @@ class MachineController:
         first, second, third = self.system.places
         c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
         inputs = Inputs(steering=np.zeros(len(angles)))
+        if self.links is not None:
+            inputs.links = self.links.act(time, c, nu, self.period)
+            self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / self.links.limit
         if self.motor is not None and self.system.motor is not None:
             error = self.set_speed - float(nu[self.system.motor.coordinate])
             inputs.current, self.integral = self.motor.act(error, self.integral, self.period)
@@ -134,7 +142,7 @@ def following_pose(
             off = np.concatenate([off[:3], rotation_between(c[3:], pose[3:])])
         turning = math.copysign(max(abs(float(nu[-1])), 0.05 * abs(set_speed)), set_speed)
         slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
-        before, after = _around(motion, time)
+        before, after = around(motion, time)
         acceleration = (planned(after) - planned(before)) / (after - before)
         change = -(acceleration + gain * (jacobian @ (twist - nu[:-1]))) / (radius * turning)
         goal = np.clip(np.arctan(slope), -largest, largest)
@@ -143,7 +151,7 @@ def following_pose(
     return wanted
 
 
-def _around(motion: VectorHistory, time: float) -> tuple[float, float]:
+def around(motion: VectorHistory, time: float) -> tuple[float, float]:
     """Two instants about a time, both on the same side of the end of a motion."""
     end = float(motion.time[-1])
     after = min(time + _STEP, end) if time <= end else time + _STEP
@@ -165,7 +173,7 @@ def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) ->
             x, y, turning = rate + gain * off
             return np.array([cosine * x + sine * y, cosine * y - sine * x, turning])
 
-        goal, (before, after) = headings(twist(time), angles), _around(motion, time)
+        goal, (before, after) = headings(twist(time), angles), around(motion, time)
         return goal, (headings(twist(after), goal) - headings(twist(before), goal)) / (after - before)
 
     return wanted

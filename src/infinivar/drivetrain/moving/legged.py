@@ -103,6 +103,8 @@ class ArmLoad:
     masses: np.ndarray
     """Of the members. (n,) [kg]"""
     tip_mass: float
+    tip_inertia: float = 0.0
+    """Moment of inertia at the end point, which turns with the last member. [kg m^2]"""
     demands: tuple[tuple[Limit, str], ...] = ()
 
     @property
@@ -118,7 +120,9 @@ class ArmLoad:
     def inertia(self, angles: np.ndarray, rates: np.ndarray) -> Moved:
         """Of the arm without pulleys and links."""
         lengths = np.asarray(self.arm.lengths)
-        return planar_arm(lengths, self.masses, self.masses * lengths**2 / 12.0, self.tip_mass, angles, rates)
+        inertias = self.masses * lengths**2 / 12.0
+        inertias[-1] += self.tip_inertia
+        return planar_arm(lengths, self.masses, inertias, self.tip_mass, angles, rates)
 
     def at(self, pose: np.ndarray, twist: np.ndarray) -> Linkage:
         """Kinematics and inertia."""

@@ -13,10 +13,12 @@ from infinivar._core.arrays import real_array
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, quantities, quantity
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.control import CoboticControl, ConventionalControl
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
+from infinivar.drivetrain.moving.separate import LinkMotors, SeparateMechanics
 from infinivar.drivetrain.moving.system import PowerMotor, SteeringServo
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
@@ -116,6 +118,9 @@ class ArmMachine(_OnCylinder):
     pulley_radius: float | Sequence[float] = component("Radius of each joint's pulley [m]")
     member_masses: Sequence[float] = quantities("kg", Ge(0), "Masses of the members")
     tip_mass: float = quantity("kg", Ge(0), "Mass at the end point", default=0.0)
+    tip_inertia: float = quantity(
+        "kg m^2", Ge(0), "Moment of inertia at the end point, which turns with the last member", default=0.0
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -132,7 +137,7 @@ class ArmMachine(_OnCylinder):
     def mechanics(self, stick_speed: float) -> LeggedMechanics:
         """Contacts and inertia."""
         radii = np.diag(self.arm.parallel(self.pulley_radius).jacobian)
-        return self._mechanics(_arm_load(self, radii), self.arm.joints, stick_speed)
+        return self._mechanics(_arm_load(self, radii, self.tip_inertia), self.arm.joints, stick_speed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -285,10 +290,64 @@ class SphereMachine:
         return _motor(self.motor, self.gearhead, self.amplifier, 0, stick_speed / self.ivt.drive.wheel_radius)
 
 
-Machine = PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine
-"""A machine of many contacts that can move in time."""
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SeparateMachine:
+    """A platform or arm whose links are moved by a geared motor each, without wheels; the rival of legs on one cylinder.
 
-MACHINES: tuple[type, ...] = (PlatformMachine, ArmMachine, SerialArmMachine, PlanarMachine, SphereMachine)
+    `infinivar.drivetrain.machines.legged` makes it. Without steering, the source is always on.
+    """
+
+    separate: ConventionalDrive
+    load: PlatformLoad | ArmLoad
+    home: np.ndarray
+    """Configuration at the start."""
+
+    set_speed: ClassVar[float] = 0.0
+
+    @property
+    def control(self) -> ConventionalControl:
+        """Settings of the controllers."""
+        return self.separate.control
+
+    @property
+    def links(self) -> int:
+        """Number of links."""
+        return len(self.load.platform.base) if isinstance(self.load, PlatformLoad) else self.load.arm.joints
+
+    def link_motors(self, stick_speed: float) -> LinkMotors:
+        """Motors of the links; a drive about a joint sticks below the speed of the joint that the rim of 100 mm has."""
+        rotary = self.separate.own_axis.rotary
+        try:
+            return LinkMotors(drive=self.separate, stick_speed=stick_speed / (_RIM if rotary else 1.0))
+        except ParameterError as problem:
+            raise ParameterError(f"separate.{problem}") from None
+
+    def mechanics(self, stick_speed: float) -> SeparateMechanics:
+        """Inertia."""
+        moved = self.link_motors(stick_speed).moved_mass
+        return SeparateMechanics(load=self.load, count=self.links, link_mass=moved)
+
+    def servo(self, stick_speed: float) -> None:
+        """None: nothing is steered."""
+
+    def power_motor(self, stick_speed: float) -> None:
+        """None: there is one for each link."""
+
+
+_RIM = 0.1
+"""Radius at which a joint that a drive turns directly counts as moving. [m]"""
+
+Machine = PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine | SeparateMachine
+"""A machine of many contacts that can move in time, or its rival with a motor for each link."""
+
+MACHINES: tuple[type, ...] = (
+    PlatformMachine,
+    ArmMachine,
+    SerialArmMachine,
+    PlanarMachine,
+    SphereMachine,
+    SeparateMachine,
+)
 
 
 def _check_leg(leg: Any) -> None:
@@ -303,9 +362,9 @@ def _check_members(arm: PlanarArm, masses: Sequence[float]) -> None:
     require(masses[-1] > 0, "member_masses", f"{masses[-1]} at the end", "> 0 for the last member", "kg")
 
 
-def _arm_load(machine: ArmMachine | SerialArmMachine, pulleys: np.ndarray) -> ArmLoad:
+def _arm_load(machine: ArmMachine | SerialArmMachine, pulleys: np.ndarray, tip_inertia: float = 0.0) -> ArmLoad:
     masses = real_array("member_masses", machine.member_masses)
-    return ArmLoad(arm=machine.arm, pulleys=pulleys, masses=masses, tip_mass=machine.tip_mass)
+    return ArmLoad(arm=machine.arm, pulleys=pulleys, masses=masses, tip_mass=machine.tip_mass, tip_inertia=tip_inertia)
 
 
 def _servo(plant: SteeringPlant | None, wheel: Any, amplifier: Amplifier, stick_speed: float) -> SteeringServo:

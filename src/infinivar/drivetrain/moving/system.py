@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -26,8 +26,11 @@ from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
-from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.gearhead import Gearhead, proportional_friction
 from infinivar.parts.motor import Motor
+
+if TYPE_CHECKING:
+    from infinivar.drivetrain.moving.separate import LinkMotors
 
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""
@@ -106,7 +109,7 @@ class PowerMotor:
     Raises
     ------
     ParameterError
-        If the rotor's inertia is missing, or the gearhead's friction depends on its load.
+        If the rotor's inertia is missing, or the gearhead has measured friction.
     """
 
     motor: Motor
@@ -118,7 +121,7 @@ class PowerMotor:
     inertia: float = field(init=False, default=0.0)
     """Of rotor and gearhead about the coordinate. [kg m^2]"""
     gear_friction: float = field(init=False, default=0.0)
-    """At the motor. [N m]"""
+    """Constant, at the motor. [N m]"""
 
     def __post_init__(self) -> None:
         """Compute what does not change."""
@@ -126,10 +129,10 @@ class PowerMotor:
         object.__setattr__(self, "inertia", rotor * self.gearhead.ratio**2)
         friction = 0.0
         if not self.gearhead.lossless:
-            if self.gearhead.loss_model != "coulomb":
+            if self.gearhead.friction is not None:
                 raise ParameterError(
-                    f"gearhead.loss_model must be 'coulomb' in a machine of many contacts that moves, got "
-                    f"{self.gearhead.loss_model!r}, whose friction depends on the load; iv.simulate has it for one leg"
+                    f"gearhead.loss_model must be 'coulomb' or 'proportional' in a machine of many contacts that moves, got "
+                    f"{self.gearhead.loss_model!r}, whose friction is measured; iv.simulate has it for one leg"
                 )
             friction = float(self.gearhead.coulomb_friction(self.motor.continuous_torque))
         object.__setattr__(self, "gear_friction", friction)
@@ -139,8 +142,40 @@ class PowerMotor:
         """Torque on the coordinate per current. [N m A^-1]"""
         return self.gearhead.ratio * self.motor.torque_constant
 
+    @property
+    def loaded(self) -> bool:
+        """Whether friction of the gearhead depends on the torque that it transmits."""
+        return self.gearhead.loss_model == "proportional" and not self.gearhead.lossless
+
+    def load_friction(self, shaft: np.ndarray, torque: np.ndarray, free: np.ndarray, unit: np.ndarray) -> np.ndarray:
+        r"""Friction torque at the motor of a gearhead whose loss is proportional to power. (m,) [N m]
+
+        The torque p that it transmits follows from the rotor's balance,
+
+        .. math:: p + F(p)\,(1 - J\,M^{-1}_{cc}) = \frac{\tau - J\,\dot\nu_c}{n}, \qquad F(p) = F(\mathrm{sgn}\,p)\,|p|,
+
+        so that p has the sign of the right-hand side and is explicit.
+
+        Parameters
+        ----------
+        shaft : (m,) float    Speed of the motor. [rad s^-1]
+        torque : (m,) float   tau, on the coordinate without this friction. [N m]
+        free : (m,) float     Acceleration of the coordinate without this friction. [rad s^-2]
+        unit : (m,) float     Its acceleration by a unit torque. [kg^-1 m^-2]
+
+        Source: Newton; `proportional_friction`.
+        """
+        balance = (torque - self.inertia * free) / self.gearhead.ratio
+        way = np.where(balance < 0.0, -1.0, 1.0)
+        forward = given(self.gearhead.efficiency, 1.0)
+        back = given(self.gearhead.backdriving_efficiency, forward)
+        share = proportional_friction(shaft, way, forward, back, self.stick_speed)
+        passed = balance / (1.0 + way * share * (1.0 - self.inertia * unit))
+        return share * np.abs(passed)
+
     def act(self, current: float, speed: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Torque on the coordinate, and the power that the motor takes ("motor") with its losses, at coordinate speeds."""
+        """Torque on the coordinate, and the power that the motor takes ("motor") with its losses, at coordinate speeds; without
+        friction that depends on the load."""
         shaft, motor = self.gearhead.ratio * speed, self.motor
         rubbing = coulomb(shaft, motor.friction_torque, self.stick_speed)
         iron = given(motor.viscous_friction, 0.0) * shaft
@@ -226,14 +261,17 @@ class Inputs:
     """Of the power motor. [A]"""
     steering: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Currents of the servos. (s,) [A]"""
+    links: np.ndarray = field(default_factory=lambda: np.zeros(()))
+    """Currents of the motors of links, (n,) or one for all. [A]"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class System:
-    """A machine: mechanics with an optional power motor, and steering by servos or as prescribed."""
+    """A machine: mechanics with an optional power motor and steering by servos or as prescribed, or with motors of links."""
 
     mechanics: Mechanics
     motor: PowerMotor | None = None
+    links: LinkMotors | None = None
     servo: SteeringServo | None = None
     angles: Angles | None = None
     """Steering angles over time, without servo."""
@@ -249,7 +287,10 @@ class System:
         if self.motor is not None:
             sources.append("supply")
             losses += _MOTOR
-        if self.servo is None:
+        if self.links is not None:
+            sources.append("supply")
+            losses += self.links.losses
+        elif self.servo is None:
             sources.append("steering")
         else:
             sources.append("steering supply")
@@ -276,10 +317,13 @@ class System:
             return state[:, second:third], state[:, third:]
         if self.angles is None:
             return np.zeros((len(state), len(self.mechanics.steered))), np.zeros(())
-        now = np.array([np.asarray(self.angles(float(one)), dtype=float) for one in time])
-        ahead = np.array([np.asarray(self.angles(float(one) + _STEP), dtype=float) for one in time])
-        behind = np.array([np.asarray(self.angles(float(one) - _STEP), dtype=float) for one in time])
-        return now, (ahead - behind) / (2.0 * _STEP)
+        # Columns of a Jacobian share their instant.
+        instants, rows = np.unique(time, return_inverse=True)
+        now, ahead, behind = (
+            np.array([np.asarray(self.angles(float(one) + off), dtype=float) for one in instants])
+            for off in (0.0, _STEP, -_STEP)
+        )
+        return now[rows], ((ahead - behind) / (2.0 * _STEP))[rows]
 
     def user(self, time: np.ndarray) -> np.ndarray:
         """Forces of the user on all coordinates. (m, N)"""
@@ -306,15 +350,23 @@ class System:
             total += pushed
             powers["user"] = np.sum(pushed * nu, axis=-1)
         inertia = place.inertia
-        if self.motor is not None:
+        if self.links is not None:
+            link = place.kinematics
+            onto, electric = self.links.act(inputs.links, link.speed)
+            total += np.matmul(np.swapaxes(link.jacobian, -1, -2), onto[..., None])[..., 0]
+            powers |= electric
+        if self.motor is None:
+            accelerations = np.linalg.solve(inertia, total[..., None])[..., 0]
+        else:
             column = self.motor.coordinate
             torque, electric = self.motor.act(inputs.current, nu[:, column])
             total[:, column] += torque
             inertia = inertia.copy()
             inertia[:, column, column] += self.motor.inertia
             powers |= electric
+            accelerations = self._driven(self.motor, inertia, total, torque, nu[:, column], powers)
         stored = 0.5 * np.sum(nu * np.matmul(inertia, nu[..., None])[..., 0], axis=-1)
-        parts = [place.changes, np.linalg.solve(inertia, total[..., None])[..., 0]]
+        parts = [place.changes, accelerations]
         if self.servo is None:
             powers["steering"] = np.sum(forces.resisting * turning, axis=-1)
         else:
@@ -327,6 +379,27 @@ class System:
             if name in powers:
                 passed[:, place_of] = powers[name]
         return Rates(np.concatenate(parts, axis=-1), passed, stored, forces.demand)
+
+    @staticmethod
+    def _driven(
+        motor: PowerMotor,
+        inertia: np.ndarray,
+        total: np.ndarray,
+        torque: np.ndarray,
+        speed: np.ndarray,
+        powers: dict[str, Any],
+    ) -> np.ndarray:
+        """Accelerations with a motor; adds the loss of a gearhead that depends on the load."""
+        if not motor.loaded:
+            return np.linalg.solve(inertia, total[..., None])[..., 0]
+        sides = np.zeros((*total.shape, 2))
+        sides[:, :, 0] = total
+        sides[:, motor.coordinate, 1] = 1.0
+        free, unit = np.moveaxis(np.linalg.solve(inertia, sides), -1, 0)
+        shaft, column = motor.gearhead.ratio * speed, motor.coordinate
+        friction = motor.load_friction(shaft, torque, free[:, column], unit[:, column])
+        powers["gearhead"] = powers["gearhead"] + friction * shaft
+        return free - unit * (motor.gearhead.ratio * friction)[:, None]
 
     def energies(self, state: np.ndarray) -> np.ndarray:
         """Kinetic energies of machine, power motor and steering. (m, 3) [J]"""
