@@ -261,7 +261,7 @@ def test_a_cart_that_turns_about_a_wheel_is_the_limit_of_one_that_turns_next_to_
 
 
 def test_limits_between_the_ends_of_a_range_count_on_a_sphere():
-    """Creep by spin makes the demand of a drive roller largest near no load: at the ends it keeps limits that it exceeds between."""
+    """Creep by spin makes the demand of a drive roller largest near no load."""
     drive = iv.load_study("sphere_joint").drives["tetrahedral"]
     roller = replace(drive.roller, preload=120.0)
     ball = replace(drive, roller=roller, steering_roller=replace(roller, friction=0.3))
@@ -285,3 +285,16 @@ def test_limits_between_the_ends_of_a_range_count_on_a_sphere():
 def test_a_task_of_another_machine_is_refused(task, said):
     with pytest.raises(iv.ParameterError, match=said):
         iv.perform_task(SPHERES["cubic"], task)
+
+
+def test_a_cart_on_two_wheels_turns_about_any_point_of_their_line():
+    """Parallel wheels hold no moment: the source overcomes the rolling resistance of each, so that the power is that alone."""
+    cart = PlanarDrive(wheel=WHEEL, positions=(Point(x=0.4), Point(x=-0.4)))
+    centre = np.linspace(-3.0, 3.0, 62)
+    twist = np.stack([0.0 * centre, -centre, np.ones(62)], axis=-1)
+    found = cart.perform(pose=np.zeros((62, 3)), twist=twist, wrench=np.zeros((62, 3)))
+    resistance = (WHEEL.rolling_torque + WHEEL.bearing_torque) / WHEEL.wheel_radius
+    np.testing.assert_allclose(found.power_in, resistance * (np.abs(centre - 0.4) + np.abs(centre + 0.4)), rtol=1e-9)
+    # Beside the line the wheels hold the moment, at the cost of a little creep.
+    beside = cart.perform(pose=np.zeros(3), twist=[0.03, 0.6, 1.0], wrench=np.zeros(3))
+    assert float(beside.power_in) == pytest.approx(0.6, rel=2e-2)
