@@ -364,7 +364,7 @@ class FlatWalls(Whole):
 def check_surface(name: str, value: Any) -> None:
     """Raise ParameterError unless a value has the members of `Surface`."""
     missing = missing_members(value, MEMBERS)
-    if isinstance(value, type) or len(missing) == len(MEMBERS):
+    if isinstance(value, type) or "distance" in missing:
         raise ParameterError(
             f"{name} must be a surface, such as a HalfSpace, Ball, Tube or TriangleMesh, got {shown(value)}"
         )
