@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 
 from infinivar._core.arrays import shown
 from infinivar.errors import InputError, ParameterError, require
@@ -46,6 +45,8 @@ def through(points: np.ndarray, closed: bool) -> Pieces:
 
     Source: deboor2001, chapter XVI, for the lengths of the chords as the parameter.
     """
+    from scipy.interpolate import CubicSpline
+
     fewest = 3 if closed else 2
     require(
         len(points) >= fewest, "points", len(points), f"{fewest} or more of {'a closed' if closed else 'an open'} curve"
@@ -96,7 +97,7 @@ def angle(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return 2.0 * np.arctan2(np.sqrt(np.sum(apart**2, axis=-1)), np.sqrt(np.sum(along**2, axis=-1)))
 
 
-def _base(spline: CubicSpline | BSpline) -> Base:
+def _base(spline: Any) -> Base:
     first, second = spline.derivative(1), spline.derivative(2)
     return lambda u: (spline(u), first(u), second(u))
 
@@ -133,6 +134,8 @@ def of_function(function: Callable[[float], Any], start: float, end: float, clos
     InputError
         If the curve jumps, has a kink or a cusp, or is not smooth.
     """
+    from scipy.interpolate import make_interp_spline
+
     evaluate = _rows(function)
     count = _FEWEST
     parameter = np.linspace(start, end, count + 1)
