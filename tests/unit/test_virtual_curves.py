@@ -139,6 +139,11 @@ def test_a_spline_goes_through_its_points_and_closes_smoothly():
     assert PointCurve.through([[0, 0], [1, 0], [1, 1], [0, 1]], closed=True).is_closed  # a round outline of four points
 
 
+def test_no_points_give_no_rows():
+    assert CIRCLE.nearest(np.zeros((0, 2))).point.shape == (0, 2)
+    assert CIRCLE.nearest(np.zeros((0, 2)), near=0.0).offset.shape == (0,)
+
+
 def test_curves_are_values():
     again = PointCurve.through(np.array([WAVE.x, WAVE.y]).T)
     assert again == WAVE
@@ -190,7 +195,7 @@ U_TURN = [[0, 0], [1, 0], [0, 0.01]]
         (lambda: LineCurve(start=(0.0, 0.0), end=(0.0, 0.0)), "end must be another point than start"),
         (lambda: LineCurve(start=(0.0, 0.0), end=(0.0, 0.0, 1.0)), "end must be points of 2 coordinates"),
         (lambda: LineCurve(start=(0.0,), end=(1.0,)), "start must be a point of two or three coordinates"),
-        (lambda: ArcCurve(centre=(0.0, 0.0), radius=0.0), "radius must be > 0 m, got 0"),
+        (lambda: ArcCurve(centre=(0.0, 0.0), radius=0.0), r"radius must be >= 1e-09 and <= 1e\+09 m, got 0"),
         (lambda: ArcCurve(centre=(0.0, 0.0), radius=1.0, turn=7.0), "turn must be at most 360 degrees"),
         (lambda: ArcCurve(centre=(0.0, 0.0), radius=1.0, pitch=0.1), "pitch must be left out in the plane"),
         (lambda: ArcCurve(centre=(0.0, 0.0, 0.0), radius=1.0), "axis must be given in space"),
@@ -218,6 +223,13 @@ U_TURN = [[0, 0], [1, 0], [0, 0.01]]
         (lambda: CIRCLE.nearest([1.0, 2.0, 3.0]), "point must be points of 2 coordinates"),
         (lambda: CIRCLE.nearest([1.0, math.nan]), "point must be finite"),
         (lambda: CIRCLE.nearest([1.0, 2.0], near=math.nan), "near must be finite m"),
+        (lambda: CIRCLE.nearest([1.0, 2.0], near="here"), "near must be a real number"),
+        (lambda: CIRCLE.nearest([1.0, 2.0], near=(1.0, 2.0)), "near must be one number, got shape"),
+        (lambda: CIRCLE.nearest([[1.0, 2.0]], near=(1.0, 2.0)), "near must be one number, or 1 of them, got shape"),
+        (lambda: CIRCLE.nearest([1e200, 2.0]), r"point must be within 1e\+09 m of the origin, got 1e\+200 m"),
+        (lambda: PointCurve.through([[0, 0], [1e200, 0]]), r"points must be within 1e\+09 m of the origin"),
+        (lambda: ArcCurve(centre=(1e9, 0.0), radius=1e-3), "too small for its distance from the origin"),
+        (lambda: FunctionCurve(function=lambda u: (u, math.sqrt(u))), "the curve is not smooth at the parameter"),
         (lambda: CIRCLE.at(math.inf), "arc_length must be finite m"),
     ],
 )

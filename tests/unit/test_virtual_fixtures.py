@@ -160,6 +160,10 @@ LINE = AlongLine(direction=(1.0, 0.0))
         (lambda: AlongLine(direction=(0.0, 1.0)).rows(("x",)), "leaves nothing free of a machine that moves x"),
         (lambda: LINE.rows(CARRIAGE, (0.0, math.nan)), "position must be finite"),
         (lambda: LINE.rows(CARRIAGE, (0.0, 0.0), (1.0, 2.0, 3.0)), "twist must be points of 2 coordinates"),
+        (
+            lambda: OnCurve(curve=ArcCurve(centre=(0.0, 0.0), radius=1.0)).rows(CARRIAGE, (0.0, 0.0)),
+            "a centre of curvature",
+        ),
         (lambda: free_basis([[1.0, 0.0], [0.0, 1.0]]), "rows must be of shape"),
         (lambda: free_basis([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]), "rows must be independent, got 2 rows of rank 1"),
         (lambda: free_basis([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]), "got only zeros in row 2"),

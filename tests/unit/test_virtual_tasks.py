@@ -153,7 +153,10 @@ def test_what_only_python_states():
             'type = "path"\ncurve = { shape = "line", start = ["0 m", "0 m"], end = ["1 s", "0 m"] }',
             "has the unit 's' where m is needed",
         ),
-        ('type = "path"\ncurve = { shape = "arc", centre = ["0 m", "0 m"], radius = "0 m" }', "must be > 0 m"),
+        (
+            'type = "path"\ncurve = { shape = "arc", centre = ["0 m", "0 m"], radius = "0 m" }',
+            "must be >= 1e-09 and <= 1e.09 m",
+        ),
         (
             'type = "path"\nends = "open"\ncurve = { shape = "line", start = ["0 m", "0 m"], end = ["1 m", "0 m"] }',
             "one of stop, free",

@@ -105,7 +105,10 @@ class Pieces:
                 return made
             if len(nodes) > _MOST_PIECES:
                 place = base(nodes[:-1][coarse][:1])[0][0]
-                raise InputError(f"the curve cannot be followed near {coordinates(place)}: it is not smooth there")
+                raise InputError(
+                    f"the curve cannot be followed near {coordinates(place)}: it is not smooth there, or too small for its "
+                    "distance from the origin"
+                )
             middles = 0.5 * (nodes[:-1] + nodes[1:])
             nodes = np.sort(np.concatenate([nodes, middles[coarse]]))
 
@@ -137,7 +140,8 @@ class Pieces:
     def nearest(self, points: np.ndarray) -> np.ndarray:
         """Arc lengths of the points of the curve closest to points (n, d); (n,)."""
         rows = max(1, _CHUNK // len(self.nodes))
-        return np.concatenate([self._nearest(points[low : low + rows]) for low in range(0, len(points), rows)])
+        parts = [self._nearest(points[low : low + rows]) for low in range(0, len(points), rows)]
+        return np.concatenate(parts) if parts else np.zeros(0)
 
     def _nearest(self, points: np.ndarray) -> np.ndarray:
         away = _norm(points[:, None, :] - self.nodes)

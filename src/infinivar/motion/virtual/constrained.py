@@ -19,7 +19,7 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
 from infinivar.errors import ParameterError, require
 
-DEPENDENT = 1e-9
+_DEPENDENT = 1e-9
 """Smallest singular value of rows of unit length, below which they are dependent."""
 
 
@@ -48,16 +48,18 @@ def independent_rows(name: str, rows: Array) -> np.ndarray:
     require(
         len(zero) == 0, name, f"only zeros in row {zero[0] + 1 if len(zero) else ''}", "rows that constrain something"
     )
-    if _rank(A) < len(A):
+    if rank_of(A) < len(A):
         raise ParameterError(
-            f"{name} must be independent, got {len(A)} rows of rank {_rank(A)}: remove what others imply"
+            f"{name} must be independent, got {len(A)} rows of rank {rank_of(A)}: remove what others imply"
         )
     return A
 
 
-def _rank(rows: np.ndarray) -> int:
-    size = np.sqrt(np.sum(rows**2, axis=1, keepdims=True))
-    return int(np.sum(np.linalg.svd(rows / size, compute_uv=False) > DEPENDENT))
+def rank_of(rows: np.ndarray) -> int:
+    """Number of independent rows among rows (k, d), none of them zero."""
+    scaled = rows / np.max(np.abs(rows), axis=1, keepdims=True)
+    size = np.sqrt(np.sum(scaled**2, axis=1, keepdims=True))
+    return int(np.sum(np.linalg.svd(scaled / size, compute_uv=False) > _DEPENDENT))
 
 
 def _metric(mass: Array | None, d: int) -> np.ndarray:

@@ -15,10 +15,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import numpy as np
-from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import Whole, real_array, shown
@@ -27,7 +26,7 @@ from infinivar._core.fields import check_real, component, quantities, quantity
 from infinivar.errors import ParameterError, require
 from infinivar.motion.virtual import sampled_curve
 from infinivar.motion.virtual.arc_length import CurvePoint, Pieces
-from infinivar.motion.virtual.rows import placed, unit
+from infinivar.motion.virtual.rows import SIZE, placed, unit
 
 _FULL_TURN = 2.0 * math.pi
 
@@ -99,21 +98,19 @@ class Curve(Whole):
             If a point has another number of coordinates, or a value is not finite.
         """
         points = placed("point", point, self.dimension)
+        starts = None if near is None else _starts(near, points)
         if points.ndim == 1:
-            there = self._followed(points, near) if near is not None else self._pieces.nearest_to(points)
+            there = self._pieces.nearest_to(points) if starts is None else self._followed(points, starts[0])
             return self._single(points.tolist(), there)
         require(
             points.ndim == 2, "point", f"shape {points.shape}", f"of shape ({self.dimension},) or (n, {self.dimension})"
         )
-        if near is None:
+        if starts is None:
             return self._many(points, self._pieces.nearest(points))
-        starts = np.broadcast_to(real_array("near", near), len(points))
-        return self._many(points, np.array([self._followed(*pair) for pair in zip(points, starts, strict=True)]))
+        return self._many(points, np.array([self._followed(*pair) for pair in zip(points, starts, strict=True)], float))
 
-    def _followed(self, point: np.ndarray, near: Any) -> float:
-        start = float(near)
-        require(math.isfinite(start), "near", start, "finite", "m")
-        found = self._pieces.follow(point.tolist(), start)
+    def _followed(self, point: np.ndarray, near: float) -> float:
+        found = self._pieces.follow(point.tolist(), near)
         return self._pieces.nearest_to(point) if found is None else found
 
     def _single(self, point: list[float], there: float) -> CurvePoint:
@@ -147,6 +144,17 @@ class Curve(Whole):
         return CurvePoint(there, place, tangent, bend, turn, offset, beyond)
 
 
+def _starts(near: Array, points: np.ndarray) -> list[float]:
+    """Arc lengths from which to follow, one a point; raises ParameterError if they do not fit the points."""
+    if type(near) is float and math.isfinite(near) and points.ndim == 1:
+        return [near]
+    starts = real_array("near", near)
+    wanted = "one number" if points.ndim == 1 else f"one number, or {len(points)} of them"
+    require(starts.shape in ((), points.shape[:-1]), "near", f"shape {starts.shape}", wanted)
+    require(bool(np.isfinite(starts).all()), "near", "nan or inf", "finite", "m")
+    return np.broadcast_to(starts, points.shape[:-1] or (1,)).tolist()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointCurve(Curve):
     """A smooth curve through points: a cubic spline, in the plane or in space.
@@ -175,7 +183,7 @@ class PointCurve(Curve):
         rows = [self.x, self.y] if self.z is None else [self.x, self.y, self.z]
         for name, row in zip("yz", rows[1:], strict=False):
             require(len(row) == len(self.x), name, f"{len(row)} values", f"as many as x: {len(self.x)}")
-        points = np.array(rows, dtype=float).T
+        points = placed("points", np.array(rows, dtype=float).T, len(rows))
         object.__setattr__(self, "_pieces", sampled_curve.through(points, self.closed))
 
     @classmethod
@@ -264,7 +272,7 @@ class ArcCurve(Curve):
 
     shape: ClassVar[str] = "arc"
     centre: Sequence[float] = quantities("m", FINITE, "Centre: two or three coordinates")
-    radius: float = quantity("m", Gt(0), "Radius")
+    radius: float = quantity("m", SIZE, "Radius")
     start_angle: float = quantity("rad", FINITE, "Angle of the start", default=0.0)
     turn: float = quantity(
         "rad", NonZero(), "Angle from the start to the end; negative turns right", default=_FULL_TURN

@@ -26,12 +26,16 @@ from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_real, component, quantities, quantity, several
 from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.motion.vectors import COORDINATES, Vector
-from infinivar.motion.virtual.constrained import DEPENDENT
+from infinivar.motion.virtual.arc_length import coordinates
+from infinivar.motion.virtual.constrained import rank_of
 from infinivar.motion.virtual.curves import Curve
 from infinivar.motion.virtual.rows import perpendicular, perpendicular_in_motion, placed, unit
 from infinivar.motion.virtual.surfaces import Surface, check_surface
 
 _SPACE = COORDINATES[:6]
+_CENTRE = 1e-6
+"""Distance from a centre of curvature over the radius, within which a curve does not guide."""
+
 _ZERO = 1e-12
 """Entries of unit rows below which a row constrains nothing in the coordinates of a machine."""
 
@@ -96,7 +100,7 @@ class Allowed(Whole):
         ParameterError
             If a value has the wrong shape.
         InputError
-            If the fixture leaves the machine no freedom, constrains nothing of it, or its rows are dependent there.
+            If the fixture leaves the machine no freedom, constrains nothing of it, or cannot guide it at the position.
         """
         names = _coordinates(coordinates)
         place = placed("position", position, np.shape(position)[-1] if np.shape(position) in ((2,), (3,)) else 3)
@@ -112,9 +116,7 @@ class Allowed(Whole):
         if not kept.any():
             raise InputError(f"the fixture constrains nothing of a machine that moves {', '.join(names)}")
         A, dA = A[kept], dA[kept]
-        rank = int(
-            np.sum(np.linalg.svd(A / np.sqrt(np.sum(A**2, axis=1, keepdims=True)), compute_uv=False) > DEPENDENT)
-        )
+        rank = rank_of(A)
         if rank >= len(names):
             raise InputError(f"the fixture leaves nothing free of a machine that moves {', '.join(names)}")
         if rank < len(A):
@@ -297,8 +299,7 @@ class ByRows(Allowed):
             len(self.constraints) <= 5, "constraints", len(self.constraints), "at most 5, which leave 1 dimension free"
         )
         A = np.array([one.row(_SPACE) for one in self.constraints])
-        sizes = np.linalg.svd(A / np.sqrt(np.sum(A**2, axis=1, keepdims=True)), compute_uv=False)
-        rank = int(np.sum(sizes > DEPENDENT))
+        rank = rank_of(A)
         require(rank == len(A), "constraints", f"{len(A)} of rank {rank}", "independent: remove what others imply")
 
     def _in_space(self, position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -361,7 +362,12 @@ class OnCurve(Allowed):
         e, bend, gap = np.zeros(3), np.zeros(3), np.zeros(3)
         e[:d], bend[:d], gap[:d] = here.tangent, here.curvature_vector, position[:d] - here.point
         # The closest point moves on at ds/dt = v.e/(1 - gap.bend); past an end it stays.
-        pace = 0.0 if here.beyond else float(velocity @ e) / (1.0 - float(gap @ bend))
+        room = 1.0 - float(gap @ bend)
+        if abs(room) < _CENTRE:
+            raise InputError(
+                f"the fixture cannot guide at {coordinates(position[:d])}, a centre of curvature of its curve"
+            )
+        pace = 0.0 if here.beyond else float(velocity @ e) / room
         rows, rates = (_moving(*pair) for pair in perpendicular_in_motion(e, pace * bend))
         return _with_turns(rows, rates, self.turning)
 

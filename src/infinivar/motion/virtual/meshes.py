@@ -107,6 +107,7 @@ class TriangleMesh(HoldsArrays):
                 f"vertices must be finite, got {len(wrong)} that are not, the first vertex {wrong[0]}: "
                 f"{vertices[wrong[0]].tolist()}"
             )
+        placed("vertices", vertices, 3)
         faces = _whole(self.faces, len(vertices))
         check_mesh(vertices, faces)
         object.__setattr__(self, "vertices", frozen(vertices))

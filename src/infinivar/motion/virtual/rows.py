@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from annotated_types import Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array, shown
 from infinivar.errors import require
+
+FARTHEST = 1e9
+"""Largest coordinate of a point. [m]"""
+
+SIZE = Interval(ge=1e-9, le=FARTHEST)
+"""Bound of radii: what squares and their inverses keep within the range of floats. [m]"""
 
 
 def placed(name: str, value: Array | Sequence[float], dimension: int | None = None) -> np.ndarray:
@@ -17,8 +24,15 @@ def placed(name: str, value: Array | Sequence[float], dimension: int | None = No
     Raises
     ------
     ParameterError
-        If there are more or fewer coordinates, or one is not finite.
+        If there are more or fewer coordinates, or one is not finite or is beyond `FARTHEST`.
     """
+    points = _components(name, value, dimension)
+    far = np.abs(points) > FARTHEST
+    require(not far.any(), name, f"{points[far][0] if far.any() else 0.0:g} m", f"within {FARTHEST:g} m of the origin")
+    return points
+
+
+def _components(name: str, value: Array | Sequence[float], dimension: int | None) -> np.ndarray:
     points = real_array(name, value)
     if dimension is None:
         require(points.shape in ((2,), (3,)), name, shown(value), "a point of two or three coordinates")
@@ -37,7 +51,7 @@ def unit(name: str, value: Array | Sequence[float], dimension: int) -> np.ndarra
     ParameterError
         If it has another number of components, or is zero or not finite.
     """
-    vector = placed(name, value, dimension)
+    vector = _components(name, value, dimension)
     require(vector.ndim == 1, name, f"shape {vector.shape}", f"one direction of {dimension} components")
     largest = float(np.max(np.abs(vector)))
     require(largest > 0.0, name, shown(value), "a direction, not zero")

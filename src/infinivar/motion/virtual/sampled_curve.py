@@ -11,6 +11,7 @@ import numpy as np
 from infinivar._core.arrays import shown
 from infinivar.errors import InputError, ParameterError, require
 from infinivar.motion.virtual.arc_length import Base, Pieces, coordinates
+from infinivar.motion.virtual.rows import FARTHEST
 
 KINK = math.radians(45.0)
 """Turn at one point, above which the neighbours must turn as well, or it is a kink. [rad]"""
@@ -176,7 +177,7 @@ def _rows(function: Callable[[float], Any]) -> Callable[[np.ndarray], np.ndarray
             except (TypeError, ValueError):
                 row = np.empty(0)
             size = size or row.size
-            fits = row.shape in ((2,), (3,)) and row.size == size and bool(np.all(np.isfinite(row)))
+            fits = row.shape in ((2,), (3,)) and row.size == size and bool(np.all(np.abs(row) <= FARTHEST))
             wanted = f"{size} finite coordinates" if size in (2, 3) else "two or three finite coordinates"
             require(fits, "value of function", f"{shown(said)} at the parameter {u:g}", wanted)
             rows.append(row)
@@ -218,7 +219,7 @@ def _rough(evaluate: Callable[[np.ndarray], np.ndarray], parameter: np.ndarray, 
         return f"the curve jumps by {jump:.3g} m {where}"
     if turn > _TURN:
         return f"the curve has a kink of {math.degrees(turn):.0f} degrees {where}"
-    return f"the curve is not smooth enough {where}: its derivatives by the parameter must be continuous"
+    return f"the curve is not smooth {where}, or changes there within less than 1/{_MOST} of the parameter's range"
 
 
 def _sharpest(points: np.ndarray) -> tuple[int, float, float]:

@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import HoldsArrays, Whole, shown
@@ -24,7 +23,7 @@ from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_number, check_real, component, missing_members, quantities, quantity, several
 from infinivar._core.frozen import frozen
 from infinivar.errors import ParameterError, require
-from infinivar.motion.virtual.rows import placed, unit
+from infinivar.motion.virtual.rows import SIZE, placed, unit
 
 Side = Literal["outside", "inside"]
 
@@ -154,7 +153,7 @@ class Ball(_Smooth, HoldsArrays):
 
     shape: ClassVar[str] = "ball"
     centre: Sequence[float] = quantities("m", FINITE, "Centre: two or three coordinates")
-    radius: float = quantity("m", Gt(0), "Radius")
+    radius: float = quantity("m", SIZE, "Radius")
     free: Side = component("Free side: outside a solid ball, or inside a cavity", default="outside")
     _centre: np.ndarray = field(init=False, repr=False, compare=False)
 
@@ -188,7 +187,7 @@ class Tube(_Smooth, HoldsArrays):
     shape: ClassVar[str] = "tube"
     point: Sequence[float] = quantities("m", FINITE, "A point of the axis: three coordinates")
     axis: Sequence[float] = quantities("1", FINITE, "Direction of the axis")
-    radius: float = quantity("m", Gt(0), "Radius")
+    radius: float = quantity("m", SIZE, "Radius")
     free: Side = component("Free side: outside a solid rod, or inside a bore", default="outside")
     _frame: Any = field(init=False, repr=False, compare=False)
 
