@@ -44,12 +44,14 @@ def closest_on_triangles(points: np.ndarray, a: np.ndarray, ab: np.ndarray, ac: 
     at_a, at_b, at_c = (d1 <= 0.0) & (d2 <= 0.0), (d3 >= 0.0) & (d4 <= d3), (d6 >= 0.0) & (d5 <= d6)
     on_ab, on_ca = (vc <= 0.0) & (d1 >= 0.0) & (d3 <= 0.0), (vb <= 0.0) & (d2 >= 0.0) & (d6 <= 0.0)
     on_bc = (va <= 0.0) & (d4 - d3 >= 0.0) & (d5 - d6 >= 0.0)
-    feature = np.select([at_a, at_b, on_ab, at_c, on_ca, on_bc], [4, 5, 1, 6, 3, 2], 0)
+    feature = np.zeros(len(points), dtype=int)
+    for place, there in ((2, on_bc), (3, on_ca), (6, at_c), (1, on_ab), (5, at_b), (4, at_a)):  # the last one decides
+        feature[there] = place
     along_bc = (d4 - d3) / np.where(on_bc, (d4 - d3) + (d5 - d6), 1.0)
-    whole = np.where(feature == 0, va + vb + vc, 1.0)
-    first = [vb / whole, d1 / ab_ab, 1.0 - along_bc, 0.0 * d1, 0.0 * d1, 0.0 * d1 + 1.0, 0.0 * d1]
-    second = [vc / whole, 0.0 * d1, along_bc, d2 / ac_ac, 0.0 * d1, 0.0 * d1, 0.0 * d1 + 1.0]
-    v, w = np.choose(feature, first), np.choose(feature, second)
+    inner, on_1, on_2 = feature == 0, feature == 1, feature == 2
+    whole = np.where(inner, va + vb + vc, 1.0)
+    v = np.where(inner, vb / whole, np.where(on_1, d1 / ab_ab, np.where(on_2, 1.0 - along_bc, feature == 5)))
+    w = np.where(inner, vc / whole, np.where(feature == 3, d2 / ac_ac, np.where(on_2, along_bc, feature == 6)))
     return ClosestOnTriangle(a + v[:, None] * ab + w[:, None] * ac, feature)
 
 
