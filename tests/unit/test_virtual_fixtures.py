@@ -154,6 +154,8 @@ LINE = AlongLine(direction=(1.0, 0.0))
         (lambda: OnCurve(curve=LINE), "curve must be a curve"),
         (lambda: LINE.rows(("x", "w")), "coordinates must be some of x, y, z, rx, ry, rz, angle, got 'w'"),
         (lambda: LINE.rows("xy"), "coordinates must be some of"),
+        (lambda: LINE.rows(()), "coordinates must be some of .*, got none"),
+        (lambda: LINE.rows(CARRIAGE, np.zeros((4, 3))), r"position must be one point, got shape \(4, 3\)"),
         (lambda: LINE.rows(("x", "x")), "coordinates must be different"),
         (lambda: LINE.rows(("x", "rz", "angle")), "without rx, ry and rz beside angle"),
         (lambda: LINE.rows(("x",)), "constrains nothing of a machine that moves x"),

@@ -63,6 +63,7 @@ class Pieces:
     __slots__ = (
         "_lengths",
         "_lists",
+        "_small",
         "_starts",
         "_steps",
         "closed",
@@ -81,6 +82,7 @@ class Pieces:
         self.length = float(knots[-1])
         self._lengths = np.diff(knots)
         self.nodes = np.concatenate([coefficients[:, 0], coefficients[-1:].sum(axis=1)])
+        self._small = 1e-14 * self.length + 4e-16 * float(np.max(np.abs(self.nodes)))
         # Plain floats: a single point in a controller's loop costs several times more through NumPy.
         self._starts: list[float] = knots[:-1].tolist()
         self._steps: list[float] = self._lengths.tolist()
@@ -253,7 +255,7 @@ class Pieces:
     def follow(self, point: list[float], near: float) -> float | None:
         """Arc length of the closest point that is reached downhill from an arc length; None if it is not found soon."""
         there = near % self.length if self.closed else min(max(near, 0.0), self.length)
-        small, farthest = 1e-14 * self.length, 0.125 * self.length
+        small, farthest = self._small, 0.125 * self.length
         before, step, old = math.inf, 0.0, there
         for _ in range(40):
             slope, curve, square = self._slope(point, *self._place(there))

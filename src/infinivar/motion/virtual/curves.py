@@ -32,8 +32,7 @@ _FULL_TURN = 2.0 * math.pi
 
 
 class Curve(Whole):
-    """Base of the curves; they cross themselves where they like, and the closest of the branches counts unless one
-    says which is near."""
+    """Base of the curves. A curve may cross itself: `nearest` then gives the closest branch, or the one that is near."""
 
     __slots__ = ()
     _pieces: Pieces
@@ -159,8 +158,8 @@ def _starts(near: Array, points: np.ndarray) -> list[float]:
 class PointCurve(Curve):
     """A smooth curve through points: a cubic spline, in the plane or in space.
 
-    A turn by more than 45 degrees at a point whose neighbours turn by less than a third of it is a kink. Between
-    points far apart beside points close together, a spline may swing out: look at it.
+    A turn by more than 45 degrees, and by more than three times the mean turn at the two neighbours, is a kink; so is any
+    turn by more than 150 degrees. Where points far apart follow points close together, a spline may swing out: look at it.
 
     Raises
     ------

@@ -13,6 +13,7 @@ Source: featherstone2008, chapter 3, for constraints by rows; lynch2017, section
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,12 +25,13 @@ from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import Whole, shown
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_real, component, quantities, quantity, several
+from infinivar._core.frozen import frozen
 from infinivar.errors import InputError, ParameterError, nearest, require
-from infinivar.motion.vectors import COORDINATES, Vector
+from infinivar.motion.vectors import COORDINATES, ROTATIONS, Vector
 from infinivar.motion.virtual.arc_length import coordinates
 from infinivar.motion.virtual.constrained import rank_of
 from infinivar.motion.virtual.curves import Curve
-from infinivar.motion.virtual.rows import perpendicular, perpendicular_in_motion, placed, unit
+from infinivar.motion.virtual.rows import cross, perpendicular, perpendicular_in_motion, placed, unit
 from infinivar.motion.virtual.surfaces import Surface, check_surface
 
 _SPACE = COORDINATES[:6]
@@ -49,26 +51,22 @@ class FixtureRows(NamedTuple):
     """dA/dt along the motion; zero at rest. (k, d)"""
 
 
-def _coordinates(names: Sequence[str]) -> tuple[str, ...]:
-    """The coordinates of a machine; raises ParameterError if they are none of an end point's."""
-    sound = isinstance(names, (tuple, list)) and len(names) > 0 and all(isinstance(one, str) for one in names)
-    require(sound, "coordinates", shown(names), f"some of {', '.join(COORDINATES)}")
+@functools.cache
+def _spread(names: tuple[str, ...]) -> np.ndarray:
+    """Twists in space of the coordinates of a machine, (6, d); raises ParameterError if they are none of an end point's."""
+    known = ", ".join(COORDINATES)
+    require(len(names) > 0, "coordinates", "none", f"some of {known}")
     for name in names:
-        require(
-            name in COORDINATES,
-            "coordinates",
-            f"{name!r}{nearest(name, COORDINATES)}",
-            f"some of {', '.join(COORDINATES)}",
-        )
+        if name not in COORDINATES:
+            hint = nearest(name, COORDINATES) if isinstance(name, str) else ""
+            raise ParameterError(f"coordinates must be some of {known}, got {name!r}{hint}")
     require(len(set(names)) == len(names), "coordinates", shown(names), "different")
-    turning = [name for name in names if name.startswith("r")]
-    require(
-        "angle" not in names or not turning,
-        "coordinates",
-        shown(names),
-        "without rx, ry and rz beside angle, which is about z",
-    )
-    return tuple(names)
+    turning = "angle" in names and any(name in ROTATIONS for name in names)
+    require(not turning, "coordinates", shown(names), "without rx, ry and rz beside angle, which is about z")
+    found = np.zeros((6, len(names)))
+    for column, name in enumerate(names):
+        found[5 if name == "angle" else _SPACE.index(name), column] = 1.0
+    return frozen(found)
 
 
 class Allowed(Whole):
@@ -102,12 +100,14 @@ class Allowed(Whole):
         InputError
             If the fixture leaves the machine no freedom, constrains nothing of it, or cannot guide it at the position.
         """
-        names = _coordinates(coordinates)
-        place = placed("position", position, np.shape(position)[-1] if np.shape(position) in ((2,), (3,)) else 3)
+        listed = isinstance(coordinates, (tuple, list)) and all(isinstance(one, str) for one in coordinates)
+        require(listed, "coordinates", shown(coordinates), f"some of {', '.join(COORDINATES)}")
+        names = tuple(coordinates)
+        spread = _spread(names)
+        flat = np.shape(position) == (2,)
+        place = placed("position", position, 2 if flat else 3)
+        require(place.ndim == 1, "position", f"shape {place.shape}", "one point")
         place = np.concatenate([place, np.zeros(3 - len(place))])
-        spread = np.zeros((6, len(names)))
-        for column, name in enumerate(names):
-            spread[5 if name == "angle" else _SPACE.index(name), column] = 1.0
         rates = np.zeros(len(names)) if twist is None else placed("twist", twist, len(names))
         require(rates.ndim == 1, "twist", f"shape {rates.shape}", f"{len(names)} rates")
         space, changes = self._in_space(place, (spread @ rates)[:3])
@@ -225,10 +225,10 @@ class AboutAxis(Allowed):
     def _in_space(self, position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         a = unit("axis", self.axis, 3)
         first, second = perpendicular(a)
-        arm = np.cross(a, position - _in_three("point", self.point, False)) + self.pitch / (2.0 * math.pi) * a
+        arm = cross(a, position - _in_three("point", self.point, False)) + self.pitch / (2.0 * math.pi) * a
         along = np.eye(3) if not self.sliding else np.array([first, second])
         motion = np.hstack([along, -np.outer(along @ arm, a)])
-        change = np.hstack([np.zeros((len(along), 3)), -np.outer(along @ np.cross(a, velocity), a)])
+        change = np.hstack([np.zeros((len(along), 3)), -np.outer(along @ cross(a, velocity), a)])
         turns = np.roll(_moving(first, second), 3, axis=1)
         return np.vstack([motion, turns]), np.vstack([change, np.zeros_like(turns)])
 

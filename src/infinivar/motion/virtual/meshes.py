@@ -2,7 +2,7 @@ r"""Surfaces of solids as triangle meshes: exact signed distance, with its sign 
 
 The closest point c of a mesh lies on a face, an edge or a vertex. With the normal of that face, or the sum of the
 normals of all faces around the edge or vertex, each weighted with the angle of its corner there, ``(p - c) . n > 0``
-tells that p is outside: so it does not with any one of those faces, where p is beside a sharp edge.
+tells that p is outside. The normal of a single one of those faces would give the wrong sign beside a sharp edge.
 
 Source: baerentzen2005.
 """
@@ -93,9 +93,8 @@ class _Tables(NamedTuple):
 class TriangleMesh(HoldsArrays):
     """A solid, or a cavity, bounded by triangles.
 
-    Off its edges the distance has a gradient wherever one point of the mesh is the closest; where several are as
-    close, that of one of them is given. Whether triangles cross each other is not checked: if they do, the sign near
-    the crossing is not to be trusted.
+    Where several points of the mesh are equally close to a point, the gradient is that of one of them. Whether triangles
+    cross each other is not checked: if they do, the sign near the crossing is wrong.
 
     Raises
     ------
@@ -135,7 +134,7 @@ class TriangleMesh(HoldsArrays):
         Parameters
         ----------
         file : str or Path
-        unit : str   Unit of length of the file's numbers, such as "mm": the formats do not state it.
+        unit : str   In which the numbers of the file are lengths, such as "mm": the formats do not state it.
         free : str   As the field.
 
         Raises
@@ -197,8 +196,7 @@ class TriangleMesh(HoldsArrays):
         ParameterError
             If a point has not three finite coordinates.
 
-        Source: baerentzen2005 for the sign; the second derivatives are those of the distance from a plane, a line or a
-        point.
+        Source: baerentzen2005 for the sign; distances from a plane, a line and a point for the second derivatives.
         """
         points = placed("point", point, 3)
         found, shape = self._signed(points.reshape(-1, 3)), points.shape[:-1]
