@@ -139,6 +139,22 @@ def test_a_spline_goes_through_its_points_and_closes_smoothly():
     assert PointCurve.through([[0, 0], [1, 0], [1, 1], [0, 1]], closed=True).is_closed  # a round outline of four points
 
 
+def test_a_wave_that_is_zero_at_equal_steps_is_seen():
+    for waves in (32, 64, 128):
+        curve = FunctionCurve(function=lambda u, waves=waves: (u, 1e-3 * math.sin(waves * math.pi * u)))
+        assert curve.at(0.25 * curve.length)[0][1] == pytest.approx(0.0, abs=1e-6)
+        crest = curve.nearest([0.5 + 0.5 / waves, 2e-3]).point
+        assert crest[1] == pytest.approx(1e-3, rel=1e-6)
+
+
+def test_far_from_the_origin():
+    """Rounding of the coordinates, 1e-8 m, is all that is lost."""
+    far = ArcCurve(centre=(1e8, 0.0), radius=1.0)
+    found = far.nearest([1e8 + 0.5, 0.5])
+    assert found.offset == pytest.approx(1.0 - math.sqrt(0.5), abs=1e-7)
+    assert far.nearest([1e8 + 0.5, 0.5], near=0.6).offset == pytest.approx(found.offset, abs=1e-7)
+
+
 def test_no_points_give_no_rows():
     assert CIRCLE.nearest(np.zeros((0, 2))).point.shape == (0, 2)
     assert CIRCLE.nearest(np.zeros((0, 2)), near=0.0).offset.shape == (0,)

@@ -161,7 +161,8 @@ LINE = AlongLine(direction=(1.0, 0.0))
         (lambda: LINE.rows(("x",)), "constrains nothing of a machine that moves x"),
         (lambda: AlongLine(direction=(0.0, 1.0)).rows(("x",)), "leaves nothing free of a machine that moves x"),
         (lambda: LINE.rows(CARRIAGE, (0.0, math.nan)), "position must be finite"),
-        (lambda: LINE.rows(CARRIAGE, (0.0, 0.0), (1.0, 2.0, 3.0)), "twist must be points of 2 coordinates"),
+        (lambda: LINE.rows(CARRIAGE, (0.0, 0.0), (1.0, 2.0, 3.0)), r"twist must be of shape \(2,\), got shape \(3,\)"),
+        (lambda: LINE.rows(CARRIAGE, (0.0, 0.0), (1.0, math.inf)), "twist must be finite"),
         (
             lambda: OnCurve(curve=ArcCurve(centre=(0.0, 0.0), radius=1.0)).rows(CARRIAGE, (0.0, 0.0)),
             "a centre of curvature",

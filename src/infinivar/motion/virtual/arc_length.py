@@ -23,6 +23,10 @@ TOLERANCE = 1e-10
 """Largest distance of the pieces from the curve, at the same arc length, over its length."""
 
 _MOST_PIECES = 40_000
+
+_COARSEST = 1e-7
+"""Rounding of the coordinates over the length of a curve, above which it has no shape."""
+
 _CHUNK = 1 << 19
 """Distances held at a time while the closest pieces are looked for."""
 
@@ -63,6 +67,7 @@ class Pieces:
     __slots__ = (
         "_lengths",
         "_lists",
+        "_rounding",
         "_small",
         "_starts",
         "_steps",
@@ -82,7 +87,8 @@ class Pieces:
         self.length = float(knots[-1])
         self._lengths = np.diff(knots)
         self.nodes = np.concatenate([coefficients[:, 0], coefficients[-1:].sum(axis=1)])
-        self._small = 1e-14 * self.length + 4e-16 * float(np.max(np.abs(self.nodes)))
+        self._rounding = 4e-16 * float(np.max(np.abs(self.nodes)))
+        self._small = 1e-14 * self.length + self._rounding
         # Plain floats: a single point in a controller's loop costs several times more through NumPy.
         self._starts: list[float] = knots[:-1].tolist()
         self._steps: list[float] = self._lengths.tolist()
@@ -102,15 +108,17 @@ class Pieces:
             lengths, shares = _lengths(base, nodes)
             knots = np.concatenate([[0.0], np.cumsum(lengths)])
             made = cls(knots, _hermite(base, nodes, lengths), closed)
+            if made._rounding > _COARSEST * made.length:
+                raise InputError(
+                    f"the curve near {coordinates(made.nodes[0])} is too small for its distance from the origin: its length of "
+                    f"{made.length:.3g} m is lost in rounding"
+                )
             coarse = made._misses(base, nodes, shares)
             if not coarse.any():
                 return made
             if len(nodes) > _MOST_PIECES:
                 place = base(nodes[:-1][coarse][:1])[0][0]
-                raise InputError(
-                    f"the curve cannot be followed near {coordinates(place)}: it is not smooth there, or too small for its "
-                    "distance from the origin"
-                )
+                raise InputError(f"the curve cannot be followed near {coordinates(place)}: it is not smooth there")
             middles = 0.5 * (nodes[:-1] + nodes[1:])
             nodes = np.sort(np.concatenate([nodes, middles[coarse]]))
 
@@ -121,8 +129,8 @@ class Pieces:
             wanted, slope, _ = base(nodes[:-1] + quarter * np.diff(nodes))
             made, tangent, _ = _evaluated(self.coefficients, shares[place], self._lengths)
             slope = slope / _norm(slope)[:, None]
-            wrong |= _norm(made - wanted) > TOLERANCE * self.length
-            wrong |= _norm(tangent - slope) > math.sqrt(TOLERANCE)
+            wrong |= _norm(made - wanted) > TOLERANCE * self.length + self._rounding
+            wrong |= _norm(tangent - slope) > math.sqrt(TOLERANCE) + 10.0 * self._rounding / self._lengths
         return wrong
 
     def wrapped(self, arc_length: np.ndarray) -> np.ndarray:

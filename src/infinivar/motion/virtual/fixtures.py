@@ -5,8 +5,11 @@ kinds of fixtures here are stated in space, by points and directions; `rows` giv
 machine has, some of x, y, z, rx, ry, rz, and in the plane x, y and angle, where z stands still and the angle turns
 about z.
 
-A point that moves with a body which turns about an axis a through c, and advances by h a radian, has ``v = (a x (p -
-c) + h a)(a . w)``. Hence A depends on p, and along a motion it changes at ``dA/dt``.
+For a body that turns about an axis a through c and advances by h a radian,
+
+.. math:: v = \left(a \times (p - c) + h a\right) (a \cdot w), \qquad w = (a \cdot w)\, a
+
+so that A depends on p, and changes along a motion at the rate ``dA/dt``.
 
 Source: featherstone2008, chapter 3, for constraints by rows; lynch2017, section 3.3, for the screw.
 """
@@ -22,7 +25,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.arrays import Whole, shown
+from infinivar._core.arrays import Whole, real_array, shown
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_real, component, quantities, quantity, several
 from infinivar._core.frozen import frozen
@@ -108,8 +111,9 @@ class Allowed(Whole):
         place = placed("position", position, 2 if flat else 3)
         require(place.ndim == 1, "position", f"shape {place.shape}", "one point")
         place = np.concatenate([place, np.zeros(3 - len(place))])
-        rates = np.zeros(len(names)) if twist is None else placed("twist", twist, len(names))
-        require(rates.ndim == 1, "twist", f"shape {rates.shape}", f"{len(names)} rates")
+        rates = np.zeros(len(names)) if twist is None else real_array("twist", twist)
+        require(rates.shape == (len(names),), "twist", f"shape {rates.shape}", f"of shape ({len(names)},)")
+        require(bool(np.isfinite(rates).all()), "twist", "nan or inf", "finite")
         space, changes = self._in_space(place, (spread @ rates)[:3])
         A, dA = space @ spread, changes @ spread
         kept = np.any(np.abs(A) > _ZERO * np.max(np.abs(space), axis=1, keepdims=True), axis=1)

@@ -26,7 +26,10 @@ _SAME = 1e-9
 """Distance of points over the extent of all, below which they are the same point; error of a fitted function as
 well."""
 
-_FEWEST, _MOST = 16, 16384
+_ELSEWHERE = 0.3819660112501051
+"""Share of a step, no fraction of small numbers, at which a fit is checked."""
+
+_FEWEST, _MOST = 64, 16384
 """Steps of the parameter at which a function is evaluated."""
 
 _TURN = 0.01
@@ -149,7 +152,11 @@ def of_function(function: Callable[[float], Any], start: float, end: float, clos
         between = evaluate(middles)
         errors = np.sqrt(np.sum((spline(middles) - between) ** 2, axis=-1))
         if errors.max() <= _SAME * extent:
-            break
+            # A wave that is zero at all nodes and middles is not zero here.
+            elsewhere = parameter[:-1] + _ELSEWHERE * np.diff(parameter)
+            errors = np.sqrt(np.sum((spline(elsewhere) - evaluate(elsewhere)) ** 2, axis=-1))
+            if errors.max() <= 10.0 * _SAME * extent:
+                break
         if count >= _MOST:
             raise InputError(_rough(evaluate, parameter, int(np.argmax(errors))))
         count *= 2
@@ -208,8 +215,8 @@ def _rough(evaluate: Callable[[np.ndarray], np.ndarray], parameter: np.ndarray, 
     """Why a function could not be fitted, from its values near the worst place, ever closer."""
     low, high = parameter[max(worst - 2, 0)], parameter[min(worst + 3, len(parameter) - 1)]
     for _ in range(5):
-        place = _sharpest(evaluate(np.linspace(low, high, 33)))[0]
         here = np.linspace(low, high, 33)
+        place = _sharpest(evaluate(here))[0]
         low, high = here[max(place - 1, 0)], here[min(place + 3, 32)]
     here = np.linspace(low, high, 33)
     points = evaluate(here)
@@ -223,8 +230,7 @@ def _rough(evaluate: Callable[[np.ndarray], np.ndarray], parameter: np.ndarray, 
 
 
 def _sharpest(points: np.ndarray) -> tuple[int, float, float]:
-    """The place of the sharpest turn of a row of points, its turn [rad], and the width of a jump there [m], 0 if
-    there is none."""
+    """Place of the sharpest turn of a row of points, the turn [rad], and the width of a jump there, 0 for none [m]."""
     chords = np.diff(points, axis=0)
     sizes = np.sqrt(np.sum(chords**2, axis=-1))
     longest = int(np.argmax(sizes))
