@@ -14,6 +14,7 @@ from infinivar.motion.virtual.curves import FunctionCurve, PointCurve
 from infinivar.motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane
 from infinivar.motion.virtual.meshes import TriangleMesh
 from infinivar.motion.virtual.surfaces import Ball, HalfSpace, Surfaces, Tube
+from infinivar.motion.virtual.triangles import closest_on_triangles
 
 SPACE = ("x", "y", "z", "rx", "ry", "rz")
 seeds = st.integers(0, 2**32 - 1)
@@ -167,3 +168,32 @@ def test_projections_by_a_mass(seed, free):
     assert_allclose(M @ done.acceleration, force + A.T @ done.reaction, atol=1e-8 * size)
     assert_allclose(A @ done.acceleration, -dA @ kept, atol=1e-8 * (1.0 + np.abs(dA @ kept).max()))
     assert kept @ A.T @ done.reaction == pytest.approx(0.0, abs=1e-8 * size)
+
+
+@given(seeds)
+def test_no_point_of_a_triangle_is_closer_than_the_closest(seed):
+    """Triangles of any shape, against many points of them, and the feature on which the closest point lies."""
+    random = np.random.default_rng(seed)
+    a, b, c = random.normal(size=(3, 8, 3))
+    b[:2] = a[:2] + 1e-2 * random.normal(size=(2, 3))  # thin ones
+    points = 2.0 * random.normal(size=(8, 3))
+    found = closest_on_triangles(points, a, b - a, c - a)
+    grid = np.array([(i, j) for i in range(41) for j in range(41 - i)]) / 40.0
+    dense = a[:, None] + grid[:, :1] * (b - a)[:, None] + grid[:, 1:] * (c - a)[:, None]
+    far = np.linalg.norm(points - found.point, axis=1)
+    brute = np.linalg.norm(points[:, None] - dense, axis=2).min(axis=1)
+    longest = np.max(np.linalg.norm([b - a, c - b, a - c], axis=2), axis=0)
+    assert np.all(far <= brute + 1e-12)
+    assert np.all(far >= brute - longest / 40.0)
+    share = np.array(
+        [
+            np.linalg.lstsq(np.array([q - p, r - p]).T, x - p, rcond=None)[0]
+            for p, q, r, x in zip(a, b, c, found.point, strict=True)
+        ]
+    )
+    weights = np.column_stack([1.0 - share.sum(axis=1), share])  # of the corners
+    assert_allclose(np.einsum("nk,nkd->nd", weights, np.stack([a, b, c], axis=1)), found.point, atol=1e-9)
+    zero = {0: (), 1: (2,), 2: (0,), 3: (1,), 4: (1, 2), 5: (0, 2), 6: (0, 1)}
+    for row, feature in zip(weights, found.feature.tolist(), strict=True):
+        assert np.all(row > -1e-7)
+        assert_allclose(row[list(zero[feature])], 0.0, atol=1e-7)

@@ -54,11 +54,9 @@ class CurvePoint(NamedTuple):
     curvature: float | np.ndarray
     """In the plane, positive where the curve turns left; in space the length of the curvature vector. (...,) [m^-1]"""
     offset: float | np.ndarray
-    """Of the given point from the curve, across the tangent: in the plane positive to the left; in space >= 0. (...,)
-    [m]"""
+    """Of the given point from the curve, across the tangent: in the plane positive to the left; in space >= 0. (...,) [m]"""
     beyond: float | np.ndarray
-    """How far the given point is along the tangent past the end of an open curve (> 0) or before its start (< 0);
-    otherwise 0. (...,) [m]"""
+    """Of the given point along the tangent, past the end of an open curve (> 0) or before its start (< 0); else 0. (...,) [m]"""
 
 
 class Pieces:
@@ -80,8 +78,7 @@ class Pieces:
     )
 
     def __init__(self, knots: np.ndarray, coefficients: np.ndarray, closed: bool) -> None:
-        """From arc lengths (n + 1,) at the ends of n pieces and coefficients (n, 6, d) of powers of the share of
-        each."""
+        """From arc lengths (n + 1,) at the ends of n pieces and coefficients (n, 6, d) of powers of the share of each."""
         self.knots, self.coefficients, self.closed = knots, coefficients, closed
         self.dimension = coefficients.shape[2]
         self.length = float(knots[-1])
@@ -231,8 +228,7 @@ class Pieces:
         return share, math.sqrt(square)
 
     def _slope(self, point: list[float], piece: int, share: float) -> tuple[float, float, float]:
-        """First and second derivative of half the squared distance from a point by the arc length, and the squared
-        distance."""
+        """First and second derivative of half the squared distance from a point by the arc length, and the squared distance."""
         square = slope = curve = 0.0
         place, tangent, bend = self._local(piece, share)
         for a, p, t, k in zip(place, point, tangent, bend, strict=True):
@@ -298,8 +294,7 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
 def _lengths(base: Base, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lengths between parameters, (n,), and the share of each at the quarters of the parameter, (3, n), by Gauss's
-    rule."""
+    """Lengths between parameters, (n,), and the share of each at the quarters of the parameter, (3, n), by Gauss's rule."""
     steps = np.diff(nodes)
     parts = []
     for quarter in range(4):
@@ -311,8 +306,7 @@ def _lengths(base: Base, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _hermite(base: Base, nodes: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Coefficients (n, 6, d) of the quintics over the share of each piece that meet the curve to second order at both
-    ends."""
+    """Coefficients (n, 6, d) of the quintics over the share of each piece that meet the curve to second order at both ends."""
     point, first, second = base(nodes)
     speed = _norm(first)[:, None]
     tangent = first / speed
@@ -335,8 +329,7 @@ def _hermite(base: Base, nodes: np.ndarray, lengths: np.ndarray) -> np.ndarray:
 def _evaluated(
     coefficients: np.ndarray, share: np.ndarray, lengths: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points, and their first and second derivative by the arc length, (..., d), of pieces (..., 6, d) at shares
-    (...,)."""
+    """Points, and their first and second derivative by the arc length, (..., d), of pieces (..., 6, d) at shares (...,)."""
     x, h = share[..., None], lengths[..., None]
     c0, c1, c2, c3, c4, c5 = (coefficients[..., power, :] for power in range(6))
     point = c0 + x * (c1 + x * (c2 + x * (c3 + x * (c4 + x * c5))))

@@ -180,8 +180,7 @@ class TriangleMesh(HoldsArrays):
         return (self._side * self._signed(points.reshape(-1, 3)).gradient).reshape(points.shape)
 
     def hessian(self, point: Array) -> np.ndarray:
-        """Second derivatives of the distance: zero where a face is closest, large near an edge or vertex. (..., 3, 3)
-        [m^-1]"""
+        """Second derivatives of the distance: zero where a face is closest, large near an edge or vertex. (..., 3, 3) [m^-1]"""
         return self.closest(point).hessian
 
     def closest(self, point: Array) -> SurfacePoint:
@@ -251,8 +250,7 @@ class TriangleMesh(HoldsArrays):
     def _among(
         self, points: np.ndarray, near: np.ndarray, counts: np.ndarray, upper: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The closest of some spheres' triangles for each point; the point of a sphere that is closest is at most
-        `upper` away."""
+        """The closest of some spheres' triangles for each point, which is at most `upper` from the closest centre."""
         tables = self._tables
         row, ball = np.repeat(np.arange(len(points)), counts), np.concatenate([np.asarray(one, int) for one in near])
         gap = tables.tree.data[ball] - points[row]

@@ -67,8 +67,7 @@ def cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def perpendicular(direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors across a unit vector in space, the second along z if the direction is in the plane of x and
-    y."""
+    """Two unit vectors across a unit vector in space, the second along z if the direction is in the plane of x and y."""
     first, second = perpendicular_in_motion(direction, np.zeros(3))[0]
     return first, second
 

@@ -23,8 +23,7 @@ _BACK = math.radians(150.0)
 """Turn at one point that no smooth curve through a few points makes. [rad]"""
 
 _SAME = 1e-9
-"""Distance of points over the extent of all, below which they are the same point; error of a fitted function as
-well."""
+"""Distance of points over the extent of all, below which they are the same point; error of a fitted function as well."""
 
 _ELSEWHERE = 0.3819660112501051
 """Share of a step, no fraction of small numbers, at which a fit is checked."""

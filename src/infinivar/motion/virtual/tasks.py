@@ -6,7 +6,7 @@ A study states them as tables ``[tasks.NAME]`` with a key `type`, one of `TASKS`
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from annotated_types import Ge, Gt
 
@@ -21,15 +21,24 @@ from infinivar.motion.virtual.surfaces import Ball, FlatWalls, HalfSpace, Surfac
 SURFACES: dict[str, type] = {kind.shape: kind for kind in (HalfSpace, Ball, Tube, FlatWalls, MeshFile)}
 """Kinds of surfaces by their name in `shape`."""
 
-_TITLE = "Name for reports"
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HandleTask(Whole):
+    """Base of the tasks at a handle."""
 
-def _titled(title: Any) -> None:
-    require(isinstance(title, str), "title", shown(title), "text")
+    title: str = component("Name for reports", default="")
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        self._validate()
+
+    def _validate(self) -> None:
+        check_real(self)
+        require(isinstance(self.title, str), "title", shown(self.title), "text")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VirtualPath(Whole):
+class VirtualPath(HandleTask):
     """The handle's end point is guided along a curve; along it, it moves freely.
 
     Raises
@@ -39,7 +48,6 @@ class VirtualPath(Whole):
     """
 
     word: ClassVar[str] = "path"
-    title: str = component(_TITLE, default="")
     curve: Curve = tagged("Curve", CURVES)
     settling_length: float | None = quantity(
         "m", Gt(0), "Distance along the path over which an offset decays; None: the controller's choice", default=None
@@ -48,15 +56,14 @@ class VirtualPath(Whole):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
-        _titled(self.title)
+        self._validate()
         require(
             isinstance(self.curve, Curve), "curve", shown(self.curve), "a curve, such as a PointCurve or an ArcCurve"
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class VirtualWall(Whole):
+class VirtualWall(HandleTask):
     """The handle's end point meets a wall: kept on its free side, or with two sides on the surface itself.
 
     Raises
@@ -66,7 +73,6 @@ class VirtualWall(Whole):
     """
 
     word: ClassVar[str] = "wall"
-    title: str = component(_TITLE, default="")
     surface: Surface = tagged("Surface", SURFACES)
     sides: Literal["one", "two"] = component(
         "Whether the surface stops the handle on one side only, or holds it from both", default="one"
@@ -78,13 +84,12 @@ class VirtualWall(Whole):
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
-        _titled(self.title)
+        self._validate()
         check_surface("surface", self.surface)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fixture(Whole):
+class Fixture(HandleTask):
     """The handle keeps 1 to 5 free dimensions.
 
     Raises
@@ -94,19 +99,17 @@ class Fixture(Whole):
     """
 
     word: ClassVar[str] = "fixture"
-    title: str = component(_TITLE, default="")
     allowed: Allowed = tagged("What is allowed to move", FIXTURES)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
-        _titled(self.title)
+        self._validate()
         words = "what is allowed to move, such as AlongLine, InPlane, AboutAxis or AboutPoint"
         require(isinstance(self.allowed, Allowed), "allowed", shown(self.allowed), words)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Caster(Whole):
+class Caster(HandleTask):
     """The handle is free: it moves as a mass that the user wants to feel.
 
     Raises
@@ -116,7 +119,6 @@ class Caster(Whole):
     """
 
     word: ClassVar[str] = "caster"
-    title: str = component(_TITLE, default="")
     mass: float | None = quantity("kg", Gt(0), "Mass to be felt; None: that of the machine", default=None)
     inertia: float | None = quantity(
         "kg m^2",
@@ -125,15 +127,10 @@ class Caster(Whole):
         default=None,
     )
 
-    def __post_init__(self) -> None:
-        """Validate the fields."""
-        check_real(self)
-        _titled(self.title)
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Coasting(Whole):
-    """The machine rolls on with its steering still, whatever the user does.
+class Coasting(HandleTask):
+    """The machine coasts: its power motors exert no torque, and the motion it has goes on.
 
     Raises
     ------
@@ -142,16 +139,10 @@ class Coasting(Whole):
     """
 
     word: ClassVar[str] = "coast"
-    title: str = component(_TITLE, default="")
-
-    def __post_init__(self) -> None:
-        """Validate the fields."""
-        check_real(self)
-        _titled(self.title)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class HoldingTask(Whole):
+class HoldingTask(HandleTask):
     """The handle is held where it is.
 
     Raises
@@ -161,13 +152,11 @@ class HoldingTask(Whole):
     """
 
     word: ClassVar[str] = "hold"
-    title: str = component(_TITLE, default="")
     stop_cylinder: bool = component("Whether a common cylinder stops while the handle is held", default=False)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
-        check_real(self)
-        _titled(self.title)
+        self._validate()
         require(isinstance(self.stop_cylinder, bool), "stop_cylinder", shown(self.stop_cylinder), "true or false")
 
 
