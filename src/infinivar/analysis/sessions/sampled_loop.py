@@ -25,8 +25,11 @@ from infinivar.analysis.sessions.displays import Display, Held, Plant, Sensed
 from infinivar.errors import ParameterError, require
 from infinivar.motion.users import ArmModel
 
-NEUTRAL = 1e-7
-"""Growth per sample that still counts as stable: rounding splits the eigenvalues of a free mass by less. [-]"""
+NEUTRAL = 1e-9
+"""Growth per sample that still counts as stable, which is rounding. [-]"""
+
+_RIGID = 1e-6
+"""Distance from 1 of an eigenvalue that counts as 1: rounding splits the two of a free mass by about 1e-8. [-]"""
 
 
 class SampledLoop(NamedTuple):
@@ -113,7 +116,9 @@ def growths(loops: Iterable[SampledLoop]) -> np.ndarray:
         these = np.flatnonzero(sizes == size)
         # A balanced matrix has smaller rounding errors; scales of the states differ by six orders.
         stacked = _balanced(np.stack([matrices[place] for place in these]))
-        found[these] = np.max(np.abs(np.linalg.eigvals(stacked)), axis=-1)
+        values = np.linalg.eigvals(stacked)
+        size = np.abs(values)
+        found[these] = np.max(np.where(np.abs(values - 1.0) <= _RIGID, np.minimum(size, 1.0), size), axis=-1)
     return found
 
 

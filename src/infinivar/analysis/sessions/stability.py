@@ -191,7 +191,10 @@ def stability_map(
 
 
 def least_stable_mass(display: AdmittanceDisplay, held: Held, between: tuple[float, float] = MASSES) -> float:
-    """Least virtual mass from which all larger ones are stable, with the wall of the display.
+    """Least stable virtual mass, with the wall of the display.
+
+    Too large a mass can be unstable as well: a display that lags by t feels as damped by -k t to an arm of stiffness k. The
+    least mass is then the lower end of the widest range of stable ones.
 
     Parameters
     ----------
@@ -201,7 +204,7 @@ def least_stable_mass(display: AdmittanceDisplay, held: Held, between: tuple[flo
 
     Returns
     -------
-    float   [kg]; the smallest one searched if all are stable, nan if the largest is not.
+    float   [kg]; the smallest one searched if that is stable and in the widest range, nan if none is stable.
 
     Raises
     ------
@@ -244,6 +247,7 @@ def check_display(display: Any) -> None:
 
 
 def _searched(display: Display, held: Held, name: str, between: tuple[float, float]) -> tuple[float, float]:
+    """Lower end of the widest range of stable values, and the value up to which all smaller ones are stable."""
     ends = real_array("between", between)
     require(ends.shape == (2,) and bool(0.0 < ends[0] < ends[1] < np.inf), "between", between, "two rising values > 0")
     values, known = np.geomspace(ends[0], ends[1], _SEARCHED), {}
@@ -253,8 +257,18 @@ def _searched(display: Display, held: Held, name: str, between: tuple[float, flo
 
     grid = np.stack([values, np.zeros_like(values)], axis=-1)[None]
     growth = growing(grid[0])[None]
-    least, most = _ends(values, growth <= 1.0 + NEUTRAL, _crossings(growing, grid, growth, 1))
-    return float(least[0]), float(most[0])
+    stable, crossings = growth <= 1.0 + NEUTRAL, _crossings(growing, grid, growth, 1)
+    return _lowest(values, stable[0], crossings[0, :, 0]), float(_ends(values, stable, crossings)[1][0])
+
+
+def _lowest(x: np.ndarray, stable: np.ndarray, crossings: np.ndarray) -> float:
+    """Lower end of the widest range of stable values; nan if there is none."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], stable, [False]]).astype(int)))
+    if not edges.size:
+        return np.nan
+    starts, stops = edges[::2], edges[1::2]
+    start = int(starts[np.argmax(stops - starts)])
+    return float(crossings[start - 1] if start else x[0])
 
 
 def _crossings(
