@@ -160,7 +160,7 @@ def impedance(display: Display, frequency: Sequence[float] | np.ndarray, held: H
     Source: franklin1998, sampled-data response; see the module.
     """
     frequency = checked_frequency(display, frequency)
-    require(held != "clamped", "held", "'clamped'", "an ArmModel or 'free': a clamped handle has no speed")
+    check_moving(held)
     loop = sampled_loop(display, held)
     plant, period, late = loop.plant, loop.period, loop.late
     n, c = len(plant.states), len(loop.kept) - 1
@@ -191,6 +191,12 @@ def impedance(display: Display, frequency: Sequence[float] | np.ndarray, held: H
     answer = np.linalg.solve(resolvent, plant.current[:, None] * (hold * current)[:, None, None])[..., 0] + pushed
     speed = 1j * omega * answer[:, plant.states.index("x_m")]
     return 1.0 / speed - arm_impedance(held, omega)
+
+
+def check_moving(held: Held) -> None:
+    """Raise ParameterError if the handle cannot move."""
+    if isinstance(held, str) and held == "clamped":
+        raise ParameterError("held must be an ArmModel or 'free', got 'clamped': a clamped handle has no speed")
 
 
 def arm_impedance(held: Held, omega: np.ndarray) -> np.ndarray:

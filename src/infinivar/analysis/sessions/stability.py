@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.arrays import real_array
-from infinivar._core.fields import check_instance, with_values
+from infinivar._core.fields import with_values
 from infinivar._core.result import Result, result
 from infinivar.analysis.sessions.displays import AdmittanceDisplay, Display, Held, ImpedanceDisplay
 from infinivar.analysis.sessions.sampled_loop import NEUTRAL, growths, sampled_loop
@@ -212,7 +212,8 @@ def least_stable_mass(display: AdmittanceDisplay, held: Held, between: tuple[flo
         If the display has no virtual mass, or the range does not rise.
     """
     check_display(display)
-    check_instance("display", display, AdmittanceDisplay)
+    if not isinstance(display, AdmittanceDisplay):
+        raise ParameterError(f"display must be an AdmittanceDisplay, got an {type(display).__name__}")
     return _searched(display, held, "virtual_mass", between)[0]
 
 

@@ -23,6 +23,7 @@ from infinivar._core.result import Result, result
 from infinivar.analysis.sessions.displays import AdmittanceDisplay, Display, Held
 from infinivar.analysis.sessions.sampled_loop import (
     arm_impedance,
+    check_moving,
     checked_frequency,
     impedance,
     run_in_time,
@@ -155,6 +156,7 @@ def z_width(
         If an argument is out of range, no virtual mass is stable in free motion, or no wall with that of the display.
     """
     check_display(display)
+    check_moving(held)
     check_number("margin", margin, "1", Ge(1))
     if frequency is None:
         frequency = np.geomspace(_LOWEST, 0.4 / display.period, _POINTS)
@@ -212,6 +214,7 @@ def swept_impedance(display: Display, held: Held, frequency: float, *, force: fl
     Source: `run_in_time`; the fundamental by a Hann window.
     """
     check_display(display)
+    check_moving(held)
     check_number("force", force, "N", Gt(0))
     (frequency,) = checked_frequency(display, [frequency])
     loop = sampled_loop(display, held)
