@@ -85,12 +85,13 @@ class ByHand:
             return -(show.wall_stiffness * state[0] + show.wall_damping * speed) / self.pull
         force = state[4] if self.order > 4 else self.sensor(state)[0]
         measured = show.wall == "measured"
+        damping = show.virtual_damping + show.wall_damping
         # Implicit Euler: M (v - before)/T = force - B v - K x, with x the measured or the new virtual position.
         if measured:
-            total = show.virtual_mass / self.period + show.virtual_damping
+            total = show.virtual_mass / self.period + damping
             pull = show.wall_stiffness * state[0]
         else:
-            total = show.virtual_mass / self.period + show.virtual_damping + show.wall_stiffness * self.period
+            total = show.virtual_mass / self.period + damping + show.wall_stiffness * self.period
             pull = show.wall_stiffness * self.place
         speed = (show.virtual_mass / self.period * self.before + force - pull) / total
         quickening, self.before = (speed - self.before) / self.period, speed
@@ -150,6 +151,7 @@ def _cases(drives):
             virtual_mass=8.0,
             virtual_damping=draw.uniform(20.0, 80.0) if number % 4 == 3 else 0.0,
             wall_stiffness=draw.uniform(0.0, 500.0) if number % 4 > 1 else 0.0,
+            wall_damping=draw.uniform(0.0, 10.0) if number % 4 == 3 else 0.0,
             handle_mass=draw.uniform(0.0, 0.3),
             filter_frequency=None if number % 7 == 0 else draw.uniform(40.0, 200.0),
             filter_order=1 + number % 2,

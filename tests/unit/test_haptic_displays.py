@@ -217,6 +217,7 @@ def test_laws_of_guidance_at_their_ends():
         ({"virtual_mass": math.nan}, r"virtual_mass must be > 0 kg, got nan"),
         ({"virtual_mass": [1.0]}, r"virtual_mass must be a real number"),
         ({"virtual_damping": -1.0}, r"virtual_damping must be >= 0 N s/m"),
+        ({"wall_damping": -5.0}, r"wall_damping must be >= 0 N s/m"),
         ({"wall_stiffness": -5.0}, r"wall_stiffness must be >= 0 N/m"),
         ({"handle_mass": -0.1}, r"handle_mass must be >= 0 kg"),
         ({"filter_frequency": 0.0}, r"filter_frequency must be > 0 Hz"),
@@ -287,7 +288,7 @@ def test_unknown_arms():
             "steering_bandwidth must be <= a tenth of sample_rate",
         ),
         ({"virtual_mass": "many", "wall_stiffness": [1.0, 2.0]}, "over.virtual_mass must be a real number or an array"),
-        ({"wall_damping": [1.0, 2.0], "wall_stiffness": [1.0, 2.0]}, "unknown parameter 'wall_damping'"),
+        ({"viscous_friction": [1.0, 2.0], "wall_stiffness": [1.0, 2.0]}, "unknown parameter 'viscous_friction'"),
     ],
 )
 def test_malformed_maps(admittance, over, message):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from infinivar.analysis.sessions.displays import TITLES
 from infinivar.analysis.sessions.stability import StabilityMap
 from infinivar.figures import style
 
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
 
 _WIDE = 50.0
 """Ratio of the ends of an axis from which it is logarithmic."""
-
-_TITLES = {"AdmittanceDisplay": "Admittance display", "ImpedanceDisplay": "Impedance display"}
 
 
 def data(found: StabilityMap) -> dict[str, Any]:
@@ -32,7 +31,7 @@ def data(found: StabilityMap) -> dict[str, Any]:
         "growth": found.growth,
         "boundary": found.boundary,
         "labels": (first, second),
-        "title": f"{_TITLES[found.display]}, {found.held}",
+        "title": f"{TITLES[found.display]}, {found.held}",
     }
 
 

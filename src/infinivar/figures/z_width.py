@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from infinivar.analysis.sessions.displays import TITLES
 from infinivar.analysis.sessions.z_width import ZWidth
 from infinivar.figures import style
 from infinivar.units import plain
@@ -14,8 +15,6 @@ from infinivar.units import plain
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_TITLES = {"AdmittanceDisplay": "Admittance display", "ImpedanceDisplay": "Impedance display"}
 
 
 def data(found: ZWidth) -> dict[str, Any]:
@@ -29,7 +28,7 @@ def data(found: ZWidth) -> dict[str, Any]:
         "mass": omega * mass,
         "spring": found.wall / omega,
         "labels": (f"free motion, {plain(mass, 3)} kg", f"stiffest wall, {plain(found.wall / 1e3, 3)} N/mm"),
-        "title": f"{_TITLES[found.display]}, {found.held}",
+        "title": f"{TITLES[found.display]}, {found.held}",
     }
 
 

@@ -93,7 +93,10 @@ class AdmittanceDisplay:
     drive: CoboticDrive = component("The drive: its link moves the handle")
     virtual_mass: float = quantity("kg", Gt(0), "Mass that the user is to feel")
     virtual_damping: float = quantity("N s/m", Ge(0), "Damping of the virtual mass", default=0.0)
-    wall_stiffness: float = quantity("N/m", Ge(0), "Stiffness of the virtual wall; 0: free motion", default=0.0)
+    wall_stiffness: float = quantity("N/m", Ge(0), "K, stiffness of the virtual wall; 0: free motion", default=0.0)
+    wall_damping: float = quantity(
+        "N s/m", Ge(0), "B, damping of the virtual wall, on the speed of the virtual mass", default=0.0
+    )
     handle_mass: float = quantity("kg", Ge(0), "Mass of the handle, beyond the force sensor", default=0.0)
     filter_frequency: float | None = quantity(
         "Hz", Gt(0), "Corner of the force sensor's filter; default: none", default=None
@@ -133,7 +136,7 @@ class AdmittanceDisplay:
 
     def softest(self) -> AdmittanceDisplay:
         """The same in free motion."""
-        return replace(self, wall_stiffness=0.0)
+        return replace(self, wall_stiffness=0.0, wall_damping=0.0)
 
     def plant(self, held: Held = "free") -> Plant:
         """What moves between samples: handle with what holds it, wheel, and filter of the force sensor.
@@ -183,7 +186,7 @@ class AdmittanceDisplay:
         Source: `infinivar.drivetrain.graphs.controllers.Servo`, without limit and friction, steered as by its link loop.
         """
         period, surface, control = self.period, self.surface_speed, self.drive.control
-        mass, damping, stiffness = self.virtual_mass, self.virtual_damping, self.wall_stiffness
+        mass, damping, stiffness = self.virtual_mass, self.virtual_damping + self.wall_damping, self.wall_stiffness
         before = memory[0]
         if self.wall == "measured":
             speed = (mass * before + period * (sensed.force - stiffness * sensed.position)) / (mass + period * damping)
@@ -302,6 +305,9 @@ class ImpedanceDisplay:
 
 
 Display: TypeAlias = AdmittanceDisplay | ImpedanceDisplay
+
+TITLES = {"AdmittanceDisplay": "Admittance display", "ImpedanceDisplay": "Impedance display"}
+"""Kinds of display for people."""
 
 
 class _Passive(NamedTuple):

@@ -31,6 +31,9 @@ NEUTRAL = 1e-9
 _RIGID = 1e-6
 """Distance from 1 of an eigenvalue that counts as 1: rounding splits the two of a free mass by about 1e-8. [-]"""
 
+_LARGEST = 1e100
+"""Entry of a closed loop's matrix from which it counts as overflowing."""
+
 
 class SampledLoop(NamedTuple):
     """Closed loop from one sample to the next: state of the plant, memory of the controller, and current that waits."""
@@ -108,11 +111,12 @@ def sampled_loop(display: Display, held: Held, known: dict | None = None) -> Sam
 
 
 def growths(loops: Iterable[SampledLoop]) -> np.ndarray:
-    """Largest growth over a sample of each of several loops."""
+    """Largest growth over a sample of each of several loops; inf for one whose numbers overflow."""
     matrices = [loop.matrix for loop in loops]
-    found = np.zeros(len(matrices))
-    sizes = np.array([len(one) for one in matrices])
-    for size in set(sizes.tolist()):
+    found = np.full(len(matrices), np.inf)
+    # What overflows in the product of two matrices would overflow in the eigenvalues.
+    sizes = np.array([len(one) if np.max(np.abs(one), initial=0.0) < _LARGEST else 0 for one in matrices])
+    for size in set(sizes.tolist()) - {0}:
         these = np.flatnonzero(sizes == size)
         # A balanced matrix has smaller rounding errors; scales of the states differ by six orders.
         stacked = _balanced(np.stack([matrices[place] for place in these]))
