@@ -10,10 +10,11 @@ passivity is equivalent to
 
 For a wall of stiffness K and damping B that is never late, this is :math:`b > KT/2 + |B|`. The mass does not matter.
 
-**Admittance display.** A virtual mass M that follows the force with the lag :math:`\tau` has the impedance :math:`Z = j\omega
-M e^{j\omega\tau}` with the real part :math:`-\omega M \sin\omega\tau < 0` for all :math:`0 < \omega < \pi/\tau`, whatever the
-mass: it is never passive, and a larger mass makes it worse. Only a damper beside it could help. Such a display is therefore
-judged with a named arm.
+**Admittance display.** A virtual mass M that follows the force with the lag :math:`\tau` has the impedance
+:math:`Z = j\omega M e^{j\omega\tau}`, whose real part :math:`-\omega M \sin\omega\tau` is negative for all
+:math:`0 < \omega < \pi/\tau`, whatever the mass: it is never passive, and a larger mass makes it worse. Virtual damping does not
+help, as it is late as well: at :math:`\omega\tau = \pi/2` the real part remains :math:`-\omega M`. Only a damper beside it could.
+Such a display is therefore judged with a named arm.
 """
 
 from __future__ import annotations
@@ -216,8 +217,9 @@ def _of_admittance(display: AdmittanceDisplay) -> Passivity:
     if np.any(negative):
         where = frequency[negative]
         lag = (0.5 + display.samples_late) * display.period
+        start = "" if negative[0] else f"from {plain(float(where[0]), 2)} "
         reason = (
-            f"the real part of the impedance is negative from {plain(float(where[0]), 2)} to {plain(float(where[-1]), 3)} Hz, "
+            f"the real part of the impedance is negative {start}{'to' if start else 'up to'} {plain(float(where[-1]), 3)} Hz, "
             f"{plain(least, 3)} N s/m at {plain(float(frequency[place]), 3)} Hz; sampling alone lags by {plain(1e3 * lag, 3)} "
             "ms, and a virtual mass that lags is passive at no mass"
         )
