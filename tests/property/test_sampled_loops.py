@@ -321,7 +321,7 @@ def test_a_sweep_in_time_measures_the_impedance(drives):
     geared = iv.ImpedanceDisplay(
         drive=drives["motor2-gear4"], wall_stiffness=3000.0, viscous_friction=3.0, wall_damping=5.0
     )
-    for display in (admittance, replace(admittance, wall="virtual", samples_late=0), geared):
+    for display in (admittance, replace(admittance, wall="virtual", samples_late=0, filter_frequency=None), geared):
         for frequency in (8.0, 150.0):
             swept = iv.swept_impedance(display, ARM, frequency)
             known = impedance(display, [frequency], ARM)[0]
@@ -370,3 +370,18 @@ def test_spin_of_the_contact_takes_energy(drives):
         iv.AdmittanceDisplay(drive=one, virtual_mass=1.0, filter_frequency=100.0) for one in (turning, drive)
     )
     assert iv.least_stable_mass(with_spin, ARM) == pytest.approx(iv.least_stable_mass(without, ARM), rel=0.15)
+
+
+def test_the_contact_is_that_of_the_transmission(drives):
+    """Small link speeds and angles: the force of the linear contact against `operate`, with either sense of rotation."""
+    from infinivar.analysis.sessions.displays import _Contact
+
+    draw = np.random.default_rng(9)
+    for name in ("cobotic", "cobotic-b"):
+        contact, drive = _Contact.of(drives[name]), drives[name]
+        speed, angle = 1e-6 * draw.normal(size=(2, 50))
+        for way in (1.0, -1.0):
+            found = drive.transmission.operate(
+                cylinder_speed=way * drive.cylinder_speed, steering_angle=way * angle, link_speed=speed
+            )
+            np.testing.assert_allclose(found.link_force, contact.link_force(speed, angle, 0.0), rtol=1e-6, atol=1e-9)

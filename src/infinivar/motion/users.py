@@ -15,8 +15,8 @@ from infinivar.errors import ParameterError, nearest
 class ArmModel:
     """Passive arm of a user along one axis: a mass at the handle, a damper and a spring to where the hand wants to be.
 
-    A user can stiffen the arm by an order of magnitude. What is found with one arm, such as a limit of stability, is therefore
-    true for that arm; name it and its source.
+    A user can stiffen the arm at will. What is found with one arm, such as a limit of stability, is therefore true for that arm
+    only; name it and its source.
 
     Raises
     ------
