@@ -73,6 +73,13 @@ def test_a_wall_that_is_stiffer_needs_a_higher_rate(geared):
     assert usual.most[1] == pytest.approx(iv.stiffest_wall(geared, ARM), rel=1e-6)
 
 
+def test_a_verdict_states_the_bound_that_matters(geared):
+    over = {"sample_rate": [300.0, 1e3, 4e3], "wall_stiffness": [500.0, 2000.0, 1e4]}
+    found = iv.stability_map(geared, ARM, over)
+    assert np.all(np.diff(found.least) >= 0)
+    assert "least stable sample rate beyond 300 Hz at a wall stiffness of 500 N/m, 1" in found.verdict
+
+
 def test_free_and_clamped(admittance, geared):
     """Without a hand a handle of no mass closes no loop; a clamp is the stiffest arm there is."""
     assert sampled_loop(admittance, "free").growth == 1.0

@@ -40,6 +40,9 @@ _USUAL: dict[type, dict[str, np.ndarray]] = {
     ImpedanceDisplay: {"wall_stiffness": np.geomspace(100.0, 1e6, 50), "sample_rate": np.geomspace(500.0, 1e4, 50)},
 }
 
+_MORE_IS_SAFER = {"virtual_mass", "virtual_damping", "viscous_friction", "sample_rate", "filter_frequency"}
+"""Parameters whose least stable value a verdict states; of the others it is the largest."""
+
 _STEPS = 60
 """Most steps to a boundary; 8 to 15 suffice."""
 
@@ -99,14 +102,14 @@ class StabilityMap(Result):
     def verdict(self) -> str:
         """One-sentence answer: how much is stable, and the boundary at both ends of the second parameter."""
         share = 100.0 * float(np.mean(self.stable))
-        side, bound = ("least", self.least) if self.first == "virtual_mass" else ("largest", self.most)
+        side, bound = ("least", self.least) if self.first in _MORE_IS_SAFER else ("largest", self.most)
         words = [self._at(bound, place) for place in (0, -1)]
         name = self.first.replace("_", " ")
         return f"Stable in {share:.0f} % of the map with {self.held}: {side} stable {name} {words[0]}, {words[1]}."
 
     def _at(self, bound: np.ndarray, place: int) -> str:
         value, unit, other = float(bound[place]), *self.units
-        end = float(self.x[0] if self.first == "virtual_mass" else self.x[-1])
+        end = float(self.x[0] if self.first in _MORE_IS_SAFER else self.x[-1])
         said = "none" if np.isnan(value) else f"{plain(value, 3)} {unit}"
         if value == end:
             said = f"beyond {plain(end, 3)} {unit}"
