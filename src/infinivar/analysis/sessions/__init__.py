@@ -1,0 +1,1 @@
+"""Displays and machines in the hand of a user: stability, impedances that can be felt, passivity, and limits."""
