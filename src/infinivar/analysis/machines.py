@@ -197,7 +197,7 @@ class MachineResult(Result):
     found: Mapping[str, TaskResult | PathResult]
     shares: Mapping[str, float] = field(default_factory=dict)
     motor_mass: float = float("nan")
-    """Of all motors, of the steering as well. [kg]"""
+    """Of all motors that are stated, also of those that steer the wheels of legs. [kg]"""
 
     @property
     def tasks(self) -> dict[str, TaskResult]:

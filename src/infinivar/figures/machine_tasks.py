@@ -72,7 +72,11 @@ def draw_path(axes: Sequence[Axes], numbers: Mapping[str, Any]) -> None:
         above.plot(numbers["time"], shown, color=style.COLOURS[place], label=f"{name} [{'degrees' if turns else 'mm'}]")
     above.set_title(numbers["title"])
     above.set_ylabel("displacement")
-    above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    if numbers["moved"]:
+        above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    else:
+        above.text(0.5, 0.5, "at rest", transform=above.transAxes, ha="center", va="center")
+        above.set_yticks([])
     for place, (title, values) in enumerate(numbers["power_in"].items()):
         below.plot(numbers["time"], values, color=style.COLOURS[place], label=f"source, {title}")
     below.plot(numbers["time"], numbers["power_out"], color="#444444", ls=(0, (4, 2)), lw=1.2, label="to the load")
