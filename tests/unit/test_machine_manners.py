@@ -13,7 +13,7 @@ from infinivar.analysis.machines import follow_path
 from infinivar.figures import machine_tasks, wheels
 from infinivar.limits import Limit, words_of
 from infinivar.motion.machine_scenario import MachineScenario, check_continuous
-from machinery import EVERY, PLANAR
+from machinery import EVERY, PLANAR, PLATFORM
 from machines_to_move import MACHINES
 
 CART = iv.load_study("planar_cart").drives["three-wheels"]
@@ -168,3 +168,30 @@ def test_an_implausible_friction_coefficient_is_a_warning():
 @pytest.mark.parametrize("name", EVERY)
 def test_usual_machines_have_no_warning_of_friction(name):
     assert not [one for one in made(EVERY[name]).warnings if "friction" in one]
+
+
+# Sources
+
+
+def test_motions_of_paths_have_sources():
+    text = PLATFORM.replace('y = { shape = "sinusoid"', 'y = { kind = "stated", where = "Table 3", shape = "sinusoid"')
+    study = made(text)
+    rows = {row.field: row for row in study.provenance if row.owner == "paths.circle"}
+    assert rows["x.shape"].value == "sinusoid"
+    assert (rows["x.distance"].written, rows["x.distance"].unit) == ("20 mm", "m")
+    assert rows["x.frequency"].value == pytest.approx(1.0)
+    assert (rows["y.start"].kind, rows["y.start"].where) == ("stated", "Table 3")
+    assert "x.time" not in rows
+    again = made(study.to_toml())
+    assert again == study
+    row = next(row for row in again.provenance if row.field == "y.start")
+    assert row.where == "Table 3"
+
+
+def test_motions_given_in_python_have_sources():
+    study = made(PLATFORM)
+    path = study.paths["circle"]
+    changed = replace(study, paths={"circle": replace(path, x=replace(path.x, distance=0.03))})
+    rows = {row.field: row for row in changed.provenance if row.owner == "paths.circle"}
+    assert (rows["x.distance"].value, rows["x.distance"].where) == (0.03, "given in Python")
+    assert rows["y.distance"].written == "20 mm"
