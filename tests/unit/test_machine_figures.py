@@ -1,12 +1,14 @@
 """Figures of machines: numbers drawn against the computation by another way."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import infinivar as iv
-from infinivar.figures import machine, planar_cobot, wheels, wrench_set
+from infinivar.figures import arm, machine, planar_cobot, wheels, wrench_set
 from infinivar.figures import sphere as sphere_figure
 from infinivar.transmission.planar import drift
 
@@ -184,3 +186,48 @@ def test_points_plot_themselves():
     slips = MACHINE.operate(PLATFORM.at(pose), wrench=[1e4, 0, 0, 0, 0, 0], twist=RISING)
     with pytest.raises(iv.InputError, match="losses by leg are undefined at this point: wheel slip"):
         slips.plot()
+
+
+def test_drawn_arm():
+    """Members end at the pose; the joints hold the wrench; forces of ideal legs at rest are their parallelogram."""
+    study = iv.load_study("two_joint_arm")
+    drive = next(one for one in study.drives.values() if one.leg is not None)
+    pose, twist, wrench = np.array([0.35, 0.2]), np.array([0.05, -0.1]), np.array([6.0, 3.0])
+    numbers = arm.data(drive, pose, twist, wrench)
+    assert_allclose(numbers["points"][-1], pose, atol=1e-12)
+    assert_allclose(np.linalg.norm(np.diff(numbers["points"], axis=0), axis=1), drive.lengths)
+    levers = pose - numbers["points"][:-1]
+    assert_allclose(numbers["torque"], levers[:, 0] * wrench[1] - levers[:, 1] * wrench[0], rtol=1e-9)
+    outline, limits = numbers["sets"]["at rest"]
+    most = drive.legs.legs.transmission.slip_force * drive.pulley_radius
+    torques = levers[:, 0] * outline[:, 1:] - levers[:, 1] * outline[:, :1]
+    assert_allclose(np.max(np.abs(torques), axis=1), most, rtol=0.05)
+    assert set(limits) == {iv.Limit.SLIP}
+    inside = drive.perform(pose=pose, twist=twist, wrench=0.999 * numbers["sets"]["in the task"][0])
+    beyond = drive.perform(pose=pose, twist=twist, wrench=1.001 * numbers["sets"]["in the task"][0])
+    assert np.all(inside.limit == iv.Limit.OK)
+    assert not np.any(beyond.limit == iv.Limit.OK)
+    made = arm.draw_all(drive, pose, twist, wrench)
+    assert len(made.axes) == 2
+    assert "joint 1: " in made.axes[0].texts[-2].get_text()
+    with pytest.raises(iv.InputError, match="an arm is drawn at one pose within reach"):
+        arm.data(drive, [2.0, 0.0], twist, wrench)
+
+
+@pytest.mark.parametrize("joints", [1, 3])
+def test_arms_of_other_numbers_of_joints_are_drawn(joints):
+    drive = next(one for one in iv.load_study("two_joint_arm").drives.values() if one.leg is not None)
+    drive = replace(drive, lengths=(0.3, 0.25, 0.1)[:joints])
+    given = np.linspace(0.02, 0.05, joints)
+    numbers = arm.data(drive, drive.home, given, 10.0 * given)
+    assert numbers["moment"] == pytest.approx(10.0 * given[-1])
+    assert {*numbers["sets"]} == (set() if joints == 1 else {"at rest", "in the task"})
+    assert len(arm.draw_all(drive, drive.home, given, 10.0 * given).axes) == (1 if joints == 1 else 2)
+
+
+def test_drawn_carriage_on_one_wheel():
+    carriage = iv.PlanarCarriage(contact=WHEEL)
+    point = carriage.mechanism.operate(rates=[0.3, 0.4], heading=[np.arctan2(0.4, 0.3)])
+    numbers = planar_cobot.data(carriage, point)
+    assert_allclose(numbers["force"].sum(axis=0), -numbers["wrench"][:2], atol=1e-9)
+    assert planar_cobot.draw_all(carriage, point).axes[0].get_title() == "instant centre at infinity"

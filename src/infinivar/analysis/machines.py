@@ -20,7 +20,7 @@ from infinivar.study.check import check_machines
 from infinivar.study.study import Study
 from infinivar.units import margin_words, plain
 
-_LOADED = 1e-6
+LOADED = 1e-6
 """Demand over allowance below which a limit counts as not loaded. [-]"""
 
 _NO_DEMAND: Demand = (Limit.OK, "load")
@@ -456,7 +456,7 @@ def tightest_of(demands: Mapping[Demand, float]) -> tuple[Demand, float]:
             [key for key in demands if key[0] is first],
         )
         return worst, 1.0 / _size(demands[worst])
-    known = {key: value for key, value in demands.items() if np.isfinite(value) and value > _LOADED}
+    known = {key: value for key, value in demands.items() if np.isfinite(value) and value > LOADED}
     if not known:
         return _NO_DEMAND, float("inf")
     worst = max(known, key=lambda key: known[key])
@@ -485,7 +485,12 @@ def _vector(coordinates: tuple[str, ...], values: np.ndarray, what: str) -> str:
 
 
 def vector_words(coordinates: tuple[str, ...], values: np.ndarray, what: str) -> Iterator[str]:
-    """Yield each component that is not zero, with its unit."""
+    """Yield each component that is not zero, with its unit; angles of poses in degrees."""
     for name, value in zip(coordinates, values, strict=True):
+        unit = unit_of(name, what)
         if value != 0.0:
-            yield f"{name} {plain(float(value), 3)} {unit_of(name, what)}"
+            yield (
+                f"{name} {plain(float(np.degrees(value)), 3)}°"
+                if unit == "rad"
+                else f"{name} {plain(float(value), 3)} {unit}"
+            )

@@ -138,14 +138,15 @@ def draw_maps(found: Mapping[str, PoseMap]) -> Figure:
     """Draw maps of machines side by side, by title."""
     with style.styled():
         made, axes = style.figure(4.2 * len(found), 4.4, 1, len(found), squeeze=False)
+        made.get_layout_engine().set(wspace=0.12)  # type: ignore[union-attr]
         for ax, (title, one) in zip(axes[0], found.items(), strict=True):
             mesh = draw_map(ax, map_data(one))
-            ax.set_title(f"{title}\n{one.title}", fontsize=9)
+            ax.set_title("\n".join(words for words in (title, one.title) if words), fontsize=9)
             if mesh is not None:
-                made.colorbar(mesh, ax=ax, label="loss [W]", shrink=0.8)
+                made.colorbar(mesh, cax=ax.inset_axes((1.05, 0.0, 0.05, 1.0)), label="loss [W]")
     return made
 
 
 def draw_pose_map(found: PoseMap) -> Figure:
     """Draw one map."""
-    return draw_maps({"map": found})
+    return draw_maps({"": found})
