@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import infinivar as iv
-from infinivar.figures import arm, machine, planar_cobot, wheels, wrench_set
+from infinivar.figures import arm, machine, planar_cobot, wheels, workspace, wrench_set
 from infinivar.figures import sphere as sphere_figure
 from infinivar.transmission.planar import drift
 
@@ -231,3 +231,37 @@ def test_drawn_carriage_on_one_wheel():
     numbers = planar_cobot.data(carriage, point)
     assert_allclose(numbers["force"].sum(axis=0), -numbers["wrench"][:2], atol=1e-9)
     assert planar_cobot.draw_all(carriage, point).axes[0].get_title() == "instant centre at infinity"
+
+
+def test_map_of_a_workspace_has_the_points_of_each_height():
+    z = PLATFORM.home + np.linspace(-0.03, 0.03, 3)
+    span = np.linspace(-0.12, 0.12, 9)
+    found = iv.workspace_map(MACHINE, PLATFORM, x=span, y=span[:7], z=z, wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING)
+    numbers = workspace.data(found)
+    assert [one["title"] for one in numbers] == [f"z = {1e3 * height:.4g} mm" for height in z]
+    centre = MACHINE.operate(PLATFORM.at([0.0, span[3], z[2]]), wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING)
+    assert numbers[2]["loss"][4, 3] == pytest.approx(float(centre.loss), rel=1e-9)
+    assert np.all(np.isnan(numbers[0]["loss"]) == (found.points.limit[:, :, 0] != iv.Limit.OK))
+    made = found.plot()
+    named = {text.get_text() for text in made.legends[0].get_texts()}
+    assert named == {iv.Limit(int(code)).words for code in np.unique(found.points.limit) if code != iv.Limit.OK}
+    with pytest.raises(iv.InputError, match="one position along x or y cannot be drawn"):
+        iv.workspace_map(MACHINE, PLATFORM, x=[0.0], y=span, z=z, wrench=[0.0] * 6).plot()
+
+
+def test_best_cylinder_speeds_are_drawn_with_their_powers():
+    wrench, twist = np.array([[0, 0, 20.0, 0, 0, 0]]), np.outer([1.0, 0.5, -1.0], RISING)
+    found = iv.best_cylinder_speed(MACHINE, HOME, wrench=wrench, twist=twist)
+    made = found.plot()
+    assert [line.get_label() for line in made.axes[0].lines] == ["nominal", "best constant", "best of each motion"]
+    assert made.axes[1].texts[1].get_text() == f" {found.fixed_power:.3g} W"
+    none = iv.best_cylinder_speed(MACHINE, HOME, wrench=1e4 * wrench, twist=twist)
+    assert none.plot().axes[1].texts[1].get_text().startswith(" infeasible")
+
+
+def test_motion_of_a_planar_cobot_is_drawn():
+    body = iv.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)], mass=20.0, inertia=1.5)
+    found = iv.planar_motion(body, twist=[0.5, 0.0, 0.0], steering=lambda time, pose: np.zeros(3), duration=0.5)
+    made = found.plot()
+    assert_allclose(made.axes[0].lines[0].get_xydata(), found.pose[:, :2])
+    assert len(made.axes[2].get_legend_handles_labels()[1]) == 3

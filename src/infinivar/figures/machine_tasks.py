@@ -104,26 +104,31 @@ def map_data(found: PoseMap) -> dict[str, Any]:
     }
 
 
-def draw_map(ax: Axes, numbers: Mapping[str, Any]) -> Any:
-    """Draw the loss as colours where all limits hold, and each limit as a shade of grey with its name."""
+def shade(code: int) -> str:
+    """Colour of a limit in maps of positions."""
+    return _SHADES.get(Limit(code), _OTHER)
+
+
+def draw_map(ax: Axes, numbers: Mapping[str, Any], scale: Any = None, *, legend: bool = True) -> Any:
+    """Draw the loss as colours where all limits hold, on a scale, and each limit as a shade with its name."""
     from matplotlib.patches import Patch
 
     x, y = numbers["x"], numbers["y"]
     codes = [int(code) for code in np.unique(numbers["limit"]) if code != Limit.OK]
     handles = []
     for code in codes:
-        colour = _SHADES.get(Limit(code), _OTHER)
+        colour = shade(code)
         inside = np.where(numbers["limit"] == code, 1.0, np.nan)
         ax.pcolormesh(x, y, inside.T, cmap=_plain(colour), shading="nearest", rasterized=True)
         handles.append(Patch(facecolor=colour, label=Limit(code).words))
     mesh = None
     if np.any(np.isfinite(numbers["loss"])):
-        mesh = ax.pcolormesh(x, y, numbers["loss"].T, cmap="viridis", shading="nearest", rasterized=True)
+        mesh = ax.pcolormesh(x, y, numbers["loss"].T, cmap="viridis", norm=scale, shading="nearest", rasterized=True)
     ax.set_aspect("equal")
     ax.set_xlabel("x [mm]")
     ax.set_ylabel("y [mm]")
     ax.set_title(numbers["title"])
-    if handles:
+    if handles and legend:
         ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.16), ncols=2)
     return mesh
 
