@@ -44,7 +44,7 @@ def draw(above: Axes, below: Axes, numbers: dict[str, Any]) -> None:
     colours = dict(zip(numbers["powers"], (_NOMINAL, _FIXED, _EACH, _SCHEDULED), strict=False))
     for name, values in numbers["speeds"].items():
         place = np.arange(1, len(values) + 1)
-        marks = {"ls": "", "marker": "o", "ms": 3} if name == "best of each motion" else {"lw": 1.6}
+        marks: dict[str, Any] = {"ls": "", "marker": "o", "ms": 3} if name == "best of each motion" else {"lw": 1.6}
         if len(values) == 1:
             marks = {"ls": "", "marker": "o" if name == "best of each motion" else "_", "ms": 9}
         above.plot(place, values, color=colours[name], label=name, **marks)

@@ -64,8 +64,11 @@ def draw_all(found: WorkspaceMap) -> Figure:
         ]
         for ax in axes.flat[len(maps) :]:
             ax.set_axis_off()
-        for ax in axes.flat:
+        for place, ax in enumerate(axes.flat[: len(maps)]):
             ax.label_outer()
+            if place + columns >= len(maps):
+                ax.xaxis.set_tick_params(labelbottom=True)
+                ax.set_xlabel("x [mm]")
         drawn = [mesh for mesh in meshes if mesh is not None]
         if drawn:
             made.colorbar(drawn[0], ax=list(axes.flat), label="loss [W]", shrink=0.9)
