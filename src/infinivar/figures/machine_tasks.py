@@ -142,7 +142,7 @@ def _plain(colour: str) -> Any:
 def draw_maps(found: Mapping[str, PoseMap]) -> Figure:
     """Draw maps of machines side by side, by title."""
     with style.styled():
-        made, axes = style.figure(4.2 * len(found), 4.4, 1, len(found), squeeze=False)
+        made, axes = style.figure(4.2 * len(found), 4.0, 1, len(found), squeeze=False)
         made.get_layout_engine().set(wspace=0.12)  # type: ignore[union-attr]
         for ax, (title, one) in zip(axes[0], found.items(), strict=True):
             mesh = draw_map(ax, map_data(one))
