@@ -20,7 +20,7 @@ from infinivar.study.check import check_machines
 from infinivar.study.study import Study
 from infinivar.units import margin_words, plain
 
-LOADED = 1e-6
+_LOADED = 1e-6
 """Demand over allowance below which a limit counts as not loaded. [-]"""
 
 _NO_DEMAND: Demand = (Limit.OK, "load")
@@ -456,7 +456,7 @@ def tightest_of(demands: Mapping[Demand, float]) -> tuple[Demand, float]:
             [key for key in demands if key[0] is first],
         )
         return worst, 1.0 / _size(demands[worst])
-    known = {key: value for key, value in demands.items() if np.isfinite(value) and value > LOADED}
+    known = {key: value for key, value in demands.items() if np.isfinite(value) and value > _LOADED}
     if not known:
         return _NO_DEMAND, float("inf")
     worst = max(known, key=lambda key: known[key])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.machines import LOADED, MachineComparison, MachineResult, TaskResult, vector_words
+from infinivar.analysis.machines import MachineComparison, MachineResult, TaskResult, vector_words
 from infinivar.analysis.pose_map import PoseMap, pose_map
 from infinivar.analysis.sphere_map import sphere_map
 from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
@@ -26,6 +26,9 @@ from infinivar.report.page import render, to_json, write_csv
 
 _SHARE = 0.95
 """Largest load of a sphere map, over the slip force."""
+
+_ROUNDING = 1e-6
+"""Demand over allowance below which it is rounding. [-]"""
 
 Drawing = tuple[str, Callable[[], Any], str]
 """Name, function that draws, and caption of a figure."""
@@ -89,7 +92,7 @@ def _demands(found: TaskResult) -> list[tuple[str, float]]:
         value = float(demand)
         if limit.value not in worst or value > worst[limit.value][1]:
             worst[limit.value] = words_of((limit, part)), value
-    return sorted((one for one in worst.values() if one[1] > LOADED), key=lambda one: -one[1])
+    return sorted((one for one in worst.values() if one[1] > _ROUNDING), key=lambda one: -one[1])
 
 
 def drawings(comparison: MachineComparison) -> Iterator[Drawing]:
