@@ -10,8 +10,8 @@ from pages import needs_no_network
 
 FIGURES = {
     "platform": ["losses", "path-circle", "positions", "machine-cobotic", "wrenches-cobotic"],
-    "arm": ["losses", "path-reach", "positions"],
-    "sphere": ["losses", "sphere-ball"],
+    "arm": ["losses", "path-reach", "positions", "machine-cobotic", "machine-separate"],
+    "sphere": ["losses", "sphere-ball", "machine-ball"],
     "planar": ["losses", "machine-cart", "machine-two"],
 }
 

@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 import infinivar as iv
-from infinivar.figures import machine, planar_cobot, wheels, wrench_set
+from infinivar.figures import arm, machine, planar_cobot, wheels, workspace, wrench_set
 from infinivar.figures import sphere as sphere_figure
 from infinivar.transmission.planar import drift
 
@@ -184,3 +184,82 @@ def test_points_plot_themselves():
     slips = MACHINE.operate(PLATFORM.at(pose), wrench=[1e4, 0, 0, 0, 0, 0], twist=RISING)
     with pytest.raises(iv.InputError, match="losses by leg are undefined at this point: wheel slip"):
         slips.plot()
+
+
+def test_drawn_arm():
+    """Members end at the pose; the joints hold the wrench; forces of ideal legs at rest are their parallelogram."""
+    study = iv.load_study("two_joint_arm")
+    drive = next(one for one in study.drives.values() if one.leg is not None)
+    pose, twist, wrench = np.array([0.35, 0.2]), np.array([0.05, -0.1]), np.array([6.0, 3.0])
+    numbers = arm.data(drive, pose, twist, wrench)
+    assert_allclose(numbers["points"][-1], pose, atol=1e-12)
+    assert_allclose(np.linalg.norm(np.diff(numbers["points"], axis=0), axis=1), drive.lengths)
+    levers = pose - numbers["points"][:-1]
+    assert_allclose(numbers["torque"], levers[:, 0] * wrench[1] - levers[:, 1] * wrench[0], rtol=1e-9)
+    outline, limits = numbers["sets"]["at rest"]
+    most = drive.legs.legs.transmission.slip_force * drive.pulley_radius
+    torques = levers[:, 0] * outline[:, 1:] - levers[:, 1] * outline[:, :1]
+    assert_allclose(np.max(np.abs(torques), axis=1), most, rtol=0.05)
+    assert set(limits) == {iv.Limit.SLIP}
+    inside = drive.perform(pose=pose, twist=twist, wrench=0.999 * numbers["sets"]["in the task"][0])
+    beyond = drive.perform(pose=pose, twist=twist, wrench=1.001 * numbers["sets"]["in the task"][0])
+    assert np.all(inside.limit == iv.Limit.OK)
+    assert not np.any(beyond.limit == iv.Limit.OK)
+    made = arm.draw_all(drive, pose, twist, wrench)
+    assert len(made.axes) == 2
+    assert "joint 1: " in made.axes[0].texts[-2].get_text()
+    with pytest.raises(iv.InputError, match="an arm is drawn at one pose within reach"):
+        arm.data(drive, [2.0, 0.0], twist, wrench)
+
+
+@pytest.mark.parametrize("joints", [1, 3])
+def test_arms_of_other_numbers_of_joints_are_drawn(joints):
+    drive = next(one for one in iv.load_study("two_joint_arm").drives.values() if one.leg is not None)
+    drive = type(drive)(lengths=(0.3, 0.25, 0.1)[:joints], pulley_radius=drive.pulley_radius, leg=drive.leg)
+    given = np.linspace(0.02, 0.05, joints)
+    numbers = arm.data(drive, drive.home, given, 10.0 * given)
+    assert numbers["moment"] == pytest.approx(10.0 * given[-1])
+    assert {*numbers["sets"]} == (set() if joints == 1 else {"at rest", "in the task"})
+    assert len(arm.draw_all(drive, drive.home, given, 10.0 * given).axes) == (1 if joints == 1 else 2)
+
+
+def test_drawn_carriage_on_one_wheel():
+    carriage = iv.PlanarCarriage(contact=WHEEL)
+    point = carriage.mechanism.operate(rates=[0.3, 0.4], heading=[np.arctan2(0.4, 0.3)])
+    numbers = planar_cobot.data(carriage, point)
+    assert_allclose(numbers["force"].sum(axis=0), -numbers["wrench"][:2], atol=1e-9)
+    assert planar_cobot.draw_all(carriage, point).axes[0].get_title() == "instant centre at infinity"
+
+
+def test_map_of_a_workspace_has_the_points_of_each_height():
+    z = PLATFORM.home + np.linspace(-0.03, 0.03, 3)
+    span = np.linspace(-0.12, 0.12, 9)
+    found = iv.workspace_map(MACHINE, PLATFORM, x=span, y=span[:7], z=z, wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING)
+    numbers = workspace.data(found)
+    assert [one["title"] for one in numbers] == [f"z = {1e3 * height:.4g} mm" for height in z]
+    centre = MACHINE.operate(PLATFORM.at([0.0, span[3], z[2]]), wrench=[5.0, 0, 0, 0, 0, 0], twist=RISING)
+    assert numbers[2]["loss"][4, 3] == pytest.approx(float(centre.loss), rel=1e-9)
+    assert np.all(np.isnan(numbers[0]["loss"]) == (found.points.limit[:, :, 0] != iv.Limit.OK))
+    made = found.plot()
+    named = {text.get_text() for text in made.legends[0].get_texts()}
+    assert named == {iv.Limit(int(code)).words for code in np.unique(found.points.limit) if code != iv.Limit.OK}
+    with pytest.raises(iv.InputError, match="one position along x or y cannot be drawn"):
+        iv.workspace_map(MACHINE, PLATFORM, x=[0.0], y=span, z=z, wrench=[0.0] * 6).plot()
+
+
+def test_best_cylinder_speeds_are_drawn_with_their_powers():
+    wrench, twist = np.array([[0, 0, 20.0, 0, 0, 0]]), np.outer([1.0, 0.5, -1.0], RISING)
+    found = iv.best_cylinder_speed(MACHINE, HOME, wrench=wrench, twist=twist)
+    made = found.plot()
+    assert [line.get_label() for line in made.axes[0].lines] == ["nominal", "best constant", "best of each motion"]
+    assert made.axes[1].texts[1].get_text() == f" {found.fixed_power:.3g} W"
+    none = iv.best_cylinder_speed(MACHINE, HOME, wrench=1e4 * wrench, twist=twist)
+    assert none.plot().axes[1].texts[1].get_text().startswith(" infeasible")
+
+
+def test_motion_of_a_planar_cobot_is_drawn():
+    body = iv.PlanarCobot(contacts=WHEEL, positions=[(0.4, 0.0), (-0.2, 0.25), (-0.2, -0.25)], mass=20.0, inertia=1.5)
+    found = iv.planar_motion(body, twist=[0.5, 0.0, 0.0], steering=lambda time, pose: np.zeros(3), duration=0.5)
+    made = found.plot()
+    assert_allclose(made.axes[0].lines[0].get_xydata(), found.pose[:, :2])
+    assert len(made.axes[2].get_legend_handles_labels()[1]) == 3

@@ -79,7 +79,7 @@ def test_schema_has_every_machine_task_and_path():
     }
     assert schema["$defs"]["Twist"]["properties"]["rx"]["anyOf"][0]["examples"]
     points = schema["$defs"]["PlanarDrive"]["properties"]["positions"]["anyOf"][0]["items"]["properties"]
-    assert {*points} == {"x", "y", "z"}
+    assert {*points} == {"x", "y"}
 
 
 X_WAVE = 'x = { shape = "sinusoid", distance = "20 mm", frequency = "1 Hz" }'
@@ -252,7 +252,7 @@ BAD = {
     ),
     "wheels above the plane": (
         PLANAR.replace('{ x = "-0.4 m" }]', '{ z = "0.4 m" }]'),
-        "drives.two.positions 2: z does not apply",
+        "entry 2 has an unknown key 'z'; known keys: x, y",
     ),
     "positions as numbers": (
         PLANAR.replace(TWO, "[[0.4, 0]]"),

@@ -52,9 +52,14 @@ def chosen_words(meaning: str, words: Sequence[str], *, default: Any = dataclass
     return dataclasses.field(default=default, metadata={"meaning": meaning, "words of": tuple(words)}, **options)
 
 
-def several(meaning: str, kind: type, *, default: Any = dataclasses.MISSING, **options: Any) -> Any:
-    """Dataclass field for a row of values of a class whose own fields are quantities, stored as a tuple."""
-    return dataclasses.field(default=default, metadata={"meaning": meaning, "several": kind}, **options)
+def several(
+    meaning: str, kind: type, *, only: Sequence[str] = (), default: Any = dataclasses.MISSING, **options: Any
+) -> Any:
+    """Dataclass field for a row of values of a class whose own fields are quantities, stored as a tuple.
+
+    `only` names those of its fields that a study may state; by default all.
+    """
+    return dataclasses.field(default=default, metadata={"meaning": meaning, "several": kind, "only": only}, **options)
 
 
 def given(value: Any, otherwise: Any) -> Any:

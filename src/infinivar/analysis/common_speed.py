@@ -46,7 +46,8 @@ class CommonSpeed(Result):
     fixed, fixed_power : float        The best constant speed within all limits; nan if there is none. [rad s^-1], [W]
     limit : int                       `Limit.OK`, or without such a speed the tightest limit at the nominal one.
     by_motion : (m,) float            The best speed of each motion on its own; nan where there is none. [rad s^-1]
-    by_motion_power : float           Without the power that changes of speed need: a bound, not a plan. [W]
+    by_motion_power : float           Without the power that changes of speed need, so that it is no plan; a schedule can
+        even need less, as the inertia of the cylinder smooths the motor's torque. [W]
     scheduled : Varying               Over a cycle: speed and rate at its instants; None without a period. [rad s^-1], ...
     scheduled_power : float           With the inertia of cylinder, gearhead and rotor; nan without a period. [W]
     """

@@ -30,7 +30,7 @@ from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
 from infinivar.motion.histories import VectorHistory
-from infinivar.motion.machine_scenario import MachineScenario, over_time
+from infinivar.motion.machine_scenario import MachineScenario, check_continuous, over_time
 
 _RESULTS = 1000
 """Default number of results of a run."""
@@ -67,6 +67,7 @@ def simulate_machine(
     ------
     ParameterError
         If the machine lacks a value that the scenario requires, or a number of values does not fit.
+        Angles prescribed without servos have a step.
     ClosureError
         If the energy balance does not close: an error in the program.
 
@@ -285,6 +286,8 @@ class _Run:
             log.inputs.append(replace(inputs, steering=inputs.steering.copy()))
 
         outcome, ends, kept = "", *self._segments()
+        if system.angles is not None:
+            check_continuous("steering", system.angles, [0.0, *ends])
         begin = 0.0
         for place, end in enumerate(ends):
             if self.controller is not None:

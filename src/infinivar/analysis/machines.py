@@ -202,7 +202,7 @@ class MachineResult(Result):
     found: Mapping[str, TaskResult | PathResult]
     shares: Mapping[str, float] = field(default_factory=dict)
     motor_mass: float = float("nan")
-    """Of all motors, of the steering as well. [kg]"""
+    """Of all motors that are stated, also of those that steer the wheels of legs. [kg]"""
 
     @property
     def tasks(self) -> dict[str, TaskResult]:
@@ -510,7 +510,12 @@ def _vector(coordinates: tuple[str, ...], values: np.ndarray, what: str) -> str:
 
 
 def vector_words(coordinates: tuple[str, ...], values: np.ndarray, what: str) -> Iterator[str]:
-    """Yield each component that is not zero, with its unit."""
+    """Yield each component that is not zero, with its unit; angles of poses in degrees."""
     for name, value in zip(coordinates, values, strict=True):
+        unit = unit_of(name, what)
         if value != 0.0:
-            yield f"{name} {plain(float(value), 3)} {unit_of(name, what)}"
+            yield (
+                f"{name} {plain(float(np.degrees(value)), 3)}°"
+                if unit == "rad"
+                else f"{name} {plain(float(value), 3)} {unit}"
+            )

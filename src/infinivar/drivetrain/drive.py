@@ -153,8 +153,8 @@ def refuse_machine(drive: Any, what: str, where: str = "drive") -> None:
     if is_machine(drive):
         works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
         raise ParameterError(
-            f"{where} is a machine of type {type_words(drive)}: {what} works with drives of one axis only; commands for this "
-            f"machine: {', '.join(works)}"
+            f"{where} is a machine of type {type_words(drive)}: {what} does not work with it; commands for this machine: "
+            f"{', '.join(works)}"
         )
 
 

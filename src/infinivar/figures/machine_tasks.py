@@ -72,7 +72,11 @@ def draw_path(axes: Sequence[Axes], numbers: Mapping[str, Any]) -> None:
         above.plot(numbers["time"], shown, color=style.COLOURS[place], label=f"{name} [{'degrees' if turns else 'mm'}]")
     above.set_title(numbers["title"])
     above.set_ylabel("displacement")
-    above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    if numbers["moved"]:
+        above.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    else:
+        above.text(0.5, 0.5, "at rest", transform=above.transAxes, ha="center", va="center")
+        above.set_yticks([])
     for place, (title, values) in enumerate(numbers["power_in"].items()):
         below.plot(numbers["time"], values, color=style.COLOURS[place], label=f"source, {title}")
     below.plot(numbers["time"], numbers["power_out"], color="#444444", ls=(0, (4, 2)), lw=1.2, label="to the load")
@@ -100,26 +104,31 @@ def map_data(found: PoseMap) -> dict[str, Any]:
     }
 
 
-def draw_map(ax: Axes, numbers: Mapping[str, Any]) -> Any:
-    """Draw the loss as colours where all limits hold, and each limit as a shade of grey with its name."""
+def shade(code: int) -> str:
+    """Colour of a limit in maps of positions."""
+    return _SHADES.get(Limit(code), _OTHER)
+
+
+def draw_map(ax: Axes, numbers: Mapping[str, Any], scale: Any = None, *, legend: bool = True) -> Any:
+    """Draw the loss as colours where all limits hold, on a scale, and each limit as a shade with its name."""
     from matplotlib.patches import Patch
 
     x, y = numbers["x"], numbers["y"]
     codes = [int(code) for code in np.unique(numbers["limit"]) if code != Limit.OK]
     handles = []
     for code in codes:
-        colour = _SHADES.get(Limit(code), _OTHER)
+        colour = shade(code)
         inside = np.where(numbers["limit"] == code, 1.0, np.nan)
         ax.pcolormesh(x, y, inside.T, cmap=_plain(colour), shading="nearest", rasterized=True)
         handles.append(Patch(facecolor=colour, label=Limit(code).words))
     mesh = None
     if np.any(np.isfinite(numbers["loss"])):
-        mesh = ax.pcolormesh(x, y, numbers["loss"].T, cmap="viridis", shading="nearest", rasterized=True)
+        mesh = ax.pcolormesh(x, y, numbers["loss"].T, cmap="viridis", norm=scale, shading="nearest", rasterized=True)
     ax.set_aspect("equal")
     ax.set_xlabel("x [mm]")
     ax.set_ylabel("y [mm]")
     ax.set_title(numbers["title"])
-    if handles:
+    if handles and legend:
         ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.16), ncols=2)
     return mesh
 
@@ -133,15 +142,16 @@ def _plain(colour: str) -> Any:
 def draw_maps(found: Mapping[str, PoseMap]) -> Figure:
     """Draw maps of machines side by side, by title."""
     with style.styled():
-        made, axes = style.figure(4.2 * len(found), 4.4, 1, len(found), squeeze=False)
+        made, axes = style.figure(4.2 * len(found), 4.0, 1, len(found), squeeze=False)
+        made.get_layout_engine().set(wspace=0.12)  # type: ignore[union-attr]
         for ax, (title, one) in zip(axes[0], found.items(), strict=True):
             mesh = draw_map(ax, map_data(one))
-            ax.set_title(f"{title}\n{one.title}", fontsize=9)
+            ax.set_title("\n".join(words for words in (title, one.title) if words), fontsize=9)
             if mesh is not None:
-                made.colorbar(mesh, ax=ax, label="loss [W]", shrink=0.8)
+                made.colorbar(mesh, cax=ax.inset_axes((1.05, 0.0, 0.05, 1.0)), label="loss [W]")
     return made
 
 
 def draw_pose_map(found: PoseMap) -> Figure:
     """Draw one map."""
-    return draw_maps({"map": found})
+    return draw_maps({"": found})

@@ -10,7 +10,7 @@ import numpy as np
 from infinivar.errors import InputError
 from infinivar.figures import style
 from infinivar.transmission.mechanism import MechanismPoint
-from infinivar.transmission.planar import PlanarCobot, instant_centre
+from infinivar.transmission.planar import PlanarCarriage, PlanarCobot, instant_centre
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,16 +29,19 @@ _ROUNDING = 1e-9
 _WIDTH, _AROUND = 6.4, 1.5
 """Width of the figure, and height of what stands around the drawing. [inch]"""
 
+_PAD = 0.1
+"""Above the title. [inch]"""
+
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
-def data(cobot: PlanarCobot, point: MechanismPoint) -> dict[str, Any]:
+def data(cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint) -> dict[str, Any]:
     """Geometry and forces of one motion, in axes of the body.
 
     Parameters
     ----------
-    cobot : PlanarCobot        The machine.
-    point : MechanismPoint     One point of its mechanism, in motion.
+    cobot : PlanarCobot or PlanarCarriage   The machine; a carriage does not turn.
+    point : MechanismPoint                  One point of its mechanism, in motion.
 
     Returns
     -------
@@ -53,21 +56,23 @@ def data(cobot: PlanarCobot, point: MechanismPoint) -> dict[str, Any]:
         If there are many points, or one without a steady motion.
     """
     rates, cosine, sine = (np.asarray(one) for one in (point.rates, point.cosine, point.sine))
-    if rates.shape != (3,) or not np.all(np.isfinite([*rates, *np.asarray(point.lateral_force)])):
+    turns = isinstance(cobot, PlanarCobot)
+    if rates.shape != ((3,) if turns else (2,)) or not np.all(np.isfinite([*rates, *np.asarray(point.lateral_force)])):
         raise InputError("a planar cobot is drawn at one point in steady motion, at which all wheels roll or slide")
     forces, _ = cobot.mechanism.forces(rates, (cosine, sine), np.asarray(point.steering_rate))
     force = np.stack([np.asarray(forces.x), np.asarray(forces.y)], axis=-1)
     contacts = cobot.mechanism.contacts
+    twist = np.append(rates, np.zeros(3 - len(rates)))
     return {
-        "positions": np.array(cobot.positions),
+        "positions": np.array(cobot.positions) if isinstance(cobot, PlanarCobot) else np.zeros((1, 2)),
         "headings": np.stack([cosine, sine], axis=-1),
         "force": force,
         "limit": np.array([float(one.slip_force) for one in contacts]),  # type: ignore[union-attr]
         "slip": np.asarray(point.slip_demand),
         "radius": np.array([float(one.wheel_radius) for one in contacts]),  # type: ignore[union-attr]
-        "twist": rates,
-        "wrench": np.asarray(point.applied),
-        "centre": np.array([float(one) for one in instant_centre(rates)]),
+        "twist": twist,
+        "wrench": np.append(np.asarray(point.applied), np.zeros(3 - len(rates))),
+        "centre": np.array([float(one) for one in instant_centre(twist)]) if turns else np.full(2, np.inf),
     }
 
 
@@ -148,7 +153,7 @@ def _arrow(ax: Axes, start: np.ndarray, end: np.ndarray, colour: str) -> None:
     ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, zorder=4)
 
 
-def draw_all(cobot: PlanarCobot, point: MechanismPoint) -> Figure:
+def draw_all(cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint) -> Figure:
     """Draw the figure; arguments as in `data`."""
     from matplotlib.lines import Line2D
 
@@ -162,6 +167,7 @@ def draw_all(cobot: PlanarCobot, point: MechanismPoint) -> Figure:
         made, ax = style.figure(_WIDTH, _WIDTH)
         draw(ax, numbers)
         (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+        made.get_layout_engine().set(h_pad=_PAD)  # type: ignore[union-attr]
         made.set_figheight(_WIDTH * min(1.2, 0.85 * (high - low) / (right - left)) + _AROUND)
         key = [
             Line2D([], [], color=_CONTACT, lw=1.8, label="force of the ground on a wheel"),

@@ -85,8 +85,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> Any:
         for text in labels or ():
             text.set_bbox({"boxstyle": "round,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8})
     limit = numbers["slip_limit"]
-    for sign in (1.0, -1.0):
-        inside = (sign * limit >= load.min() * (1 + 1e-9)) & (sign * limit <= load.max() * (1 + 1e-9))
+    for sign, inside in zip((1.0, -1.0), _within(numbers), strict=True):
         if inside.any():
             ax.plot(angle, np.where(inside, sign * limit, np.nan), color="black", lw=1.2, ls=(0, (5, 2)))
     operating_map.name_regions(ax, angle, load, {"a roller slips": numbers["slips"]})
@@ -97,6 +96,13 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> Any:
     _angle_axis(ax)
     _ratio_axis(ax)
     return mesh
+
+
+def _within(numbers: Mapping[str, Any]) -> np.ndarray:
+    """Where the slip limits of both directions of load lie within the map, (2, n)."""
+    low, high = numbers["load"].min() * (1 + 1e-9), numbers["load"].max() * (1 + 1e-9)
+    limits = np.array([[1.0], [-1.0]]) * numbers["slip_limit"]
+    return (limits >= low) & (limits <= high)
 
 
 def _angle_axis(ax: Axes) -> None:
@@ -167,11 +173,11 @@ def draw_all(found: SphereMap | Sequence[SphereMap]) -> Figure:
                 axes[1, column].set_ylabel("")
         made.colorbar(meshes[0], ax=list(axes[0]), label="efficiency [-]", shrink=0.9)
         handles, labels = axes[1, 0].get_legend_handles_labels()
-        handles = [
-            *handles[::-1],
-            Line2D([], [], color="black", lw=1.2, ls=(0, (5, 2))),
-            Patch(facecolor="white", edgecolor="#444444", linewidth=0.6),
-        ]
-        labels = [*labels[::-1], "slip of drive rollers without losses and spin", "both shafts feed the losses"]
+        handles, labels = handles[::-1], labels[::-1]
+        if any(_within(data(one)).any() for one in maps):
+            handles.append(Line2D([], [], color="black", lw=1.2, ls=(0, (5, 2))))
+            labels.append("slip of drive rollers without losses and spin")
+        handles.append(Patch(facecolor="white", edgecolor="#444444", linewidth=0.6))
+        labels.append("both shafts feed the losses")
         made.legend(handles=handles, labels=labels, loc="outside lower center", ncols=3 if len(maps) > 1 else 2)
     return made

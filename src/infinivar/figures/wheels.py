@@ -24,32 +24,36 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Point = MechanismPoint | LegsPoint | MachinePoint | SphericalPoint
+
 _COLOURS = {**style.LOSS_COLOURS, "spin": "#882255"}
 
 
-def data(point: MechanismPoint | LegsPoint | SphericalPoint) -> dict[str, Any]:
+def data(found: Point) -> dict[str, Any]:
     """Losses and slip demands by wheel.
 
     Parameters
     ----------
-    point : MechanismPoint, LegsPoint or SphericalPoint   One point with known losses.
+    found : MechanismPoint, LegsPoint, MachinePoint or SphericalPoint   One point with known losses.
 
     Returns
     -------
-    dict   wheel: what the wheels are; names: of each; losses: by name, (k,) [W]; slip: demand over allowance, (k,); limit.
+    dict   wheel: what the wheels are; names: of each; losses: by name, (k,) [W]; slip: demand over allowance, (k,); limit;
+        shared: losses of what is common to all wheels, by name, or None where the point has the wheels only [W].
 
     Raises
     ------
     InputError
         If there are many points, or the losses are undefined, which the message gives the limit for.
     """
+    point = found.legs if isinstance(found, MachinePoint) else found
     if isinstance(point, MechanismPoint):
         kind, losses = "wheel", point.wheel_losses
     elif isinstance(point, LegsPoint):
         kind, losses = "leg", point.leg_losses
     else:
         kind, losses = "roller", point.roller_losses
-    demand, limit = np.asarray(point.slip_demand), np.asarray(point.limit)
+    demand, limit = np.asarray(point.slip_demand), np.asarray(found.limit)
     if demand.ndim != 1 or limit.ndim:
         raise InputError(f"losses by {kind} are drawn at one point, got points of shape {limit.shape}")
     known = {name: np.broadcast_to(loss, demand.shape) for name, loss in losses.items()}
@@ -58,7 +62,17 @@ def data(point: MechanismPoint | LegsPoint | SphericalPoint) -> dict[str, Any]:
     names = [str(place + 1) for place in range(len(demand))]
     if isinstance(point, SphericalPoint):
         names = [f"{name}\n{of}" for name, of in zip(names, point.kinds, strict=True)]
-    return {"wheel": kind, "names": names, "losses": known, "slip": demand, "limit": Limit(int(limit))}
+    shared = None
+    if isinstance(found, MachinePoint):
+        shared = {name: float(loss) for name, loss in found.losses.items() if name not in known}
+    return {
+        "wheel": kind,
+        "names": names,
+        "losses": known,
+        "slip": demand,
+        "limit": Limit(int(limit)),
+        "shared": shared,
+    }
 
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
@@ -78,12 +92,18 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.set_xlabel(f"{numbers['wheel']}; numbers above the bars are shares of its slip limit")
     ax.set_ylabel("loss [W]")
     total = sum(float(np.sum(loss)) for loss in numbers["losses"].values())
-    ax.set_title(f"losses {total:.3g} W, {numbers['limit'].words}", fontsize=9)
+    words = f"losses {total:.3g} W"
+    if numbers["shared"] is not None:
+        other = sum(numbers["shared"].values())
+        words = f"losses {total + other:.3g} W: {numbers['wheel']}s {total:.3g} W, motor, gearhead and amplifier {other:.3g} W"
+    ax.set_title(
+        f"{words}\n{numbers['limit'].words}" if numbers["shared"] else f"{words}, {numbers['limit'].words}", fontsize=9
+    )
 
 
-def draw_all(point: MechanismPoint | LegsPoint | SphericalPoint) -> Figure:
+def draw_all(found: Point) -> Figure:
     """Draw the figure; arguments as in `data`."""
-    numbers = data(point)
+    numbers = data(found)
     with style.styled():
         made, ax = style.figure(max(4.8, 0.7 * len(numbers["names"]) + 2.0), 3.4)
         draw(ax, numbers)
@@ -120,7 +140,7 @@ def legs(
     point = found.legs if isinstance(found, MachinePoint) else found
     given = {"machine": machine, "platform": platform, "position": position}
     if all(value is None for value in given.values()):
-        return draw_all(point)
+        return draw_all(found)
     for name, value in given.items():
         if value is None:
             raise ParameterError(f"{name} is missing: a machine is drawn from machine, platform and position")

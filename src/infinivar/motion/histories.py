@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
-from infinivar._core.fields import check, component
+from infinivar._core.fields import check, check_number, component
 from infinivar._core.frozen import frozen
 from infinivar.errors import require
 
@@ -49,7 +50,17 @@ class VectorHistory:
 
     @classmethod
     def of(cls, function: Callable[[float], Any], duration: float, points: int = 201) -> VectorHistory:
-        """Samples of a smooth function of time over a duration [s]."""
+        """Samples of a smooth function of time over a duration [s].
+
+        Raises
+        ------
+        ParameterError
+            If it is not a function, or the duration or the number of points cannot be sampled; the message names it.
+        """
+        require(callable(function), "function", repr(function), "a function of time")
+        check_number("duration", duration, "s", Gt(0))
+        whole = isinstance(points, int) and not isinstance(points, bool) and points >= 2
+        require(whole, "points", repr(points), "a whole number, 2 or more")
         time = np.linspace(0.0, duration, points)
         return cls(time=time, values=np.array([np.atleast_1d(function(float(one))) for one in time]))
 

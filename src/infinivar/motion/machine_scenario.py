@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -39,19 +40,32 @@ class MachineScenario:
 
     duration: float = quantity("s", Gt(0), "Duration of the run")
     motion: VectorHistory | None = component(
-        "Pose to follow: position and rotation vector, joint angles, or pose in the plane; None: the pose at the start",
+        "Pose to follow, as `pose`; None: the pose at the start",
         default=None,
     )
-    wrench: History | None = component("Wrench of the user on the machine over time; None: none", default=None)
+    wrench: History | None = component(
+        "What the user exerts on the machine over time: force and moment on a platform [N, N m], torques on the joints of an "
+        "arm [N m], force and moment on a cart in its own axes [N, N m], torques on both shafts of a sphere [N m]; None: none",
+        default=None,
+    )
     source: Literal["held", "off", "none"] = component("What the power motor does", default="held")
-    steering: Any = component('What the wheels do: "controlled", "locked" or a history of angles', default="controlled")
+    steering: Any = component(
+        'What the wheels do: "controlled", "locked" or a history of angles [rad], smooth without servos',
+        default="controlled",
+    )
     servos: bool = component("Whether servos steer the wheels", default=True)
     sample_rate: float | None = quantity(
         "Hz", Gt(0), "Rate of the controllers; by default that of the machine's control", default=None
     )
-    pose: Sequence[float] | None = component("Configuration at the start; by default the machine's own", default=None)
+    pose: Sequence[float] | None = component(
+        "Configuration at the start; by default the machine's own: position and rotation vector of a platform [m, rad], joint "
+        "angles of an arm [rad], x, y and angle of a cart [m, rad], nothing for a sphere",
+        default=None,
+    )
     rates: Sequence[float] | None = component(
-        "Rates of the machine's coordinates at the start; by default those of the motion and of a held shaft",
+        "Rates of the machine's coordinates at the start: twist of a platform or joint rates of an arm, then the speed of the "
+        "common cylinder; twist of a cart in its own axes; speeds of both shafts of a sphere and its angular velocity "
+        "[m/s, rad/s]; by default those of the motion and of a held shaft",
         default=None,
     )
     stick_speed: float = quantity("m/s", Gt(0), "Speed below which friction sticks", default=1e-4)
@@ -61,7 +75,12 @@ class MachineScenario:
     output_step: float | None = quantity(
         "s", Gt(0), "Time between results; defaults to a thousandth of the run, or a sample", default=None
     )
-    tolerance: float = quantity("1", Interval(gt=0, le=1e-3), "Relative tolerance of states and energies", default=1e-4)
+    tolerance: float = quantity(
+        "1",
+        Interval(gt=0, le=1e-3),
+        "Error allowed in a step, over the size of each state and of the energy",
+        default=1e-4,
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields and their combination."""
@@ -111,6 +130,39 @@ def over_time(name: str, given: History, count: int) -> Callable[[float], np.nda
     fits = first.shape == (count,) and bool(np.all(np.isfinite(first)))
     require(fits, name, f"{first}" if first.ndim else f"{given}", f"{count} finite numbers at each instant")
     return function
+
+
+_STEP_ANGLE = 1e-4
+"""Change of an angle between close instants above which it is a step. [rad]"""
+
+_CLOSE = 1e-10
+"""Time between close instants, over the duration. [-]"""
+
+
+def check_continuous(name: str, function: Callable[[float], Any], instants: Sequence[float]) -> None:
+    """Raise ParameterError if angles over time [rad] have a step between two of these increasing instants. [s]
+
+    Where they change, the interval is halved towards the larger change, which then vanishes unless it is a step.
+    """
+    close = _CLOSE * (instants[-1] - instants[0])
+    before = np.asarray(function(float(instants[0])), dtype=float)
+    for begin, end in itertools.pairwise(map(float, instants)):
+        after = np.asarray(function(end), dtype=float)
+        low, high, at_low, at_high = begin, end, before, after
+        while np.max(np.abs(at_high - at_low)) > _STEP_ANGLE:
+            if high - low < close:
+                size = float(np.max(np.abs(at_high - at_low)))
+                raise ParameterError(
+                    f"{name} must be continuous where no servos follow it, got a step of {size:.3g} rad at {high:.6g} s; "
+                    "smooth it, or leave servos true"
+                )
+            middle = 0.5 * (low + high)
+            between = np.asarray(function(middle), dtype=float)
+            if np.max(np.abs(between - at_low)) > np.max(np.abs(at_high - between)):
+                high, at_high = middle, between
+            else:
+                low, at_low = middle, between
+        before = after
 
 
 def _constant(value: np.ndarray, time: float) -> np.ndarray:

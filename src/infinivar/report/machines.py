@@ -12,21 +12,23 @@ import numpy as np
 from infinivar.analysis.machines import MachineComparison, MachineResult, TaskResult, vector_words
 from infinivar.analysis.pose_map import PoseMap, pose_map
 from infinivar.analysis.sphere_map import sphere_map
-from infinivar.drivetrain.machines.legged import PlatformDrive
+from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
 from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.errors import InputError
-from infinivar.figures import machine, machine_tasks, planar_cobot, style, wrench_set
+from infinivar.figures import arm, machine, machine_tasks, planar_cobot, sphere, style, wrench_set
 from infinivar.figures import sphere_map as sphere_figure
 from infinivar.limits import words_of
 from infinivar.power import AUDIT_TOLERANCE
 from infinivar.report.comparison import provenance_tables
 from infinivar.report.output import all_or_nothing
 from infinivar.report.page import render, to_json, write_csv
-from infinivar.transmission.planar import PlanarCobot
 
 _SHARE = 0.95
 """Largest load of a sphere map, over the slip force."""
+
+_ROUNDING = 1e-6
+"""Demand over allowance below which it is rounding. [-]"""
 
 Drawing = tuple[str, Callable[[], Any], str]
 """Name, function that draws, and caption of a figure."""
@@ -90,7 +92,7 @@ def _demands(found: TaskResult) -> list[tuple[str, float]]:
         value = float(demand)
         if limit.value not in worst or value > worst[limit.value][1]:
             worst[limit.value] = words_of((limit, part)), value
-    return sorted((one for one in worst.values() if one[1] > 0.0), key=lambda one: -one[1])
+    return sorted((one for one in worst.values() if one[1] > _ROUNDING), key=lambda one: -one[1])
 
 
 def drawings(comparison: MachineComparison) -> Iterator[Drawing]:
@@ -135,16 +137,30 @@ def _of_machine(name: str, one: MachineResult, assumed: str) -> Iterator[Drawing
             f"{one.title}: efficiency and losses of the transmission over steering angle and load, at {abs(speed):.3g} rad/s of "
             "the sphere, without the motor.",
         )
+        if task is not None:
+            yield (
+                f"machine-{name}",
+                lambda: sphere.draw_all(ivt, drive.steer(task.twist[0], task.wrench[0])[1]),
+                f"{one.title}, task {task.title}: the rollers in their places, and their forces on the sphere. A steered roller "
+                "has its axle along that part of the axis of the sphere which is tangential there.",
+            )
         return
     if task is None:
         return
-    if isinstance(drive, PlanarDrive) and isinstance(drive.machine, PlanarCobot):
+    if isinstance(drive, PlanarDrive):
         cobot = drive.machine
         yield (
             f"machine-{name}",
             lambda: planar_cobot.draw_all(cobot, drive.operated(task.twist, task.wrench)),
             f"{one.title}, task {task.title}: wheels along their headings, and the forces of the ground. The force of the user "
             "is that of the source less that on the load.",
+        )
+    if isinstance(drive, ArmDrive):
+        yield (
+            f"machine-{name}",
+            lambda: arm.draw_all(drive, task.pose, task.twist, task.wrench),
+            f"{one.title}, task {task.title}, drawn from its geometry: torques of the joints on the load, force and velocity "
+            "of the end point, and the forces that it can exert there within all limits.",
         )
     legs = getattr(drive, "legs", None)
     if isinstance(drive, PlatformDrive) and legs is not None:

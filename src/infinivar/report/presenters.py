@@ -18,6 +18,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.duty_cycle:draw_all",
         "table": "report.tables:duty_comparison",
     },
+    "analysis.common_speed.CommonSpeed": {"plot": "figures.common_speed:draw_all"},
     "analysis.contact_sheet.ContactSheet": {
         "plot": "figures.contact_design:draw_all",
         "save": "report.contact:save",
@@ -43,6 +44,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.machines:save",
         "table": "report.tables:machine_comparison",
     },
+    "analysis.planar_motion.PlanarMotion": {"plot": "figures.planar_motion:draw_all"},
     "analysis.pose_map.PoseMap": {"plot": "figures.machine_tasks:draw_pose_map"},
     "analysis.motion_summary.MotionSummary": {
         "plot": "figures.motion_summary:draw_all",
@@ -82,6 +84,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "table": "report.tables:steering_step",
     },
     "analysis.steady_map.SteadyMap": {"plot": "figures.single:steady_map", "dataset": "report.datasets:steady_map"},
+    "analysis.workspace.WorkspaceMap": {"plot": "figures.workspace:draw_all"},
     "bondgraph.audit.Trajectory": {
         "plot": "figures.single:trajectory",
         "dataset": "report.datasets:trajectory",

@@ -60,11 +60,11 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance], 
         try:
             if field.metadata["flat"]:
                 table = {key: tree.pop(key) for key in kind_keys(kinds) if key in tree}
-                made[field.name] = _kind(field, kinds, table, path)
+                made[field.name] = _kind(field, kinds, table, path, owner, "", rows)
             elif field.name in tree:
                 table = tree.pop(field.name)
                 here = f"{path}.{field.name}"
-                made[field.name] = _kind(field, _kinds(field, table, here), table, here)
+                made[field.name] = _kind(field, _kinds(field, table, here), table, here, owner, f"{field.name}.", rows)
         except StudyError as found:
             faults += found.lines
     checked = _read(part, tree, path, faults)
@@ -82,8 +82,18 @@ def _kinds(field: dataclasses.Field, tree: Any, path: str) -> Mapping[str, type]
         raise StudyError(f"{path}.{SHAPE}: {problem}") from None
 
 
-def _kind(field: dataclasses.Field, kinds: Mapping[str, type], tree: Any, path: str) -> Any:
+def _kind(
+    field: dataclasses.Field,
+    kinds: Mapping[str, type],
+    tree: Any,
+    path: str,
+    owner: str,
+    prefix: str,
+    rows: list[Provenance],
+) -> Any:
     """Build the value of a field that comes in kinds; `shape` selects the kind, and thus the other keys allowed.
+
+    The provenance of its values is appended to `rows`.
 
     Raises
     ------
@@ -110,6 +120,9 @@ def _kind(field: dataclasses.Field, kinds: Mapping[str, type], tree: Any, path: 
         raise StudyError(*faults)
     # Kinds stored in a file are read here, once.
     make = getattr(kinds[shape], "read", kinds[shape])
+    units = {one.name: one.metadata.get("unit", "") for one in dataclasses.fields(kinds[shape])}
+    said = {SHAPE: asked.get(SHAPE, Entry(shape, shape, "assumed", DEFAULT)), **given}
+    rows += [_row(owner, f"{prefix}{name}", entry, units.get(name, "")) for name, entry in said.items()]
     return _constructed(make, {name: entry.value for name, entry in given.items()}, path)
 
 

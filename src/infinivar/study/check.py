@@ -130,7 +130,15 @@ def _spread_faults(study: Study) -> Iterator[str]:
     for name, spreads in study.uncertainty.spreads.items():
         drive = study.drives.get(name)
         if spreads and not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-            yield f"uncertainty.{name}: builds of a drive of type {type(drive).__name__} cannot be sampled"
+            yield (
+                f"uncertainty.{name}: builds of {_described(drive)} cannot be sampled; those of a cobotic or conventional "
+                "drive can"
+            )
+
+
+def _described(drive: object) -> str:
+    """A drive by its type, such as 'a machine of type platform'."""
+    return f"a {'machine' if is_machine(drive) else 'drive'} of type {type_words(drive)}"
 
 
 def _scenario_faults(study: Study) -> Iterator[str]:
@@ -138,7 +146,7 @@ def _scenario_faults(study: Study) -> Iterator[str]:
         found = {}
         for name, drive in study.drives.items():
             if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
-                found[name] = f"a drive of type {type(drive).__name__} has no bond graph"
+                found[name] = f"{_described(drive)} has no bond graph"
                 continue
             fault = axis_fault(drive, scenario.axis, f"drives.{name}", f"scenarios.{task}")
             if fault is not None:

@@ -316,16 +316,36 @@ class _Loading:
     def drives(self) -> tuple[dict[str, Any], dict[str, Any]]:
         """Build the drives and their titles, by name."""
         drives, titles = {}, {}
+        faults: dict[str, list[str]] = {}
         for drive, description in self.raw.get("drives", {}).items():
             where = f"drives.{drive}"
-            with self.collecting():
+            try:
                 _check_name("drives", drive, self.raw["drives"])
                 tree = self._like(drive, _table(description, where), where)
                 tree = over_base(tree, where, self.remarks)
                 kind = _type_of(tree, where)
                 titles[drive] = tree.pop("title", drive)
                 drives[drive] = built(kind, tree, where, drive, self.rows, self.beside)
+            except StudyError as found:
+                faults[drive] = list(found.lines)
+        for drive, lines in faults.items():
+            known = self._known(drive, faults)
+            self.faults += [line for line in lines if line not in known]
         return drives, titles
+
+    def _known(self, drive: str, faults: Mapping[str, list[str]]) -> set[str]:
+        """Faults of a drive that are those of the drives that it is like, where they are reported."""
+        known: set[str] = set()
+        others, name, seen = self.raw["drives"], drive, {drive}
+        while isinstance(others.get(name), dict):
+            like = others[name].get("like")
+            if not isinstance(like, str) or like in seen:
+                break
+            name = like
+            seen.add(name)
+            stated = re.compile(rf"\bdrives\.{name}(?![\w-])")
+            known |= {stated.sub(f"drives.{drive}", line) for line in faults.get(name, ())}
+        return known
 
     def _like(self, drive: str, description: Raw, where: str, seen: tuple[str, ...] = ()) -> Raw:
         """The table of a drive, laid over that of another drive of the study if it names one by `like`."""

@@ -13,7 +13,7 @@ from infinivar._core.fields import hints
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import ParameterError
 from infinivar.parts.motor import Motor
-from infinivar.study.schema import described, part_of
+from infinivar.study.schema import SHAPE, described, in_kinds, part_of
 
 DEFAULT = "program default"
 """Source of values that the study does not state."""
@@ -116,8 +116,19 @@ def _rows(instance: Any, owner: str, prefix: str, known: Rows) -> Iterator[Prove
             yield from _rows(value, owner, f"{prefix}{field.name}.", known)
         elif (row := _row(field, value, known.get((owner, prefix + field.name)), owner, prefix)) is not None:
             yield row
+    for field in in_kinds(part):
+        if (value := getattr(instance, field.name)) is not None:
+            inner = prefix if field.metadata["flat"] else f"{prefix}{field.name}."
+            word = getattr(type(value), SHAPE, type(value).__name__)
+            row = known.get((owner, f"{inner}{SHAPE}"))
+            yield row if row is not None and row.value == word else _given(owner, f"{inner}{SHAPE}", word)
+            yield from _rows(value, owner, inner, known)
     if single is not None:
         yield known[owner, f"{prefix}scale"]
+
+
+def _given(owner: str, field: str, word: str) -> Provenance:
+    return Provenance(owner=owner, field=field, written=word, value=word, unit="", kind="assumed", where=GIVEN)
 
 
 def _row(

@@ -170,7 +170,7 @@ class _Writing:
         title = {} if one.title == name else {"title": one.title}
         made = _sourced(dataclasses.replace(one, title=""), path, path, rows)
         made.pop("title", None)
-        return {**title, **self._kinds(one, made, path)}
+        return {**title, **self._kinds(one, made, path, rows)}
 
     def _task(self, task: Task, path: str, name: str) -> Raw:
         """Table of a scenario or duty cycle."""
@@ -179,8 +179,8 @@ class _Writing:
             del made["title"]
         return self._kinds(task, made, path)
 
-    def _kinds(self, task: Any, made: Raw, path: str) -> Raw:
-        """A table with the values of a task that come in kinds."""
+    def _kinds(self, task: Any, made: Raw, path: str, rows: Rows | None = None) -> Raw:
+        """A table with the values of a task that come in kinds, with their sources if it has some."""
         for field in in_kinds(type(task)):
             value = getattr(task, field.name)
             if value is None:
@@ -197,7 +197,12 @@ class _Writing:
                     f"infinivar.{field.name}s"
                 )
             stored = hasattr(type(value), "read")
-            table = {SHAPE: word, **_table(value, here, "", {}, skip="file" if stored else "")}
+            skip = "file" if stored else ""
+            if rows is None:
+                table = {SHAPE: word, **_table(value, here, "", {}, skip=skip)}
+            else:
+                around = (made.get(ORIGIN[0], ""), made.get(ORIGIN[1], ""))
+                table = {SHAPE: word, **_headed(_table(value, here, path, rows, f"{field.name}.", skip), around)}
             if stored:
                 table |= self._file(value, here, table)
             made = {**made, **table} if field.metadata["flat"] else {**made, field.name: table}

@@ -290,7 +290,8 @@ def _words(field: dataclasses.Field[Any]) -> Key:
 def _several(field: dataclasses.Field[Any]) -> Key:
     """Return the key of a list of tables of quantities, such as points."""
     kind = field.metadata["several"]
-    known = table_keys(kind)
+    only = field.metadata.get("only", ())
+    known = {name: key for name, key in table_keys(kind).items() if not only or name in only}
 
     def read(raw: Any, unit: str | None) -> tuple[Any, ...]:
         first = next(iter(known))

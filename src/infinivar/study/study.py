@@ -23,6 +23,9 @@ from infinivar.study.rig import Rig
 from infinivar.study.spreads import Uncertainty
 from infinivar.units import times
 
+LARGEST_FRICTION = 1.0
+"""Friction coefficient above which a value is taken for a slip of the pen. [-]"""
+
 
 @result
 class Study(Frozen):
@@ -70,8 +73,7 @@ class Study(Frozen):
             "titles": _distinct({name: self.titles.get(name, name) for name in self.drives}),
             "scenarios": _named(self.scenarios, self.requirement),
             "duty": _named(self.duty, self.requirement),
-            "tasks": named(self.tasks),
-            "paths": named(self.paths),
+            **_told_apart(named(self.tasks), named(self.paths)),
             "provenance": completed(self._owners(), self.provenance),
         }
         for name, value in made.items():
@@ -160,6 +162,7 @@ class Study(Frozen):
                 for name, drive in self.drives.items()
                 for excess in _overstress(drive)
             ),
+            *_frictions(self.provenance),
             *(f"duty.{task}: {warning}" for task, cycle in self.duty.items() for warning in cycle.warnings),
             *(f"paths.{name}.{warning}" for name, path in self.paths.items() for warning in path.warnings),
         )
@@ -271,6 +274,28 @@ def _named(tasks: Mapping[str, T], requirement: Requirement | None) -> dict[str,
         return made
     mass, axis = requirement.load_mass, requirement.axis
     return {name: task.loaded(mass) if task.axis is axis else task for name, task in made.items()}
+
+
+def _told_apart(tasks: dict[str, Any], paths: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Tasks and paths by group; those of one title are called "task T" and "path T"."""
+    both = {one.title for one in tasks.values()} & {one.title for one in paths.values()}
+    return {
+        group: {
+            name: replace(one, title=f"{what} {one.title}") if one.title in both else one for name, one in found.items()
+        }
+        for group, what, found in (("tasks", "task", tasks), ("paths", "path", paths))
+    }
+
+
+def _frictions(rows: tuple[Provenance, ...]) -> Iterator[str]:
+    """Yield a phrase for each friction coefficient too large to be one."""
+    for row in rows:
+        if row.unit == "1" and row.field.rpartition(".")[2] == "friction" and row.value > LARGEST_FRICTION:
+            where = row.owner if row.owner in ("requirement", "rig") else f"drives.{row.owner}"
+            yield (
+                f"{where}.{row.field} = {row.value:g} is a coefficient, of 0.05 to {LARGEST_FRICTION:g} in rolling contacts: a "
+                "wheel would slip far earlier"
+            )
 
 
 def _overstress(drive: Any) -> Iterator[str]:

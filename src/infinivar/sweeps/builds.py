@@ -15,6 +15,7 @@ from infinivar.analysis.robustness.sampling import draw
 from infinivar.analysis.robustness.verdicts import Builds, Mapper, duty_builds, judge, map_axes
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
+from infinivar.drivetrain.drive import type_words
 from infinivar.errors import InputError, require
 from infinivar.study.check import check_duty, check_spreads
 from infinivar.study.spreads import Spread
@@ -164,7 +165,9 @@ def builds_sweep(study: Study, drive: str | None = None, *, draws: int = DRAWS, 
     if name not in spread:
         raise InputError(f"drives.{name} has no spreads: add a table [uncertainty.{name}] to the study")
     if not isinstance(found, (CoboticDrive, ConventionalDrive)):
-        raise InputError(f"drives.{name} cannot be sampled: it is a {type(found).__name__}")
+        raise InputError(
+            f"drives.{name} cannot be sampled: it is of type {type_words(found)}, and only cobotic and conventional drives can"
+        )
     for what, number in (("draws", draws), ("size", size)):
         whole = isinstance(number, int) and not isinstance(number, bool) and 16 <= number <= _MOST
         require(whole and number & (number - 1) == 0, what, number, f"a power of two from 16 to {_MOST}")

@@ -25,6 +25,7 @@ from infinivar.drivetrain.graphs import pieces
 from infinivar.drivetrain.graphs.machine_motors import motor_plant, servo_plant
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.machines import (
+    MACHINES,
     ArmMachine,
     Machine,
     PlanarMachine,
@@ -63,12 +64,16 @@ def machine_graph(
     Raises
     ------
     ParameterError
-        If a value that motion requires is missing, or a contact turns with spin, which these graphs do not have.
+        If it is another machine, a value that motion requires is missing, or a contact turns with spin, which these graphs do
+        not have.
     """
     if isinstance(machine, SeparateMachine):
         raise ParameterError(
             "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
         )
+    if not isinstance(machine, MACHINES):
+        names = ", ".join(kind.__name__ for kind in MACHINES)
+        raise ParameterError(f"machine must be one of {names}, got a {type(machine).__name__}")
     for contact in _contacts(machine):
         if contact.turns_with_spin:
             raise ParameterError(

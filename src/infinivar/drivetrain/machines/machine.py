@@ -15,7 +15,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from infinivar._core.array_namespace import Array
+from infinivar._core.array_namespace import Array, check_broadcast
 from infinivar._core.arrays import real_array
 from infinivar._core.result import Result, result
 from infinivar.drivetrain.drive import axis_of, is_machine, operated
@@ -184,7 +184,7 @@ def rows(machine: Machine, pose: Array, twist: Array, wrench: Array) -> tuple[np
     Raises
     ------
     ParameterError
-        If one has another number of components, or a value is not finite.
+        If one has another number of components, a value is not finite, or their shapes do not broadcast.
     """
     d, found = len(machine.coordinates), []
     for name, value in (("pose", pose), ("twist", twist), ("wrench", wrench)):
@@ -194,6 +194,8 @@ def rows(machine: Machine, pose: Array, twist: Array, wrench: Array) -> tuple[np
         )
         require(bool(np.all(np.isfinite(row))), name, "nan or inf", "finite")
         found.append(row)
+    names = ("pose", "twist", "wrench")
+    check_broadcast(**{name: row.shape for name, row in zip(names, found, strict=True)})
     pose, twist, wrench = np.broadcast_arrays(*found)
     return pose, twist, wrench
 

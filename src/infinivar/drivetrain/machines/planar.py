@@ -42,6 +42,7 @@ class PlanarDrive:
     positions: tuple[Point, ...] | None = several(
         "Points of two wheels or more, in axes of the cart; without them, a carriage that does not turn, on one wheel",
         Point,
+        only=("x", "y"),
         default=None,
     )
     largest_push: float | None = quantity("N", Gt(0), "Largest force of the source along the motion", default=None)
@@ -179,7 +180,7 @@ class PlanarDrive:
         push = np.where(speed > 0, power_in / np.where(speed > 0, speed, 1.0), 0.0)
         demands: dict[Demand, np.ndarray] = worst({Limit.SLIP: slip}, parts)
         if self.largest_push is not None:
-            demands[Limit.OUTPUT_FORCE, "source"] = np.abs(push) / self.largest_push
+            demands[Limit.OUTPUT_FORCE, "source, largest_push"] = np.abs(push) / self.largest_push
         for limit, demand in point.pressed.items():
             demands[limit, "wheel"] = np.broadcast_to(demand, power_in.shape)
         return TaskPoint(
@@ -199,4 +200,4 @@ class PlanarDrive:
         """Forces of the wheels that hold a load at rest, of the smallest sum of squares: (..., k, 2)."""
         carriers = np.asarray(self.mechanism.jacobian).reshape(-1, load.shape[-1])
         found = np.matmul(np.linalg.pinv(carriers.T), load[..., None])[..., 0]
-        return found.reshape(*load.shape[:-1], -1, 2)
+        return found.reshape(*load.shape[:-1], self.mechanism.wheels, 2)
