@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar._core.result import Result, result
 from infinivar.analysis import run_limits
-from infinivar.analysis.run_limits import Event
+from infinivar.analysis.run_limits import Event, first_settled
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.moving.machines import Machine
 from infinivar.limits import Demand, Limit
@@ -153,13 +153,6 @@ class MachineRun(Result):
                 for event in self.events
             ],
         }
-
-
-def first_settled(time: np.ndarray, settling_time: float | None) -> int:
-    """First instant at or after the end of a settling time; the last one if the run ended before."""
-    if settling_time is None or not len(time):
-        return 0
-    return min(int(np.searchsorted(time, settling_time * (1.0 - 1e-9))), len(time) - 1)
 
 
 def configuration_names(machine: Machine) -> tuple[str, ...]:

@@ -16,8 +16,8 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.drivetrain.moving.motors import PowerMotor, SteeringServo
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
-from infinivar.drivetrain.moving.system import PowerMotor, SteeringServo
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.parts.amplifier import Amplifier
@@ -338,6 +338,6 @@ def _motor(
         motor=motor,
         gearhead=gearhead,
         amplifier=amplifier,
-        coordinate=coordinate,
+        coordinates=(coordinate,),
         stick_speed=stick_speed * gearhead.ratio,
     )
