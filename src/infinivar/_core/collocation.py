@@ -54,7 +54,10 @@ _STRICT = 0.01
 """Tolerance of the missing energy over that of the states: errors of the same sign add up over thousands of steps."""
 
 _COASTING = 1e-3
-"""Share of the stored energy that counts as moved in a step, beside that which passes."""
+"""Largest share of the stored energy that counts as moved in a step, beside that which passes."""
+
+_COASTED = 0.3
+"""The same in all segments together."""
 
 _SMALLEST = 1e-12
 """Shortest step. [s]"""
@@ -109,6 +112,7 @@ class Collocation:
     balance : (p,) float   Signs of the powers in the balance: 1 for those that feed the storage, -1 for those that drain it.
     scale : (n,) float     Size of each state.
     tolerance : float      Of the states over their scale, and of the missing energy over that which passed.
+    segments : int         How many there will be: the energy that is missing in each adds up.
     """
 
     def __init__(
@@ -117,10 +121,12 @@ class Collocation:
         balance: np.ndarray,
         scale: np.ndarray,
         tolerance: float,
+        segments: int = 1,
     ) -> None:
         """Nothing is known yet about steps and slopes."""
         self.rates, self.balance = rates, balance
         self.scale, self.tolerance = scale, tolerance
+        self.coasting = min(_COASTING, _COASTED / segments)
         from scipy.linalg import get_lapack_funcs  # imported when needed: it takes long
 
         self.factor, self.solve = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
@@ -253,7 +259,7 @@ class Collocation:
         passed = step * (_A[2] @ at.power)
         here, there = float(first.stored[0]), float(at.stored[2])
         missing = abs(there - here - float(self.balance @ passed))
-        moved = float(np.sum(np.abs(passed))) + _COASTING * (here + there) + 1e-15
+        moved = float(np.sum(np.abs(passed))) + self.coasting * (here + there) + 1e-15
         return missing / (_STRICT * self.tolerance * moved), passed
 
     def _expected(self, times: np.ndarray, state: np.ndarray, step: float) -> np.ndarray:

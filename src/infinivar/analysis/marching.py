@@ -117,7 +117,8 @@ class March:
         def rates(time: np.ndarray, states: np.ndarray) -> Rates:
             return system.rates(inputs, time, states)
 
-        marching = Collocation(rates, system.balance, self._scale(), self.tolerance)
+        ends, kept = self._segments()
+        marching = Collocation(rates, system.balance, self._scale(), self.tolerance, len(ends))
 
         def accept(step: Step) -> None:
             total[:] += step.energy
@@ -129,8 +130,7 @@ class March:
             log.energies.append(total.copy())
             log.inputs.append(inputs.copy())
 
-        outcome, ends, kept = "", *self._segments()
-        begin = 0.0
+        outcome, begin = "", 0.0
         for place, end in enumerate(ends):
             if self.controller is not None:
                 inputs = self.controller.sample(begin, state)

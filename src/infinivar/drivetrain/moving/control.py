@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.fields import given
-from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.control import SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.graphs.controllers import Loop, Servo, speed_loop
 from infinivar.drivetrain.moving.bodies import angular_velocity, rotation_between
 from infinivar.drivetrain.moving.legged import Load, PlatformLoad
@@ -125,9 +125,9 @@ class MachineController:
         return loops.act(commands, speeds, angles, turning)
 
 
-def placed_servo(system: System, control: CoboticControl, full_speed: float) -> Servo | None:
+def placed_servo(system: System, control: CoboticControl | ConventionalControl, full_speed: float) -> Servo | None:
     """Servo of the steered axes."""
-    if system.servo is None:
+    if system.servo is None or isinstance(control, ConventionalControl):
         return None
     motor = system.servo.plant.motor
     limit = given(control.steering_current_limit, motor.voltage / motor.resistance)
@@ -136,13 +136,17 @@ def placed_servo(system: System, control: CoboticControl, full_speed: float) -> 
     )
 
 
-def placed_motor(system: System, control: CoboticControl, inertia: float) -> Loop | None:
-    """Speed loop of the power motor; `inertia` is that of its coordinate without the motor."""
+def placed_motor(system: System, control: CoboticControl | ConventionalControl, inertia: float) -> Loop | None:
+    """Speed loop of each power motor; `inertia` is that of its coordinate without the motor."""
     if system.motor is None:
         return None
     motor = system.motor.motor
     limit = given(control.current_limit, motor.voltage / motor.resistance)
-    return speed_loop(control.cylinder_bandwidth, inertia + system.motor.inertia, system.motor.gain, limit)
+    if isinstance(control, ConventionalControl):
+        bandwidth = given(control.speed_bandwidth, SPEED_BANDWIDTH)
+    else:
+        bandwidth = control.cylinder_bandwidth
+    return speed_loop(bandwidth, inertia + system.motor.inertia, system.motor.gain, limit)
 
 
 def following_angles(angles: Callable[[float], Any]) -> Wanted:

@@ -13,15 +13,18 @@ from infinivar._core.arrays import real_array
 from infinivar._core.bounds import NonZero
 from infinivar._core.fields import check, component, quantities, quantity
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.control import CoboticControl, ConventionalControl
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.motors import PowerMotor, SteeringServo
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
+from infinivar.drivetrain.moving.slides import SlideLoad, SlideMechanics
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.linear import Pulley
 from infinivar.parts.motor import Motor
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.planar import PlanarCobot
@@ -288,10 +291,120 @@ class SphereMachine:
         return _motor(self.motor, self.gearhead, self.amplifier, 0, stick_speed / self.ivt.drive.wheel_radius)
 
 
-Machine = PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SlideMachine(_OnCylinder):
+    """A handle on translational axes, each moved by a leg on a common cylinder: a display of one to six axes.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or the leg has springs or a linkage of its own.
+    """
+
+    leg: CoboticDrive = component("One of the legs, with its motor, cylinder, steering and control")
+    masses: Sequence[float] = quantities("kg", Gt(0), "Mass moved along each axis, with the handle, without its link")
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        _check_leg(self.leg)
+        require(len(self.masses) >= 1, "masses", "none", "one value for each axis", "kg")
+
+    @property
+    def home(self) -> np.ndarray:
+        """Positions at the start."""
+        return np.zeros(len(self.masses))
+
+    def mechanics(self, stick_speed: float) -> LeggedMechanics:
+        """Contacts and inertia."""
+        return self._mechanics(SlideLoad(masses=np.array(self.masses)), len(self.masses), stick_speed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GearedSlideMachine:
+    """A handle on translational axes, each moved by a conventional geared drive: a display of one to six axes.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or the drive has springs, a linkage, a rotary output, or a stage that stretches or whose
+        friction depends on its load.
+    """
+
+    drive: ConventionalDrive = component("Drive of each axis, with its control")
+    masses: Sequence[float] = quantities("kg", Gt(0), "Mass moved along each axis, with the handle")
+
+    set_speed: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        if not isinstance(self.drive, ConventionalDrive):
+            raise ParameterError(f"drive must be a ConventionalDrive, got a {type(self.drive).__name__}")
+        if self.drive.chain:
+            raise ParameterError("drive.output must have no springs or linkage, and its stage no stiffness")
+        stage = self.drive.stage
+        rigid = isinstance(stage, Pulley) and self.drive.gearhead.stiffness is None
+        if not rigid:
+            raise ParameterError(
+                "drive must have a pulley, and a gearhead without stiffness, to move the axis of a slide"
+            )
+        require(len(self.masses) >= 1, "masses", "none", "one value for each axis", "kg")
+
+    @property
+    def control(self) -> ConventionalControl:
+        """Settings of the controllers."""
+        return self.drive.control
+
+    @property
+    def home(self) -> np.ndarray:
+        """Positions at the start."""
+        return np.zeros(len(self.masses))
+
+    def mechanics(self, stick_speed: float) -> SlideMechanics:
+        """Friction and inertia."""
+        stage = self.drive.stage
+        return SlideMechanics(
+            masses=np.array(self.masses),
+            guideway_friction=float(self.drive.guideway.friction_force()),
+            stage=stage.title,
+            stage_friction=float(stage.friction_torque / stage.travel_per_radian),
+            stick_speed=stick_speed,
+        )
+
+    def servo(self, stick_speed: float) -> SteeringServo | None:
+        """None: nothing is steered."""
+        return None
+
+    def power_motor(self, stick_speed: float) -> PowerMotor:
+        """Motors of the axes."""
+        drive = self.drive
+        travel = float(drive.stage.travel_per_radian)
+        return PowerMotor(
+            motor=drive.motor,
+            gearhead=drive.gearhead,
+            amplifier=drive.amplifier,
+            coordinates=tuple(range(len(self.masses))),
+            stick_speed=stick_speed * drive.gearhead.ratio / travel,
+            travel=travel,
+            output_inertia=drive.gear_output_inertia,
+        )
+
+
+Machine = (
+    PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine | SlideMachine | GearedSlideMachine
+)
 """A machine of many contacts that can move in time."""
 
-MACHINES: tuple[type, ...] = (PlatformMachine, ArmMachine, SerialArmMachine, PlanarMachine, SphereMachine)
+MACHINES: tuple[type, ...] = (
+    PlatformMachine,
+    ArmMachine,
+    SerialArmMachine,
+    PlanarMachine,
+    SphereMachine,
+    SlideMachine,
+    GearedSlideMachine,
+)
 
 
 def _check_leg(leg: Any) -> None:
