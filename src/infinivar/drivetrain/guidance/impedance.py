@@ -1,0 +1,98 @@
+"""Impedance display on geared slides: walls, free motion and holding, by the currents of the motors.
+
+The display measures positions and speeds and commands forces; what it renders is beside the inertia and friction of the drives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from annotated_types import Ge, Interval
+
+from infinivar._core.fields import check, component, quantity
+from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
+from infinivar.drivetrain.guidance.planar import Surface
+from infinivar.drivetrain.moving.control import Commands
+from infinivar.drivetrain.moving.machines import GearedSlideMachine
+from infinivar.errors import ParameterError, require
+
+
+def wall_force(depth: Any, inward: Any, stiffness: float, damping: float) -> Any:
+    r"""Force of a virtual wall towards its free side, :math:`\max(K\,p + B\,\dot p, 0)` inside, 0 outside.
+
+    Parameters
+    ----------
+    depth : (...,) float     p, of penetration. [m]
+    inward : (...,) float    Its rate. [m s^-1]
+    stiffness : float        K. [N m^-1]
+    damping : float          B. [N s m^-1]
+
+    Returns
+    -------
+    (...,) float   A wall does not pull. [N]
+
+    Source: colgate1997, for the virtual wall.
+    """
+    return np.where(depth > 0.0, np.maximum(stiffness * depth + damping * inward, 0.0), 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class ImpedanceDisplay:
+    """A wall, a point that is held, both, or neither: free motion.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or the wall lacks a member.
+    """
+
+    wall: Surface | None = component("Virtual wall: with distance(point) and normal(point)", default=None)
+    hold: Any = component("Point to hold, one coordinate for each axis [m]", default=None)
+    stiffness: float = quantity("N/m", Ge(0), "Stiffness of wall or hold", default=1000.0)
+    damping: float = quantity("N s/m", Ge(0), "Damping of wall or hold", default=5.0)
+    compensation: float = quantity(
+        "1", Interval(ge=0, le=1), "Share of the constant friction that is fed forward along the motion", default=0.0
+    )
+    compensation_speed: float = quantity("m/s", Interval(gt=0, le=10), "Speed from which that is in full", default=0.01)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        for name in ("distance", "normal"):
+            if self.wall is not None and not hasattr(self.wall, name):
+                raise ParameterError(
+                    f"wall must have distance and normal, but a {type(self.wall).__name__} has no {name}"
+                )
+
+    def begin(self, plant: Plant) -> Law:
+        """The law of one session."""
+        machine = plant.machine
+        if not isinstance(machine, GearedSlideMachine):
+            raise ParameterError(f"ImpedanceDisplay drives a GearedSlideMachine, got a {type(machine).__name__}")
+        motor = plant.system.motor
+        assert motor is not None
+        count, gain = len(machine.masses), motor.gain
+        hold = None if self.hold is None else np.asarray(self.hold, dtype=float)
+        if hold is not None:
+            fits = hold.shape == (count,) and bool(np.all(np.isfinite(hold)))
+            require(fits, "hold", f"{self.hold}", f"{count} finite numbers, one for each axis", "m")
+        mechanics: Any = plant.mechanics
+        rubs = motor.reduction * (motor.gear_friction + motor.motor.friction_torque)
+        friction = rubs + mechanics.guideway_friction + mechanics.stage_friction
+
+        def law(measured: Measured) -> Commands:
+            force = np.zeros(count)
+            if self.wall is not None:
+                dimension = getattr(self.wall, "dimension", count)
+                at, moves = measured.position[:dimension], measured.velocity[:dimension]
+                normal = np.asarray(self.wall.normal(at))
+                depth, inward = -float(self.wall.distance(at)), -float(normal @ moves)
+                force[:dimension] += wall_force(depth, inward, self.stiffness, self.damping) * normal
+            if hold is not None:
+                force += self.stiffness * (hold - measured.position) - self.damping * measured.velocity
+            share = np.clip(measured.velocity / self.compensation_speed, -1.0, 1.0)
+            return Commands(currents=(force + self.compensation * friction * share) / gain)
+
+        return law
