@@ -9,7 +9,7 @@ import numpy as np
 from annotated_types import Gt, Interval
 
 from infinivar._core.arrays import real_array
-from infinivar._core.fields import check_number
+from infinivar._core.fields import check_number, given
 from infinivar.analysis.marching import March
 from infinivar.analysis.sessions.session_result import Session, touches
 from infinivar.drivetrain.guidance.controller import Plant, begun
@@ -138,6 +138,10 @@ def session(
         law=begun(controller, Plant(machine=machine, system=system, grip=grip, period=sensing.period)),
     )
     first = guided.start(state)
+    if rates is None and system.motor is not None and first.currents is None:
+        # A cylinder begins at the speed that is commanded, or at rest.
+        begin = state[len(start) : len(start) + len(moving)]
+        begin[list(system.motor.coordinates)] = given(first.speed, 0.0)
     if first.steering is not None:
         fits = np.shape(first.steering) == steered.shape and bool(np.all(np.isfinite(first.steering)))
         require(fits, "controller", f"steering {first.steering}", f"{len(steered)} finite angles")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from annotated_types import Ge, Gt, Interval
@@ -185,8 +184,7 @@ class GuidedController:
         system = self.loops.system
         if self.first is not None:
             measured, commands = self.first
-            # The wheels begin at their first command.
-            measured = self._turned(measured, state)
+            measured = self._begun(measured, state)
             self.first = None
         else:
             measured = self.sensors.measure(time, state, self.acting or system.idle())
@@ -202,11 +200,14 @@ class GuidedController:
             return measured.steering + self.loops.period * self.waiting.turning
         return measured.steering
 
-    def _turned(self, measured: Measured, state: np.ndarray) -> Measured:
-        _, second, third = self.loops.system.places
-        angles = state[second:third]
-        values: dict[str, Any] = {name: getattr(measured, name) for name in Measured.__slots__}
-        return Measured(**{**values, "steering": angles})
+    def _begun(self, measured: Measured, state: np.ndarray) -> Measured:
+        """The first measurement with wheels and motors as they begin."""
+        first, second, third = self.loops.system.places
+        rates, motor = measured.rates.copy(), self.loops.system.motor
+        if motor is not None:
+            columns = list(motor.coordinates)
+            rates[columns] = state[first:second][columns]
+        return replace(measured, steering=state[second:third].copy(), rates=rates)
 
 
 def quantised(values: np.ndarray, steps: np.ndarray) -> np.ndarray:

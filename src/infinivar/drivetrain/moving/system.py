@@ -136,9 +136,9 @@ class System:
         if self.motor is not None:
             sources.append("supply")
             losses += POWER_LOSSES
-        if self.servo is None:
+        if self.servo is None and self.mechanics.steered:
             sources.append("steering")
-        else:
+        elif self.servo is not None:
             sources.append("steering supply")
             losses += [f"steering {name}" for name in STEERING_LOSSES]
         if self.hand is not None and self.hand.arm is not None:
