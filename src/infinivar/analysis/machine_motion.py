@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.marching import March
+from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.drivetrain.moving.machines import MACHINES, Machine, PlanarMachine, SerialArmMachine, SphereMachine
@@ -29,7 +30,7 @@ def simulate_machine(
 
     Parameters
     ----------
-    machine : PlatformMachine, ArmMachine, SerialArmMachine, PlanarMachine or SphereMachine
+    machine : PlatformMachine, ArmMachine, SerialArmMachine, PlanarMachine, SphereMachine, SlideMachine or GearedSlideMachine
     scenario : MachineScenario
     title : str             Name for reports.
     progress : callable     Called with the share done.
@@ -127,13 +128,16 @@ class _Run:
         if self.angles is not None:
             return np.asarray(self.angles(0.0), dtype=float)
         wanted = self._wanted()
-        assert wanted is not None
+        if wanted is None:
+            return np.zeros(0)
         return wanted(0.0, pose, rates, np.zeros(len(self.mechanics.steered)))[0]
 
     def _wanted(self) -> control.Wanted | None:
         if self.angles is not None:
             return control.following_angles(self.angles)
         settings, scenario, mechanics = self.machine.control, self.scenario, self.mechanics
+        if isinstance(settings, ConventionalControl):
+            return None  # nothing is steered
         gain = 2.0 * math.pi * settings.link_bandwidth
         motion = scenario.motion
         if isinstance(mechanics, LeggedMechanics):

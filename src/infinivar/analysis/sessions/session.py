@@ -225,7 +225,7 @@ def _user(user: Any, intention: History | None, force: History | None, home: np.
     if user is not None and hasattr(user, "stiffness"):
         values = {name: np.broadcast_to(np.asarray(getattr(user, name), dtype=float), (count,)) for name in
                   ("mass", "damping", "stiffness")}  # fmt: skip
-        wanted: History = home if intention is None else intention
+        wanted: Any = home if intention is None else intention
         arm = GrippingArm(**values, intention=over_time("intention", wanted, count))
     elif intention is not None:
         raise ParameterError("intention is of an arm: user must be one, with mass, damping and stiffness")

@@ -85,7 +85,8 @@ def begun(controller: Any, plant: Plant) -> Law:
     if isinstance(controller, Controller):
         return controller.begin(plant)
     if callable(controller):
-        return controller
+        law: Any = controller
+        return law
     raise ParameterError(
         f"controller must be a function of what is measured, or have begin(plant) that returns one, got {controller!r}"
     )

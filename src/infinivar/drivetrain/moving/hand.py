@@ -102,11 +102,11 @@ class ArmGrip:
         """The handle in fixed axes."""
         joints = self.arm.joints
         jacobian = np.zeros((len(rates), 2, self.coordinates))
-        jacobian[:, :, :joints] = self.arm.jacobian(configuration)
+        jacobian[:, :, :joints] = self.arm.jacobian(configuration)[:, :2]
         absolute, turning = np.cumsum(configuration, axis=-1), np.cumsum(rates[:, :joints], axis=-1)
         pulled = np.asarray(self.arm.lengths) * turning * turning
         bias = -np.stack([np.sum(pulled * np.cos(absolute), -1), np.sum(pulled * np.sin(absolute), -1)], axis=-1)
-        return Held(np.asarray(self.arm.end_point(configuration)), jacobian, bias)
+        return Held(np.asarray(self.arm.end_point(configuration))[:, :2], jacobian, bias)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
