@@ -44,6 +44,10 @@ _NEWTON = 1e-3
 _SLOW = 0.03
 """Convergence rate above which the next step begins with a new Jacobian."""
 
+_STALE = 0.1
+"""Missing energy over its tolerance, where it is the larger error, above which the next step begins with a new Jacobian: what
+the iteration leaves is missing, and does not become less with the step."""
+
 _DIFFERENCE = 1e-7
 """Change of a state in units of its scale, for slopes."""
 
@@ -249,6 +253,8 @@ class Collocation:
             missing, passed = self._missing(first, at, step)
             residual = step * (_A @ at.derivative) - z
             change = self.solve(*stages, residual.ravel())[0].reshape(3, size)
+        if missing > max(error, _STALE):
+            rate = max(rate, 2.0 * _SLOW)
         error, points = max(error, missing), state + z
         after = Rates(*(part[-1:] for part in at))
         made = Step(time, float(times[-1]), state, points, passed, first.demand[0], after.demand[0])

@@ -96,7 +96,7 @@ def session(
         raise ParameterError(f"machine must be one of {names}, got {machine!r}")
     check_number("duration", duration, "s", Gt(0))
     check_number("stick_speed", stick_speed, "m/s", Gt(0))
-    check_number("tolerance", tolerance, "1", Interval(gt=0, le=1e-3))
+    check_number("tolerance", tolerance, "1", Interval(gt=0, le=1e-4))
     if output_step is not None:
         check_number("output_step", output_step, "s", Gt(0))
     require(servos in ("real", "ideal"), "servos", repr(servos), "real or ideal")
