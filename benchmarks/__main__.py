@@ -26,6 +26,7 @@ NAMES = (
     "simulation",
     "dynamic",
     "recording",
+    "recording_files",
     "uncertainty",
     "catalogue",
     "sizing_geared",

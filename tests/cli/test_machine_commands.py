@@ -69,11 +69,18 @@ def test_sensitivity_of_a_task(write, infinivar):
     assert "did you mean 'turn'" in outcome.err
 
 
+def test_a_cart_is_not_simulated(write, infinivar):
+    write(EVERY["planar"])
+    outcome = infinivar("simulate", "mine.toml", "--drive", "cart")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "mine.toml: drives.cart is a machine of type planar: a user pushes it" in outcome.err
+    assert "commands for this machine: check, compare, sensitivity" in outcome.err
+
+
 @pytest.mark.parametrize("name", EVERY)
 @pytest.mark.parametrize(
     "command",
     [
-        ("simulate",),
         ("size",),
         ("graph",),
         ("rig",),

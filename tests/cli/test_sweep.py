@@ -82,6 +82,14 @@ def test_one_radius_is_no_range_of_radii(infinivar, folder):
     assert done.out.startswith("Least mass of 7 pairs of shelf: ")
 
 
+@pytest.mark.parametrize("kind", [("size",), ("cobotic", "--starts", "1")])
+def test_a_report_goes_elsewhere_than_the_sweep(infinivar, folder, kind):
+    done = infinivar("sweep", *kind, "slide.toml", "--set", "shelf.toml", "--folder", "s", "--out", "./s")
+    said = "--out s: this is the folder of the sweep; state another one for the report"
+    assert (done.code, done.err) == (2, f"infinivar: {said}\n")
+    assert not (folder / "s").exists()
+
+
 def test_an_interruption_tells_how_to_continue(infinivar, folder, monkeypatch):
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt

@@ -403,7 +403,7 @@ def test_malformed_legs_and_arguments():
             lambda: legs.operate(one, cylinder_speed=1.0, wrench=[[1.0], [1.0, 2.0]]),
             "wrench must be a real number or an array",
         ),
-        (lambda: Platform.hexapod(rod_length=0.03).home, "rod_length must be long enough to reach the platform"),
+        (lambda: Platform.hexapod(rod_length=0.03).home, "rod_length must be > 0.05562 m to reach the platform"),
         (lambda: Platform.hexapod().at([0.0, 0.1]), r"position must be of shape \(..., 3\), got shape \(2,\)"),
         (lambda: Platform.hexapod().at([0, 0, np.inf]), "position must be finite"),
     ]

@@ -172,11 +172,47 @@ def test_effects_are_those_of_closed_forms(studies):
     found = machine_sensitivity(free, "cart", "loss")
     effects = {one.path: one.elasticity for one in found.influences}
     assert effects == pytest.approx(
-        {"wheel.wheel_radius": -1.0, "wheel.rolling_torque": 0.6, "wheel.bearing_torque": 0.4}, rel=1e-5
+        {
+            "wheel.wheel_radius": -1.0,
+            "wheel.preload": 0.6 * 4.0 / 3.0 + 0.4,
+            "wheel.rolling_torque": 0.6,
+            "wheel.bearing_torque": 0.4,
+        },
+        rel=1e-5,
     )
     margin = {one.path: one.elasticity for one in machine_sensitivity(study, "cart", "margin").influences}
     assert margin["wheel.preload"] == pytest.approx(1.0, rel=2e-3)
     assert margin["wheel.friction"] == pytest.approx(1.0, rel=2e-3)
+
+
+ONE_LEG = """
+[leg]
+base = "faulring2006.cobotic"
+[leg.transmission]
+creep_stiffness = "17 kN"
+rolling_torque = "0.2 mN m"
+bearing_torque = "2 mN m"
+[leg.steering]
+patch_half_length = "0.5 mm"
+"""
+
+
+def test_effects_on_an_arm_of_one_joint_are_those_on_its_leg(tmp_path):
+    """A pulley of 1 m makes the joint's torque the force; the complex step of one axis against differences here."""
+    files = {
+        "one": '[requirement]\nforce = "30 N"\nspeed = "0.5 m/s"\n' + ONE_LEG.replace("[leg", "[drives.a"),
+        "arm": '[drives.a]\ntype = "arm"\nlengths = ["1 m"]\npulley_radius = "1 m"\n'
+        + ONE_LEG.replace("[leg", "[drives.a.leg")
+        + '[tasks.t]\ntwist = { angle = "0.3 rad/s" }\nwrench = { angle = "20 N m" }\n',
+    }
+    for name, text in files.items():
+        (tmp_path / f"{name}.toml").write_text(text, "utf-8")
+    one, arm = (iv.load_study(tmp_path / f"{name}.toml") for name in files)
+    known = iv.sensitivity(one, "a", "loss", speed=0.3, force=20.0, samples=0).influences
+    found = {effect.path: effect.elasticity for effect in machine_sensitivity(arm, "a", "loss").influences}
+    for effect in known:
+        assert found[f"leg.{effect.path}"] == pytest.approx(effect.elasticity, rel=1e-4, abs=1e-6)
+    assert {"transmission.preload", "amplifier.efficiency"} <= {effect.path for effect in known}
 
 
 def test_effects_on_a_platform_agree_with_those_of_its_leg(studies):

@@ -93,6 +93,15 @@ ROLLERS = """rollers = [
 ]"""
 
 
+def test_rollers_may_be_written_with_five_digits(load):
+    written = ROLLERS.replace(str(2.0**0.5), "1.4142")
+    assert written != ROLLERS
+    study, rounded = (load(SPHERE.replace('layout = "cubic"', text)) for text in (ROLLERS, written))
+    task = study.tasks["turn"]
+    powers = [iv.perform_task(one.drives["ball"], task).mean_power for one in (study, rounded)]
+    assert powers[0] == pytest.approx(powers[1], rel=1e-4)
+
+
 def test_rollers_of_a_sphere_at_given_places(load, tmp_path):
     text = SPHERE.replace('layout = "cubic"', ROLLERS)
     study = load(text)
@@ -111,9 +120,13 @@ BAD = {
         "geometri",
         "'geometry'",
     ),
-    "short rods": (PLATFORM.replace('"140 mm"', '"30 mm"'), "drives.cobotic.geometry.rod_length", "long enough"),
+    "short rods": (
+        PLATFORM.replace('"140 mm"', '"30 mm"'),
+        "drives.cobotic.geometry.rod_length",
+        "must be > 0.05562 m to reach",
+    ),
     "one end of the stroke": (PLATFORM.replace('lowest = "-50 mm"', ""), "geometry.lowest is missing"),
-    "empty stroke": (PLATFORM.replace('"-50 mm"', '"60 mm"'), "geometry.highest must be > lowest"),
+    "empty stroke": (PLATFORM.replace('"-50 mm"', '"60 mm"'), "geometry.highest must be > lowest, 0.06 m, got 0.05 m"),
     "missing radius": (PLATFORM.replace('joint_radius = "40 mm"', ""), "geometry.joint_radius is missing"),
     "neither leg nor separate": (
         PLATFORM.replace('[drives.cobotic.leg]\nbase = "faulring2006.cobotic"', "").replace(
@@ -127,8 +140,8 @@ BAD = {
     ),
     "leg of another kind": (
         PLATFORM.replace('base = "faulring2006.cobotic"', 'base = "faulring2006.motor2-gear4"'),
-        "drives.cobotic.leg.type",
-        "conventional",
+        'drives.cobotic.leg.base = "faulring2006.motor2-gear4" is a conventional drive, but a cobotic one is needed',
+        "faulring2006.cobotic-b",
     ),
     "unknown base of a leg": (
         PLATFORM.replace('"faulring2006.cobotic"', '"faulring2006.cobotik"'),
@@ -160,7 +173,10 @@ BAD = {
         "tasks.hold.wrench.angle does not apply",
         "drives.cobotic has x, y, z, rx, ry, rz only",
     ),
-    "negative box": (PLATFORM.replace('box = { x = "5 N"', 'box = { x = "-5 N"'), "tasks.lift.box.x must be >= 0"),
+    "negative box": (
+        PLATFORM.replace('box = { x = "5 N"', 'box = { x = "-5 N"'),
+        "tasks.lift.box.x must be >= 0 N, as it is a half-width, got -5 N",
+    ),
     "box and corners": (
         PLATFORM.replace("box = {", 'wrenches = [{ x = "1 N" }]\nbox = {'),
         "tasks.lift.box and wrenches exclude each other",
@@ -242,6 +258,29 @@ BAD = {
         PLANAR.replace(TWO, "[[0.4, 0]]"),
         "drives.two.positions",
         "list of tables",
+    ),
+    "a table instead of a list": (
+        SPHERE.replace("[tasks.turn]", "[drives.ball.rollers]\nx = 1\n[tasks.turn]"),
+        "drives.ball.rollers",
+        "must be a list of tables, such as [{ x = ... }, ...]",
+    ),
+    "another key of a roller": (
+        SPHERE.replace('layout = "cubic"', ROLLERS.replace("axle_y", "axis_y")),
+        "entry 1 has an unknown key 'axis_y' (did you mean 'axle_y'?); known keys: x, y, z, axle_x",
+    ),
+    "layout beside rollers": (
+        SPHERE.replace('layout = "cubic"', f'layout = "cubic"\n{ROLLERS}'),
+        "drives.ball.layout and rollers exclude each other",
+    ),
+    "idler without a place": (
+        SPHERE.replace('"cubic"', '"tetrahedral"') + '[drives.ball.idler]\nwheel_radius = "20 mm"\npreload = "400 N"\n'
+        'friction = 0.1\ncreep_stiffness = "20 kN"\nrolling_torque = "1 mN m"\nbearing_torque = "1 mN m"\n',
+        "drives.ball.idler does not apply",
+    ),
+    "mass that only turns": (
+        SPHERE
+        + '[paths.nod]\nload_mass = "1 kg"\nangle = { shape = "sinusoid", angle = "5 deg", frequency = "1 Hz" }\n',
+        "paths.nod.load_mass does not apply: drives.ball has angle only",
     ),
     "sphere at rest": (SPHERE.replace('"40 rad/s"', '"0 rad/s"'), "drives.ball.input_speed", "!= 0 rad/s"),
     "unknown layout": (SPHERE.replace('"cubic"', '"octahedral"'), "drives.ball.layout", "tetrahedral, cubic"),

@@ -227,7 +227,7 @@ BAD = {
     ),
     "base must be of shape (rods, 3), with six rods or more, got shape (5, 3)": lambda: platform(base=np.ones((5, 3))),
     "rod_length must be one number in m, got an array of shape (6,)": lambda: platform(rod_length=np.full(6, 0.1)),
-    "rod_length must be long enough to reach the platform on the axis": lambda: (
+    "rod_length must be > 0.05562 m to reach the platform on the axis": lambda: (
         iv.Platform.hexapod(rod_length=0.03).home
     ),
     "stroke must be a range from the lowest to the highest position, got (nan, 1.0) m": lambda: platform(

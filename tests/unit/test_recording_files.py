@@ -3,7 +3,6 @@
 import dataclasses
 import importlib
 import sys
-import time
 import types
 
 import numpy as np
@@ -466,20 +465,15 @@ def test_a_broken_file_is_read_or_refused(tmp_path_factory, name, length, edits,
     assert said.isprintable()
 
 
-def test_a_minute_at_a_thousand_hertz_is_read_in_a_moment(tmp_path):
-    """60,001 rows of four columns, by far the longest part of which is the conversion of the digits."""
+def test_a_minute_at_a_thousand_hertz_is_read_whole(tmp_path):
+    """How long that takes is the benchmark recording_files."""
     at = np.arange(60001) / 1000
     rows = [[f"{t:.3f}", f"{100 * np.sin(t):.4f}", f"{np.cos(t):.5f}", f"{t:.2f}"] for t in at.tolist()]
     for mark, decimal in ((",", "."), (";", ",")):
         text = joined(mark, mark.join(["t [s]", "pos [mm]", "F [N]", "T [degC]"]), rows=rows).replace(".", decimal)
-        path = saved(tmp_path, text)
-        took = []
-        for _ in range(3):
-            start = time.perf_counter()
-            table = read_table(path)
-            took.append(time.perf_counter() - start)
+        table = read_table(saved(tmp_path, text))
+        np.testing.assert_allclose(table.columns["position"].values, 0.1 * np.sin(at), atol=1e-7)
         assert len(table) == 60001
-        assert min(took) < 0.3
 
 
 class FakeParquet:

@@ -14,7 +14,8 @@ from infinivar.drivetrain.guidance.impedance import ImpedanceDisplay, wall_force
 from infinivar.drivetrain.guidance.legs import AdmittanceGuide, HoldGuide, nearest_within
 from infinivar.drivetrain.guidance.planar import PathGuide
 from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import GearedSlideMachine, SlideMachine
+from infinivar.drivetrain.moving.legged import PlatformLoad
+from infinivar.drivetrain.moving.machines import GearedSlideMachine, SeparateMachine, SlideMachine
 from infinivar.drivetrain.moving.system import System
 from infinivar.transmission.legs import creep_drift
 from machines_to_move import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
@@ -71,7 +72,7 @@ def test_arm_on_a_slide_without_friction_swings_by_the_closed_form():
     machine = GearedSlideMachine(drive=FRICTIONLESS, masses=[0.5])
     arm, step = Arm(mass=2.0, damping=8.0, stiffness=500.0), 0.03
     run = session(machine, user=arm, intention=[step], duration=0.5, output_step=0.01)
-    mass = 0.5 + machine.power_motor(1e-4).inertia + arm.mass
+    mass = 0.5 + machine.link_motors(1e-4).moved_mass + arm.mass
     decay, circular = 0.5 * arm.damping / mass, math.sqrt(arm.stiffness / mass)
     ring = math.sqrt(circular**2 - decay**2)
     known = step * (
@@ -91,10 +92,12 @@ def test_arm_on_a_slide_without_friction_swings_by_the_closed_form():
 def test_free_geared_slide_feels_as_its_reflected_mass():
     machine = GearedSlideMachine(drive=FRICTIONLESS, masses=[0.5, 0.7])
     run = session(machine, controller=ImpedanceDisplay(), user=[5.0, 7.0], duration=0.05)
-    motor = machine.power_motor(1e-4)
+    motor = machine.link_motors(1e-4)
     ratio = DRIVE.gearhead.ratio / DRIVE.stage.radius
-    assert_allclose(motor.inertia, DRIVE.motor.rotor_inertia * ratio**2 + DRIVE.output_inertia / DRIVE.stage.radius**2)
-    assert_allclose(run.felt_mass(), np.array([0.5, 0.7]) + motor.inertia, rtol=1e-6)
+    assert_allclose(
+        motor.moved_mass, DRIVE.motor.rotor_inertia * ratio**2 + DRIVE.output_inertia / DRIVE.stage.radius**2
+    )
+    assert_allclose(run.felt_mass(), np.array([0.5, 0.7]) + motor.moved_mass, rtol=1e-6)
     assert "steering" not in run.supplied
 
 
@@ -128,18 +131,19 @@ def replace_from(run, start):
     return (run.wall_force[last] - run.wall_force[first]) / (run.penetration[last] - run.penetration[first])
 
 
-def test_gears_with_loss_proportional_to_power_close_the_balance_on_several_axes():
-    gearhead = replace(DRIVE.gearhead, efficiency=0.8, loss_model="proportional", backdriving_efficiency=0.6)
-    machine = GearedSlideMachine(drive=replace(DRIVE, gearhead=gearhead), masses=[0.5, 1.0])
+def test_platform_with_a_motor_for_each_link_is_held_at_its_handle():
+    load = PlatformLoad(platform=PLATFORM, mass=1.0, inertia=np.array([1e-3, 1e-3, 2e-3]))
+    machine = SeparateMachine(separate=FRICTIONLESS, load=load, home=HEXAPOD.home)
+    home = HEXAPOD.home[:3]
     run = session(
         machine,
-        controller=ImpedanceDisplay(hold=[0.01, 0.0], stiffness=4000.0, damping=50.0),
-        user=Arm(),
-        intention=lambda time: [0.05 * math.sin(9.0 * time), 0.2],
+        controller=ImpedanceDisplay(hold=home, stiffness=8000.0, damping=900.0),
+        user=[4.0, 0.0, -8.0],
         duration=0.3,
+        output_step=0.01,
     )
+    assert_allclose(run.position[-1] - home, np.array([4.0, 0.0, -8.0]) / 8000.0, rtol=0.02, atol=1e-6)
     assert run.closure < 1e-6
-    assert run.lost["gearhead"][-1] > 0.0
 
 
 # Cobotic slides and platforms
@@ -348,7 +352,7 @@ def test_balance_closes_in_many_random_sessions(seed):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: session(SLIDE, controller=ImpedanceDisplay(), duration=0.1), "ImpedanceDisplay drives a GearedSlide"),
+        (lambda: session(SLIDE, controller=ImpedanceDisplay(), duration=0.1), "ImpedanceDisplay drives a motor for each link"),
         (lambda: session(SLIDE, controller=PathGuide(curve=object()), duration=0.1), "curve must have nearest"),
         (lambda: session(GearedSlideMachine(drive=DRIVE, masses=[1.0]), controller=HoldGuide(), duration=0.1),
          "HoldGuide holds legs"),
@@ -362,7 +366,9 @@ def test_balance_closes_in_many_random_sessions(seed):
         (lambda: GearedSlideMachine(drive=DRIVE, masses=[]), "masses must be one value for each axis"),
         (lambda: GearedSlideMachine(drive=DRIVE, masses=[-1.0]), "masses"),
         (lambda: GearedSlideMachine(drive=replace(DRIVE, gearhead=replace(DRIVE.gearhead, stiffness=50.0)), masses=[1.0]),
-         "drive must have a pulley"),
+         "drive.gearhead must be rigid"),
+        (lambda: GearedSlideMachine(drive=replace(DRIVE, gearhead=replace(
+            DRIVE.gearhead, loss_model="proportional")), masses=[1.0]), "drive.gearhead.loss_model must be 'coulomb'"),
         (lambda: SlideMachine(leg=LEG, masses=[]), "masses must be one value for each axis"),
         (lambda: AdmittanceGuide(constraint=3), "constraint must have rows"),
         (lambda: AdmittanceGuide(wall=3), "wall must have distance and normal"),

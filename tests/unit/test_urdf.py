@@ -75,7 +75,7 @@ def load(read):
     return read
 
 
-@pytest.mark.parametrize("lengths", [(0.3, 0.25), (0.3, 0.25, 0.1)])
+@pytest.mark.parametrize("lengths", [(0.3,), (0.3, 0.25), (0.3, 0.25, 0.1)])
 def test_planar_arms(load, lengths):
     """Jacobian, end point, torques and the machine of legs are those of `PlanarArm`."""
     legs = [f"j{place}" for place in range(len(lengths))]
@@ -126,7 +126,7 @@ def test_spatial_robot_against_differences(load):
         rate = (turned - before) / 2e-6 @ robot.pose(at)[1].T
         assert_allclose(jacobian[3:, column], [rate[2, 1], rate[0, 2], rate[1, 0]], atol=1e-9)
     assert_allclose(robot.levers, [0.05, 0.05, 1.0, 0.05])
-    found = robot.at(at, ("x", "y", "z", "turn_x"))
+    found = robot.at(at, ("x", "y", "z", "rx"))
     twist = RNG.normal(size=4)
     rates = np.linalg.solve(jacobian[:4], twist)
     assert_allclose(found.link_speeds(twist), robot.levers * rates, rtol=1e-12)
@@ -222,6 +222,18 @@ TEXTS = {
         ARM.replace("</robot>", link("spare") + "</robot>"),
         GOOD,
     ),
+    "xyz of the axis of joint 'first' must not be 0, such as '0 0 1', got '0 0 0'": (
+        chained("revolute").replace("0 0 1", "0 0 0", 1),
+        {"legs": ("first", "j0")},
+    ),
+    "xyz of the axis of joint 'first' must be three numbers, such as '0 0 1', got '0 0 up'": (
+        chained("revolute").replace("0 0 1", "0 0 up", 1),
+        {"legs": ("first", "j0")},
+    ),
+    "xyz of the origin of joint 'j1' must be three numbers, such as '0 0 1', got 'nan 0 0'": (
+        ARM.replace("0.3 0 0", "nan 0 0", 1),
+        GOOD,
+    ),
     "pulley_radius must be given: 2 of the joints turn, got None": (ARM, {"pulley_radius": None}),
     "pulley_radius must be one number, or 2 of them, got shape (3,)": (ARM, {"pulley_radius": [0.1, 0.1, 0.1]}),
     "pulley_radius must be > 0 m, got [0.]": (ARM, {"pulley_radius": [0.1, 0.0]}),
@@ -233,7 +245,7 @@ def test_malformed_robots(read, message):
     text, given = TEXTS[message]
     with pytest.raises(iv.InputError) as caught:
         read(text, **GOOD | given)
-    assert str(caught.value).startswith(message)
+    assert "robot.urdf: " + message in str(caught.value)
 
 
 QUESTIONS = {
@@ -242,8 +254,8 @@ QUESTIONS = {
     "components must be 2 different ones, as many as there are legs, got ('x',)": lambda robot: robot.at(
         [0.0, 1.0], ("x",)
     ),
-    "components must be of x, y, z, turn_x, turn_y, turn_z, got 'turnz' (did you mean 'turn_z'?)": lambda robot: (
-        robot.at([0.0, 1.0], ("x", "turnz"))
+    "components must be of x, y, z, rx, ry, rz, got 'rzz' (did you mean 'rz'?)": lambda robot: robot.at(
+        [0.0, 1.0], ("x", "rzz")
     ),
     "wrench must be of shape (..., 6), got shape (2,)": lambda robot: robot.joint_torques([0.0, 1.0], [1.0, 2.0]),
 }
@@ -268,4 +280,5 @@ def test_without_pin(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pinocchio", None)
     with pytest.raises(iv.InputError) as caught:
         iv.load_urdf(path, **GOOD)
-    assert str(caught.value) == "a robot from URDF needs pinocchio; install it with: pip install 'infinivar[robots]'"
+    said = "a robot from URDF needs pinocchio; install it with: pip install 'infinivar[robots]'"
+    assert str(caught.value) == f"{path}: {said}"

@@ -12,7 +12,15 @@ from infinivar.analysis.marching import March
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.legged import LeggedMechanics
-from infinivar.drivetrain.moving.machines import MACHINES, Machine, PlanarMachine, SerialArmMachine, SphereMachine
+from infinivar.drivetrain.moving.machines import (
+    LINKED,
+    MACHINES,
+    Machine,
+    PlanarMachine,
+    SerialArmMachine,
+    SphereMachine,
+)
+from infinivar.drivetrain.moving.separate import LinkController, SeparateMechanics
 from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
 from infinivar.motion.histories import VectorHistory
@@ -74,18 +82,26 @@ class _Run:
         self.wrenched = self._user_coordinates()
         wrench = None if scenario.wrench is None else over_time("wrench", scenario.wrench, self.wrenched)
         motor = None if scenario.source == "none" else machine.power_motor(scenario.stick_speed)
-        if scenario.source == "held" and motor is None and not isinstance(machine, PlanarMachine):
+        moves_links = isinstance(machine, LINKED)
+        if moves_links and (scenario.source != "held" or scenario.steering != "controlled"):
+            raise ParameterError(
+                "source must be 'held', and steering 'controlled', for a machine with a motor for each link"
+            )
+        if scenario.source == "held" and motor is None and not isinstance(machine, (PlanarMachine, *LINKED)):
             raise ParameterError("source must be 'none' for a machine without a motor, got 'held'")
         self.system = System(
             mechanics=self.mechanics,
             motor=motor,
+            links=machine.link_motors(scenario.stick_speed) if moves_links else None,
             servo=machine.servo(scenario.stick_speed) if scenario.servos else None,
             angles=None if scenario.servos else self.angles,
             wrench=wrench,
         )
         self.state = self._start()
         rate = machine.control.sample_rate if scenario.sample_rate is None else scenario.sample_rate
-        self.sampled = scenario.servos or (motor is not None and scenario.source == "held")
+        self.sampled = self.system.links is not None or (
+            scenario.servos or (motor is not None and scenario.source == "held")
+        )
         self.period = 1.0 / rate
         self.controller = self._controller() if self.sampled else None
 
@@ -102,8 +118,9 @@ class _Run:
             count = len(mechanics.configuration)
             require(scenario.motion.count == count, "motion", f"{scenario.motion.count} values", f"{count} values")
             pose = scenario.motion(0.0)
-            if isinstance(mechanics, LeggedMechanics):
-                pose, rates[:-1] = control.pose_twist(mechanics.load, scenario.motion, 0.0)
+            if isinstance(mechanics, (LeggedMechanics, SeparateMechanics)):
+                pose, twist = control.pose_twist(mechanics.load, scenario.motion, 0.0)
+                rates[: len(twist)] = twist
         if self.system.motor is not None and scenario.source == "held":
             rates[list(self.system.motor.coordinates)] = self.machine.set_speed
             if self.angles is not None:
@@ -115,7 +132,7 @@ class _Run:
         pose = pose if scenario.pose is None else np.array(scenario.pose)
         rates = rates if scenario.rates is None else np.array(scenario.rates)
         parts = [pose, rates]
-        if scenario.servos:
+        if self.system.servo is not None:
             parts += [self._first_angles(pose, rates), np.zeros(len(mechanics.steered))]
         state = np.concatenate(parts)
         found = self.system.rates(self.system.idle(), np.zeros(1), state[None])
@@ -128,16 +145,14 @@ class _Run:
         if self.angles is not None:
             return np.asarray(self.angles(0.0), dtype=float)
         wanted = self._wanted()
-        if wanted is None:
-            return np.zeros(0)
+        assert wanted is not None
         return wanted(0.0, pose, rates, np.zeros(len(self.mechanics.steered)))[0]
 
     def _wanted(self) -> control.Wanted | None:
         if self.angles is not None:
             return control.following_angles(self.angles)
         settings, scenario, mechanics = self.machine.control, self.scenario, self.mechanics
-        if isinstance(settings, ConventionalControl):
-            return None  # nothing is steered
+        assert not isinstance(settings, ConventionalControl)
         gain = 2.0 * math.pi * settings.link_bandwidth
         motion = scenario.motion
         if isinstance(mechanics, LeggedMechanics):
@@ -164,6 +179,8 @@ class _Run:
     def _controller(self) -> control.MachineController:
         system, settings, scenario = self.system, self.machine.control, self.scenario
         first, second, _ = system.places
+        if system.links is not None:
+            return self._of_links(np.array(self.state[:first]))
         motor, idle = None, np.zeros(0)
         if system.motor is not None and scenario.source == "held":
             columns = list(system.motor.coordinates)
@@ -184,6 +201,27 @@ class _Run:
             duration=scenario.duration,
             set_speed=self.machine.set_speed,
             wanted=self._wanted() if system.servo is not None else None,
+        )
+
+    def _of_links(self, pose: np.ndarray) -> control.MachineController:
+        """Controller of a motor on each link, which start with the currents that hold the user."""
+        system, motion = self.system, self.scenario.motion
+        assert system.links is not None
+        assert isinstance(self.mechanics, SeparateMechanics)
+        if motion is None:
+            motion = VectorHistory(time=[0.0, self.scenario.duration], values=[pose, pose])
+        links = LinkController(
+            motors=system.links,
+            mechanics=self.mechanics,
+            motion=motion,
+            integral=-system.user(np.zeros(1))[0],
+        )
+        return control.MachineController(
+            loops=control.Loops(system=system, period=self.period, motor=None, servo=None, integrals=np.zeros(0)),
+            duration=self.scenario.duration,
+            set_speed=0.0,
+            wanted=None,
+            links=links,
         )
 
     def over(self, title: str, progress: Callable[[float], None]) -> MachineRun:

@@ -98,11 +98,15 @@ class MachineRun(Result):
         return sum(float(energy[-1] - energy[first]) for name, energy in self.supplied.items() if "supply" in name)
 
     @property
-    def mean_power_of_motor(self) -> float:
-        """Mean power from the supply of the power motor after the settling time, without the steering; 0 without one. [W]"""
+    def mean_powers(self) -> dict[str, float]:
+        """Mean power from each supply after the settling time: "supply" of power motors, "steering supply". [W]"""
         first = first_settled(self.time, self.scenario.settling_time)
-        energy = self.supplied.get("supply", np.zeros(len(self.time)))
-        return float((energy[-1] - energy[first]) / (self.time[-1] - self.time[first]))
+        lasted = float(self.time[-1] - self.time[first])
+        return {
+            name: float(energy[-1] - energy[first]) / lasted if lasted else float("nan")
+            for name, energy in self.supplied.items()
+            if "supply" in name
+        }
 
     @property
     def verdict(self) -> str:
@@ -120,10 +124,15 @@ class MachineRun(Result):
         supplies = [name for name in self.supplied if "supply" in name]
         if supplies:
             spent = sum(float(self.supplied[name][-1]) for name in supplies)
-            after = "" if settling is None else f", {plain(self.supplied_after_settling)} J of it after settling"
-            said.append(f"{plain(spent)} J from the supply{after}")
+            said.append(f"{plain(spent)} J from the supply{self._mean_words() if settling is not None else ''}")
         said.append(f"energy balance closed to {plain(CLOSURE, 1)}")
         return "; ".join(said)
+
+    def _mean_words(self) -> str:
+        words = {"supply": "for power", "steering supply": "for steering"}
+        return ", after settling " + " and ".join(
+            f"{plain(power)} W {words[name]}" for name, power in self.mean_powers.items()
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON: final energies, events, verdict."""
@@ -136,6 +145,7 @@ class MachineRun(Result):
             "duration_s": float(self.time[-1]),
             "settling_time_s": self.scenario.settling_time,
             "supplied_after_settling_J": self.supplied_after_settling,
+            "mean_power_W": self.mean_powers,
             **({} if error is None else {"largest_position_error": float(np.max(error))}),
             "supplied_J": {name: float(energy[-1]) for name, energy in self.supplied.items()},
             "lost_J": {name: float(energy[-1]) for name, energy in self.lost.items()},
@@ -148,7 +158,7 @@ class MachineRun(Result):
                     "start_s": event.start,
                     "end_s": event.end,
                     "worst": event.worst,
-                    "while_settling": event.settling,
+                    "while_settling": bool(event.settling),
                 }
                 for event in self.events
             ],

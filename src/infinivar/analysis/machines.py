@@ -473,9 +473,9 @@ def tight_words(demand: Demand, margin: float) -> str:
         return "no limit is loaded"
     if margin >= 1.0:
         return f"tightest limit: {words_of(demand)} (margin {margin_words(margin)})"
-    if margin < 0.005:
+    if margin == 0.0:
         return f"no steady motion: {words_of(demand)}"
-    share = f"{100 * margin:.0f}" if margin < 0.995 else "just under 100"
+    share = "just under 100" if margin >= 0.995 else f"{100 * margin:.0f}" if margin >= 0.005 else "less than 1"
     return f"tightest limit: {words_of(demand)}, {share} % of the demand"
 
 

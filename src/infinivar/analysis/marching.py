@@ -259,6 +259,14 @@ class March:
                 columns[f"{name}_current_A"] = current
                 voltage = motor.resistance * current + motor.torque_constant * shafts[:, place]
                 columns[f"{name}_voltage_V"] = voltage
+        if system.links is not None:
+            currents = np.array([one.links for one in inputs])
+            speeds = mechanics.at(states[:, :first], states[:, first:second]).kinematics.speed
+            motor = system.links.drive.motor
+            voltages = motor.resistance * currents + motor.torque_constant * system.links.ratio * speeds
+            for place, name in enumerate(self._motors):
+                columns[f"{name}_current_A"] = currents[:, place]
+                columns[f"{name}_voltage_V"] = voltages[:, place]
         if system.servo is not None:
             currents = np.array([one.steering for one in inputs])
             for place, name in enumerate(mechanics.steered):
@@ -268,7 +276,9 @@ class March:
     @property
     def _motors(self) -> tuple[str, ...]:
         """Names of the power motors in columns."""
-        motor = self.system.motor
+        motor, links = self.system.motor, self.system.links
+        if links is not None:
+            return tuple(f"motor_{place + 1}" for place in range(len(self.log.inputs[0].links)))
         if motor is None or len(motor.coordinates) == 1:
             return () if motor is None else ("motor",)
         return tuple(f"motor_{place + 1}" for place in range(len(motor.coordinates)))
@@ -276,8 +286,10 @@ class March:
     def _motor_demands(self, columns: Mapping[str, np.ndarray]) -> dict[Demand, Any]:
         """Demand over allowance of the motors at the results."""
         system, found = self.system, {}
-        if system.motor is not None:
-            motor = system.motor.motor
+        of_motor = system.links.drive.motor if system.links is not None else None
+        of_motor = system.motor.motor if system.motor is not None else of_motor
+        if of_motor is not None:
+            motor = of_motor
             for name in self._motors:
                 current, voltage = columns[f"{name}_current_A"], columns[f"{name}_voltage_V"]
                 speed = (voltage - motor.resistance * current) / motor.torque_constant

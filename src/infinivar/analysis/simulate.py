@@ -196,12 +196,12 @@ def simulate(
     title: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Simulation | MachineRun:
-    """Simulate a drive under a scenario, or a machine of legs on a path or in a task.
+    """Simulate a drive under a scenario, or a machine on a path or in a task.
 
     Parameters
     ----------
-    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires. Or a PlatformDrive or ArmDrive
-        with a leg, and the inertias that a simulation requires.
+    drive : CoboticDrive or ConventionalDrive   Must have the inertias that motion requires. Or a PlatformDrive,
+        ArmDrive or SphereDrive.
     scenario : Scenario                         For a machine a MachinePath or MachineTask; see `machine_study`.
     title : str                                 Name for reports.
     progress : callable                         Called with the share done.
@@ -214,9 +214,9 @@ def simulate(
     Raises
     ------
     ParameterError
-        If the drive lacks a value that motion requires, a machine has no legs or leaves its reach, the scenario requires a
-        part that the drive lacks (a steered wheel), the load of one moves along a line and that of the other about a joint, or
-        the tolerance is too large for the energy balance to close.
+        If the drive lacks a value that motion requires, a machine cannot be simulated or leaves its reach, the scenario
+        requires a part that the drive lacks (a steered wheel), the load of one moves along a line and that of the other about
+        a joint, or the tolerance is too large for the energy balance to close.
     AuditError
         If the energy balance does not close at the default tolerance: an error in the program.
 

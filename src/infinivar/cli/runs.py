@@ -14,6 +14,8 @@ from infinivar.errors import InputError, printable
 from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, quantity, scenarios_of_study
 
 if TYPE_CHECKING:
+    from infinivar.analysis.machine_run import MachineRun
+    from infinivar.analysis.simulate import Simulation
     from infinivar.axis import Axis
     from infinivar.study.study import Study
 
@@ -29,12 +31,12 @@ def simulate(
     ] = None,
     task: Annotated[
         str | None,
-        typer.Option("--task", help="Machines: path or task of the study; defaults to the first path."),
+        typer.Option("--task", help="Machines: path or task of the study; defaults to the first path, or task."),
     ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Simulate a drive in a scenario, or a machine of legs on a path.
+    """Simulate a drive in a scenario, or a machine on a path or in a task.
 
     A path is followed for two periods, of which the first settles; in a task the machine holds, or moves steadily.
     Write a report, figures and results, including the energy audit.
@@ -48,7 +50,7 @@ def simulate(
 
     loaded = load_study(study)
     of_machines = bool(loaded.tasks or loaded.paths)
-    driven = chosen(study, "drive", drive, _with_legs(loaded, drive) if of_machines else loaded.drives)
+    driven = chosen(study, "drive", drive, _movable(loaded, drive) if of_machines else loaded.drives)
     if is_machine(loaded.drives[driven]) or task is not None:
         _simulate_machine(study, loaded, driven, task, scenario, out, as_json)
     asked = chosen(study, "scenario", scenario, loaded.scenarios)
@@ -62,14 +64,7 @@ def simulate(
             )
         progress("writing the report", 1.0)
         files = save(result, out, name=f"{driven}-{asked}", reconstruction=loaded.reconstruction)
-    if as_json:
-        print_json({**result.to_dict(), "files": [str(file) for file in files]})
-    else:
-        say(f"{result.title}, {result.scenario.title}: {result.verdict}")
-        for line in result.event_lines:
-            say(f"  {line}")
-        say(f"Report: {files[0]}")
-    raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
+    _end(result, f"{result.title}, {result.scenario.title}", files, as_json)
 
 
 def sensitivity(
@@ -151,13 +146,10 @@ def sensitivity(
     raise typer.Exit(NOT_FEASIBLE if found.beyond else 0)
 
 
-def _with_legs(loaded: Study, drive: str | None) -> Mapping[str, Any]:
-    """Drives to choose from: without a name, those whose legs can be simulated, if there are any."""
-    from infinivar.drivetrain.drive import is_machine
-    from infinivar.drivetrain.machines.legged import legs_of
-
-    legged = {name: one for name, one in loaded.drives.items() if is_machine(one) and legs_of(one) is not None}
-    return legged if drive is None and legged else loaded.drives
+def _movable(loaded: Study, drive: str | None) -> Mapping[str, Any]:
+    """Drives to choose from: without a name, the machines that can be simulated, if there are any."""
+    movable = {name: one for name, one in loaded.drives.items() if "simulate" in getattr(one, "commands", ())}
+    return movable if drive is None and movable else loaded.drives
 
 
 def _simulate_machine(
@@ -190,6 +182,11 @@ def _simulate_machine(
         progress("writing the report", 1.0)
         file_name = f"{name}-{place.partition('.')[2]}"
         files = save(result, out, name=file_name, reconstruction=loaded.reconstruction)
+    _end(result, title, files, as_json)
+
+
+def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json: bool) -> NoReturn:
+    """Print a simulated run, and exit."""
     if as_json:
         print_json({**result.to_dict(), "files": [str(file) for file in files]})
     else:

@@ -21,9 +21,13 @@ from infinivar.cli.sizing import (
     wheel_options,
 )
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
+from infinivar.errors import InputError
 from infinivar.options import Json, OptionalOut, StudyFile, drives_of_study, named_path, numbers
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from infinivar.study.study import Study
     from infinivar.sweeps.problem import Problem
     from infinivar.sweeps.sweep import Sweep
 
@@ -86,15 +90,13 @@ def size(
     if no pair is feasible.
     """
     from infinivar.report.saving import save
-    from infinivar.report.sizing import keep_inputs
     from infinivar.sweeps.geared import geared_sweep
 
     ends = None if radius is None else range_of_option(*radius)
     aims = aims_of_option(objective)
     loaded = loaded_study(study)
     of_one_axis(study, loaded.drives, "sweep")
-    if out is not None:
-        keep_inputs(loaded, out, sets)
+    _keep_apart(loaded, folder, out, sets)
     with naming(study):
         problem = geared_sweep(
             loaded, objective=aims, top=top, sets=sets, drive=drive, radius=ends, radii=radii, size=pairs
@@ -143,7 +145,6 @@ def cobotic(
     With --out, write the report and the study files of the command size. Exit with code 1 if no design is feasible.
     """
     from infinivar.report.saving import save
-    from infinivar.report.sizing import keep_inputs
     from infinivar.sweeps.cobotic_study import cobotic_study_sweep
     from infinivar.sweeps.reducers import LIST, TOP
 
@@ -151,8 +152,7 @@ def cobotic(
     wheel = wheel_options(ranges, steering_ratios, slip_margin, life)
     loaded = loaded_study(study)
     of_one_axis(study, loaded.drives, "sweep")
-    if out is not None:
-        keep_inputs(loaded, out, sets)
+    _keep_apart(loaded, folder, out, sets)
     with naming(study):
         problem = cobotic_study_sweep(
             loaded, starts=starts, objective=aims, top=top, sets=sets, drive=drive, generations=generations, **wheel
@@ -304,6 +304,17 @@ def show(
         for line in found.lines(top):
             say(line)
     raise typer.Exit(0 if found.finished else NOT_FEASIBLE)
+
+
+def _keep_apart(study: Study, folder: Path, out: Path | None, sets: Sequence[str] | None) -> None:
+    """Refuse a folder of results that is that of the sweep, or whose new files would replace one that the search reads."""
+    from infinivar.report.sizing import keep_inputs
+
+    if out is None:
+        return
+    if out.resolve() == folder.resolve():
+        raise InputError(f"--out {out}: this is the folder of the sweep; state another one for the report")
+    keep_inputs(study, out, sets)
 
 
 def _run(problem: Problem, folder: Path, workers: int | None, dask: str | None, resume: bool) -> Sweep:

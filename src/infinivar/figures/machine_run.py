@@ -18,6 +18,9 @@ _MOTION = {"m": ("displacement [mm]", 1e3), "rad": ("angle [degrees]", 180.0 / n
 _LOSSES = 7
 """Most losses with a line of their own; the rest are drawn as one."""
 
+_LEAST = 0.05
+"""Half the least range of steering angles: a constant one has rounding. [degrees]"""
+
 
 def data(run: MachineRun) -> dict[str, Any]:
     """Numbers of a run.
@@ -26,8 +29,8 @@ def data(run: MachineRun) -> dict[str, Any]:
     -------
     dict
         title; time (t,) [s]; motion: by unit, names and changes since the start in that unit of the axis; angles: names and
-        (t,) [degrees]; slip: (t,) demand of the worst wheel; events: start and end of slip [s]; lost: names and (t,) [J],
-        largest first.
+        (t,) [degrees]; slip: (t,) demand of the worst wheel; slips: start and end of slip [s]; currents: names and (t,) of the
+        motors of links [A]; lost: names and (t,) [J], largest first; panels: names of what there is.
     """
     names = configuration_names(run.machine)
     motion: dict[str, dict[str, np.ndarray]] = {}
@@ -43,8 +46,16 @@ def data(run: MachineRun) -> dict[str, Any]:
     lost = {name: np.asarray(run.lost[name]) for name in order[:_LOSSES]}
     if len(order) > _LOSSES:
         lost["other"] = sum((np.asarray(run.lost[name]) for name in order[_LOSSES:]), np.zeros(len(run.time)))
+    currents = {
+        f"motor {name.split('_')[1]}": values
+        for name, values in run.columns.items()
+        if name.startswith("motor_") and name.endswith("_current_A") and name.split("_")[1].isdigit()
+    }
+    panels = {"motion": True, "angles": angles, "slip": demands, "currents": currents, "lost": True}
     return {
         "title": run.title,
+        "panels": [name for name, shown in panels.items() if shown],
+        "currents": currents,
         "time": run.time,
         "motion": motion,
         "angles": angles,
@@ -55,7 +66,7 @@ def data(run: MachineRun) -> dict[str, Any]:
 
 
 def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
-    """Draw into the axes "motion", "angles", "slip" and "lost"."""
+    """Draw into the axes of the panels: of "motion", "angles", "slip", "currents" and "lost" those that there are."""
     time = numbers["time"]
     lines = ["-", "--"]
     labels = []
@@ -64,30 +75,44 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
         for place, (name, values) in enumerate(curves.items()):
             axes["motion"].plot(time, values, line, color=_colour(place), label=_words(name))
     axes["motion"].set_ylabel(", ".join(labels).replace("], ", "],\n"))
-    for place, (name, values) in enumerate(numbers["angles"].items()):
-        axes["angles"].plot(time, values, color=_colour(place), label=_words(name))
-    axes["angles"].set_ylabel("steering angle\n[degrees]")
-    axes["slip"].plot(time, numbers["slip"], color=style.COLOURS[0])
-    axes["slip"].axhline(1.0, color="0.5", linestyle=":")
-    for begin, end in numbers["slips"]:
-        axes["slip"].axvspan(begin, end, color="0.85")
-    top = max(1.15, min(float(np.max(numbers["slip"])), 3.0))
-    axes["slip"].set_ylim(0.0, top)
-    axes["slip"].set_ylabel("slip demand of\nthe worst wheel")
+    if "angles" in axes:
+        for place, (name, values) in enumerate(numbers["angles"].items()):
+            axes["angles"].plot(time, values, color=_colour(place), label=_words(name))
+        axes["angles"].set_ylabel("steering angle\n[degrees]")
+        low, high = axes["angles"].get_ylim()
+        middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST)
+        axes["angles"].set_ylim(middle - half, middle + half)
+    if "slip" in axes:
+        _draw_slip(axes["slip"], numbers)
+    if "currents" in axes:
+        for place, (name, values) in enumerate(numbers["currents"].items()):
+            axes["currents"].plot(time, values, color=_colour(place), label=name)
+        axes["currents"].set_ylabel("motor current [A]")
     for place, (name, values) in enumerate(numbers["lost"].items()):
         axes["lost"].plot(time, values, color=_colour(place), label=name)
     axes["lost"].set_ylabel("energy lost [J]")
     axes["lost"].set_xlabel("time [s]")
-    for name in ("motion", "angles", "lost"):
+    for name in {"motion", "angles", "currents", "lost"} & set(axes):
         axes[name].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
     axes["motion"].set_title(numbers["title"])
 
 
+def _draw_slip(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    ax.plot(numbers["time"], numbers["slip"], color=style.COLOURS[0])
+    ax.axhline(1.0, color="0.5", linestyle=":")
+    for begin, end in numbers["slips"]:
+        ax.axvspan(begin, end, color="0.85")
+    ax.set_ylim(0.0, max(1.15, min(float(np.max(numbers["slip"])), 3.0)))
+    ax.set_ylabel("slip demand of\nthe worst wheel")
+
+
 def draw_all(run: MachineRun) -> Figure:
     """Draw the figure of a run."""
+    numbers = data(run)
+    names = numbers["panels"]
     with style.styled():
-        made, axes = style.figure(7.4, 8.0, 4, 1, sharex=True)
-        draw(dict(zip(("motion", "angles", "slip", "lost"), axes.ravel(), strict=True)), data(run))
+        made, axes = style.figure(7.4, 2.0 * len(names), len(names), 1, sharex=True)
+        draw(dict(zip(names, axes.ravel(), strict=True)), numbers)
     return made
 
 
@@ -95,7 +120,10 @@ def _words(name: str) -> str:
     letters = {"theta": r"\theta", "phi": r"\phi", "gamma": r"\gamma"}
     first, *rest = name.split("_")
     first = letters.get(first, first)
-    return f"${first}_{{{rest[0]}}}$" if rest else f"${first}$" if len(first) == 1 or "\\" in first else first
+    symbol = len(first) == 1 or "\\" in first
+    if not symbol:
+        return " ".join([first, *rest[:1]])
+    return f"${first}_{{{rest[0]}}}$" if rest else f"${first}$"
 
 
 def _colour(place: int) -> str:

@@ -71,7 +71,8 @@ class MachineTask(Whole):
             )
         for name, value in ({} if self.box is None else self.box.stated).items():
             if value < 0.0:
-                raise ParameterError(f"box.{name} must be >= 0, as it is a half-width, got {value:g}")
+                unit = "N" if name in TRANSLATIONS else "N m"
+                raise ParameterError(f"box.{name} must be >= 0 {unit}, as it is a half-width, got {value:g} {unit}")
 
     @property
     def vectors(self) -> Mapping[str, Vector]:

@@ -51,6 +51,7 @@ def html(simulation: Simulation | MachineRun, reconstruction: tuple[str, ...], h
         "machine_run.html" if isinstance(simulation, MachineRun) else "simulation.html",
         simulation=simulation,
         scenario=simulation.scenario,
+        steered=any(name.startswith(("phi_", "gamma_")) for name in simulation.columns),
         reconstruction=reconstruction,
         supplied=energies["supplied_J"],
         lost=energies["lost_J"],

@@ -10,6 +10,7 @@ from infinivar.drivetrain.drive import axis_fault, check_drive, is_machine, smoo
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.drivetrain.machines.machine import as_machine
 from infinivar.errors import InputError, ParameterError
+from infinivar.motion.vectors import ROTATIONS, TRANSLATIONS
 from infinivar.study.study import Study
 
 
@@ -84,6 +85,9 @@ def _machine_faults(study: Study) -> Iterator[str]:
         for task, path in study.paths.items():
             for coordinate in path.beyond(known):
                 yield f"paths.{task}.{coordinate} does not apply: {words}"
+            for key, moved in (("load_mass", TRANSLATIONS), ("load_inertia", (*ROTATIONS, "angle"))):
+                if getattr(path, key) is not None and not set(moved) & set(known):
+                    yield f"paths.{task}.{key} does not apply: {words}"
 
 
 def _axis_faults(study: Study) -> Iterator[str]:

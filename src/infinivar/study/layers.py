@@ -81,8 +81,11 @@ class Remarks:
     """Statement of each parameter set used on what it reconstructs."""
 
 
-def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
-    """Lay the table over the shipped one that its `base` names, if any; note what that set reconstructs."""
+def over_base(tree: Raw, path: str, remarks: Remarks, inside: bool = False) -> Raw:
+    """Lay the table over the shipped one that its `base` names, if any; note what that set reconstructs.
+
+    The type of a drive `inside` a machine follows from its key.
+    """
     base = tree.pop("base", None)
     if base is None:
         return tree
@@ -107,6 +110,12 @@ def over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
         remarks.reconstruction[name] = shipped["reconstruction"]
     under = annotated(copy.deepcopy(under), path, shipped["source"])
     if "type" in tree and tree["type"] != under.get("type", tree["type"]):
+        if inside:
+            of_type = [f"{name}.{one}" for one, drive in shipped[group].items() if drive["type"] == tree["type"]]
+            raise StudyError(
+                f"{path}.base = {quoted(base)} is a {under['type']} drive, but a {tree['type']} one is needed here; {name} has "
+                f"{', '.join(of_type)}"
+            )
         raise StudyError(
             f"{path}.type = {tree['type']!r} must be {under['type']!r} like base {base!r}; correct or remove it"
         )
@@ -131,7 +140,7 @@ def legs_over_base(tree: Raw, path: str, remarks: Remarks) -> Raw:
         inner.setdefault("type", word)
         if inner["type"] != word:
             raise StudyError(f"{here}.type = {quoted(inner['type'])} must be {word!r}; correct or remove it")
-        inner = over_base(inner, here, remarks)
+        inner = over_base(inner, here, remarks, inside=True)
         result[key] = {name: value for name, value in inner.items() if name not in ("type", "title")}
     return result
 

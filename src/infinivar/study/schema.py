@@ -300,14 +300,20 @@ def _several(field: dataclasses.Field[Any]) -> Key:
 
     inner = {name: key.schema or {} for name, key in known.items()}
     table = {"type": "object", "properties": inner, "additionalProperties": False}
-    return replace(_leaf(read, {"type": "array", "items": table, "minItems": 1}), several=kind)
+    leaf = _leaf(read, {"type": "array", "items": table, "minItems": 1})
+
+    def read_list(raw: Any) -> Entry:
+        return _entry([] if isinstance(raw, dict) and "value" not in raw else raw, read)
+
+    return replace(leaf, read=read_list, several=kind)
 
 
 def _table_of(kind: type, known: Mapping[str, Key], raw: Mapping[str, Any], place: int) -> Any:
     values = {}
     for name, one in raw.items():
         if name not in known:
-            raise InputError(f"entry {place} has an unknown key {printable(name)!r}{nearest(name, known)}")
+            hint = f"{nearest(name, known)}; known keys: {', '.join(known)}"
+            raise InputError(f"entry {place} has an unknown key {printable(name)!r}{hint}")
         try:
             values[name] = known[name].read(one).value  # type: ignore[misc]
         except ValueError as problem:

@@ -134,7 +134,7 @@ class Platform:
             bool(np.all(room > 0)),
             "rod_length",
             f"{self.rod_length:g} m",
-            "long enough to reach the platform on the axis",
+            f"> {float(np.max(np.hypot(flat[:, 0], flat[:, 1]))):.4g} m to reach the platform on the axis",
         )
         return float(np.mean(np.sqrt(room) - flat[:, 2]))
 

@@ -14,8 +14,8 @@ from infinivar.errors import ParameterError, require
 
 LayoutName = Literal["tetrahedral", "cubic"]
 
-_EXACT = 1e-6
-"""Error of unit vectors, of right angles and of the balance of preloads that counts as rounding. [-]"""
+_EXACT = 1e-4
+"""Error of unit vectors, of right angles and of the balance of preloads that counts as rounding of what was typed. [-]"""
 
 _FLAT = 1e-3
 """Least singular value of positions over the largest with which rollers hold the sphere in all directions. [-]"""

@@ -29,7 +29,7 @@ from infinivar.limits import Limit
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.urdf_text import TURNING, Joint, joints_to
 
-COMPONENTS = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 """Of a twist: velocities of the end frame's origin and angular velocities, along the axes of the base."""
 
 _SINGULAR = 1e-12
@@ -61,7 +61,10 @@ def load_urdf(path: str | Path, *, legs: Sequence[str], frame: str, pulley_radiu
     except (OSError, UnicodeDecodeError) as problem:
         reason = getattr(problem, "strerror", None) or "it is not text in UTF-8"
         raise InputError(f"cannot read the URDF file {str(path)!r}: {reason}") from None
-    return UrdfRobot(urdf=text, legs=legs, frame=frame, pulley_radius=pulley_radius)
+    try:
+        return UrdfRobot(urdf=text, legs=legs, frame=frame, pulley_radius=pulley_radius)
+    except InputError as problem:
+        raise type(problem)(f"{path}: {problem}") from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -156,8 +159,9 @@ class UrdfRobot:
         pin = extras.load("pinocchio", "robots", "a robot from URDF")
         columns = [model.joints[model.getJointId(name)].idx_v for name in self.legs]
         axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        found = [pin.computeFrameJacobian(model, data, q, frame, axes)[:, columns] for q in self._expanded(given)]
-        return np.array(found).reshape(*given.shape[:-1], 6, len(self.legs))
+        found = [pin.computeFrameJacobian(model, data, q, frame, axes) for q in self._expanded(given)]
+        # The Jacobian of a model with a single joint is a row.
+        return np.reshape(found, (-1, 6, model.nv))[..., columns].reshape(*given.shape[:-1], 6, len(self.legs))
 
     def joint_torques(self, positions: Array, wrench: Array) -> np.ndarray:
         """Torques, and forces on sliding joints, ``J_e^T W`` by a wrench at the end frame.

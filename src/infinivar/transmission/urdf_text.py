@@ -118,9 +118,26 @@ def _joint(element: Any, links: Sequence[str]) -> Joint:
     for place, said in (("parent", above), ("child", below)):
         if said not in links:
             raise InputError(f"{place} of joint {name!r} must be a link of the URDF, got {said}")
+    for place, keys in (("origin", ("xyz", "rpy")), ("axis", ("xyz",))):
+        for key in keys:
+            _check_vector(element.find(place), f"{key} of the {place} of joint {name!r}", key, turns=place == "axis")
     mimic = element.find("mimic")
     follows = None if mimic is None else str(mimic.get("joint"))
     return Joint(name, kind, above, below, _range(element, name, kind), follows)
+
+
+def _check_vector(element: Any, what: str, key: str, *, turns: bool) -> None:
+    said = None if element is None else element.get(key)
+    if said is None:
+        return
+    try:
+        parts = [float(part) for part in said.split()]
+    except ValueError:
+        parts = []
+    if len(parts) != 3 or not all(map(math.isfinite, parts)):
+        raise InputError(f"{what} must be three numbers, such as '0 0 1', got {said!r}")
+    if turns and not any(parts):
+        raise InputError(f"{what} must not be 0, such as '0 0 1', got {said!r}")
 
 
 def _range(element: Any, name: str, kind: str) -> tuple[float, float] | None:

@@ -29,6 +29,7 @@ from infinivar.drivetrain.moving.machines import (
     Machine,
     PlanarMachine,
     PlatformMachine,
+    SeparateMachine,
     SerialArmMachine,
     SphereMachine,
 )
@@ -64,6 +65,10 @@ def machine_graph(
     ParameterError
         If a value that motion requires is missing, or a contact turns with spin, which these graphs do not have.
     """
+    if isinstance(machine, SeparateMachine):
+        raise ParameterError(
+            "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
+        )
     for contact in _contacts(machine):
         if contact.turns_with_spin:
             raise ParameterError(
@@ -94,7 +99,7 @@ def machine_graph(
     return bg.join(type(machine).__name__, parts, chains, elements=elements, signals=signals)
 
 
-def _contacts(machine: Machine) -> Sequence[RollingContact]:
+def _contacts(machine: Any) -> Sequence[RollingContact]:
     if isinstance(machine, PlanarMachine):
         return machine.cobot.contacts  # type: ignore[return-value]
     if isinstance(machine, SphereMachine):

@@ -1,4 +1,4 @@
-"""Impedance display on geared slides: walls, free motion and holding, by the currents of the motors.
+"""Impedance display with a geared motor for each link: walls, free motion and holding, by the currents of the motors.
 
 The display measures positions and speeds and commands forces; what it renders is beside the inertia and friction of the drives.
 """
@@ -15,7 +15,7 @@ from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
 from infinivar.drivetrain.guidance.planar import Surface
 from infinivar.drivetrain.moving.control import Commands
-from infinivar.drivetrain.moving.machines import GearedSlideMachine
+from infinivar.drivetrain.moving.separate import SeparateMechanics
 from infinivar.errors import ParameterError, require
 
 
@@ -68,19 +68,17 @@ class ImpedanceDisplay:
 
     def begin(self, plant: Plant) -> Law:
         """The law of one session."""
-        machine = plant.machine
-        if not isinstance(machine, GearedSlideMachine):
-            raise ParameterError(f"ImpedanceDisplay drives a GearedSlideMachine, got a {type(machine).__name__}")
-        motor = plant.system.motor
-        assert motor is not None
-        count, gain = len(machine.masses), motor.gain
+        motors, mechanics = plant.system.links, plant.mechanics
+        if motors is None or not isinstance(mechanics, SeparateMechanics):
+            raise ParameterError(
+                f"ImpedanceDisplay drives a motor for each link, as of a GearedSlideMachine, not a {type(plant.machine).__name__}"
+            )
+        count = len(plant.grip.axes)
         hold = None if self.hold is None else np.asarray(self.hold, dtype=float)
         if hold is not None:
             fits = hold.shape == (count,) and bool(np.all(np.isfinite(hold)))
             require(fits, "hold", f"{self.hold}", f"{count} finite numbers, one for each axis", "m")
-        mechanics: Any = plant.mechanics
-        rubs = motor.reduction * (motor.gear_friction + motor.motor.friction_torque)
-        friction = rubs + mechanics.guideway_friction + mechanics.stage_friction
+        friction = self.compensation * sum(motors.frictions)
 
         def law(measured: Measured) -> Commands:
             force = np.zeros(count)
@@ -92,7 +90,11 @@ class ImpedanceDisplay:
                 force[:dimension] += wall_force(depth, inward, self.stiffness, self.damping) * normal
             if hold is not None:
                 force += self.stiffness * (hold - measured.position) - self.damping * measured.velocity
-            share = np.clip(measured.velocity / self.compensation_speed, -1.0, 1.0)
-            return Commands(currents=(force + self.compensation * friction * share) / gain)
+            pose, rates = measured.configuration[None], measured.rates[None]
+            link = mechanics.load.at(pose, rates)
+            across = plant.grip.at(pose, rates).jacobian[0].T
+            on_links = np.linalg.lstsq(link.jacobian[0].T, across @ force, rcond=None)[0]
+            share = np.clip(link.speed[0] / self.compensation_speed, -1.0, 1.0)
+            return Commands(currents=(on_links + friction * share) / motors.gain)
 
         return law

@@ -6,25 +6,25 @@ rival are one class with another field, `leg` or `separate`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from annotated_types import Ge, Gt, Interval
+from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.bounds import FINITE
-from infinivar._core.fields import check, component, quantities, quantity, several
+from infinivar._core.fields import check, component, quantities, quantity
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import GEAR_LIMITS, axis_of, needed
 from infinivar.drivetrain.machines.machine import TaskPoint, checked, held, rows, worst
+from infinivar.drivetrain.machines.rods import PlatformGeometry
 from infinivar.drivetrain.many_legs import LeggedDrive
-from infinivar.drivetrain.moving.machines import ArmMachine, PlatformMachine
+from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
+from infinivar.drivetrain.moving.machines import ArmMachine, PlatformMachine, SeparateMachine
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
-from infinivar.motion.vectors import Point
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.platform import Platform
@@ -134,14 +134,7 @@ class _Side:
     @property
     def commands(self) -> tuple[str, ...]:
         """Commands that work besides those of all machines."""
-        return ("contact", "simulate") if self.leg is not None else ()
-
-    def _leg_in_motion(self) -> CoboticDrive:
-        """The leg; only legs on a cylinder can be simulated."""
-        if self.leg is None:
-            raise ParameterError("leg is missing: only a machine of legs on a common cylinder can be simulated")
-        needed(self.leg.steering, "leg.steering")
-        return self.leg
+        return ("contact", "simulate") if self.leg is not None else ("simulate",)
 
     def _legs(self, count: int) -> LeggedDrive | None:
         """The drive of the common cylinder; None with separate drives."""
@@ -152,66 +145,6 @@ class _Side:
             return LeggedDrive.of(self.leg, count)
         except ParameterError as problem:
             raise ParameterError(f"leg.{problem}") from None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlatformGeometry:
-    """Six rods in three pairs, or rods anywhere: the positions of the guideways and of the platform's joints."""
-
-    rod_length: float = quantity("m", Gt(0), "Length of the rods between their joints")
-    base_radius: float | None = quantity(
-        "m", Gt(0), "Radius of the circle of guideways, for rods in pairs", default=None
-    )
-    joint_radius: float | None = quantity(
-        "m", Gt(0), "Radius of the circle of platform joints, for rods in pairs", default=None
-    )
-    base_spread: float | None = quantity(
-        "rad", Interval(gt=0, lt=1.6), "Half the angle between the guideways of a pair", default=None
-    )
-    joint_spread: float | None = quantity(
-        "rad", Interval(gt=0, lt=1.6), "Half the angle between the joints of two rods that meet", default=None
-    )
-    guideways: tuple[Point, ...] | None = several("Positions of the guideways, instead of pairs", Point, default=None)
-    joints: tuple[Point, ...] | None = several("Joints in axes of the platform, instead of pairs", Point, default=None)
-    lowest: float | None = quantity("m", FINITE, "Lowest position of the links; unlimited if not given", default=None)
-    highest: float | None = quantity("m", FINITE, "Highest position of the links; unlimited if not given", default=None)
-    platform: Platform = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
-
-    def __post_init__(self) -> None:
-        """Validate the fields and make the platform."""
-        check(self)
-        pairs = [name for name in _PAIRS if getattr(self, name) is not None]
-        points = [name for name in _POINTS if getattr(self, name) is not None]
-        if pairs and points:
-            raise ParameterError(
-                f"{points[0]} and {pairs[0]} exclude each other: state rods in pairs by {', '.join(_PAIRS)}, or "
-                f"{' and '.join(_POINTS)}"
-            )
-        missing = [name for name in (_POINTS if points else _PAIRS) if getattr(self, name) is None]
-        if missing:
-            raise ParameterError(f"{missing[0]} is missing: rods need {', '.join(_PAIRS)}, or {' and '.join(_POINTS)}")
-        if (self.lowest is None) is not (self.highest is None):
-            lacking = "lowest" if self.lowest is None else "highest"
-            raise ParameterError(f"{lacking} is missing: a stroke has both ends, lowest and highest")
-        stroke = None if self.lowest is None or self.highest is None else (self.lowest, self.highest)
-        require(
-            stroke is None or stroke[0] < stroke[1], "highest", f"{self.highest:g}" if stroke else "", "> lowest", "m"
-        )
-        if points:
-            rows = [[one.row(("x", "y", "z")) for one in getattr(self, name)] for name in _POINTS]
-            for name, row in zip(_POINTS, rows, strict=True):
-                require(len(row) >= 6, name, f"{len(row)} points", "6 or more, one for each rod")
-            require(len(rows[0]) == len(rows[1]), "joints", f"{len(rows[1])}", f"as many as guideways, {len(rows[0])}")
-            made = Platform(base=rows[0], joints=rows[1], rod_length=self.rod_length, stroke=stroke)
-        else:
-            pairs = {name: getattr(self, name) for name in _PAIRS}
-            made = replace(Platform.hexapod(**pairs, rod_length=self.rod_length, stroke=stroke), provenance="given")
-        _ = made.home  # refuses rods that do not reach the platform
-        object.__setattr__(self, "platform", made)
-
-
-_PAIRS = ("base_radius", "joint_radius", "base_spread", "joint_spread")
-_POINTS = ("guideways", "joints")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -284,7 +217,7 @@ class PlatformDrive(_Side):
         pose, twist, wrench = rows(self, pose, twist, wrench)
         return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
 
-    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformMachine:
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformMachine | SeparateMachine:
         """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
 
         Parameters
@@ -294,14 +227,16 @@ class PlatformDrive(_Side):
         Raises
         ------
         ParameterError
-            If the legs, or an inertia that motion requires, are missing.
+            If an inertia that motion requires is missing, or a separate drive cannot be simulated.
         """
-        return PlatformMachine(
-            leg=self._leg_in_motion(),
-            platform=self.platform,
-            mass=needed(self.mass, "mass") + load_mass,
-            inertia=[one + load_inertia for one in needed(self.inertia, "inertia")],
-        )
+        mass = needed(self.mass, "mass") + load_mass
+        inertia = [one + load_inertia for one in needed(self.inertia, "inertia")]
+        if self.leg is None:
+            assert self.separate is not None
+            load = PlatformLoad(platform=self.platform, mass=mass, inertia=np.array(inertia))
+            return SeparateMachine(separate=self.separate, load=load, home=np.array(self.home))
+        needed(self.leg.steering, "leg.steering")
+        return PlatformMachine(leg=self.leg, platform=self.platform, mass=mass, inertia=inertia)
 
     def followed(self, pose: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray]:
         """Configuration of the machine in motion, and forces on it, of poses and wrenches (..., 6): these themselves."""
@@ -438,7 +373,7 @@ class ArmDrive(_Side):
             units=("N m", "rad/s"),
         )
 
-    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine:
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine | SeparateMachine:
         """The arm with the masses of its members, and a load at its end point, for `infinivar.simulate_machine`.
 
         Parameters
@@ -448,18 +383,31 @@ class ArmDrive(_Side):
         Raises
         ------
         ParameterError
-            If the legs, or a value that motion requires, are missing; or with one joint, whose angle is the coordinate, if
-            there is a mass.
+            If a value that motion requires is missing, or a separate drive cannot be simulated; or with one joint, whose angle
+            is the coordinate, if there is a mass.
         """
         if load_mass and len(self.lengths) == 1:
             raise ParameterError(
                 f"load_mass must be 0 for an arm of one joint, got {load_mass:g} kg: state load_inertia about the joint"
             )
+        masses = needed(self.member_masses, "member_masses")
+        if self.leg is None:
+            assert self.separate is not None
+            rim = 1.0 if axis_of(self.separate).rotary else self.pulley_radius
+            load = ArmLoad(
+                arm=self.arm,
+                pulleys=np.full(self.links, rim),
+                masses=np.array(masses),
+                tip_mass=load_mass,
+                tip_inertia=load_inertia,
+            )
+            return SeparateMachine(separate=self.separate, load=load, home=np.zeros(self.links))
+        needed(self.leg.steering, "leg.steering")
         return ArmMachine(
-            leg=self._leg_in_motion(),
+            leg=self.leg,
             arm=self.arm,
             pulley_radius=self.pulley_radius,
-            member_masses=needed(self.member_masses, "member_masses"),
+            member_masses=masses,
             tip_mass=load_mass,
             tip_inertia=load_inertia,
         )
@@ -470,8 +418,9 @@ class ArmDrive(_Side):
         angles = self.angles(pose)
         if angles.ndim > 1:
             angles = np.unwrap(angles, axis=0)
-        torques = np.matmul(np.swapaxes(self._jacobian(angles), -1, -2), np.asarray(wrench, dtype=float)[..., None])
-        return angles, torques[..., 0]
+        across = np.swapaxes(self._jacobian(np.nan_to_num(angles)), -1, -2)
+        torques = np.matmul(across, np.asarray(wrench, dtype=float)[..., None])[..., 0]
+        return angles, torques + 0.0 * angles
 
     def _jacobian(self, angles: np.ndarray) -> np.ndarray:
         """Of the end point in `coordinates`. (..., n, n)"""

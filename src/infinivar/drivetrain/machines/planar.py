@@ -27,6 +27,9 @@ from infinivar.motion.vectors import Point
 from infinivar.transmission.mechanism import Mechanism, MechanismPoint
 from infinivar.transmission.planar import PlanarCarriage, PlanarCobot
 
+_STANDING = 1e-9
+"""Speed of a wheel over that of the fastest one, below which it stands."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanarDrive:
@@ -98,6 +101,7 @@ class PlanarDrive:
         MechanismPoint   In the coordinates of the cart; nan where the cart rests or a wheel would slip.
         """
         xi, load = np.broadcast_arrays(np.asarray(twist, dtype=float), np.asarray(wrench, dtype=float))
+        xi = self._off_wheels(xi)
         scale, d = self.metric(), xi.shape[-1]
         scaled = xi * scale
         size = np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True))
@@ -124,6 +128,13 @@ class PlanarDrive:
         heading = turned.steer(rates=safe, applied={name: held[..., place] for place, name in enumerate(names, 1)})
         lost = np.where(moves, 1.0, np.nan)
         return own.operate(rates=xi, heading=(heading[0] * lost, heading[1] * lost))
+
+    def _off_wheels(self, xi: np.ndarray) -> np.ndarray:
+        """The twist, or one next to it if the cart turns about a wheel, which has a heading only in the limit."""
+        speed = np.linalg.norm(np.matmul(np.asarray(self.mechanism.jacobian), xi[..., None, :, None])[..., 0], axis=-1)
+        most = np.max(speed, axis=-1, keepdims=True)
+        stands = np.any(speed < _STANDING * most, axis=-1, keepdims=True)
+        return xi + np.where(stands, 2.0 * _STANDING * most, 0.0) * np.eye(xi.shape[-1])[0]
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.drivetrain.machines.machine.Machine.perform`; power in is that of the push.

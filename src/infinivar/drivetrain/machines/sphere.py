@@ -10,10 +10,11 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE, NonZero
-from infinivar._core.fields import check, check_real, component, quantity, several
-from infinivar.drivetrain.drive import DrivePoint, motor_side, placed
+from infinivar._core.fields import check, check_real, component, given, quantity, several
+from infinivar.drivetrain.drive import DrivePoint, motor_side, needed, placed
 from infinivar.drivetrain.machines.machine import TaskPoint, rows
 from infinivar.drivetrain.machines.wheel import Wheel
+from infinivar.drivetrain.moving.machines import SphereMachine
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.parts.amplifier import Amplifier
@@ -79,7 +80,9 @@ class SphereDrive:
     gearhead: Gearhead = component("Gearhead between motor and shaft 1")
     input_speed: float = quantity("rad/s", NonZero(), "Constant speed of shaft 1")
     sphere_radius: float = quantity("m", Gt(0), "Radius of the sphere")
-    layout: LayoutName = component("Positions of the rollers: tetrahedral or cubic", default="tetrahedral")
+    layout: LayoutName | None = component(
+        "Positions of the rollers: tetrahedral or cubic; tetrahedral if no rollers are given", default=None
+    )
     rollers: tuple[RollerPlace, ...] | None = several(
         "Positions of the rollers, instead of a layout", RollerPlace, default=None
     )
@@ -87,6 +90,15 @@ class SphereDrive:
     steering_roller: Wheel | None = component("Steered rollers; like the drive rollers if not given", default=None)
     idler: Wheel | None = component("Idlers of the cubic layout; like the drive rollers if not given", default=None)
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
+    input_inertia: float | None = quantity(
+        "kg m^2", Gt(0), "Inertia of shaft 1 with its rollers, without motor and gearhead, for simulation", default=None
+    )
+    output_inertia: float | None = quantity(
+        "kg m^2", Gt(0), "Inertia of shaft 2 with its rollers, without a load, for simulation", default=None
+    )
+    sphere_inertia: float | None = quantity(
+        "kg m^2", Gt(0), "Inertia of the sphere about its centre, for simulation", default=None
+    )
     transmission: SphericalIVT = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -100,9 +112,19 @@ class SphereDrive:
                     contacts[name] = wheel.on("sphere", self.sphere_radius)
                 except ParameterError as problem:
                     raise ParameterError(f"{key}.{problem}") from None
+        if self.layout is not None and self.rollers is not None:
+            raise ParameterError("layout and rollers exclude each other: rollers state the positions")
         places = None if self.rollers is None else tuple(one.roller for one in self.rollers)
-        made = SphericalIVT(sphere_radius=self.sphere_radius, layout=self.layout, rollers=places, **contacts)
+        layout = given(self.layout, "tetrahedral")
+        made = SphericalIVT(sphere_radius=self.sphere_radius, layout=layout, rollers=places, **contacts)
+        if self.idler is not None and "idler" not in made.kinds:
+            raise ParameterError("idler does not apply: no roller has a fixed axle and no shaft; remove it")
         object.__setattr__(self, "transmission", made)
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """Commands that work besides those of all machines."""
+        return ("simulate",)
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -113,6 +135,33 @@ class SphereDrive:
     def home(self) -> tuple[float, ...]:
         """0; nothing depends on it."""
         return (0.0,)
+
+    def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> SphereMachine:
+        """The sphere and its shafts with their inertias, and that of a load, for `infinivar.simulate_machine`.
+
+        Parameters
+        ----------
+        load_mass, load_inertia : float   Of the load on shaft 2; a joint has no mass, only inertia. [kg], [kg m^2]
+
+        Raises
+        ------
+        ParameterError
+            If an inertia that motion requires is missing, or there is a mass.
+        """
+        if load_mass:
+            raise ParameterError(
+                f"load_mass must be 0 for a joint, got {load_mass:g} kg: state load_inertia about the joint"
+            )
+        return SphereMachine(
+            ivt=self.transmission,
+            input_inertia=needed(self.input_inertia, "input_inertia"),
+            output_inertia=needed(self.output_inertia, "output_inertia") + load_inertia,
+            sphere_inertia=needed(self.sphere_inertia, "sphere_inertia"),
+            motor=self.motor,
+            gearhead=self.gearhead,
+            amplifier=self.amplifier,
+            input_speed=self.input_speed,
+        )
 
     def steer(self, speed: Array, torque: Array) -> tuple[np.ndarray, SphericalPoint]:
         """Steering angle at which shaft 2 turns at a speed under a torque on its load, and the operation there.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 from annotated_types import Ge, Gt
 
@@ -11,7 +11,7 @@ from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.errors import ParameterError
 from infinivar.transmission.geometry import ContactGeometry, SurfaceShape
-from infinivar.transmission.rolling_contact import CREEP_LAW, MEASURED, RollingContact
+from infinivar.transmission.rolling_contact import CREEP_LAW, MEASURED, RollingContact, scaled_by_preload
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +54,10 @@ class Wheel:
             raise ParameterError(
                 f"{missing} is missing: give {', '.join(MEASURED)}, or geometry, which determines all three"
             )
+
+    def pressed(self, preload: float) -> Wheel:
+        """The same wheel under another preload [N]; measured values scale as those of `RollingContact`."""
+        return replace(self, preload=preload, **scaled_by_preload(self, preload))
 
     def on(self, surface: SurfaceShape, radius: float | None = None) -> RollingContact:
         """The contact of the wheel with a surface of a radius [m]."""

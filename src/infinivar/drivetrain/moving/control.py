@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from infinivar.drivetrain.moving.legged import Load, PlatformLoad
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.planar import PlanarCobot
+
+if TYPE_CHECKING:
+    from infinivar.drivetrain.moving.separate import LinkController
 
 _STEP = 1e-4
 """Half the time over which commanded angles are differenced. [s]"""
@@ -43,7 +46,7 @@ class Commands:
     speed: float | None = None
     """Of the coordinates of the power motors. [rad s^-1]"""
     currents: np.ndarray | None = None
-    """Of the power motors; replaces `speed`. (k,) [A]"""
+    """Of the power motors, where it replaces `speed`, or of the motors of links. (k,) [A]"""
 
 
 @dataclass(slots=True)
@@ -63,7 +66,11 @@ class Loops:
     def act(self, commands: Commands, speeds: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Inputs:
         """Inputs for commands, measured speeds of the power motors' coordinates, and steering angles and rates."""
         inputs = self.system.idle()
-        if self.system.motor is not None and (commands.currents is not None or commands.speed is not None):
+        if self.system.links is not None and commands.currents is not None:
+            limit = self.system.links.current_limit
+            inputs.links = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
+            self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / limit
+        elif self.system.motor is not None and (commands.currents is not None or commands.speed is not None):
             limit = math.inf if self.motor is None else self.motor.limit
             if commands.currents is not None:
                 inputs.currents = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
@@ -98,6 +105,8 @@ class MachineController:
     """Of the run; the controller looks no further ahead. [s]"""
     set_speed: float
     wanted: Wanted | None
+    links: LinkController | None = None
+    """Of a machine with a motor for each link, instead of all others."""
     waiting: Inputs | None = None
 
     @property
@@ -117,6 +126,8 @@ class MachineController:
         c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
         speeds = np.zeros(0)
         commands = Commands()
+        if self.links is not None:
+            commands.currents = self.links.act(time, c, nu, loops.period)
         if loops.motor is not None and system.motor is not None:
             commands.speed, speeds = self.set_speed, nu[list(system.motor.coordinates)]
         if loops.servo is not None and self.wanted is not None:
@@ -194,7 +205,7 @@ def following_pose(
             off = np.concatenate([off[:3], rotation_between(c[3:], pose[3:])])
         turning = math.copysign(max(abs(float(nu[-1])), 0.05 * abs(set_speed)), set_speed)
         slope = -(jacobian @ (twist + gain * off)) / (radius * turning)
-        before, after = _around(motion, time)
+        before, after = around(motion, time)
         acceleration = (planned(after) - planned(before)) / (after - before)
         change = -(acceleration + gain * (jacobian @ (twist - nu[:-1]))) / (radius * turning)
         goal = np.clip(np.arctan(slope), -largest, largest)
@@ -203,7 +214,7 @@ def following_pose(
     return wanted
 
 
-def _around(motion: VectorHistory, time: float) -> tuple[float, float]:
+def around(motion: VectorHistory, time: float) -> tuple[float, float]:
     """Two instants about a time, both on the same side of the end of a motion."""
     end = float(motion.time[-1])
     after = min(time + _STEP, end) if time <= end else time + _STEP
@@ -225,7 +236,7 @@ def following_path(cobot: PlanarCobot, motion: VectorHistory, *, gain: float) ->
             x, y, turning = rate + gain * off
             return np.array([cosine * x + sine * y, cosine * y - sine * x, turning])
 
-        goal, (before, after) = headings(twist(time), angles), _around(motion, time)
+        goal, (before, after) = headings(twist(time), angles), around(motion, time)
         return goal, (headings(twist(after), goal) - headings(twist(before), goal)) / (after - before)
 
     return wanted

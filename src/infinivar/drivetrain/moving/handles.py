@@ -10,7 +10,8 @@ from infinivar._core.arrays import real_array
 from infinivar.drivetrain.moving.hand import ArmGrip, BodyGrip, Grip, PointGrip
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad, SlideMechanics
+from infinivar.drivetrain.moving.separate import SeparateMechanics
+from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.drivetrain.moving.system import Mechanics
 from infinivar.errors import ParameterError, require
 
@@ -30,15 +31,13 @@ def grip_of(mechanics: Mechanics, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
         require(fits, "handle", f"{handle}", "x and y, two finite numbers", "m")
         return BodyGrip(point=(float(point[0]), float(point[1])))
     count = len(mechanics.coordinates)
-    load = mechanics.load if isinstance(mechanics, (LeggedMechanics, SerialArmMechanics)) else None
+    load = mechanics.load if isinstance(mechanics, (LeggedMechanics, SeparateMechanics, SerialArmMechanics)) else None
     if isinstance(load, PlatformLoad):
         return PointGrip(axes=("x", "y", "z"), coordinates=count)
     if isinstance(load, ArmLoad):
         return ArmGrip(arm=load.arm, coordinates=count)
     if isinstance(load, SlideLoad):
         return PointGrip(axes=load.axes, coordinates=count)
-    if isinstance(mechanics, SlideMechanics):
-        return PointGrip(axes=mechanics.axes, coordinates=count)
     raise ParameterError(
         "machine must have a handle: a planar cobot, platform, arm or slide; shafts of a sphere have none"
     )

@@ -19,12 +19,12 @@ from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.motors import PowerMotor, SteeringServo
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
-from infinivar.drivetrain.moving.slides import SlideLoad, SlideMechanics
+from infinivar.drivetrain.moving.separate import LinkMotors, SeparateMechanics
+from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
-from infinivar.parts.linear import Pulley
 from infinivar.parts.motor import Motor
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.planar import PlanarCobot
@@ -292,6 +292,54 @@ class SphereMachine:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SeparateMachine:
+    """A platform or arm whose links are moved by a geared motor each, without wheels; the rival of legs on one cylinder.
+
+    `infinivar.drivetrain.machines.legged` makes it. Without steering, the source is always on.
+    """
+
+    separate: ConventionalDrive
+    load: PlatformLoad | ArmLoad
+    home: np.ndarray
+    """Configuration at the start."""
+
+    set_speed: ClassVar[float] = 0.0
+
+    @property
+    def control(self) -> ConventionalControl:
+        """Settings of the controllers."""
+        return self.separate.control
+
+    @property
+    def links(self) -> int:
+        """Number of links."""
+        return len(self.load.platform.base) if isinstance(self.load, PlatformLoad) else self.load.arm.joints
+
+    def link_motors(self, stick_speed: float) -> LinkMotors:
+        """Motors of the links; a drive about a joint sticks below the speed of the joint that the rim of 100 mm has."""
+        rotary = self.separate.own_axis.rotary
+        try:
+            return LinkMotors(drive=self.separate, stick_speed=stick_speed / (_RIM if rotary else 1.0))
+        except ParameterError as problem:
+            raise ParameterError(f"separate.{problem}") from None
+
+    def mechanics(self, stick_speed: float) -> SeparateMechanics:
+        """Inertia."""
+        moved = self.link_motors(stick_speed).moved_mass
+        return SeparateMechanics(load=self.load, count=self.links, link_mass=moved)
+
+    def servo(self, stick_speed: float) -> None:
+        """None: nothing is steered."""
+
+    def power_motor(self, stick_speed: float) -> None:
+        """None: there is one for each link."""
+
+
+_RIM = 0.1
+"""Radius at which a joint that a drive turns directly counts as moving. [m]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class SlideMachine(_OnCylinder):
     """A handle on translational axes, each moved by a leg on a common cylinder: a display of one to six axes.
 
@@ -327,8 +375,7 @@ class GearedSlideMachine:
     Raises
     ------
     ParameterError
-        If a field is out of range, or the drive has springs, a linkage, a rotary output, or a stage that stretches or whose
-        friction depends on its load.
+        If a field is out of range, or the drive turns a shaft, is elastic, or has friction that depends on its load.
     """
 
     drive: ConventionalDrive = component("Drive of each axis, with its control")
@@ -341,15 +388,12 @@ class GearedSlideMachine:
         check(self)
         if not isinstance(self.drive, ConventionalDrive):
             raise ParameterError(f"drive must be a ConventionalDrive, got a {type(self.drive).__name__}")
-        if self.drive.chain:
-            raise ParameterError("drive.output must have no springs or linkage, and its stage no stiffness")
-        stage = self.drive.stage
-        rigid = isinstance(stage, Pulley) and self.drive.gearhead.stiffness is None
-        if not rigid:
+        if self.drive.own_axis.rotary:
             raise ParameterError(
-                "drive must have a pulley, and a gearhead without stiffness, to move the axis of a slide"
+                "drive must have a pulley, screw, belt or rack: a shaft does not move the axis of a slide"
             )
         require(len(self.masses) >= 1, "masses", "none", "one value for each axis", "kg")
+        _ = self.link_motors(1e-4)
 
     @property
     def control(self) -> ConventionalControl:
@@ -361,40 +405,34 @@ class GearedSlideMachine:
         """Positions at the start."""
         return np.zeros(len(self.masses))
 
-    def mechanics(self, stick_speed: float) -> SlideMechanics:
-        """Friction and inertia."""
-        stage = self.drive.stage
-        return SlideMechanics(
-            masses=np.array(self.masses),
-            guideway_friction=float(self.drive.guideway.friction_force()),
-            stage=stage.title,
-            stage_friction=float(stage.friction_torque / stage.travel_per_radian),
-            stick_speed=stick_speed,
-        )
+    @property
+    def links(self) -> int:
+        """Number of axes."""
+        return len(self.masses)
 
-    def servo(self, stick_speed: float) -> SteeringServo | None:
-        """None: nothing is steered."""
-        return None
-
-    def power_motor(self, stick_speed: float) -> PowerMotor:
+    def link_motors(self, stick_speed: float) -> LinkMotors:
         """Motors of the axes."""
-        drive = self.drive
-        travel = float(drive.stage.travel_per_radian)
-        return PowerMotor(
-            motor=drive.motor,
-            gearhead=drive.gearhead,
-            amplifier=drive.amplifier,
-            coordinates=tuple(range(len(self.masses))),
-            stick_speed=stick_speed * drive.gearhead.ratio / travel,
-            travel=travel,
-            output_inertia=drive.gear_output_inertia,
-        )
+        try:
+            return LinkMotors(drive=self.drive, stick_speed=stick_speed)
+        except ParameterError as problem:
+            raise ParameterError(f"drive.{problem}") from None
+
+    def mechanics(self, stick_speed: float) -> SeparateMechanics:
+        """Inertia."""
+        load = SlideLoad(masses=np.array(self.masses))
+        return SeparateMechanics(load=load, count=self.links, link_mass=self.link_motors(stick_speed).moved_mass)
+
+    def servo(self, stick_speed: float) -> None:
+        """None: nothing is steered."""
+
+    def power_motor(self, stick_speed: float) -> None:
+        """None: there is one for each axis."""
 
 
 Machine = (
     PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine | SlideMachine | GearedSlideMachine
 )
-"""A machine of many contacts that can move in time."""
+"""A machine of many contacts that can move in time, or its rival with a motor for each link."""
 
 MACHINES: tuple[type, ...] = (
     PlatformMachine,
@@ -402,9 +440,14 @@ MACHINES: tuple[type, ...] = (
     SerialArmMachine,
     PlanarMachine,
     SphereMachine,
+    SeparateMachine,
     SlideMachine,
     GearedSlideMachine,
 )
+
+
+LINKED = (SeparateMachine, GearedSlideMachine)
+"""Machines with a motor for each link."""
 
 
 def _check_leg(leg: Any) -> None:

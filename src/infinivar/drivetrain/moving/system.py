@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from infinivar._core.collocation import Rates
 from infinivar.drivetrain.moving.hand import Hand, at_times
 from infinivar.drivetrain.moving.motors import POWER_LOSSES, STEERING_LOSSES, PowerMotor, SteeringServo
 from infinivar.limits import Limit
+
+if TYPE_CHECKING:
+    from infinivar.drivetrain.moving.separate import LinkMotors
 
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""
@@ -103,18 +106,22 @@ class Inputs:
     """Currents of the servos. (s,) [A]"""
     turning: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Rates of steered axes that turn as told. (s,) [rad s^-1]"""
+    links: np.ndarray = field(default_factory=lambda: np.zeros(()))
+    """Currents of the motors of links, (n,) or one for all. [A]"""
 
     def copy(self) -> Inputs:
         """The same, with arrays of its own."""
-        return Inputs(self.currents.copy(), self.steering.copy(), self.turning.copy())
+        return Inputs(self.currents.copy(), self.steering.copy(), self.turning.copy(), self.links.copy())
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class System:
-    """A machine: mechanics with optional power motors, steering by servos or as prescribed, and a user at the handle."""
+    """A machine: mechanics with optional power motors and steering by servos or as prescribed, or with motors of links; and a
+    user at the handle."""
 
     mechanics: Mechanics
     motor: PowerMotor | None = None
+    links: LinkMotors | None = None
     servo: SteeringServo | None = None
     angles: Angles | None = None
     """Steering angles over time, without servo."""
@@ -136,9 +143,12 @@ class System:
         if self.motor is not None:
             sources.append("supply")
             losses += POWER_LOSSES
-        if self.servo is None and self.mechanics.steered:
+        if self.links is not None:
+            sources.append("supply")
+            losses += self.links.losses
+        elif self.servo is None:
             sources.append("steering")
-        elif self.servo is not None:
+        else:
             sources.append("steering supply")
             losses += [f"steering {name}" for name in STEERING_LOSSES]
         if self.hand is not None and self.hand.arm is not None:
@@ -168,7 +178,8 @@ class System:
         """No currents, and wheels that do not turn."""
         steered = len(self.mechanics.steered)
         motors = 0 if self.motor is None else len(self.motor.coordinates)
-        return Inputs(np.zeros(motors), np.zeros(steered), np.zeros(steered))
+        links = np.zeros(()) if self.links is None else np.zeros(self.mechanics.count)  # type: ignore[attr-defined]
+        return Inputs(np.zeros(motors), np.zeros(steered), np.zeros(steered), links)
 
     def steering(
         self, time: np.ndarray, state: np.ndarray, turning: np.ndarray | None = None
@@ -183,9 +194,11 @@ class System:
             return angles, 0.0 * angles + (0.0 if turning is None else turning)
         if self.angles is None:
             return np.zeros((len(state), len(self.mechanics.steered))), np.zeros(())
-        now = np.array([np.asarray(self.angles(float(one)), dtype=float) for one in time])
-        ahead = np.array([np.asarray(self.angles(float(one) + _STEP), dtype=float) for one in time])
-        behind = np.array([np.asarray(self.angles(float(one) - _STEP), dtype=float) for one in time])
+        angles = self.angles
+        now, ahead, behind = (
+            at_times(lambda one, off=off: np.asarray(angles(one + off), dtype=float), time)
+            for off in (0.0, _STEP, -_STEP)
+        )
         return now, (ahead - behind) / (2.0 * _STEP)
 
     def user(self, time: np.ndarray) -> np.ndarray:
@@ -220,6 +233,11 @@ class System:
             powers["arm"], wound = grasp.loss, grasp.wound
             if self.watch is not None:
                 demand = np.concatenate([demand, self.watch(grasp.position)], axis=-1)
+        if self.links is not None:
+            link = place.kinematics
+            onto, electric = self.links.act(inputs.links, link.speed)
+            total += np.matmul(np.swapaxes(link.jacobian, -1, -2), onto[..., None])[..., 0]
+            powers |= electric
         if self.motor is None:
             accelerations = np.linalg.solve(inertia, total[..., None])[..., 0]
         else:
