@@ -60,7 +60,7 @@ _STRICT = 0.01
 _COASTING = 1e-3
 """Largest share of the stored energy that counts as moved in a step, beside that which passes."""
 
-_COASTED = 0.3
+_COASTED = 0.1
 """The same in all segments together."""
 
 _SMALLEST = 1e-12

@@ -17,7 +17,7 @@ from infinivar.drivetrain.guidance.sensing import GuidedController, Sensing, Sen
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.hand import GrippingArm, Hand
 from infinivar.drivetrain.moving.handles import grip_of
-from infinivar.drivetrain.moving.machines import MACHINES, Machine
+from infinivar.drivetrain.moving.machines import LINKED, MACHINES, Machine
 from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
 from infinivar.motion.machine_scenario import History, over_time
@@ -57,7 +57,7 @@ def session(
 
     Parameters
     ----------
-    machine : PlanarMachine, PlatformMachine, ArmMachine, SerialArmMachine, SlideMachine or GearedSlideMachine
+    machine : PlanarMachine, PlatformMachine, ArmMachine, SerialArmMachine, SeparateMachine, SlideMachine or GearedSlideMachine
     task : what the machine is for    None: what the controller makes of it.
     controller : Controller or function   None: that of the task; without a task, nothing is commanded.
     user : history, or an arm   A force on the handle over time, or an arm with mass, damping and stiffness that pulls the handle
@@ -117,6 +117,7 @@ def session(
     system = System(
         mechanics=mechanics,
         motor=machine.power_motor(stick_speed),
+        links=machine.link_motors(stick_speed) if isinstance(machine, LINKED) else None,
         servo=machine.servo(stick_speed) if servos == "real" and mechanics.steered else None,
         turns_as_told=servos == "ideal" or not mechanics.steered,
         hand=hand,
