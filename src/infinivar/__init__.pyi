@@ -77,6 +77,11 @@ from .motion.recordings import Recording
 from .motion.scenario import Scenario
 from .motion.strides import Strides
 from .motion.vectors import Point, Pose, Twist, Wrench
+from .motion.virtual.curves import ArcCurve, FunctionCurve, LineCurve, PointCurve
+from .motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane, OnCurve, OnSurface
+from .motion.virtual.meshes import TriangleMesh
+from .motion.virtual.surfaces import Ball, HalfSpace, Surfaces, Tube
+from .motion.virtual.tasks import Caster, Coasting, Fixture, HoldingTask, VirtualPath, VirtualWall
 from .motion.waypoints import RecordedForce, Waypoints
 from .paper.reproduce import Reproduction, reproduce
 from .paper.sphere import SphereClaims, sphere_claims
@@ -132,16 +137,23 @@ from .transmission.urdf import UrdfRobot, load_urdf
 from .transmission.wrench_set import WrenchSet
 
 __all__ = [
+    "AboutAxis",
+    "AboutPoint",
+    "AlongLine",
     "Amplifier",
+    "ArcCurve",
     "ArmDrive",
     "ArmMachine",
     "AuditError",
+    "Ball",
     "Bearing",
     "Belt",
     "Builds",
     "BuildsSweep",
     "Calibration",
+    "Caster",
     "CatalogueCheck",
+    "Coasting",
     "CoboticDrive",
     "CoboticStudySweep",
     "CoboticSweep",
@@ -163,14 +175,19 @@ __all__ = [
     "DutyCycle",
     "DutyResult",
     "DynamicMap",
+    "Fixture",
     "Force",
+    "FunctionCurve",
     "GearFriction",
     "GearedCalibration",
     "GearedSweep",
     "Gearhead",
     "Guideway",
+    "HalfSpace",
     "Hold",
     "Holding",
+    "HoldingTask",
+    "InPlane",
     "InfinivarError",
     "InputError",
     "JointRequirement",
@@ -179,6 +196,7 @@ __all__ = [
     "Legs",
     "LegsPoint",
     "Limit",
+    "LineCurve",
     "Linkage",
     "MachineComparison",
     "MachinePath",
@@ -194,6 +212,8 @@ __all__ = [
     "MotionSummary",
     "Motor",
     "MovingPoint",
+    "OnCurve",
+    "OnSurface",
     "OperatingPoint",
     "Output",
     "ParameterError",
@@ -213,6 +233,7 @@ __all__ = [
     "PlatformGeometry",
     "PlatformMachine",
     "Point",
+    "PointCurve",
     "Policy",
     "Pose",
     "Provenance",
@@ -266,17 +287,22 @@ __all__ = [
     "StrideEnergies",
     "Strides",
     "Study",
+    "Surfaces",
     "Sweep",
     "TaskPoint",
     "TorsionSpring",
     "Trajectory",
     "TransientRolling",
     "Tremor",
+    "TriangleMesh",
+    "Tube",
     "Twist",
     "TwoWays",
     "Uncertainty",
     "UrdfRobot",
     "VectorHistory",
+    "VirtualPath",
+    "VirtualWall",
     "Walking",
     "Waypoints",
     "Wheel",
