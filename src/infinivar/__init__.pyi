@@ -23,6 +23,11 @@ from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
+from .analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
+from .analysis.sessions.limits import GuidanceLimits, guidance_limits
+from .analysis.sessions.passivity import Passivity, passivity
+from .analysis.sessions.stability import StabilityMap, least_stable_mass, stability_map, stiffest_wall
+from .analysis.sessions.z_width import ZWidth, swept_impedance, z_width
 from .analysis.shared_motor import SharedMotor, share_motor
 from .analysis.simulate import Simulation, simulate
 from .analysis.sphere_map import RollerChoice, SphereMap, choose_rollers, sphere_map
@@ -76,6 +81,7 @@ from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, 
 from .motion.recordings import Recording
 from .motion.scenario import Scenario
 from .motion.strides import Strides
+from .motion.users import ArmModel
 from .motion.vectors import Point, Pose, Twist, Wrench
 from .motion.virtual.curves import ArcCurve, FunctionCurve, LineCurve, PointCurve
 from .motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane, OnCurve, OnSurface
@@ -139,11 +145,13 @@ from .transmission.wrench_set import WrenchSet
 __all__ = [
     "AboutAxis",
     "AboutPoint",
+    "AdmittanceDisplay",
     "AlongLine",
     "Amplifier",
     "ArcCurve",
     "ArmDrive",
     "ArmMachine",
+    "ArmModel",
     "AuditError",
     "Ball",
     "Bearing",
@@ -182,11 +190,13 @@ __all__ = [
     "GearedCalibration",
     "GearedSweep",
     "Gearhead",
+    "GuidanceLimits",
     "Guideway",
     "HalfSpace",
     "Hold",
     "Holding",
     "HoldingTask",
+    "ImpedanceDisplay",
     "InPlane",
     "InfinivarError",
     "InputError",
@@ -221,6 +231,7 @@ __all__ = [
     "PartSearch",
     "PartSet",
     "PartTable",
+    "Passivity",
     "PeriodicMotion",
     "PlanarArm",
     "PlanarCarriage",
@@ -277,6 +288,7 @@ __all__ = [
     "SphericalPoint",
     "SpinMap",
     "Spring",
+    "StabilityMap",
     "StaticPoints",
     "SteadyMap",
     "SteadyRolling",
@@ -309,6 +321,7 @@ __all__ = [
     "WorkspaceMap",
     "Wrench",
     "WrenchSet",
+    "ZWidth",
     "__version__",
     "array_namespace",
     "bearings",
@@ -334,10 +347,12 @@ __all__ = [
     "follow_path",
     "geared_sweep",
     "gearheads",
+    "guidance_limits",
     "holding",
     "import_parts",
     "inspect_motion",
     "least_loss",
+    "least_stable_mass",
     "load_parts",
     "load_study",
     "load_sweep",
@@ -346,6 +361,7 @@ __all__ = [
     "materials",
     "motors",
     "parts",
+    "passivity",
     "perform_task",
     "planar_motion",
     "plant_graph",
@@ -370,13 +386,17 @@ __all__ = [
     "sphere_claims",
     "sphere_map",
     "spin_map",
+    "stability_map",
     "static_points",
     "steady_map",
     "steering_steps",
+    "stiffest_wall",
     "stride_energies",
     "sweep",
+    "swept_impedance",
     "two_ways",
     "workspace_map",
+    "z_width",
 ]
 
 __version__: str

@@ -74,6 +74,7 @@ SLOW = (
     "exact-contact",
     "sphere",
     "sphere-joint",
+    "haptic-displays",
     "contact",
     "machines-in-motion",
 )

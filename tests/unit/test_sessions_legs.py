@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 from infinivar.analysis.sessions.session import session
 from infinivar.drivetrain.guidance.controller import Commands, Measured, Plant, begun
-from infinivar.drivetrain.guidance.impedance import ImpedanceDisplay, wall_force
+from infinivar.drivetrain.guidance.impedance import ImpedanceGuide, wall_force
 from infinivar.drivetrain.guidance.legs import AdmittanceGuide, HoldGuide, nearest_within
 from infinivar.drivetrain.guidance.planar import PathGuide
 from infinivar.drivetrain.moving.handles import grip_of
@@ -91,7 +91,7 @@ def test_arm_on_a_slide_without_friction_swings_by_the_closed_form():
 
 def test_free_geared_slide_feels_as_its_reflected_mass():
     machine = GearedSlideMachine(drive=FRICTIONLESS, masses=[0.5, 0.7])
-    run = session(machine, controller=ImpedanceDisplay(), user=[5.0, 7.0], duration=0.05)
+    run = session(machine, controller=ImpedanceGuide(), user=[5.0, 7.0], duration=0.05)
     motor = machine.link_motors(1e-4)
     ratio = DRIVE.gearhead.ratio / DRIVE.stage.radius
     assert_allclose(
@@ -105,7 +105,7 @@ def test_held_point_and_wall_yield_by_their_stiffness():
     machine = GearedSlideMachine(drive=FRICTIONLESS, masses=[0.5])
     held = session(
         machine,
-        controller=ImpedanceDisplay(hold=[0.0], stiffness=4000.0, damping=300.0),
+        controller=ImpedanceGuide(hold=[0.0], stiffness=4000.0, damping=300.0),
         user=[-12.0],
         duration=0.5,
         output_step=0.01,
@@ -113,7 +113,7 @@ def test_held_point_and_wall_yield_by_their_stiffness():
     assert_allclose(held.position[-1], -12.0 / 4000.0, rtol=1e-3)
     wall = session(
         machine,
-        controller=ImpedanceDisplay(wall=Floor(0.0, 1), stiffness=4000.0, damping=300.0),
+        controller=ImpedanceGuide(wall=Floor(0.0, 1), stiffness=4000.0, damping=300.0),
         user=lambda time: [-10.0 - 10.0 * min(max(time - 0.4, 0.0) / 0.2, 1.0)],
         duration=1.0,
         output_step=0.01,
@@ -137,7 +137,7 @@ def test_platform_with_a_motor_for_each_link_is_held_at_its_handle():
     home = HEXAPOD.home[:3]
     run = session(
         machine,
-        controller=ImpedanceDisplay(hold=home, stiffness=8000.0, damping=900.0),
+        controller=ImpedanceGuide(hold=home, stiffness=8000.0, damping=900.0),
         user=[4.0, 0.0, -8.0],
         duration=0.3,
         output_step=0.01,
@@ -307,7 +307,7 @@ def _random_session(seed):
         guide = AdmittanceGuide(mass=rng.uniform(1.0, 4.0), damping=rng.uniform(0.0, 10.0))
     elif kind == "geared":
         machine, home = GearedSlideMachine(drive=DRIVE, masses=rng.uniform(0.2, 2.0, count).tolist()), np.zeros(count)
-        guide = ImpedanceDisplay(
+        guide = ImpedanceGuide(
             hold=np.zeros(count), stiffness=rng.uniform(0.0, 5000.0), damping=10.0, compensation=rng.uniform(0.0, 0.9)
         )
     elif kind == "arm":
@@ -352,13 +352,13 @@ def test_balance_closes_in_many_random_sessions(seed):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: session(SLIDE, controller=ImpedanceDisplay(), duration=0.1), "ImpedanceDisplay drives a motor for each link"),
+        (lambda: session(SLIDE, controller=ImpedanceGuide(), duration=0.1), "ImpedanceGuide drives a motor for each link"),
         (lambda: session(SLIDE, controller=PathGuide(curve=object()), duration=0.1), "curve must have nearest"),
         (lambda: session(GearedSlideMachine(drive=DRIVE, masses=[1.0]), controller=HoldGuide(), duration=0.1),
          "HoldGuide holds legs"),
         (lambda: session(GearedSlideMachine(drive=DRIVE, masses=[1.0]), controller=AdmittanceGuide(), duration=0.1),
          "AdmittanceGuide moves legs"),
-        (lambda: session(GearedSlideMachine(drive=DRIVE, masses=[1.0]), controller=ImpedanceDisplay(hold=[0.0, 1.0]),
+        (lambda: session(GearedSlideMachine(drive=DRIVE, masses=[1.0]), controller=ImpedanceGuide(hold=[0.0, 1.0]),
                          duration=0.1), "hold must be 1 finite numbers"),
         (lambda: session(MACHINES["sphere"][0], duration=0.1), "machine must have a handle"),
         (lambda: session(HEXAPOD, pose=[1.0, 0.0, 0.1, 0.0, 0.0, 0.0], duration=0.1), "pose must be within the reach"),
@@ -373,7 +373,7 @@ def test_balance_closes_in_many_random_sessions(seed):
         (lambda: AdmittanceGuide(constraint=3), "constraint must have rows"),
         (lambda: AdmittanceGuide(wall=3), "wall must have distance and normal"),
         (lambda: AdmittanceGuide(mass=0.0), "mass must be > 0"),
-        (lambda: ImpedanceDisplay(wall=3), "wall must have distance and normal"),
+        (lambda: ImpedanceGuide(wall=3), "wall must have distance and normal"),
         (lambda: begun(lambda measured: Commands(), None) and begun(3, None), "controller must be a function"),
     ],
 )  # fmt: skip

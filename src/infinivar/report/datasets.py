@@ -18,6 +18,8 @@ from infinivar.analysis.least_loss import LeastLoss
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
+from infinivar.analysis.sessions.stability import StabilityMap
+from infinivar.analysis.sessions.z_width import ZWidth
 from infinivar.analysis.simulate import Simulation
 from infinivar.analysis.sphere_map import SphereMap
 from infinivar.analysis.steady_map import SteadyMap
@@ -408,3 +410,34 @@ def transient_rolling(found: TransientRolling) -> Arrays:
         "component": ["x", "y"],
     }
     return Arrays(data, axes, {"start_energy": found.start_energy, "a_over_b": found.grid.a_over_b})
+
+
+def stability_map(found: StabilityMap) -> Arrays:
+    """Growth per sample over both parameters, and the ends of the stable values of the first."""
+    axes = (found.second, found.first)
+    words = {"least": "from which all larger values are stable", "most": "up to which all smaller values are stable"}
+    data = {"growth": (axes, found.growth, {"units": "1", "long_name": "largest growth per sample; stable up to 1"})}
+    data |= {
+        name: (axes[:1], getattr(found, name), {"units": found.units[0], "long_name": said})
+        for name, said in words.items()
+    }
+    coords = {
+        name: (name, values, {"units": unit})
+        for name, values, unit in zip((found.first, found.second), (found.x, found.y), found.units, strict=True)
+    }
+    return Arrays(data, coords, {"display": found.display, "held": found.held})
+
+
+def z_width(found: ZWidth) -> Arrays:
+    """Real and imaginary parts of the softest and the stiffest impedance."""
+    data = {
+        f"{name}_{part}": (
+            "frequency",
+            getattr(getattr(found, name), part),
+            {"units": "N s m-1", "long_name": f"{part} part of the {name} impedance"},
+        )
+        for name in ("softest", "stiffest")
+        for part in ("real", "imag")
+    }
+    attributes = {"display": found.display, "held": found.held, "wall_N_m": found.wall, "margin": found.margin}
+    return Arrays(data, {"frequency": ("frequency", found.frequency, {"units": "Hz"})}, attributes)

@@ -69,6 +69,11 @@ _TYPES: dict[str, dict[str, str]] = {
         "dataset": "report.datasets:simulation",
         "table": "report.tables:simulation",
     },
+    "analysis.sessions.stability.StabilityMap": {
+        "plot": "figures.stability_map:draw_all",
+        "dataset": "report.datasets:stability_map",
+    },
+    "analysis.sessions.z_width.ZWidth": {"plot": "figures.z_width:draw_all", "dataset": "report.datasets:z_width"},
     "analysis.shared_motor.SharedMotor": {"plot": "figures.shared_motor:draw_all"},
     "analysis.sphere_map.SphereMap": {"plot": "figures.sphere_map:draw_all", "dataset": "report.datasets:sphere_map"},
     "analysis.steering_step.SteeringStep": {

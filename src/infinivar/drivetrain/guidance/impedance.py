@@ -39,7 +39,7 @@ def wall_force(depth: Any, inward: Any, stiffness: float, damping: float) -> Any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class ImpedanceDisplay:
+class ImpedanceGuide:
     """A wall, a point that is held, both, or neither: free motion.
 
     Raises
@@ -71,7 +71,7 @@ class ImpedanceDisplay:
         motors, mechanics = plant.system.links, plant.mechanics
         if motors is None or not isinstance(mechanics, SeparateMechanics):
             raise ParameterError(
-                f"ImpedanceDisplay drives a motor for each link, as of a GearedSlideMachine, not a {type(plant.machine).__name__}"
+                f"ImpedanceGuide drives a motor for each link, as of a GearedSlideMachine, not a {type(plant.machine).__name__}"
             )
         count = len(plant.grip.axes)
         hold = None if self.hold is None else np.asarray(self.hold, dtype=float)
