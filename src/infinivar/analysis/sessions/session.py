@@ -14,6 +14,7 @@ from infinivar.analysis.marching import March
 from infinivar.analysis.sessions.session_result import Session, touches
 from infinivar.drivetrain.guidance.controller import Plant, begun
 from infinivar.drivetrain.guidance.sensing import GuidedController, Sensing, Sensors
+from infinivar.drivetrain.guidance.tasks import controller_of, curve_of, surface_of
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.hand import GrippingArm, Hand
 from infinivar.drivetrain.moving.handles import grip_of
@@ -21,6 +22,7 @@ from infinivar.drivetrain.moving.machines import LINKED, MACHINES, Machine
 from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
 from infinivar.motion.machine_scenario import History, over_time
+from infinivar.motion.virtual.tasks import TASKS, HandleTask
 
 _DEPTH = 1e-3
 """Penetration of a wall that counts as one more allowance, for the search of its instant. [m]"""
@@ -58,10 +60,10 @@ def session(
     Parameters
     ----------
     machine : PlanarMachine, PlatformMachine, ArmMachine, SerialArmMachine, SeparateMachine, SlideMachine or GearedSlideMachine
-    task : what the machine is for    None: what the controller makes of it.
+    task : VirtualPath, VirtualWall, Fixture, Caster, Coasting or HoldingTask   None: what the controller makes of it.
     controller : Controller or function   None: that of the task; without a task, nothing is commanded.
-    user : history, or an arm   A force on the handle over time, or an arm with mass, damping and stiffness that pulls the handle
-        towards an intention. None: nobody. [N]
+    user : history or ArmModel   A force on the handle over time, or an arm with mass, damping and stiffness that pulls the
+        handle towards an intention. None: nobody. [N]
     duration : float            [s]
     intention : history         Where an arm wants the handle to be; by default where it is at the start. [m]
     force : history             Force on the handle beside that of an arm. [N]
@@ -106,8 +108,12 @@ def session(
     few = duration * max(sensing.sample_rate, 0.0 if output_step is None else 1.0 / output_step) <= _MOST_SAMPLES
     require(few, "duration", f"{duration:g} s", "at most a million samples long")
     _fast_enough(machine, sensing)
-    wall = _known("wall", wall, controller)
-    path = _known("curve", path, controller)
+    if controller is None and task is not None:
+        controller = controller_of(task, machine)
+    elif task is not None and not isinstance(task, HandleTask):
+        raise ParameterError(f"task must be one of {', '.join(kind.__name__ for kind in TASKS.values())}, got {task!r}")
+    wall = _known("wall", given(wall, surface_of(task)), controller)
+    path = _known("curve", given(path, curve_of(task)), controller)
 
     mechanics = machine.mechanics(stick_speed)
     grip = grip_of(mechanics, handle)

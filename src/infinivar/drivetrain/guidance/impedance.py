@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from annotated_types import Ge, Interval
 
+from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
 from infinivar.drivetrain.guidance.planar import Surface
@@ -49,7 +50,8 @@ class ImpedanceGuide:
     """
 
     wall: Surface | None = component("Virtual wall: with distance(point) and normal(point)", default=None)
-    hold: Any = component("Point to hold, one coordinate for each axis [m]", default=None)
+    two_sided: bool = component("Whether the wall holds the handle from both sides", default=False)
+    hold: Any = component('Point to hold, one coordinate for each axis [m]; or "start"', default=None)
     stiffness: float = quantity("N/m", Ge(0), "Stiffness of wall or hold", default=1000.0)
     damping: float = quantity("N s/m", Ge(0), "Damping of wall or hold", default=5.0)
     compensation: float = quantity(
@@ -74,7 +76,9 @@ class ImpedanceGuide:
                 f"ImpedanceGuide drives a motor for each link, as of a GearedSlideMachine, not a {type(plant.machine).__name__}"
             )
         count = len(plant.grip.axes)
-        hold = None if self.hold is None else np.asarray(self.hold, dtype=float)
+        starts = isinstance(self.hold, str) and self.hold == "start"
+        held: list[np.ndarray] = []
+        hold = None if self.hold is None or starts else real_array("hold", self.hold)
         if hold is not None:
             fits = hold.shape == (count,) and bool(np.all(np.isfinite(hold)))
             require(fits, "hold", f"{self.hold}", f"{count} finite numbers, one for each axis", "m")
@@ -87,9 +91,15 @@ class ImpedanceGuide:
                 at, moves = measured.position[:dimension], measured.velocity[:dimension]
                 normal = np.asarray(self.wall.normal(at))
                 depth, inward = -float(self.wall.distance(at)), -float(normal @ moves)
-                force[:dimension] += wall_force(depth, inward, self.stiffness, self.damping) * normal
-            if hold is not None:
-                force += self.stiffness * (hold - measured.position) - self.damping * measured.velocity
+                pushed = wall_force(depth, inward, self.stiffness, self.damping)
+                if self.two_sided:
+                    pushed = self.stiffness * depth + self.damping * inward
+                force[:dimension] += pushed * normal
+            if starts and not held:
+                held.append(measured.position.copy())
+            point = held[0] if starts else hold
+            if point is not None:
+                force += self.stiffness * (point - measured.position) - self.damping * measured.velocity
             pose, rates = measured.configuration[None], measured.rates[None]
             link = mechanics.load.at(pose, rates)
             across = plant.grip.at(pose, rates).jacobian[0].T

@@ -7,7 +7,7 @@ Constraints are rows A. The wheels' slip angles beta under the forces that they 
 one-sided walls bind, the motion nearest to that in the metric of the virtual mass replaces it: a quadratic program in the free
 directions.
 
-Source: keemink2018, for admittance control; section 3 of featherstone2008, for motion under constraints.
+Source: featherstone2008, chapter 3, for motion under constraints; `infinivar.transmission.legs`.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from infinivar.drivetrain.moving.bodies import rotation_between
 from infinivar.drivetrain.moving.control import Commands
 from infinivar.drivetrain.moving.legged import LeggedMechanics, PlatformLoad
 from infinivar.errors import ParameterError
+from infinivar.motion.virtual.constrained import free_basis
 from infinivar.transmission.legs import least_creep_speed, least_surface_speed
 
 _NEVER_SLIPS = 0.95
@@ -58,17 +59,6 @@ class Constraint(Protocol):
         ...
 
 
-def free_basis(rows: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Basis of the free twists, orthonormal in the metric of a mass: ``A N = 0``, ``N^T M N = I``. (k, d), (d, d) to (d, d - k)
-
-    Source: featherstone2008, chapter 3.
-    """
-    lower = np.linalg.cholesky(mass)
-    scaled = np.linalg.solve(lower, rows.T).T
-    null = np.linalg.svd(scaled)[2][len(rows) :]
-    return np.linalg.solve(lower.T, null.T)
-
-
 def nearest_within(wanted: np.ndarray, limits: np.ndarray, least: np.ndarray) -> np.ndarray:
     """The point nearest to a wanted one with ``limits @ point >= least``; where there is none, the wanted one scaled to zero.
 
@@ -78,7 +68,7 @@ def nearest_within(wanted: np.ndarray, limits: np.ndarray, least: np.ndarray) ->
     limits : (k, d) float
     least : (k,) float
 
-    Source: dual active-set method, arnstrom2022.
+    Source: a quadratic program, solved by the dual active-set method of daqp.
     """
     if np.all(limits @ wanted >= least):
         return wanted
@@ -175,7 +165,7 @@ class _Admittance:
         wrench = grip.T @ measured.force
         mass, damping = self._virtual(grip)
         wanted = self.twist + period * np.linalg.solve(mass, wrench - damping @ self.twist)
-        free = self._free(measured, mass)
+        free = self._free(measured, grip, mass)
         place = mechanics.load.at(c[None], nu[None])
         jacobian = place.jacobian[0]
         back = self.gain * self._apart(c + (0.0 if begins else period) * self._changes(c, nu))
@@ -207,16 +197,16 @@ class _Admittance:
             damping = damping + self.settings.turning_damping * turns
         return mass, damping
 
-    def _free(self, measured: Measured, mass: np.ndarray) -> np.ndarray:
-        """Basis of the free twists."""
+    def _free(self, measured: Measured, grip: np.ndarray, mass: np.ndarray) -> np.ndarray:
+        """Basis of the free twists, orthonormal in the metric of the virtual mass."""
         constraint = self.settings.constraint
         if constraint is None:
             return np.linalg.inv(np.linalg.cholesky(mass)).T
-        load = self.mechanics.load
-        names = PLATFORM if isinstance(load, PlatformLoad) else self.plant.grip.axes
         position = np.zeros(3)
         position[: len(measured.position[:3])] = measured.position[:3]
-        return free_basis(np.asarray(constraint.rows(names, position, None).rows), mass)
+        if isinstance(self.mechanics.load, PlatformLoad):
+            return free_basis(constraint.rows(PLATFORM, position, None).rows, mass)
+        return free_basis(np.asarray(constraint.rows(self.plant.grip.axes, position, None).rows) @ grip, mass)
 
     def _limits(
         self,
