@@ -39,7 +39,7 @@ LEGGED = (PlatformMachine, ArmMachine, SlideMachine)
 SETTLING_LENGTH = 0.05
 """Length over which the offset from a path decays, if the task does not say. [m]"""
 
-STIFFNESS, DAMPING = 1000.0, 20.0
+STIFFNESS, DAMPING = 5000.0, 100.0
 """Of an impedance display, if the task does not say. [N m^-1], [N s m^-1]"""
 
 
