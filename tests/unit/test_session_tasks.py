@@ -113,3 +113,20 @@ def test_tasks_that_a_machine_cannot_do_have_one_clear_message(machine, task, me
     with pytest.raises(iv.InputError) as caught:
         iv.session(machine, task, duration=0.1)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("machine", [COBOTIC, GEARED])
+def test_slides_have_no_bond_graph_of_their_own(machine):
+    with pytest.raises(iv.ParameterError, match="plant_graph has one"):
+        iv.machine_graph(machine)
+
+
+def test_slides_follow_motions_of_scenarios():
+    motion = iv.VectorHistory.of(lambda time: [0.01 * math.sin(9.0 * time) ** 2, 0.0, 0.0], 0.1)
+    for machine in (COBOTIC, GEARED):
+        run = iv.simulate_machine(
+            machine, iv.MachineScenario(duration=0.1, motion=motion, wrench=[5.0, -4.0, 0.0], output_step=0.01)
+        )
+        assert run.complete
+        assert run.position_error.max() < 4e-4
+        assert run.closure < 1e-6

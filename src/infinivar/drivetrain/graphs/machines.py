@@ -25,12 +25,13 @@ from infinivar.drivetrain.graphs import pieces
 from infinivar.drivetrain.graphs.machine_motors import motor_plant, servo_plant
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.machines import (
+    LINKED,
     ArmMachine,
     Machine,
     PlanarMachine,
     PlatformMachine,
-    SeparateMachine,
     SerialArmMachine,
+    SlideMachine,
     SphereMachine,
 )
 from infinivar.errors import ParameterError
@@ -65,10 +66,12 @@ def machine_graph(
     ParameterError
         If a value that motion requires is missing, or a contact turns with spin, which these graphs do not have.
     """
-    if isinstance(machine, SeparateMachine):
+    if isinstance(machine, LINKED):
         raise ParameterError(
             "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
         )
+    if isinstance(machine, SlideMachine):
+        raise ParameterError("machine must not be a SlideMachine; plant_graph has one of its axes")
     for contact in _contacts(machine):
         if contact.turns_with_spin:
             raise ParameterError(

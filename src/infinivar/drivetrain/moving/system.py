@@ -194,9 +194,9 @@ class System:
             return angles, 0.0 * angles + (0.0 if turning is None else turning)
         if self.angles is None:
             return np.zeros((len(state), len(self.mechanics.steered))), np.zeros(())
-        angles = self.angles
+        prescribed = self.angles
         now, ahead, behind = (
-            at_times(lambda one, off=off: np.asarray(angles(one + off), dtype=float), time)
+            at_times(lambda one, off=off: np.asarray(prescribed(one + off), dtype=float), time)
             for off in (0.0, _STEP, -_STEP)
         )
         return now, (ahead - behind) / (2.0 * _STEP)
