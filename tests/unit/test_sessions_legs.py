@@ -339,7 +339,7 @@ def test_balance_closes_in_random_sessions(seed):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 160))
+@pytest.mark.parametrize("seed", range(100, 130))
 def test_balance_closes_in_many_random_sessions(seed):
     run = _random_session(seed)
     assert run.complete, run.outcome

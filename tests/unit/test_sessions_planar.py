@@ -360,3 +360,47 @@ def test_bad_guides_have_one_clear_message(make, message):
     with pytest.raises(iv.ParameterError) as caught:
         make()
     assert message in str(caught.value)
+
+
+# Audit
+
+
+def _random_session(seed):
+    rng = np.random.default_rng(seed)
+    wheel = replace(REAL_WHEEL, creep_stiffness=10.0 ** rng.uniform(4.0, 6.0), preload=rng.uniform(200.0, 800.0))
+    machine = cart(wheel, steering=STEERING) if seed % 2 else one_wheel(wheel)
+    speed, angle = rng.uniform(0.2, 1.0), rng.uniform(-0.8, 0.8)
+    guides = (
+        PathGuide(curve=Line(), k1=rng.uniform(100.0, 2000.0)),
+        CasterGuide(mass=rng.uniform(5.0, 40.0)),
+        WallGuide(wall=HalfPlane(-0.01)),
+        PathGuide(curve=Circle(rng.uniform(0.3, 2.0)), slip_feedforward=False),
+    )
+    force, rate = rng.normal(0.0, 12.0, 2), rng.uniform(2.0, 20.0)
+    return session(
+        machine,
+        controller=guides[seed % 4],
+        user=iv.ArmModel.named("vanbeek2015") if seed % 3 == 0 else None,
+        force=lambda time: force * math.sin(rate * time),
+        duration=0.1,
+        rates=[speed * math.cos(angle), speed * math.sin(angle), 0.0],
+        pose=[0.02, 0.01, 0.0],
+        servos="ideal" if seed % 5 == 0 else "real",
+        sensing=Sensing(position_resolution=1e-6, force_noise=0.05, seed=seed),
+        output_step=0.01,
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_balance_closes_in_random_sessions(seed):
+    run = _random_session(seed)
+    assert run.complete, run.outcome
+    assert run.closure < 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 130))
+def test_balance_closes_in_many_random_sessions(seed):
+    run = _random_session(seed)
+    assert run.complete, run.outcome
+    assert run.closure < 1e-6
