@@ -9,12 +9,13 @@ import numpy as np
 
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis import run_limits
+from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.guidance.sensing import Sensing
 from infinivar.drivetrain.moving.machines import Machine
 from infinivar.errors import ParameterError
-from infinivar.limits import Demand, Limit
+from infinivar.limits import Demand
 from infinivar.units import plain
 
 
@@ -34,7 +35,7 @@ class Touch(Frozen):
 
 
 @result
-class Session(Result):
+class Session(Judged, Result):
     """A session of a user at the handle of a machine, as returned by `session`; t instants.
 
     Attributes
@@ -78,34 +79,9 @@ class Session(Result):
     outcome: str = ""
 
     @property
-    def closure(self) -> float:
-        """Largest residual of the balance of energies. [-]"""
-        return float(np.max(self.residual))
-
-    @property
-    def complete(self) -> bool:
-        """Whether the session reached its end."""
-        return not self.outcome
-
-    @property
-    def exceeded(self) -> tuple[str, ...]:
-        """Names of the limits that were exceeded; continuous torques limit the root mean square only."""
-        return run_limits.exceeded(self.events, self.root_mean_squares)
-
-    @property
-    def feasible(self) -> bool:
-        """Whether the session is complete and within limits."""
-        return self.complete and not self.exceeded
-
-    @property
     def event_lines(self) -> tuple[str, ...]:
         """Demands beyond their allowance, then penetrations of the wall."""
         return (*run_limits.lines(self.events, self.root_mean_squares), *map(str, self.touches))
-
-    @property
-    def slips(self) -> tuple[float, ...]:
-        """Instants at which a wheel begins to slip. [s]"""
-        return tuple(event.start for event in self.events if event.limit == Limit.SLIP)
 
     @property
     def position(self) -> np.ndarray:
