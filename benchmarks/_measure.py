@@ -53,6 +53,17 @@ def wall_time(command: Sequence[str | Path]) -> float:
     return time.perf_counter() - start
 
 
+def timed(call: Callable[[], object]) -> Callable[[], float]:
+    """Seconds that a call takes, as a function."""
+
+    def seconds() -> float:
+        start = time.perf_counter()
+        call()
+        return time.perf_counter() - start
+
+    return seconds
+
+
 def in_turn(ours: Callable[[], T], theirs: Callable[[], T], pairs: int) -> tuple[list[T], list[T]]:
     """Results of both sides, run A B A B ... after one run of each that warms the caches and does not count."""
     ours()

@@ -10,13 +10,12 @@ from __future__ import annotations
 import csv
 import statistics
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks._measure import Line, in_turn, ratio_line
+from benchmarks._measure import Line, in_turn, ratio_line, timed
 from infinivar.parts import catalogue
 from infinivar.parts.tables import stored, stores
 from infinivar.parts.tables.table import PartSet, part_set, table
@@ -40,10 +39,10 @@ def run() -> list[Line]:
         if stored.read(file) != parts:
             raise RuntimeError("what was stored is not what is read")
         _agree(parts, _by_hand(folder))
-        lines = [_line("load 640 motors, 1,897 gearheads, 60,143 pairs", _timed(lambda: stored.read(file)))]
-        ours, theirs = in_turn(_timed(lambda: stored.read(file)), _timed(lambda: _by_hand(folder)), PAIRS)
+        lines = [_line("load 640 motors, 1,897 gearheads, 60,143 pairs", timed(lambda: stored.read(file)))]
+        ours, theirs = in_turn(timed(lambda: stored.read(file)), timed(lambda: _by_hand(folder)), PAIRS)
         lines.append(ratio_line("the same against CSV by hand", ours, theirs, rival="csv and NumPy", at_most=0.5))
-    lines.append(_line("the shipped catalogue as tables", _timed(_shipped)))
+    lines.append(_line("the shipped catalogue as tables", timed(_shipped)))
     return lines
 
 
@@ -107,15 +106,6 @@ def _shipped() -> PartSet:
     stores.shipped.cache_clear()
     catalogue.data.cache_clear()
     return stores.shipped()
-
-
-def _timed(task: Callable[[], object]) -> Callable[[], float]:
-    def seconds() -> float:
-        start = time.perf_counter()
-        task()
-        return time.perf_counter() - start
-
-    return seconds
 
 
 def _line(what: str, seconds: Callable[[], float]) -> Line:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import _dynamic_worker
-from benchmarks._measure import Line, in_turn, ratio_line
+from benchmarks._measure import Line, in_turn, ratio_line, timed
 from benchmarks.by_hand import recording as by_hand
 from infinivar import DutyCycle, Output, Recording, Spring, duty_cycle, inspect_motion
 from infinivar.limits import Limit
@@ -71,7 +70,7 @@ def run() -> list[Line]:
             ("60 s at 1 kHz, both drives", lambda: ours(read), theirs, 5.0),
             ("the same with reading the file", ours_with_reading, theirs_with_reading, 5.0),
         ):
-            a, b = in_turn(_timed(one), _timed(other), PAIRS)
+            a, b = in_turn(timed(one), timed(other), PAIRS)
             lines.append(ratio_line(what, a, b, rival="bare NumPy", at_most=most))
         lines.append(_page(file, Path(directory) / "out"))
     return lines
@@ -158,15 +157,6 @@ def _agree(how: str, ours: dict[str, Any], theirs: dict[str, Any], most: float) 
     print(f"recording: NumPy by hand{how} agrees within {worst:.0e}")
     if not worst <= most:
         raise RuntimeError(f"NumPy by hand does not compute the same: {worst:g}; {here}, {theirs}")
-
-
-def _timed(task: Callable[[], Any]) -> Callable[[], float]:
-    def seconds() -> float:
-        start = time.perf_counter()
-        task()
-        return time.perf_counter() - start
-
-    return seconds
 
 
 def _page(file: Path, out: Path) -> Line:

@@ -7,13 +7,11 @@ units and columns and keeps the number of each line.
 from __future__ import annotations
 
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks._measure import Line, in_turn, ratio_line
+from benchmarks._measure import Line, in_turn, ratio_line, timed
 from infinivar.motion.files.reading import read_table
 
 PAIRS = 5
@@ -43,15 +41,6 @@ def _line(folder: Path, mark: str, decimal: str) -> Line:
 
     if len(read_table(file)) != ROWS or by_numpy().shape != (ROWS, 4):
         raise RuntimeError("one side does not read every row")
-    ours, theirs = in_turn(_timed(lambda: read_table(file)), _timed(by_numpy), PAIRS)
+    ours, theirs = in_turn(timed(lambda: read_table(file)), timed(by_numpy), PAIRS)
     what = f"read {ROWS:,} rows, columns by {mark!r}, decimals by {decimal!r}"
     return ratio_line(what, ours, theirs, rival="numpy.loadtxt", at_most=MOST)
-
-
-def _timed(call: Callable[[], object]) -> Callable[[], float]:
-    def seconds() -> float:
-        start = time.perf_counter()
-        call()
-        return time.perf_counter() - start
-
-    return seconds

@@ -224,3 +224,24 @@ def test_effects_on_a_platform_agree_with_those_of_its_leg(studies):
     ratio = iv.perform_task(changed, study.tasks["hold"]).mean_power / found.value
     assert effects["leg.cylinder_speed"] == pytest.approx((ratio - 1.0) / 0.01, rel=2e-2)
     assert not any(path.startswith("separate") for path in effects)
+
+
+@pytest.mark.parametrize(("low", "high", "turned"), [(0.06, 0.06, 0.0), (0.08, 0.04, 0.0), (0.08, 0.04, 0.3)])
+def test_a_singular_platform_is_said_to_be_so(low, high, turned, tmp_path):
+    """Six rods on regular hexagons: upright, in planes through the axis, or as many rods twisted alike."""
+
+    def hexagon(radius, turn):
+        corners = [(radius * np.cos(one + turn), radius * np.sin(one + turn)) for one in np.arange(6) * np.pi / 3.0]
+        return "[" + ", ".join(f'{{ x = "{x:.9f} m", y = "{y:.9f} m" }}' for x, y in corners) + "]"
+
+    text = (
+        f'[drives.p]\ntype = "platform"\n[drives.p.geometry]\nrod_length = "140 mm"\nguideways = {hexagon(low, 0.0)}\n'
+    )
+    text += f'joints = {hexagon(high, turned)}\n[drives.p.leg]\nbase = "faulring2006.cobotic"\n'
+    (tmp_path / "p.toml").write_text(f'{text}[tasks.hold]\nwrench = {{ z = "20 N" }}\n', "utf-8")
+    study = iv.load_study(tmp_path / "p.toml")
+    found = iv.perform_task(study.drives["p"], study.tasks["hold"])
+    assert not found.feasible
+    assert found.tightest_words == "singular pose: the links leave a motion of the machine free"
+    platform = study.drives["p"].platform
+    assert np.linalg.cond(platform.at([0.0, 0.0, platform.home]).jacobian) > 1e8

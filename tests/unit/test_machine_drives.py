@@ -1,5 +1,7 @@
 """Machines as drives: each against the transmission it is made of, its power balance, and motions in time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.drivetrain.machines.wheel import Wheel
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, angular_velocity
-from infinivar.motion.vectors import Point, Pose, Wrench
+from infinivar.motion.vectors import Point, Pose, Twist, Wrench
 from infinivar.power import audit
 from infinivar.transmission.platform import rotated
 
@@ -256,3 +258,43 @@ def test_a_cart_that_turns_about_a_wheel_is_the_limit_of_one_that_turns_next_to_
     assert np.all(np.isfinite(found.power_in))
     np.testing.assert_allclose(found.power_in[0], found.power_in[1:], rtol=5e-3)
     assert found.part_losses[0, 0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_limits_between_the_ends_of_a_range_count_on_a_sphere():
+    """Creep by spin makes the demand of a drive roller largest near no load."""
+    drive = iv.load_study("sphere_joint").drives["tetrahedral"]
+    roller = replace(drive.roller, preload=120.0)
+    ball = replace(drive, roller=roller, steering_roller=replace(roller, friction=0.3))
+    range_of = MachineTask(twist=Twist(angle=-12.0), wrenches=(Wrench(angle=0.2), Wrench(angle=-0.2)))
+    found = iv.perform_task(ball, range_of)
+    ends = [iv.perform_task(ball, replace(range_of, wrenches=None, wrench=one)).margin for one in range_of.wrenches]
+    scanned = ball.perform(pose=[0.0], twist=[-12.0], wrench=np.linspace(-0.2, 0.2, 101)[:, None])
+    worst = np.max(np.stack([np.broadcast_to(one, 101) for one in scanned.demands.values()]))
+    assert found.margin < min(ends)
+    assert found.margin == pytest.approx(1.0 / worst, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (MachineTask(twist=Twist(z=1.0)), "twist.z does not apply: the machine has angle only"),
+        (MachineTask(box=Wrench(x=1.0)), "box.x does not apply"),
+        ("turn", "task must be a MachineTask, got a str"),
+    ],
+)
+def test_a_task_of_another_machine_is_refused(task, said):
+    with pytest.raises(iv.ParameterError, match=said):
+        iv.perform_task(SPHERES["cubic"], task)
+
+
+def test_a_cart_on_two_wheels_turns_about_any_point_of_their_line():
+    """Parallel wheels hold no moment: the source overcomes the rolling resistance of each, so that the power is that alone."""
+    cart = PlanarDrive(wheel=WHEEL, positions=(Point(x=0.4), Point(x=-0.4)))
+    centre = np.linspace(-3.0, 3.0, 62)
+    twist = np.stack([0.0 * centre, -centre, np.ones(62)], axis=-1)
+    found = cart.perform(pose=np.zeros((62, 3)), twist=twist, wrench=np.zeros((62, 3)))
+    resistance = (WHEEL.rolling_torque + WHEEL.bearing_torque) / WHEEL.wheel_radius
+    np.testing.assert_allclose(found.power_in, resistance * (np.abs(centre - 0.4) + np.abs(centre + 0.4)), rtol=1e-9)
+    # Beside the line the wheels hold the moment, at the cost of a little creep.
+    beside = cart.perform(pose=np.zeros(3), twist=[0.03, 0.6, 1.0], wrench=np.zeros(3))
+    assert float(beside.power_in) == pytest.approx(0.6, rel=2e-2)

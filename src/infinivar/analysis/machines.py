@@ -14,11 +14,15 @@ from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
 from infinivar.drivetrain.machines.legged import motor_mass
 from infinivar.drivetrain.machines.machine import Machine, TaskPoint, as_machine, unit_of
+from infinivar.errors import ParameterError, require
 from infinivar.limits import LEADING, ROOT_MEAN_SQUARE, Demand, Limit, words_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.study.check import check_machines
 from infinivar.study.study import Study
 from infinivar.units import margin_words, plain
+
+_BETWEEN = 15
+"""Points between the ends of a range of wrenches of one coordinate at which limits are judged."""
 
 _LOADED = 1e-6
 """Demand over allowance below which a limit counts as not loaded. [-]"""
@@ -34,9 +38,10 @@ class TaskResult(Result):
     ----------
     title : str
     pose, twist, wrench : (d,) float   In the coordinates of the machine; the wrench on the load.
-    corners : (m, d) float             Wrenches of the polytope, the task's own first.
+    corners : (m, d) float             Wrenches at which limits are judged: the task's own, corners of its polytope, and points
+        between them if the machine has one coordinate.
     point : TaskPoint                  At the task's own wrench.
-    demand : (Limit, part)             The tightest limit over all corners.
+    demand : (Limit, part)             The tightest limit over all of them.
     margin : float                     Allowance over demand there; below 1 if infeasible. [-]
     corner : int                       The corner at which it is the tightest.
     audit_residual : float             Largest relative residual of the power balance. [-]
@@ -375,14 +380,24 @@ def compare_machines(study: Study, progress: Callable[[str, float], None] | None
 def perform_task(drive: Any, task: MachineTask) -> TaskResult:
     """One machine, or drive of one axis, in a task: all losses, and limits at every corner of its polytope of wrenches.
 
+    Raises
+    ------
+    ParameterError
+        If the task states a coordinate that the machine does not have.
+
     Notes
     -----
-    Between the corners the demands are smaller: at one twist and pose they are convex in the wrench, as forces of links are
-    linear in it.
+    Between the corners the demands of most machines are smaller: at one twist and pose they are convex in the wrench, as forces
+    of links are linear in it. Where creep by spin changes with the load, as on a sphere, they need not be: a machine of one
+    coordinate is judged at points between them, too.
     """
     machine = as_machine(drive)
     names = machine.coordinates
-    pose, twist, corners = task.pose.row(names, machine.home), task.twist.row(names), task.corners(names)
+    require(isinstance(task, MachineTask), "task", f"a {type(task).__name__}", "a MachineTask")
+    for key, vector in task.vectors.items():
+        for name in vector.beyond(names):
+            raise ParameterError(f"{key}.{name} does not apply: the machine has {', '.join(names)} only")
+    pose, twist, corners = task.pose.row(names, machine.home), task.twist.row(names), _judged(task.corners(names))
     every = machine.perform(pose=pose, twist=twist, wrench=corners)
     residual = power.audit(every.power_in, every.power_out, every.losses, f"task {task.title!r}")
     margins = np.empty(len(corners))
@@ -404,6 +419,14 @@ def perform_task(drive: Any, task: MachineTask) -> TaskResult:
         corner=corner,
         audit_residual=residual,
     )
+
+
+def _judged(corners: np.ndarray) -> np.ndarray:
+    """The wrenches at which a task is judged: the corners, and of one coordinate as many between them as show a maximum."""
+    if corners.shape[-1] > 1 or len(corners) == 1:
+        return corners
+    between = np.linspace(np.min(corners), np.max(corners), _BETWEEN + 2)[1:-1]
+    return np.concatenate([corners, between[~np.isin(between, corners[:, 0])][:, None]])
 
 
 def follow_path(drive: Any, path: MachinePath) -> PathResult:
@@ -473,6 +496,8 @@ def tight_words(demand: Demand, margin: float) -> str:
         return "no limit is loaded"
     if margin >= 1.0:
         return f"tightest limit: {words_of(demand)} (margin {margin_words(margin)})"
+    if margin == 0.0 and demand[0] is Limit.LINKAGE:
+        return "singular pose: the links leave a motion of the machine free"
     if margin == 0.0:
         return f"no steady motion: {words_of(demand)}"
     share = "just under 100" if margin >= 0.995 else f"{100 * margin:.0f}" if margin >= 0.005 else "less than 1"

@@ -68,6 +68,7 @@ def simulate(
 
 
 def sensitivity(
+    context: typer.Context,
     study: StudyFile,
     of: Annotated[
         str,
@@ -102,8 +103,8 @@ def sensitivity(
 ) -> None:
     """Rank a drive's parameters by their effect on a result.
 
-    Write a report and figures.
-    Exit with code 1 if the point, requirement or duty cycle is infeasible for the drive.
+    Write a report and figures; of machines, print the effects only.
+    Exit with code 1 if the point, requirement, duty cycle or task is infeasible for the drive.
     """
     from infinivar.analysis.robustness.derivatives import METHODS
     from infinivar.analysis.robustness.sensitivity import sensitivity as run
@@ -118,6 +119,7 @@ def sensitivity(
     if derived is None:
         raise InputError(f"--method {method!r} must be one of {', '.join(METHODS)}")
     if loaded.tasks or loaded.paths:
+        _of_one_axis_only(context, "force", "speed", "moment", "angular_speed", "duty", "method", "out")
         _of_machine(study, loaded, name, of, task, as_json)
     if task is not None:
         raise InputError(f"--task {task!r} is of machines; the study has no tasks or paths")
@@ -195,6 +197,15 @@ def _end(result: Simulation | MachineRun, title: str, files: list[Path], as_json
             say(f"  {line}")
         say(f"Report: {files[0]}")
     raise typer.Exit(0 if result.feasible else NOT_FEASIBLE)
+
+
+def _of_one_axis_only(context: typer.Context, *names: str) -> None:
+    """Refuse options that do not apply to the effects of a machine's values."""
+    for name in names:
+        source = context.get_parameter_source(name)
+        if source is not None and source.name != "DEFAULT":
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(f"{option} is of drives of one axis; of a machine, sensitivity takes --task and --json")
 
 
 def _of_machine(study: Path, loaded: Study, name: str, of: str, task: str | None, as_json: bool) -> NoReturn:

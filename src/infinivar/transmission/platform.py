@@ -45,6 +45,10 @@ class PlatformMotion(NamedTuple):
     """Acceleration of the links without one of the twist, dJ/dt xi. [m s^-2]"""
 
 
+_SINGULAR = 1e-6
+"""Share of the volume spanned by the columns of a Jacobian below which a pose is singular; errors of rounding are near 1e-8."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Platform:
     """A rigid platform on n >= 6 rods of one length.
@@ -166,6 +170,19 @@ class Platform:
         if self.stroke is not None:
             utilisation[Limit.TRAVEL] = self.travel_demand(link)
         return Configuration(jacobian=jacobian, link_position=link, utilisation=utilisation)
+
+    def singular(self, jacobian: np.ndarray) -> np.ndarray:
+        """Whether the rods leave a motion of the platform free, from their Jacobian (..., n, 6); False where it is nan. (...,)
+
+        By the volume that the columns span, over that of columns at right angles, which is 1 at best; rotations count as the
+        velocity of a joint.
+        """
+        joint = np.sqrt(np.mean(np.sum(self.joints * self.joints, axis=-1)))
+        reaches = np.all(np.isfinite(jacobian), axis=(-2, -1))
+        columns = np.nan_to_num(jacobian) / np.array([1.0, 1.0, 1.0, joint, joint, joint])
+        spanned = np.linalg.det(np.matmul(np.swapaxes(columns, -1, -2), columns))
+        most = np.prod(np.sum(columns * columns, axis=-2), axis=-1)
+        return reaches & ~(spanned > _SINGULAR**2 * most)
 
     def travel_demand(self, link_position: np.ndarray) -> np.ndarray:
         """Distance of the worst link from the middle of the stroke, over half the stroke; 0 without a stroke. (...,) [-]"""

@@ -6,7 +6,7 @@ rival are one class with another field, `leg` or `separate`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -208,9 +208,14 @@ class PlatformDrive(_Side):
         return (0.0, 0.0, self.platform.home, 0.0, 0.0, 0.0)
 
     def configuration(self, pose: Array) -> Configuration:
-        """The kinematic map at poses (..., 6)."""
+        """The kinematic map at poses (..., 6); at singular ones the demand of `Limit.LINKAGE` is infinite."""
         row = np.asarray(pose, dtype=float)
-        return self.platform.at(row[..., :3], row[..., 3:])
+        found = self.platform.at(row[..., :3], row[..., 3:])
+        singular = self.platform.singular(found.jacobian)
+        if not np.any(singular):
+            return found
+        demand = np.where(singular, np.inf, found.utilisation[Limit.LINKAGE])
+        return replace(found, utilisation={**found.utilisation, Limit.LINKAGE: demand})
 
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.drivetrain.machines.machine.Machine.perform`."""

@@ -6,7 +6,8 @@ work on any motion at a right angle to :math:`\xi`. The wheels are steered so th
 .. math:: Q_a = S - W, \qquad B_\perp^T S = 0, \qquad S \cdot \xi = W \cdot \xi + \sum \mathrm{loss}
 
 with right angles in the metric in which a turn counts as the rms velocity that it gives the wheels. A cart that a user pushes and
-one with a motor differ only in what the source is.
+one with a motor differ only in what the source is. Where no steering balances the forces so, as on two wheels that turn about a
+point on their line, :math:`B_\perp^T S` is that which overcomes the rolling resistance of the wheels: it does no work, either.
 """
 
 from __future__ import annotations
@@ -98,7 +99,8 @@ class PlanarDrive:
 
         Returns
         -------
-        MechanismPoint   In the coordinates of the cart; nan where the cart rests or a wheel would slip.
+        MechanismPoint   In the coordinates of the cart; nan where the cart rests, a wheel would slip, or wheels do not hold what
+            acts across the motion.
         """
         xi, load = np.broadcast_arrays(np.asarray(twist, dtype=float), np.asarray(wrench, dtype=float))
         xi = self._off_wheels(xi)
@@ -125,9 +127,24 @@ class PlanarDrive:
         held = -np.matmul(np.swapaxes(basis, -1, -2), load[..., None])[..., 0]
         rates = np.concatenate([np.where(moves, size, np.nan), np.zeros((*xi.shape[:-1], d - 1))], axis=-1)
         safe = np.where(moves, np.nan_to_num(rates), np.eye(d)[0])
-        heading = turned.steer(rates=safe, applied={name: held[..., place] for place, name in enumerate(names, 1)})
-        lost = np.where(moves, 1.0, np.nan)
-        return own.operate(rates=xi, heading=(heading[0] * lost, heading[1] * lost))
+
+        def steered(across: np.ndarray) -> MechanismPoint:
+            heading = turned.steer(
+                rates=safe, applied={name: across[..., place] for place, name in enumerate(names, 1)}
+            )
+            lost = np.where(moves, 1.0, np.nan)
+            return own.operate(rates=xi, heading=(heading[0] * lost, heading[1] * lost))
+
+        point = steered(held)
+        fails = ~np.all(np.isfinite(np.asarray(point.slip_demand)), axis=-1, keepdims=True) & moves
+        if not np.any(fails):
+            return point
+        # The push against the rolling resistance of each wheel, which has components across the motion.
+        velocity = np.matmul(np.asarray(own.jacobian), np.where(moves, xi, 1.0)[..., None, :, None])[..., 0]
+        ahead = velocity / np.linalg.norm(velocity, axis=-1, keepdims=True)
+        free = np.asarray(own.operate(rates=xi, heading=(ahead[..., 0], ahead[..., 1])).applied)
+        across = held + np.matmul(np.swapaxes(basis, -1, -2), free[..., None])[..., 0]
+        return steered(np.where(fails, across, held))
 
     def _off_wheels(self, xi: np.ndarray) -> np.ndarray:
         """The twist, or one next to it if the cart turns about a wheel, which has a heading only in the limit."""

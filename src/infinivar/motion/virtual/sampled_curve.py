@@ -120,7 +120,7 @@ def _refuse_stops(base: Base, parameter: np.ndarray, what: str) -> None:
         def at(u: float) -> float:
             return float(np.sqrt(np.sum(base(np.array([u]))[1] ** 2)))
 
-        found = minimize_scalar(at, bounds=ends, method="bounded", options={"xatol": 1e-9 * (ends[1] - ends[0])})
+        found: Any = minimize_scalar(at, bounds=ends, method="bounded", options={"xatol": 1e-9 * (ends[1] - ends[0])})
         least = min((float(found.fun), float(found.x)), (float(speed[place]), float(dense[place])))
         if least[0] < _STOPS * mean:
             where = coordinates(base(np.array([least[1]]))[0][0])
