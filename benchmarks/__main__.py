@@ -33,6 +33,7 @@ NAMES = (
     "sizing_cobotic",
     "legs",
     "machine_motion",
+    "sessions",
 )
 
 

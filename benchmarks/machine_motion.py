@@ -17,7 +17,7 @@ import infinivar as iv
 from benchmarks._measure import STUDY, Line
 from infinivar.bondgraph.model import model
 from infinivar.bondgraph.namespaces import FloatNamespace
-from infinivar.drivetrain.moving.system import Inputs, System
+from infinivar.drivetrain.moving.system import System
 
 SLOWER = 20.0
 """Most times slower than real time."""
@@ -83,7 +83,7 @@ def _of_functions(machine: iv.PlatformMachine, rows: int) -> float:
     mechanics = machine.mechanics(1e-4)
     system = System(mechanics=mechanics, motor=machine.power_motor(1e-4), servo=machine.servo(1e-4))
     state = np.concatenate([machine.home, [0.01, 0.02, 0.03, 0.1, 0.2, 0.3], [14.0], np.full(6, 0.05), np.zeros(6)])
-    states, times, inputs = np.repeat(state[None], rows, 0), np.zeros(rows), Inputs(steering=np.zeros(6))
+    states, times, inputs = np.repeat(state[None], rows, 0), np.zeros(rows), system.idle()
     return _seconds(lambda: system.rates(inputs, times, states))
 
 

@@ -26,6 +26,8 @@ from .analysis.robustness.verdicts import Builds
 from .analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
 from .analysis.sessions.limits import GuidanceLimits, guidance_limits
 from .analysis.sessions.passivity import Passivity, passivity
+from .analysis.sessions.session import session
+from .analysis.sessions.session_result import Session, Touch
 from .analysis.sessions.stability import StabilityMap, least_stable_mass, stability_map, stiffest_wall
 from .analysis.sessions.z_width import ZWidth, swept_impedance, z_width
 from .analysis.shared_motor import SharedMotor, share_motor
@@ -50,6 +52,12 @@ from .drivetrain.conventional import ConventionalDrive
 from .drivetrain.drive import DrivePoint, MovingPoint
 from .drivetrain.graphs.machines import machine_graph
 from .drivetrain.graphs.plants import plant_graph
+from .drivetrain.guidance.controller import Commands, Measured
+from .drivetrain.guidance.impedance import ImpedanceGuide
+from .drivetrain.guidance.legs import AdmittanceGuide, HoldGuide
+from .drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
+from .drivetrain.guidance.sensing import Sensing
+from .drivetrain.guidance.tasks import CoastGuide
 from .drivetrain.machines.legged import ArmDrive, PlatformDrive, PlatformGeometry
 from .drivetrain.machines.machine import TaskPoint
 from .drivetrain.machines.planar import PlanarDrive
@@ -58,9 +66,11 @@ from .drivetrain.machines.wheel import Wheel
 from .drivetrain.many_legs import LeggedDrive, MachinePoint
 from .drivetrain.moving.machines import (
     ArmMachine,
+    GearedSlideMachine,
     PlanarMachine,
     PlatformMachine,
     SerialArmMachine,
+    SlideMachine,
     SphereMachine,
 )
 from .drivetrain.output import Output
@@ -146,6 +156,7 @@ __all__ = [
     "AboutAxis",
     "AboutPoint",
     "AdmittanceDisplay",
+    "AdmittanceGuide",
     "AlongLine",
     "Amplifier",
     "ArcCurve",
@@ -160,11 +171,14 @@ __all__ = [
     "BuildsSweep",
     "Calibration",
     "Caster",
+    "CasterGuide",
     "CatalogueCheck",
+    "CoastGuide",
     "Coasting",
     "CoboticDrive",
     "CoboticStudySweep",
     "CoboticSweep",
+    "Commands",
     "CommonSpeed",
     "Comparison",
     "Configuration",
@@ -188,15 +202,18 @@ __all__ = [
     "FunctionCurve",
     "GearFriction",
     "GearedCalibration",
+    "GearedSlideMachine",
     "GearedSweep",
     "Gearhead",
     "GuidanceLimits",
     "Guideway",
     "HalfSpace",
     "Hold",
+    "HoldGuide",
     "Holding",
     "HoldingTask",
     "ImpedanceDisplay",
+    "ImpedanceGuide",
     "InPlane",
     "InfinivarError",
     "InputError",
@@ -215,6 +232,7 @@ __all__ = [
     "MachineScenario",
     "MachineTask",
     "Material",
+    "Measured",
     "Mechanism",
     "MechanismPoint",
     "MixedUse",
@@ -232,6 +250,7 @@ __all__ = [
     "PartSet",
     "PartTable",
     "Passivity",
+    "PathGuide",
     "PeriodicMotion",
     "PlanarArm",
     "PlanarCarriage",
@@ -269,9 +288,11 @@ __all__ = [
     "Running",
     "Scenario",
     "Screw",
+    "Sensing",
     "Sensitivity",
     "SensitivitySweep",
     "SerialArmMachine",
+    "Session",
     "Sessions",
     "SessionsSweep",
     "Shaft",
@@ -280,6 +301,7 @@ __all__ = [
     "Sinusoid",
     "SinusoidalForce",
     "Sizing",
+    "SlideMachine",
     "SphereClaims",
     "SphereDrive",
     "SphereMachine",
@@ -303,6 +325,7 @@ __all__ = [
     "Sweep",
     "TaskPoint",
     "TorsionSpring",
+    "Touch",
     "Trajectory",
     "TransientRolling",
     "Tremor",
@@ -316,6 +339,7 @@ __all__ = [
     "VirtualPath",
     "VirtualWall",
     "Walking",
+    "WallGuide",
     "Waypoints",
     "Wheel",
     "WorkspaceMap",
@@ -377,6 +401,7 @@ __all__ = [
     "search_parts",
     "sensitivity",
     "sensitivity_sweep",
+    "session",
     "sessions_sweep",
     "shaking",
     "share_motor",

@@ -77,6 +77,7 @@ SLOW = (
     "haptic-displays",
     "contact",
     "machines-in-motion",
+    "sessions",
 )
 
 

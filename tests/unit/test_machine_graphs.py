@@ -123,7 +123,7 @@ def test_graph_and_functions_have_the_same_accelerations_and_losses(name, change
             VectorHistory(time=[0, 1], values=[wrench] * 2),
         )
         moved = System(mechanics=system.mechanics, motor=system.motor, angles=held, wrench=pushed_by)
-        found = moved.rates(Inputs(current=current), np.zeros(1), state[None])
+        found = moved.rates(Inputs(currents=np.array([current])), np.zeros(1), state[None])
         changes, sources, losses = graph_at(machine, name, state, angles, current, wrench)
         wanted = found.derivative[0, first:]
         assert_allclose(changes, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())

@@ -44,6 +44,10 @@ _NEWTON = 1e-3
 _SLOW = 0.03
 """Convergence rate above which the next step begins with a new Jacobian."""
 
+_STALE = 0.1
+"""Missing energy over its tolerance, where it is the larger error, above which the next step begins with a new Jacobian: what
+the iteration leaves is missing, and does not become less with the step."""
+
 _DIFFERENCE = 1e-7
 """Change of a state in units of its scale, for slopes."""
 
@@ -54,7 +58,10 @@ _STRICT = 0.01
 """Tolerance of the missing energy over that of the states: errors of the same sign add up over thousands of steps."""
 
 _COASTING = 1e-3
-"""Share of the stored energy that counts as moved in a step, beside that which passes."""
+"""Largest share of the stored energy that counts as moved in a step, beside that which passes."""
+
+_COASTED = 0.1
+"""The same in all segments together."""
 
 _SMALLEST = 1e-12
 """Shortest step. [s]"""
@@ -109,6 +116,7 @@ class Collocation:
     balance : (p,) float   Signs of the powers in the balance: 1 for those that feed the storage, -1 for those that drain it.
     scale : (n,) float     Size of each state.
     tolerance : float      Of the states over their scale, and of the missing energy over that which passed.
+    segments : int         How many there will be: the energy that is missing in each adds up.
     """
 
     def __init__(
@@ -117,10 +125,12 @@ class Collocation:
         balance: np.ndarray,
         scale: np.ndarray,
         tolerance: float,
+        segments: int = 1,
     ) -> None:
         """Nothing is known yet about steps and slopes."""
         self.rates, self.balance = rates, balance
         self.scale, self.tolerance = scale, tolerance
+        self.coasting = min(_COASTING, _COASTED / segments)
         from scipy.linalg import get_lapack_funcs  # imported when needed: it takes long
 
         self.factor, self.solve = get_lapack_funcs(("getrf", "getrs"), dtype=np.float64)
@@ -138,7 +148,8 @@ class Collocation:
         StuckError
             If no step is short enough.
         """
-        time, first = begin, self._one(begin, state)
+        # The rates at the start are found with those at the first points: a call costs much the same for four rows.
+        time, first = begin, None
         growth = _GROWTH
         fresh, least = False, max(_SMALLEST, 1e-9 * (end - begin))
         self.step = min(self.step, end - begin)
@@ -148,7 +159,7 @@ class Collocation:
             step = left / max(1.0, np.ceil(left / self.step - 1e-9))
             if self.slopes is None:
                 self.slopes, fresh, self.factors = self._jacobian(time, state), True, None
-            found = self._attempt(time, state, first, step)
+            found, first = self._attempt(time, state, first, step)
             if found is None:
                 if not fresh:
                     self.slopes = None
@@ -200,9 +211,10 @@ class Collocation:
         return self.factors[1], self.factors[2]
 
     def _attempt(
-        self, time: float, state: np.ndarray, first: Rates, step: float
-    ) -> tuple[float, Step, Rates, float] | None:
-        """Error over the tolerance, the step, the rates after it, and the rate of convergence; None if that fails."""
+        self, time: float, state: np.ndarray, first: Rates | None, step: float
+    ) -> tuple[tuple[float, Step, Rates, float] | None, Rates | None]:
+        """Error over the tolerance, the step, the rates after it, and the rate of convergence; None if that fails. Beside it the
+        rates at the start, if they are known."""
         stages, whole = self._factors(step)
         weight = 1.0 / (self.tolerance * (np.abs(state) + self.scale))
         times, size = time + step * POINTS, len(state)
@@ -210,21 +222,26 @@ class Collocation:
         before, rate, change = None, 0.0, np.zeros((3, size))
         for left in reversed(range(_ITERATIONS)):
             self.calls += 1
-            at = self.rates(times, state + z)
+            if first is None:
+                found = self.rates(np.append(time, times), np.vstack([state, state + z]))
+                first, at = Rates(*(part[:1] for part in found)), Rates(*(part[1:] for part in found))
+            else:
+                at = self.rates(times, state + z)
             residual = step * (_A @ at.derivative) - z
             if not np.all(np.isfinite(residual)):
-                return None
+                return None, first
             change = self.solve(*stages, residual.ravel())[0].reshape(3, size)
             norm = float(np.sqrt(np.mean((change * weight) ** 2)))
             if before is not None and before > 0.0:
                 rate = norm / before
                 if norm > _NEWTON and (rate >= 1.0 or norm * rate**left > _NEWTON * (1.0 - rate)):
-                    return None
+                    return None, first
             if norm <= _NEWTON * max(1.0 - rate, 0.1):
                 break
             z, before = z + change, norm
         else:
-            return None
+            return None, first
+        assert first is not None
         estimate = self.solve(*whole, first.derivative[0] + _ERROR @ z / step)[0]
         error = float(np.sqrt(np.mean((estimate * weight) ** 2)))
         if error > 1.0:
@@ -243,17 +260,19 @@ class Collocation:
             missing, passed = self._missing(first, at, step)
             residual = step * (_A @ at.derivative) - z
             change = self.solve(*stages, residual.ravel())[0].reshape(3, size)
+        if missing > max(error, _STALE):
+            rate = max(rate, 2.0 * _SLOW)
         error, points = max(error, missing), state + z
         after = Rates(*(part[-1:] for part in at))
         made = Step(time, float(times[-1]), state, points, passed, first.demand[0], after.demand[0])
-        return error, made, after, rate
+        return (error, made, after, rate), first
 
     def _missing(self, first: Rates, at: Rates, step: float) -> tuple[float, np.ndarray]:
         """Energy that a step leaves unaccounted for, over the tolerance, and the energies that passed."""
         passed = step * (_A[2] @ at.power)
         here, there = float(first.stored[0]), float(at.stored[2])
         missing = abs(there - here - float(self.balance @ passed))
-        moved = float(np.sum(np.abs(passed))) + _COASTING * (here + there) + 1e-15
+        moved = float(np.sum(np.abs(passed))) + self.coasting * (here + there) + 1e-15
         return missing / (_STRICT * self.tolerance * moved), passed
 
     def _expected(self, times: np.ndarray, state: np.ndarray, step: float) -> np.ndarray:

@@ -9,16 +9,17 @@ import numpy as np
 
 from infinivar._core.result import Result, result
 from infinivar.analysis import run_limits
-from infinivar.analysis.run_limits import Event
+from infinivar.analysis.judged import Judged
+from infinivar.analysis.run_limits import Event, first_settled
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.moving.machines import Machine
-from infinivar.limits import Demand, Limit
+from infinivar.limits import Demand
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.units import plain
 
 
 @result
-class MachineRun(Result):
+class MachineRun(Judged, Result):
     """A simulated run of a machine of many contacts, as returned by `simulate_machine`; t instants.
 
     Attributes
@@ -52,34 +53,9 @@ class MachineRun(Result):
     outcome: str = ""
 
     @property
-    def closure(self) -> float:
-        """Largest residual of the balance of energies. [-]"""
-        return float(np.max(self.residual))
-
-    @property
-    def complete(self) -> bool:
-        """Whether the run reached its end."""
-        return not self.outcome
-
-    @property
-    def exceeded(self) -> tuple[str, ...]:
-        """Names of the limits that make the run infeasible; continuous torques limit the root mean square only."""
-        return run_limits.exceeded(self.events, self.root_mean_squares)
-
-    @property
-    def feasible(self) -> bool:
-        """Whether the run is complete and within limits."""
-        return self.complete and not self.exceeded
-
-    @property
     def event_lines(self) -> tuple[str, ...]:
         """Demands beyond their allowance, in a line for each interval, or for all of one limit if they are many."""
         return run_limits.lines(self.events, self.root_mean_squares)
-
-    @property
-    def slips(self) -> tuple[float, ...]:
-        """Instants at which a wheel begins to slip. [s]"""
-        return tuple(event.start for event in self.events if event.limit == Limit.SLIP)
 
     @property
     def position_error(self) -> np.ndarray | None:
@@ -163,13 +139,6 @@ class MachineRun(Result):
                 for event in self.events
             ],
         }
-
-
-def first_settled(time: np.ndarray, settling_time: float | None) -> int:
-    """First instant at or after the end of a settling time; the last one if the run ended before."""
-    if settling_time is None or not len(time):
-        return 0
-    return min(int(np.searchsorted(time, settling_time * (1.0 - 1e-9))), len(time) - 1)
 
 
 def configuration_names(machine: Machine) -> tuple[str, ...]:

@@ -103,6 +103,13 @@ def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:
     return float(time[inside] + min(max(share, 0.0), 1.0) * (time[beyond] - time[inside]))
 
 
+def first_settled(time: np.ndarray, settling_time: float | None) -> int:
+    """First instant at or after the end of a settling time; the last one if the run ended before."""
+    if settling_time is None or not len(time):
+        return 0
+    return min(int(np.searchsorted(time, settling_time * (1.0 - 1e-9))), len(time) - 1)
+
+
 def root_mean_squares(time: Any, utilisation: Mapping[Demand, Any], settled: int = 0) -> dict[Demand, float]:
     """Root mean square of the demands that it limits, over the run after settling; arguments of `events`. [-]"""
     return {

@@ -18,6 +18,7 @@ from infinivar.analysis.least_loss import LeastLoss
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.motion_summary import MotionSummary
 from infinivar.analysis.robustness.verdicts import BuildsMap
+from infinivar.analysis.sessions.session_result import Session
 from infinivar.analysis.sessions.stability import StabilityMap
 from infinivar.analysis.sessions.z_width import ZWidth
 from infinivar.analysis.simulate import Simulation
@@ -342,7 +343,7 @@ def simulation(found: Simulation) -> Arrays:
     return made._replace(data={**columns, **made.data}, attributes={"title": found.title})
 
 
-def machine_run(found: MachineRun) -> Arrays:
+def machine_run(found: MachineRun | Session) -> Arrays:
     """Motion, forces and demands over time, and energies by source, loss and storage."""
     data: dict[str, Any] = {name: ("time", values, {"units": unit_of(name)}) for name, values in found.columns.items()}
     for kind, group in (("supplied", found.supplied), ("lost", found.lost), ("stored", found.stored)):

@@ -39,6 +39,10 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.simulation:save",
         "dataset": "report.datasets:machine_run",
     },
+    "analysis.sessions.session_result.Session": {
+        "plot": "figures.session:draw_all",
+        "dataset": "report.datasets:machine_run",
+    },
     "analysis.machines.MachineComparison": {
         "plot": "figures.machine_tasks:draw_all",
         "save": "report.machines:save",

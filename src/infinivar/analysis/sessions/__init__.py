@@ -1,1 +1,1 @@
-"""Displays and machines in the hand of a user: stability, impedances that can be felt, passivity, and limits."""
+"""Sessions of a user at the handle of a machine, and displays in the hand: stability, impedances, passivity, and limits."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Parameter, Signal
 from infinivar.drivetrain.graphs import pieces
-from infinivar.drivetrain.moving.system import PowerMotor, SteeringServo
+from infinivar.drivetrain.moving.motors import PowerMotor, SteeringServo
 
 
 def servo_plant(servo: SteeringServo, number: int) -> BondGraph:

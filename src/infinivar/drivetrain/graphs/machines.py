@@ -25,13 +25,14 @@ from infinivar.drivetrain.graphs import pieces
 from infinivar.drivetrain.graphs.machine_motors import motor_plant, servo_plant
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.machines import (
+    LINKED,
     MACHINES,
     ArmMachine,
     Machine,
     PlanarMachine,
     PlatformMachine,
-    SeparateMachine,
     SerialArmMachine,
+    SlideMachine,
     SphereMachine,
 )
 from infinivar.errors import ParameterError
@@ -67,10 +68,12 @@ def machine_graph(
         If it is another machine, a value that motion requires is missing, or a contact turns with spin, which these graphs do
         not have.
     """
-    if isinstance(machine, SeparateMachine):
+    if isinstance(machine, LINKED):
         raise ParameterError(
             "machine must have wheels, got one with a motor for each link: plant_graph has one such drive"
         )
+    if isinstance(machine, SlideMachine):
+        raise ParameterError("machine must not be a SlideMachine; plant_graph has one of its axes")
     if not isinstance(machine, MACHINES):
         names = ", ".join(kind.__name__ for kind in MACHINES)
         raise ParameterError(f"machine must be one of {names}, got a {type(machine).__name__}")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar._core.fields import given
-from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.control import SPEED_BANDWIDTH, CoboticControl, ConventionalControl
 from infinivar.drivetrain.graphs.controllers import Loop, Servo, speed_loop
 from infinivar.drivetrain.moving.bodies import angular_velocity, rotation_between
 from infinivar.drivetrain.moving.legged import Load, PlatformLoad
@@ -33,23 +33,86 @@ Wanted = Callable[[float, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray,
 
 
 @dataclass(slots=True)
-class MachineController:
-    """All loops of a machine, with their memory."""
+class Commands:
+    """What a controller commands, to act from the next sample on; None: nothing.
+
+    Wheels without command keep their angles by friction, and motors without command have no current.
+    """
+
+    steering: np.ndarray | None = None
+    """Angles of the steered axes at the next sample. (s,) [rad]"""
+    steering_rate: np.ndarray | None = None
+    """Rates from then on. (s,) [rad s^-1]"""
+    speed: float | None = None
+    """Of the coordinates of the power motors. [rad s^-1]"""
+    currents: np.ndarray | None = None
+    """Of the power motors, where it replaces `speed`, or of the motors of links. (k,) [A]"""
+
+
+@dataclass(slots=True)
+class Loops:
+    """Current loops of a machine, with their memory: speed of the power motors, and steering servos."""
 
     system: System
     period: float
+    motor: Loop | None
+    """None: the power motors are without current."""
+    servo: Servo | None
+    integrals: np.ndarray
+    """Of the speed loop of each power motor. (k,) [A]"""
+    saturated: dict[str, float] = field(default_factory=dict)
+    """Commanded over largest current of the last sample, by motor."""
+
+    def act(self, commands: Commands, speeds: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Inputs:
+        """Inputs for commands, measured speeds of the power motors' coordinates, and steering angles and rates."""
+        inputs = self.system.idle()
+        if self.system.links is not None and commands.currents is not None:
+            limit = self.system.links.current_limit
+            inputs.links = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
+            self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / limit
+        elif self.system.motor is not None and (commands.currents is not None or commands.speed is not None):
+            limit = math.inf if self.motor is None else self.motor.limit
+            if commands.currents is not None:
+                inputs.currents = np.clip(np.asarray(commands.currents, dtype=float), -limit, limit)
+            elif self.motor is not None:
+                for place, speed in enumerate(speeds.tolist()):
+                    inputs.currents[place], self.integrals[place] = self.motor.act(
+                        float(commands.speed or 0.0) - speed, float(self.integrals[place]), self.period
+                    )
+            self.saturated["motor"] = float(np.max(np.abs(inputs.currents))) / limit
+        if commands.steering is None:
+            if commands.steering_rate is not None and self.servo is None:
+                inputs.turning = np.array(commands.steering_rate, dtype=float)
+            return inputs
+        rate = np.zeros(len(angles)) if commands.steering_rate is None else commands.steering_rate
+        if self.servo is None:
+            # A wheel that turns as told ends the sample where the command has gone by then.
+            inputs.turning = rate + (commands.steering - angles) / self.period
+            return inputs
+        for place in range(len(angles)):
+            error = float(commands.steering[place]) - float(angles[place])
+            inputs.steering[place] = self.servo.act(error, float(turning[place]), float(rate[place]))
+        self.saturated["steering motor"] = float(np.max(np.abs(inputs.steering))) / self.servo.limit
+        return inputs
+
+
+@dataclass(slots=True)
+class MachineController:
+    """Controllers of a machine under a scenario: the shaft of the power motor is held, and wheels follow what is wanted."""
+
+    loops: Loops
     duration: float
     """Of the run; the controller looks no further ahead. [s]"""
     set_speed: float
-    motor: Loop | None
-    servo: Servo | None
     wanted: Wanted | None
-    integral: float = 0.0
     links: LinkController | None = None
     """Of a machine with a motor for each link, instead of all others."""
-    waiting: Inputs | None = field(default=None)
-    saturated: dict[str, float] = field(default_factory=dict)
-    """Commanded over largest current of the last sample, by motor."""
+    waiting: Inputs | None = None
+
+    @property
+    def saturated(self) -> dict[str, float]:
+        """As of `Loops`."""
+        return self.loops.saturated
 
     def sample(self, time: float, state: np.ndarray) -> Inputs:
         """Inputs until the next sample: those computed at the last one; at the first, those of now."""
@@ -58,28 +121,24 @@ class MachineController:
         return acting
 
     def _computed(self, time: float, state: np.ndarray) -> Inputs:
-        first, second, third = self.system.places
+        loops, system = self.loops, self.loops.system
+        first, second, third = system.places
         c, nu, angles, turning = state[:first], state[first:second], state[second:third], state[third:]
-        inputs = Inputs(steering=np.zeros(len(angles)))
+        speeds = np.zeros(0)
+        commands = Commands()
         if self.links is not None:
-            inputs.links = self.links.act(time, c, nu, self.period)
-            self.saturated["motor"] = float(np.max(np.abs(inputs.links))) / self.links.limit
-        if self.motor is not None and self.system.motor is not None:
-            error = self.set_speed - float(nu[self.system.motor.coordinate])
-            inputs.current, self.integral = self.motor.act(error, self.integral, self.period)
-            self.saturated["motor"] = abs(inputs.current) / self.motor.limit
-        if self.servo is not None and self.wanted is not None:
-            goal, rate = self.wanted(min(time + self.period, self.duration), c, nu, angles)
-            for place in range(len(angles)):
-                error = float(goal[place]) - float(angles[place])
-                inputs.steering[place] = self.servo.act(error, float(turning[place]), float(rate[place]))
-            self.saturated["steering motor"] = float(np.max(np.abs(inputs.steering))) / self.servo.limit
-        return inputs
+            commands.currents = self.links.act(time, c, nu, loops.period)
+        if loops.motor is not None and system.motor is not None:
+            commands.speed, speeds = self.set_speed, nu[list(system.motor.coordinates)]
+        if loops.servo is not None and self.wanted is not None:
+            ahead = min(time + loops.period, self.duration)
+            commands.steering, commands.steering_rate = self.wanted(ahead, c, nu, angles)
+        return loops.act(commands, speeds, angles, turning)
 
 
-def placed_servo(system: System, control: CoboticControl, full_speed: float) -> Servo | None:
+def placed_servo(system: System, control: CoboticControl | ConventionalControl, full_speed: float) -> Servo | None:
     """Servo of the steered axes."""
-    if system.servo is None:
+    if system.servo is None or isinstance(control, ConventionalControl):
         return None
     motor = system.servo.plant.motor
     limit = given(control.steering_current_limit, motor.voltage / motor.resistance)
@@ -88,13 +147,17 @@ def placed_servo(system: System, control: CoboticControl, full_speed: float) -> 
     )
 
 
-def placed_motor(system: System, control: CoboticControl, inertia: float) -> Loop | None:
-    """Speed loop of the power motor; `inertia` is that of its coordinate without the motor."""
+def placed_motor(system: System, control: CoboticControl | ConventionalControl, inertia: float) -> Loop | None:
+    """Speed loop of each power motor; `inertia` is that of its coordinate without the motor."""
     if system.motor is None:
         return None
     motor = system.motor.motor
     limit = given(control.current_limit, motor.voltage / motor.resistance)
-    return speed_loop(control.cylinder_bandwidth, inertia + system.motor.inertia, system.motor.gain, limit)
+    if isinstance(control, ConventionalControl):
+        bandwidth = given(control.speed_bandwidth, SPEED_BANDWIDTH)
+    else:
+        bandwidth = control.cylinder_bandwidth
+    return speed_loop(bandwidth, inertia + system.motor.inertia, system.motor.gain, limit)
 
 
 def following_angles(angles: Callable[[float], Any]) -> Wanted:

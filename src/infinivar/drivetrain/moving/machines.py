@@ -17,9 +17,10 @@ from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.drivetrain.moving.motors import PowerMotor, SteeringServo
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
 from infinivar.drivetrain.moving.separate import LinkMotors, SeparateMechanics
-from infinivar.drivetrain.moving.system import PowerMotor, SteeringServo
+from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.parts.amplifier import Amplifier
@@ -337,7 +338,100 @@ class SeparateMachine:
 _RIM = 0.1
 """Radius at which a joint that a drive turns directly counts as moving. [m]"""
 
-Machine = PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine | SeparateMachine
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class SlideMachine(_OnCylinder):
+    """A handle on translational axes, each moved by a leg on a common cylinder: a display of one to six axes.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or the leg has springs or a linkage of its own.
+    """
+
+    leg: CoboticDrive = component("One of the legs, with its motor, cylinder, steering and control")
+    masses: Sequence[float] = quantities("kg", Gt(0), "Mass moved along each axis, with the handle, without its link")
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        _check_leg(self.leg)
+        require(len(self.masses) >= 1, "masses", "none", "one value for each axis", "kg")
+
+    @property
+    def home(self) -> np.ndarray:
+        """Positions at the start."""
+        return np.zeros(len(self.masses))
+
+    def mechanics(self, stick_speed: float) -> LeggedMechanics:
+        """Contacts and inertia."""
+        return self._mechanics(SlideLoad(masses=np.array(self.masses)), len(self.masses), stick_speed)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class GearedSlideMachine:
+    """A handle on translational axes, each moved by a conventional geared drive: a display of one to six axes.
+
+    Raises
+    ------
+    ParameterError
+        If a field is out of range, or the drive turns a shaft, is elastic, or has friction that depends on its load.
+    """
+
+    drive: ConventionalDrive = component("Drive of each axis, with its control")
+    masses: Sequence[float] = quantities("kg", Gt(0), "Mass moved along each axis, with the handle")
+
+    set_speed: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        check(self)
+        if not isinstance(self.drive, ConventionalDrive):
+            raise ParameterError(f"drive must be a ConventionalDrive, got a {type(self.drive).__name__}")
+        if self.drive.own_axis.rotary:
+            raise ParameterError(
+                "drive must have a pulley, screw, belt or rack: a shaft does not move the axis of a slide"
+            )
+        require(len(self.masses) >= 1, "masses", "none", "one value for each axis", "kg")
+        _ = self.link_motors(1e-4)
+
+    @property
+    def control(self) -> ConventionalControl:
+        """Settings of the controllers."""
+        return self.drive.control
+
+    @property
+    def home(self) -> np.ndarray:
+        """Positions at the start."""
+        return np.zeros(len(self.masses))
+
+    @property
+    def links(self) -> int:
+        """Number of axes."""
+        return len(self.masses)
+
+    def link_motors(self, stick_speed: float) -> LinkMotors:
+        """Motors of the axes."""
+        try:
+            return LinkMotors(drive=self.drive, stick_speed=stick_speed)
+        except ParameterError as problem:
+            raise ParameterError(f"drive.{problem}") from None
+
+    def mechanics(self, stick_speed: float) -> SeparateMechanics:
+        """Inertia."""
+        load = SlideLoad(masses=np.array(self.masses))
+        return SeparateMechanics(load=load, count=self.links, link_mass=self.link_motors(stick_speed).moved_mass)
+
+    def servo(self, stick_speed: float) -> None:
+        """None: nothing is steered."""
+
+    def power_motor(self, stick_speed: float) -> None:
+        """None: there is one for each axis."""
+
+
+Machine = (
+    PlatformMachine | ArmMachine | SerialArmMachine | PlanarMachine | SphereMachine | SlideMachine | GearedSlideMachine
+)
 """A machine of many contacts that can move in time, or its rival with a motor for each link."""
 
 MACHINES: tuple[type, ...] = (
@@ -347,7 +441,13 @@ MACHINES: tuple[type, ...] = (
     PlanarMachine,
     SphereMachine,
     SeparateMachine,
+    SlideMachine,
+    GearedSlideMachine,
 )
+
+
+LINKED = (SeparateMachine, GearedSlideMachine)
+"""Machines with a motor for each link."""
 
 
 def _check_leg(leg: Any) -> None:
@@ -394,6 +494,6 @@ def _motor(
         motor=motor,
         gearhead=gearhead,
         amplifier=amplifier,
-        coordinate=coordinate,
+        coordinates=(coordinate,),
         stick_speed=stick_speed * gearhead.ratio,
     )

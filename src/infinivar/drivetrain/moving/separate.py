@@ -81,6 +81,12 @@ class LinkMotors:
         return self.ratio * self.drive.motor.torque_constant
 
     @property
+    def current_limit(self) -> float:
+        """Of the controller, or of a motor that is stalled. [A]"""
+        motor = self.drive.motor
+        return given(self.drive.control.current_limit, motor.voltage / motor.resistance)
+
+    @property
     def losses(self) -> tuple[str, ...]:
         """Names of the losses; the four of friction first."""
         return ("motor friction", "gearhead", self.drive.stage.title, "guideway", "winding", "motor iron", "amplifier")
@@ -156,8 +162,7 @@ class LinkController:
 
     def __post_init__(self) -> None:
         """Compute what does not change."""
-        motor = self.motors.drive.motor
-        self.limit = given(self.motors.drive.control.current_limit, motor.voltage / motor.resistance)
+        self.limit = self.motors.current_limit
 
     def act(self, time: float, pose: np.ndarray, rates: np.ndarray, period: float) -> np.ndarray:
         """Currents of the motors from the measurements of a time; they act for a period from the next sample on. (n,) [A]"""

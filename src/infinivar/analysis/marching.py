@@ -1,0 +1,352 @@
+"""The march of a machine through time: from sample to sample, with limits as events and a balance of energies.
+
+Runs under a scenario and sessions with a user are marched alike; they differ in who commands, and in what is told of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from infinivar._core.collocation import Collocation, Rates, Step, StuckError
+from infinivar._core.fields import given
+from infinivar.analysis import run_limits
+from infinivar.analysis.run_limits import Event
+from infinivar.bondgraph.audit import CLOSURE, ClosureError
+from infinivar.drivetrain.moving.legged import LeggedMechanics
+from infinivar.drivetrain.moving.system import Inputs, System
+from infinivar.limits import Demand, Limit
+from infinivar.motion.machine_scenario import check_continuous
+
+_RESULTS = 1000
+"""Default number of results of a run."""
+
+_NEARLY = 0.99
+"""Reach of a rod over its length, beyond which a run that stops has reached the end of it."""
+
+_HALVINGS = 40
+"""Of the step in which a demand passes its allowance."""
+
+
+class Sampler(Protocol):
+    """Who commands."""
+
+    @property
+    def saturated(self) -> Mapping[str, float]:
+        """Commanded over largest current of the last sample, by motor."""
+        ...
+
+    def sample(self, time: float, state: np.ndarray) -> Inputs:
+        """Inputs until the next sample."""
+        ...
+
+
+@dataclass(slots=True)
+class _Log:
+    """What a run leaves behind at its results, and at its steps."""
+
+    states: list[np.ndarray] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+    energies: list[np.ndarray] = field(default_factory=list)
+    inputs: list[Inputs] = field(default_factory=list)
+    instants: list[float] = field(default_factory=list)
+    demands: list[np.ndarray] = field(default_factory=list)
+    sampled: list[tuple[float, dict[str, float]]] = field(default_factory=list)
+
+
+class Record(NamedTuple):
+    """What is known of a motion afterwards; t results, i instants at the ends of steps."""
+
+    time: np.ndarray
+    """(t,) [s]"""
+    states: np.ndarray
+    """(t, n)"""
+    columns: dict[str, np.ndarray]
+    """Configuration, rates, steering, currents, voltages and slip demands, (t,) each."""
+    supplied: dict[str, np.ndarray]
+    """(t,) each. [J]"""
+    lost: dict[str, np.ndarray]
+    """(t,) each. [J]"""
+    stored: dict[str, np.ndarray]
+    """(t,) each. [J]"""
+    residual: np.ndarray
+    """(t,) [-]"""
+    events: tuple[Event, ...]
+    root_mean_squares: dict[Demand, float]
+    outcome: str
+    """Empty, or why the run ended early."""
+    instants: np.ndarray
+    """(i,) [s]"""
+    watched: np.ndarray
+    """Demands that the system watches, at the instants. (i, w)"""
+
+
+@dataclass(slots=True)
+class March:
+    """A system set up for a run."""
+
+    system: System
+    state: np.ndarray
+    """At the start."""
+    controller: Sampler | None
+    """None: nothing is sampled."""
+    period: float
+    """Of the samples. [s]"""
+    duration: float
+    output_step: float | None = None
+    settling_time: float | None = None
+    tolerance: float = 1e-4
+    log: _Log = field(default_factory=_Log)
+
+    def over(self, progress: Callable[[float], None]) -> Record:
+        """The run.
+
+        Raises
+        ------
+        ClosureError
+            If the energy balance does not close: an error in the program.
+        """
+        system, log = self.system, self.log
+        inputs = system.idle()
+        total = np.zeros(len(system.sources) + len(system.losses))
+        state = self.state
+
+        def rates(time: np.ndarray, states: np.ndarray) -> Rates:
+            return system.rates(inputs, time, states)
+
+        ends, kept = self._segments()
+        if system.angles is not None:
+            check_continuous("steering", system.angles, [0.0, *ends])
+        marching = Collocation(rates, system.balance, self._scale(), self.tolerance, len(ends))
+
+        def accept(step: Step) -> None:
+            total[:] += step.energy
+            self._watch(step, rates)
+
+        def keep(time: float) -> None:
+            log.times.append(time)
+            log.states.append(state)
+            log.energies.append(total.copy())
+            log.inputs.append(inputs.copy())
+
+        outcome, begin = "", 0.0
+        for place, end in enumerate(ends):
+            if self.controller is not None:
+                inputs = self.controller.sample(begin, state)
+                log.sampled.append((begin, dict(self.controller.saturated)))
+            if place == 0:
+                keep(0.0)
+            try:
+                state = marching.over(begin, end, state, accept)
+            except StuckError as problem:
+                outcome = f"stopped at {float(problem.args[0]):.6g} s: {self._why(marching.last, state)}"
+                break
+            if place + 1 in kept:
+                keep(end)
+                progress(end / self.duration)
+            begin = end
+        return self._record(outcome)
+
+    def _scale(self) -> np.ndarray:
+        """Size of each state."""
+        first, second, third = self.system.places
+        scale = np.full(len(self.state), 0.1)
+        fastest = np.abs(self.state[first:second])
+        scale[first:second] = np.maximum(0.1 * fastest, 1e-2)
+        scale[third:] = 1.0
+        return scale
+
+    def _segments(self) -> tuple[np.ndarray, set[int]]:
+        """Ends of the segments, and the numbers of those that are results."""
+        duration, sampled = self.duration, self.controller is not None
+        step = self.output_step or max(duration / _RESULTS, self.period if sampled else 0.0)
+        if not sampled:
+            count = max(round(duration / step), 1)
+            return np.linspace(0.0, duration, count + 1)[1:], set(range(1, count + 1))
+        whole = math.floor(duration / self.period * (1.0 + 1e-12))
+        ends = self.period * np.arange(1, whole + 1)
+        if not whole or duration - ends[-1] > 1e-9 * duration:
+            ends = np.append(ends, duration)
+        every = max(round(step / self.period), 1)
+        return ends, {*range(every, len(ends) + 1, every), len(ends)}
+
+    def _watch(self, step: Step, rates: Callable[..., Rates]) -> None:
+        """Keep the demands at the ends of a step, and at the instants at which one passes its allowance."""
+        log = self.log
+        if not log.instants:
+            log.instants.append(step.begin)
+            log.demands.append(step.demand_before)
+        crossed = (step.demand_before - 1.0) * (step.demand - 1.0) < 0.0
+        found = []
+        for place in np.flatnonzero(crossed):
+            low, high, rises, demand = 0.0, 1.0, step.demand[place] > 1.0, step.demand
+            for _ in range(_HALVINGS):
+                middle = 0.5 * (low + high)
+                time = step.begin + middle * (step.end - step.begin)
+                demand = rates(np.array([time]), step.at(middle)[None]).demand[0]
+                low, high = (low, middle) if (demand[place] > 1.0) == rises else (middle, high)
+            demand = np.where(np.arange(len(demand)) == place, 1.0, demand)
+            found.append((step.begin + high * (step.end - step.begin), demand))
+        for time, demand in sorted(found, key=lambda pair: pair[0]):
+            if time > log.instants[-1]:
+                log.instants.append(time)
+                log.demands.append(demand)
+        if step.end > log.instants[-1]:
+            log.instants.append(step.end)
+            log.demands.append(step.demand)
+
+    def _why(self, last: Step | None, state: np.ndarray) -> str:
+        if isinstance(self.system.mechanics, LeggedMechanics):
+            first, second, _ = self.system.places
+            at = (state if last is None else last.points[-1])[None]
+            place = self.system.mechanics.load.at(at[:, :first], at[:, first : second - 1])
+            if place.demand.size and not place.demand[0, 0] < _NEARLY:
+                return "a rod is at the end of its reach"
+        return "the integration fails; try a larger stick_speed"
+
+    def _record(self, outcome: str) -> Record:
+        system, log = self.system, self.log
+        states, time, energies = np.array(log.states), np.array(log.times), np.array(log.energies)
+        stored = system.energies(time, states)
+        count = len(system.sources)
+        supplied, lost = energies[:, :count], energies[:, count:]
+        residual = _residual(supplied, lost, stored)
+        columns = self._columns(time, states)
+        early = run_limits.first_settled(time, self.settling_time)
+        instants, demands = np.array(log.instants), np.array(log.demands)
+        names = system.mechanics.demands
+        found: tuple[Event, ...] = ()
+        if log.instants:
+            # Sub-steps in which a wheel slips count as well.
+            utilisation: dict[Demand, Any] = dict(zip(names, demands.T, strict=False))
+            found = run_limits.events(instants, utilisation, run_limits.first_settled(instants, self.settling_time))
+            rows = np.searchsorted(instants, time - 1e-12).clip(max=len(instants) - 1)
+            for place, (limit, what) in enumerate(names):
+                if limit == Limit.SLIP:
+                    columns[f"slip_demand_{what.replace(' ', '_')}"] = demands[rows, place]
+        others = self._motor_demands(columns)
+        found = tuple(sorted((*found, *run_limits.events(time, others, early), *self._saturation()), key=_start))
+        return Record(
+            time=time,
+            states=states,
+            columns=columns,
+            supplied=dict(zip(system.sources, supplied.T, strict=True)),
+            lost={name: column for name, column in zip(system.losses, lost.T, strict=True) if np.any(column)},
+            stored=dict(zip(system.storages, stored.T, strict=True)),
+            residual=residual,
+            events=found,
+            root_mean_squares=run_limits.root_mean_squares(time, others, early),
+            outcome=outcome,
+            instants=instants,
+            watched=demands[:, len(names) :] if log.instants else np.zeros((0, 0)),
+        )
+
+    def _columns(self, time: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
+        system, mechanics, inputs = self.system, self.system.mechanics, self.log.inputs
+        first, second, _ = system.places
+        names = [*mechanics.configuration, *mechanics.coordinates]
+        columns = {name: states[:, place] for place, name in enumerate(names)}
+        angles, turning = system.steering(time, states, np.array([one.turning for one in inputs]))
+        for place, name in enumerate(mechanics.steered):
+            columns[name] = angles[:, place]
+            columns[name.replace("_rad", "_rate_rad_s")] = (turning + 0.0 * angles)[:, place]
+        if system.motor is not None:
+            motor, currents = system.motor.motor, np.array([one.currents for one in inputs])
+            shafts = system.motor.reduction * states[:, first:second][:, list(system.motor.coordinates)]
+            for place, name in enumerate(self._motors):
+                current = currents[:, place]
+                columns[f"{name}_current_A"] = current
+                voltage = motor.resistance * current + motor.torque_constant * shafts[:, place]
+                columns[f"{name}_voltage_V"] = voltage
+        if system.links is not None:
+            currents = np.array([one.links for one in inputs])
+            speeds = mechanics.at(states[:, :first], states[:, first:second]).kinematics.speed
+            motor = system.links.drive.motor
+            voltages = motor.resistance * currents + motor.torque_constant * system.links.ratio * speeds
+            for place, name in enumerate(self._motors):
+                columns[f"{name}_current_A"] = currents[:, place]
+                columns[f"{name}_voltage_V"] = voltages[:, place]
+        if system.servo is not None:
+            currents = np.array([one.steering for one in inputs])
+            for place, name in enumerate(mechanics.steered):
+                columns[name.replace("_rad", "_current_A")] = currents[:, place]
+        return columns
+
+    @property
+    def _motors(self) -> tuple[str, ...]:
+        """Names of the power motors in columns."""
+        motor, links = self.system.motor, self.system.links
+        if links is not None:
+            return tuple(f"motor_{place + 1}" for place in range(len(self.log.inputs[0].links)))
+        if motor is None or len(motor.coordinates) == 1:
+            return () if motor is None else ("motor",)
+        return tuple(f"motor_{place + 1}" for place in range(len(motor.coordinates)))
+
+    def _motor_demands(self, columns: Mapping[str, np.ndarray]) -> dict[Demand, Any]:
+        """Demand over allowance of the motors at the results."""
+        system, found = self.system, {}
+        of_motor = system.links.drive.motor if system.links is not None else None
+        of_motor = system.motor.motor if system.motor is not None else of_motor
+        if of_motor is not None:
+            motor = of_motor
+            for name in self._motors:
+                current, voltage = columns[f"{name}_current_A"], columns[f"{name}_voltage_V"]
+                speed = (voltage - motor.resistance * current) / motor.torque_constant
+                for limit, demand in motor.utilisation(current=current, voltage=voltage, speed=speed).items():
+                    found[limit, name.replace("_", " ")] = demand
+        if system.servo is not None:
+            plant = system.servo.plant
+            for name in system.mechanics.steered:
+                current = columns[name.replace("_rad", "_current_A")]
+                speed = plant.ratio * columns[name.replace("_rad", "_rate_rad_s")]
+                voltage = plant.motor.resistance * current + plant.motor.torque_constant * speed
+                part = f"steering motor {name.split('_')[1]}" if "_" in name else "steering motor"
+                for limit, demand in plant.motor.utilisation(current=current, voltage=voltage, speed=speed).items():
+                    found[limit, part] = demand
+        return found
+
+    def _saturation(self) -> tuple[Event, ...]:
+        """Samples at which a controller's current is at its limit."""
+        log = self.log
+        if not log.sampled:
+            return ()
+        found = []
+        for part in log.sampled[-1][1]:
+            limited = np.array([said.get(part, 0.0) >= 1.0 for _, said in log.sampled])
+            edges = np.flatnonzero(np.diff(np.concatenate([[False], limited, [False]]).astype(int)))
+            for begin, end in zip(edges[::2], edges[1::2], strict=True):
+                begins = log.sampled[begin][0]
+                ends = log.sampled[end][0] if end < len(log.sampled) else self.duration
+                event = Event(limit=Limit.PEAK, what=f"current limit of {part}", start=begins, end=ends, worst=1.0)
+                settling = given(self.settling_time, 0.0)
+                if begins < settling < ends:
+                    found.append(replace(event, end=settling, settling=True))
+                    event = replace(event, start=settling)
+                found.append(replace(event, settling=ends <= settling))
+        return tuple(found)
+
+
+def _residual(supplied: np.ndarray, lost: np.ndarray, stored: np.ndarray) -> np.ndarray:
+    """Energy that is unaccounted for, over the energy moved. (t,)
+
+    Raises
+    ------
+    ClosureError
+        If it exceeds the limit.
+    """
+    missing = stored.sum(-1) - stored[0].sum() + lost.sum(-1) - supplied.sum(-1)
+    moved = np.max(np.abs(supplied).sum(-1) + np.abs(lost).sum(-1)) + np.max(stored.sum(-1))
+    residual = np.abs(missing) / max(float(moved), 1e-300)
+    if not np.max(residual) <= CLOSURE:
+        raise ClosureError(
+            f"the energy balance has a residual of {np.max(residual):.2g} of the energy moved, above the limit of {CLOSURE:g}"
+        )
+    return residual
+
+
+def _start(event: Event) -> float:
+    return event.start

@@ -1,0 +1,266 @@
+"""What a session returns, and what is measured of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.result import Frozen, Result, result
+from infinivar.analysis import run_limits
+from infinivar.analysis.judged import Judged
+from infinivar.analysis.run_limits import Event
+from infinivar.bondgraph.audit import CLOSURE
+from infinivar.drivetrain.guidance.sensing import Sensing
+from infinivar.drivetrain.moving.machines import Machine
+from infinivar.errors import ParameterError
+from infinivar.limits import Demand
+from infinivar.units import plain
+
+
+@result
+class Touch(Frozen):
+    """Time interval in which the handle was beyond a wall."""
+
+    start: float
+    end: float
+    """Start and end. [s]"""
+    depth: float
+    """Largest penetration. [m]"""
+
+    def __str__(self) -> str:
+        """One-line description."""
+        return f"wall penetrated from {plain(self.start)} s to {plain(self.end)} s, up to {plain(1e3 * self.depth)} mm"
+
+
+@result
+class Session(Judged, Result):
+    """A session of a user at the handle of a machine, as returned by `session`; t instants.
+
+    Attributes
+    ----------
+    machine, task, controller, user, sensing : arguments of the call.
+    title : str
+    axes : tuple of str          Directions of the handle, fixed in space.
+    wall, path                   Surface and curve of the measures, or None.
+    time : (t,) float            [s]
+    columns : name to (t,)       Configuration, rates, steering angles and rates, currents and voltages of motors, slip demands;
+        of the handle, position ("handle_x_m"), velocity ("handle_v_x_m_s") and the force of the user on it ("force_x_N").
+    supplied : name to (t,)      Energy from "supply", "steering supply" and "user" since the start; of ideal servos
+        "steering". [J]
+    lost : name to (t,)          Energy lost by part since the start; "arm" is the user's. [J]
+    stored : name to (t,)        Energy of machine, motor and steering, and of mass and spring of an arm. [J]
+    residual : (t,)              Energy that is unaccounted for, over the energy moved. [-]
+    events : tuple of Event      Intervals in which a demand exceeds its allowance, or a current is at its limit.
+    touches : tuple of Touch     Intervals in which the handle is beyond the wall.
+    root_mean_squares            Of each demand that it limits.
+    outcome : str                Empty, or why the session ended early.
+    """
+
+    machine: Machine
+    task: Any
+    controller: Any
+    user: Any
+    sensing: Sensing
+    title: str
+    axes: tuple[str, ...]
+    wall: Any
+    path: Any
+    time: np.ndarray
+    columns: Mapping[str, np.ndarray]
+    supplied: Mapping[str, np.ndarray]
+    lost: Mapping[str, np.ndarray]
+    stored: Mapping[str, np.ndarray]
+    residual: np.ndarray
+    events: tuple[Event, ...]
+    touches: tuple[Touch, ...]
+    root_mean_squares: Mapping[Demand, float]
+    outcome: str = ""
+
+    @property
+    def event_lines(self) -> tuple[str, ...]:
+        """Demands beyond their allowance, then penetrations of the wall."""
+        return (*run_limits.lines(self.events, self.root_mean_squares), *map(str, self.touches))
+
+    @property
+    def position(self) -> np.ndarray:
+        """Of the handle. (t, d) [m]"""
+        return np.stack([self.columns[f"handle_{axis}_m"] for axis in self.axes], axis=-1)
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Of the handle. (t, d) [m s^-1]"""
+        return np.stack([self.columns[f"handle_v_{axis}_m_s"] for axis in self.axes], axis=-1)
+
+    @property
+    def force(self) -> np.ndarray:
+        """Of the user on the handle. (t, d) [N]"""
+        return np.stack([self.columns[f"force_{axis}_N"] for axis in self.axes], axis=-1)
+
+    @property
+    def joules(self) -> Mapping[str, float]:
+        """Who put energy in, and where it went, by part; what is supplied is the sum of the rest. [J]"""
+        return {
+            **{f"from {name}": float(energy[-1]) for name, energy in self.supplied.items()},
+            **{f"lost in {name}": float(energy[-1]) for name, energy in self.lost.items()},
+            **{f"stored in {name}": float(energy[-1] - energy[0]) for name, energy in self.stored.items()},
+        }
+
+    @property
+    def electrical_energy(self) -> float:
+        """From all supplies, of power and steering motors. [J]"""
+        return sum(float(energy[-1]) for name, energy in self.supplied.items() if "supply" in name)
+
+    @property
+    def path_offset(self) -> np.ndarray:
+        """Offset of the handle from the path, positive to the left; in space >= 0. (t,) [m]
+
+        Raises
+        ------
+        ParameterError
+            If the session has no path.
+        """
+        if self.path is None:
+            raise ParameterError("path is missing: the session has none to measure offsets from")
+        near, found = None, np.empty(len(self.time))
+        for row, point in enumerate(self.position):
+            there = self.path.nearest(point, near)
+            near, found[row] = float(there.arc_length), float(there.offset)
+        return found
+
+    @property
+    def penetration(self) -> np.ndarray:
+        """Depth of the handle beyond the wall, negative on the free side. (t,) [m]
+
+        Raises
+        ------
+        ParameterError
+            If the session has no wall.
+        """
+        return -np.asarray(self._wall.distance(self._at_wall))
+
+    @property
+    def wall_force(self) -> np.ndarray:
+        """Force of the user into the wall. (t,) [N]"""
+        normal = np.asarray(self._wall.normal(self._at_wall))
+        return -np.sum(normal * self.force[:, : normal.shape[-1]], axis=-1)
+
+    @property
+    def rendered_stiffness(self) -> float:
+        """Of the wall: slope of the user's force over penetration, by least squares over the instants beyond it with a force into
+        it; nan with fewer than two. [N m^-1]"""
+        depth, force = self.penetration, self.wall_force
+        inside = (depth > 0.0) & (force > 0.0)
+        if np.count_nonzero(inside) < 2:
+            return float("nan")
+        depth, force = depth[inside] - depth[inside].mean(), force[inside] - force[inside].mean()
+        spread = float(depth @ depth)
+        return float(force @ depth) / spread if spread > 0.0 else float("inf")
+
+    @property
+    def _wall(self) -> Any:
+        if self.wall is None:
+            raise ParameterError("wall is missing: the session has none to measure penetration of")
+        return self.wall
+
+    @property
+    def _at_wall(self) -> np.ndarray:
+        return self.position[:, : getattr(self.wall, "dimension", len(self.axes))]
+
+    def felt_mass(self, start: float = 0.0, end: float | None = None) -> np.ndarray:
+        """Mass felt in each direction: impulse of the user's force over the change of speed, in an interval. (d,) [kg]
+
+        Parameters
+        ----------
+        start, end : float   Of the interval; by default the whole session. [s]
+
+        Returns
+        -------
+        (d,) float   nan where the speed does not change.
+        """
+        end = float(self.time[-1]) if end is None else end
+        inside = (self.time >= start - 1e-12) & (self.time <= end + 1e-12)
+        if np.count_nonzero(inside) < 2:
+            raise ParameterError(f"start and end must enclose two results or more, got {start} and {end}")
+        pushed = np.trapezoid(self.force[inside], self.time[inside], axis=0)
+        changed = self.velocity[inside][-1] - self.velocity[inside][0]
+        safe = np.where(changed == 0.0, 1.0, changed)
+        return np.where(changed == 0.0, np.nan, pushed / safe)
+
+    def leak(self, direction: Any, start: float = 0.0) -> float:
+        """Speed of the handle across a constraint over the user's force across it, both as means from an instant on.
+
+        Parameters
+        ----------
+        direction : (d,) float   Across the constraint, of any length.
+        start : float            [s]
+
+        Returns
+        -------
+        float   [m s^-1 N^-1]; 1 is 1000 mm/s per N.
+        """
+        across = np.asarray(direction, dtype=float)
+        across = across / np.linalg.norm(across)
+        later = self.time >= start
+        time = self.time[later]
+        moved = float((self.position[later][-1] - self.position[later][0]) @ across)
+        pushed = float(np.trapezoid(self.force[later] @ across, time))
+        return moved / pushed
+
+    @property
+    def verdict(self) -> str:
+        """One-line verdict: exceeded limits, offset or penetration, energy by source, closure."""
+        if not self.complete:
+            return self.outcome
+        said = [run_limits.verdict(self.events, self.root_mean_squares, float(self.time[-1]), None)]
+        if self.path is not None:
+            said.append(f"offset from the path {plain(1e3 * float(np.max(np.abs(self.path_offset))), 2)} mm at most")
+        if self.wall is not None:
+            deepest = max((touch.depth for touch in self.touches), default=0.0)
+            said.append(
+                f"wall penetrated by {plain(1e3 * deepest, 2)} mm at most" if self.touches else "wall not penetrated"
+            )
+        said += [f"{plain(float(energy[-1]))} J from the {name}" for name, energy in self.supplied.items()]
+        said.append(f"energy balance closed to {plain(CLOSURE, 1)}")
+        return "; ".join(said)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON: final energies, events, verdict."""
+        return {
+            "machine": self.title or type(self.machine).__name__,
+            "verdict": self.verdict,
+            "complete": self.complete,
+            "feasible": self.feasible,
+            "duration_s": float(self.time[-1]),
+            "supplied_J": {name: float(energy[-1]) for name, energy in self.supplied.items()},
+            "lost_J": {name: float(energy[-1]) for name, energy in self.lost.items()},
+            "stored_J": {name: float(energy[-1] - energy[0]) for name, energy in self.stored.items()},
+            "electrical_energy_J": self.electrical_energy,
+            "closure": self.closure,
+            "events": [
+                {
+                    "limit": event.limit.name,
+                    "what": event.what,
+                    "start_s": event.start,
+                    "end_s": event.end,
+                    "worst": event.worst,
+                }
+                for event in self.events
+            ],
+            "touches": [{"start_s": one.start, "end_s": one.end, "depth_m": one.depth} for one in self.touches],
+        }
+
+
+def touches(instants: np.ndarray, depth: np.ndarray) -> tuple[Touch, ...]:
+    """Intervals of positive depth, (i,) at increasing instants; their ends are at instants at which the depth is 0."""
+    beyond = np.concatenate([[False], depth > 0.0, [False]])
+    starts, ends = np.flatnonzero(beyond[1:] & ~beyond[:-1]), np.flatnonzero(~beyond[1:] & beyond[:-1])
+    return tuple(
+        Touch(
+            start=float(instants[max(first - 1, 0)]),
+            end=float(instants[min(last, len(instants) - 1)]),
+            depth=float(np.max(depth[first:last])),
+        )
+        for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
+    )

@@ -1,0 +1,92 @@
+"""What a controller of a machine in a session is: measurements in, commands out.
+
+A controller is a function of `Measured` that returns `Commands`, or an object whose ``begin(plant)`` returns such a function.
+The second form is for controllers with a memory: every session begins anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from infinivar.drivetrain.moving.control import Commands
+from infinivar.drivetrain.moving.hand import Grip
+from infinivar.drivetrain.moving.machines import Machine
+from infinivar.drivetrain.moving.system import Mechanics, System
+from infinivar.errors import ParameterError
+
+__all__ = ["Commands", "Controller", "Law", "Measured", "Plant", "begun"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Measured:
+    """What a controller knows at a sample: readings of sensors, not the truth."""
+
+    time: float
+    """[s]"""
+    configuration: np.ndarray
+    """As in the machine's columns. (c,)"""
+    rates: np.ndarray
+    """Of the machine's coordinates. (N,)"""
+    position: np.ndarray
+    """Of the handle. (d,) [m]"""
+    velocity: np.ndarray
+    """Of the handle. (d,) [m s^-1]"""
+    force: np.ndarray
+    """Of the user on the handle. (d,) [N]"""
+    steering: np.ndarray
+    """Steering angles. (s,) [rad]"""
+    steering_rate: np.ndarray
+    """(s,) [rad s^-1]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Plant:
+    """What a controller may know of its machine before a session."""
+
+    machine: Machine
+    system: System
+    grip: Grip
+    period: float
+    """Of the samples. [s]"""
+
+    @property
+    def mechanics(self) -> Mechanics:
+        """Contacts and inertia."""
+        return self.system.mechanics
+
+
+Law = Callable[[Measured], Commands]
+"""Called at each sample, in order; the first one is at the start."""
+
+
+@runtime_checkable
+class Controller(Protocol):
+    """A controller with a memory."""
+
+    def begin(self, plant: Plant) -> Law:
+        """The law of one session."""
+        ...
+
+
+def begun(controller: Any, plant: Plant) -> Law:
+    """The law of a controller of either form; None commands nothing.
+
+    Raises
+    ------
+    ParameterError
+        If it is of neither.
+    """
+    if controller is None:
+        return lambda measured: Commands()
+    if isinstance(controller, Controller):
+        return controller.begin(plant)
+    if callable(controller):
+        law: Any = controller
+        return law
+    raise ParameterError(
+        f"controller must be a function of what is measured, or have begin(plant) that returns one, got {controller!r}"
+    )

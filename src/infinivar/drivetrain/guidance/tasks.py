@@ -1,0 +1,169 @@
+"""Controllers of tasks: which one guides a machine, and how."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.fields import component, given
+from infinivar.drivetrain.guidance.controller import Commands, Law, Measured, Plant
+from infinivar.drivetrain.guidance.impedance import ImpedanceGuide
+from infinivar.drivetrain.guidance.legs import AdmittanceGuide, HoldGuide
+from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, Surface, WallGuide
+from infinivar.drivetrain.moving.machines import (
+    LINKED,
+    ArmMachine,
+    Machine,
+    PlanarMachine,
+    PlatformMachine,
+    SlideMachine,
+)
+from infinivar.errors import ParameterError
+from infinivar.motion.virtual.fixtures import OnCurve, OnSurface
+from infinivar.motion.virtual.tasks import (
+    TASKS,
+    Caster,
+    Coasting,
+    Fixture,
+    HandleTask,
+    HoldingTask,
+    VirtualPath,
+    VirtualWall,
+)
+
+LEGGED = (PlatformMachine, ArmMachine, SlideMachine)
+"""Machines with legs on a common cylinder."""
+
+SETTLING_LENGTH = 0.05
+"""Length over which the offset from a path decays, if the task does not say. [m]"""
+
+STIFFNESS, DAMPING = 5000.0, 100.0
+"""Of an impedance display, if the task does not say. [N m^-1], [N s m^-1]"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class CoastGuide:
+    """Leaves the wheels at the angles of the start, and the power motor without current."""
+
+    def begin(self, plant: Plant) -> Law:
+        """The law of one session."""
+        kept: list[np.ndarray] = []
+
+        def law(measured: Measured) -> Commands:
+            if not kept:
+                angles = measured.steering
+                if isinstance(plant.machine, PlanarMachine) and np.any(measured.rates):
+                    found = np.asarray(plant.machine.cobot.headings(measured.rates))
+                    angles = np.where(np.isfinite(found), found, angles)
+                kept.append(angles)
+            return Commands(steering=kept[0], steering_rate=0.0 * kept[0])
+
+        return law
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class _Beside:
+    """The line of a surface in the plane as a path, with the free side to the left."""
+
+    surface: Surface = component("The surface")
+
+    def nearest(self, point: Any, near: Any = None) -> _BesidePoint:
+        """The line through the point that keeps its distance, and how far it is from the surface."""
+        normal = np.asarray(self.surface.normal(point))
+        tangent = np.array([normal[1], -normal[0]])
+        distance = float(self.surface.distance(point))
+        bend = -float(tangent @ np.asarray(self.surface.hessian(point)) @ tangent)
+        return _BesidePoint(0.0, tangent, bend / (1.0 + bend * distance), distance)
+
+
+@dataclass(frozen=True, slots=True)
+class _BesidePoint:
+    arc_length: float
+    tangent: np.ndarray
+    curvature: float
+    offset: float
+
+
+def controller_of(task: HandleTask, machine: Machine) -> Any:
+    """The controller that does a task with a machine, with the settings that the task leaves open at their defaults.
+
+    Raises
+    ------
+    ParameterError
+        If it is no task, or the machine cannot do it.
+    """
+    if not isinstance(task, HandleTask):
+        raise ParameterError(f"task must be one of {', '.join(kind.__name__ for kind in TASKS.values())}, got {task!r}")
+    found = None
+    if isinstance(machine, PlanarMachine):
+        found = _of_planar(task)
+    elif isinstance(machine, LEGGED):
+        found = _of_legs(task)
+    elif isinstance(machine, LINKED):
+        found = _of_links(task)
+    if found is None:
+        raise ParameterError(
+            f"task {type(task).__name__} has no controller for a {type(machine).__name__}; give one as controller"
+        )
+    return found
+
+
+def _of_planar(task: HandleTask) -> Any:
+    if isinstance(task, VirtualPath):
+        _in_plane(task.curve.dimension)
+        return PathGuide(curve=task.curve, k1=given(task.settling_length, SETTLING_LENGTH) ** -2)
+    if isinstance(task, VirtualWall):
+        _in_plane(task.surface.dimension)
+        if task.sides == "two":
+            return PathGuide(curve=_Beside(surface=task.surface), k1=SETTLING_LENGTH**-2)
+        return WallGuide(wall=task.surface)
+    if isinstance(task, Caster):
+        return CasterGuide(mass=task.mass)
+    return CoastGuide() if isinstance(task, Coasting) else None
+
+
+def _of_legs(task: HandleTask) -> Any:
+    if isinstance(task, VirtualPath):
+        return AdmittanceGuide(constraint=OnCurve(curve=task.curve))
+    if isinstance(task, VirtualWall):
+        if task.sides == "two":
+            return AdmittanceGuide(constraint=OnSurface(surface=task.surface))
+        return AdmittanceGuide(wall=task.surface)
+    if isinstance(task, Fixture):
+        return AdmittanceGuide(constraint=task.allowed)
+    if isinstance(task, Caster):
+        usual = AdmittanceGuide()
+        return AdmittanceGuide(mass=given(task.mass, usual.mass), inertia=given(task.inertia, usual.inertia))
+    if isinstance(task, HoldingTask):
+        return HoldGuide(stop_cylinder=task.stop_cylinder)
+    return CoastGuide() if isinstance(task, Coasting) else None
+
+
+def _of_links(task: HandleTask) -> Any:
+    if isinstance(task, VirtualWall):
+        stiffness, damping = given(task.stiffness, STIFFNESS), given(task.damping, DAMPING)
+        return ImpedanceGuide(wall=task.surface, stiffness=stiffness, damping=damping, two_sided=task.sides == "two")
+    if isinstance(task, HoldingTask):
+        return ImpedanceGuide(hold="start", stiffness=STIFFNESS, damping=DAMPING)
+    # A geared drive cannot render less than its own mass: free motion and coasting are without current.
+    return ImpedanceGuide() if isinstance(task, (Caster, Coasting)) else None
+
+
+def _in_plane(dimension: int) -> None:
+    if dimension != 2:
+        raise ParameterError(f"task must be in the plane for a PlanarMachine, got one in {dimension} dimensions")
+
+
+def surface_of(task: Any) -> Any:
+    """Surface by which a session with a task is measured, or None."""
+    return task.surface if isinstance(task, VirtualWall) else None
+
+
+def curve_of(task: Any) -> Any:
+    """Curve by which a session with a task is measured, or None."""
+    return task.curve if isinstance(task, VirtualPath) else None
+
+
+__all__ = ["CoastGuide", "controller_of", "curve_of", "surface_of"]

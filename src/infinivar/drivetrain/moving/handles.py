@@ -1,0 +1,43 @@
+"""Where a hand holds each machine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from infinivar._core.arrays import real_array
+from infinivar.drivetrain.moving.hand import ArmGrip, BodyGrip, Grip, PointGrip
+from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics
+from infinivar.drivetrain.moving.separate import SeparateMechanics
+from infinivar.drivetrain.moving.slides import SlideLoad
+from infinivar.drivetrain.moving.system import Mechanics
+from infinivar.errors import ParameterError, require
+
+
+def grip_of(mechanics: Mechanics, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
+    """The handle of a machine: a point of a body in the plane, otherwise the origin of a platform, the end point of an arm, or
+    the axes of a slide.
+
+    Raises
+    ------
+    ParameterError
+        If the machine has no handle.
+    """
+    if isinstance(mechanics, PlanarMechanics):
+        point = real_array("handle", handle)
+        fits = point.shape == (2,) and bool(np.all(np.isfinite(point)))
+        require(fits, "handle", f"{handle}", "x and y, two finite numbers", "m")
+        return BodyGrip(point=(float(point[0]), float(point[1])))
+    count = len(mechanics.coordinates)
+    load = mechanics.load if isinstance(mechanics, (LeggedMechanics, SeparateMechanics, SerialArmMechanics)) else None
+    if isinstance(load, PlatformLoad):
+        return PointGrip(axes=("x", "y", "z"), coordinates=count)
+    if isinstance(load, ArmLoad):
+        return ArmGrip(arm=load.arm, coordinates=count)
+    if isinstance(load, SlideLoad):
+        return PointGrip(axes=load.axes, coordinates=count)
+    raise ParameterError(
+        "machine must have a handle: a planar cobot, platform, arm or slide; shafts of a sphere have none"
+    )

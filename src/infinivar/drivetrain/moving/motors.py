@@ -1,0 +1,185 @@
+"""Power motors and steering servos of machines of many contacts: torques on the coordinates, and powers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from infinivar._core.fields import given
+from infinivar.contact.friction import coulomb
+from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.steering import SteeringPlant
+from infinivar.errors import ParameterError
+from infinivar.parts.amplifier import Amplifier
+from infinivar.parts.gearhead import Gearhead, proportional_friction
+from infinivar.parts.motor import Motor
+
+POWER_LOSSES = ("winding", "motor friction", "motor iron", "gearhead", "amplifier")
+STEERING_LOSSES = ("winding", "motor friction", "motor iron", "bearing", "patch", "amplifier")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PowerMotor:
+    """A motor with gearhead and amplifier on a coordinate of a machine, or one on each of several, all alike.
+
+    Gearheads whose friction depends on their load need coordinates that no inertia couples.
+
+    Raises
+    ------
+    ParameterError
+        If the rotor's inertia is missing, or the gearhead has measured friction.
+    """
+
+    motor: Motor
+    gearhead: Gearhead
+    amplifier: Amplifier
+    coordinates: tuple[int, ...]
+    stick_speed: float
+    """Of the motor shaft. [rad s^-1]"""
+    travel: float = 1.0
+    """Of the coordinate per angle of the gearhead's output: that of a stage, or 1. [m rad^-1]"""
+    output_inertia: float = 0.0
+    """Of gear and stage at the gearhead's output. [kg m^2]"""
+    reduction: float = field(init=False, default=1.0)
+    """Motor speed over that of the coordinate. [m^-1]"""
+    rotor: float = field(init=False, default=0.0)
+    """Inertia of rotor and gearhead about the coordinate. [kg m^2]"""
+    inertia: float = field(init=False, default=0.0)
+    """The same with that at the gearhead's output. [kg m^2]"""
+    gear_friction: float = field(init=False, default=0.0)
+    """Constant, at the motor. [N m]"""
+
+    def __post_init__(self) -> None:
+        """Compute what does not change."""
+        rotor = needed(self.motor.rotor_inertia, "motor.rotor_inertia") + given(self.gearhead.inertia, 0.0)
+        reduction = self.gearhead.ratio / self.travel
+        object.__setattr__(self, "reduction", reduction)
+        object.__setattr__(self, "rotor", rotor * reduction**2)
+        object.__setattr__(self, "inertia", self.rotor + self.output_inertia / self.travel**2)
+        friction = 0.0
+        if not self.gearhead.lossless:
+            if self.gearhead.friction is not None:
+                raise ParameterError(
+                    f"gearhead.loss_model must be 'coulomb' or 'proportional' in a machine of many contacts that moves, got "
+                    f"{self.gearhead.loss_model!r}, whose friction is measured; iv.simulate has it for one leg"
+                )
+            friction = float(self.gearhead.coulomb_friction(self.motor.continuous_torque))
+        object.__setattr__(self, "gear_friction", friction)
+
+    @property
+    def gain(self) -> float:
+        """Torque on the coordinate per current. [N m A^-1]"""
+        return self.reduction * self.motor.torque_constant
+
+    @property
+    def loaded(self) -> bool:
+        """Whether friction of the gearhead depends on the torque that it transmits."""
+        return self.gearhead.loss_model == "proportional" and not self.gearhead.lossless
+
+    def load_friction(self, shaft: np.ndarray, torque: np.ndarray, free: np.ndarray, unit: np.ndarray) -> np.ndarray:
+        r"""Friction torque at the motor of a gearhead whose loss is proportional to power. (m, k) [N m]
+
+        The torque p that it transmits follows from the rotor's balance,
+
+        .. math:: p + F(p)\,(1 - J\,M^{-1}_{cc}) = \frac{\tau - J\,\dot\nu_c}{n}, \qquad F(p) = F(\mathrm{sgn}\,p)\,|p|,
+
+        so that p has the sign of the right-hand side and is explicit.
+
+        Parameters
+        ----------
+        shaft : (m, k) float    Speed of the motor. [rad s^-1]
+        torque : (m, k) float   tau, on the coordinate without this friction. [N m]
+        free : (m, k) float     Acceleration of the coordinate without this friction. [rad s^-2]
+        unit : (m, k) float     Its acceleration by a unit torque. [kg^-1 m^-2]
+
+        Source: Newton; `proportional_friction`.
+        """
+        balance = (torque - self.rotor * free) / self.reduction
+        way = np.where(balance < 0.0, -1.0, 1.0)
+        forward = given(self.gearhead.efficiency, 1.0)
+        back = given(self.gearhead.backdriving_efficiency, forward)
+        share = proportional_friction(shaft, way, forward, back, self.stick_speed)
+        passed = balance / (1.0 + way * share * (1.0 - self.rotor * unit))
+        return share * np.abs(passed)
+
+    def act(self, currents: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Torque on each coordinate, (m, k), and the power that the motors take ("supply") with their losses, of all together;
+        without friction that depends on the load.
+
+        Parameters
+        ----------
+        currents : (k,) float    [A]
+        speeds : (m, k) float    Of the coordinates.
+        """
+        shaft, motor = self.reduction * speeds, self.motor
+        rubbing = coulomb(shaft, motor.friction_torque, self.stick_speed)
+        iron = given(motor.viscous_friction, 0.0) * shaft
+        gear = coulomb(shaft, self.gear_friction, self.stick_speed)
+        driven = motor.torque_constant * currents
+        torque = self.reduction * (driven - rubbing - iron - gear)
+        winding = motor.resistance * currents * currents + 0.0 * shaft
+        taken, burnt, _ = self.amplifier.supply(winding + driven * shaft)
+        return torque, {
+            "supply": np.sum(taken, axis=-1),
+            "winding": np.sum(winding, axis=-1),
+            "motor friction": np.sum(rubbing * shaft, axis=-1),
+            "motor iron": np.sum(iron * shaft, axis=-1),
+            "gearhead": np.sum(gear * shaft, axis=-1),
+            "amplifier": np.sum(burnt + 0.0 * shaft, axis=-1),
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SteeringServo:
+    """Motor, gear and bell of each steered axis, all alike; friction of bell and, without spin, of the patch.
+
+    Raises
+    ------
+    ParameterError
+        If the rotor's inertia is missing.
+    """
+
+    plant: SteeringPlant
+    amplifier: Amplifier
+    patch_friction: float
+    """At the bell. [N m]"""
+    bell_friction: float
+    stick_speed: float
+    """Of the bell. [rad s^-1]"""
+    inertia: float = field(init=False, default=0.0)
+    """Of bell and rotor about the steering axis. [kg m^2]"""
+
+    def __post_init__(self) -> None:
+        """Compute what does not change."""
+        rotor = needed(self.plant.motor.rotor_inertia, "steering.motor.rotor_inertia")
+        object.__setattr__(self, "inertia", self.plant.bell_inertia + self.plant.ratio**2 * rotor)
+
+    @property
+    def gain(self) -> float:
+        """Torque at the bell per current. [N m A^-1]"""
+        return self.plant.ratio * self.plant.motor.torque_constant
+
+    @property
+    def friction(self) -> float:
+        """Coulomb friction at the bell: of patch, bell and motor. [N m]"""
+        return self.patch_friction + self.bell_friction + self.plant.ratio * self.plant.motor.friction_torque
+
+    def act(self, currents: np.ndarray, turning: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Torque at each bell but that of its contact, (m, s), and the powers of all together as in `PowerMotor`."""
+        motor, ratio = self.plant.motor, self.plant.ratio
+        share = coulomb(turning, 1.0, self.stick_speed)
+        iron = given(motor.viscous_friction, 0.0) * ratio * ratio * turning
+        torque = self.gain * currents - self.friction * share - iron
+        winding = np.broadcast_to(motor.resistance * currents * currents, turning.shape)
+        taken, burnt, _ = self.amplifier.supply(winding + self.gain * currents * turning)
+        slid = np.sum(share * turning, axis=-1)
+        return torque, {
+            "steering supply": np.sum(taken, axis=-1),
+            "steering winding": np.sum(winding, axis=-1),
+            "steering motor friction": ratio * motor.friction_torque * slid,
+            "steering motor iron": np.sum(iron * turning, axis=-1),
+            "steering bearing": self.bell_friction * slid,
+            "steering patch": self.patch_friction * slid,
+            "steering amplifier": np.sum(burnt + 0.0 * turning, axis=-1),
+        }

@@ -1,0 +1,82 @@
+"""A session: where the handle went, the user's force, what the guidance left, and who gave energy and where it went."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from infinivar.analysis.sessions.session_result import Session
+from infinivar.figures import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_ENERGIES = 7
+"""Most parts with a line of their own; the rest are drawn as one."""
+
+
+def data(run: Session) -> dict[str, Any]:
+    """Numbers of a session.
+
+    Returns
+    -------
+    dict
+        title; time (t,) [s]; position: by axis, from the start [mm]; force: by axis [N]; left: by name, offset from the path or
+        distance beyond the wall [mm]; touches: start and end of each [s]; supplied and lost: by part [J], largest first.
+    """
+    left = {}
+    if run.path is not None:
+        left["offset from the path"] = 1e3 * run.path_offset
+    if run.wall is not None:
+        left["beyond the wall"] = 1e3 * run.penetration
+    position = 1e3 * (run.position - run.position[0])
+    order = sorted(run.lost, key=lambda name: -float(run.lost[name][-1]))
+    lost = {name: np.asarray(run.lost[name]) for name in order[:_ENERGIES]}
+    if len(order) > _ENERGIES:
+        lost["other"] = sum((np.asarray(run.lost[name]) for name in order[_ENERGIES:]), np.zeros(len(run.time)))
+    return {
+        "title": run.title,
+        "time": run.time,
+        "position": dict(zip(run.axes, position.T, strict=True)),
+        "force": dict(zip(run.axes, run.force.T, strict=True)),
+        "left": left,
+        "touches": [(touch.start, touch.end) for touch in run.touches],
+        "supplied": {name: np.asarray(energy) for name, energy in run.supplied.items() if np.any(energy)},
+        "lost": lost,
+    }
+
+
+def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
+    """Draw into axes "position", "force", "supplied" and "lost", and "left" if there is a path or wall."""
+    labels = {
+        "position": "handle [mm]",
+        "force": "user's force [N]",
+        "left": "error [mm]",
+        "supplied": "energy\nsupplied [J]",
+        "lost": "energy\nlost [J]",
+    }
+    for panel, ax in axes.items():
+        for place, (name, values) in enumerate(numbers[panel].items()):
+            ax.plot(numbers["time"], values, color=style.COLOURS[place % len(style.COLOURS)], label=name)
+        ax.set_ylabel(labels[panel])
+        if numbers[panel]:
+            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)
+    if "left" in axes:
+        axes["left"].axhline(0.0, color="0.5", linestyle=":")
+        for begin, end in numbers["touches"]:
+            axes["left"].axvspan(begin, end, color="0.9")
+    axes["lost"].set_xlabel("time [s]")
+    axes["position"].set_title(numbers["title"])
+
+
+def draw_all(run: Session) -> Figure:
+    """Draw the figure of a session."""
+    numbers = data(run)
+    panels = ["position", "force", *(["left"] if numbers["left"] else []), "supplied", "lost"]
+    with style.styled():
+        made, axes = style.figure(7.4, 1.7 * len(panels), len(panels), 1, sharex=True)
+        draw(dict(zip(panels, axes.ravel(), strict=True)), numbers)
+    return made

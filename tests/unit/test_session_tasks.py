@@ -1,0 +1,132 @@
+"""Tasks as sessions: each kind finds its controller, and what it promises is measured."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import infinivar as iv
+from infinivar.drivetrain.guidance.tasks import SETTLING_LENGTH, controller_of
+from infinivar.figures import session as figure
+from machines_to_move import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
+
+CART = cart(REAL_WHEEL, steering=replace(LEG.steering, patch_half_length=3e-4))
+COBOTIC = iv.SlideMachine(leg=LEG, masses=[0.5] * 3)
+GEARED = iv.GearedSlideMachine(drive=iv.load_study("hand_controller").drives["motor1-gear1"], masses=[0.5] * 3)
+ARM = iv.ArmModel.named("vanbeek2015")
+LINE = iv.LineCurve(start=[0.0, 0.0, 0.0], end=[0.1, 0.1, 0.0])
+FLOOR = iv.HalfSpace(point=[0.0, 0.0, -0.0005], direction=[0.0, 0.0, 1.0])
+
+
+def down(time):
+    return [0.1 * math.sin(6.0 * time), 0.05 * math.sin(5.0 * time), -0.05]
+
+
+def felt(machine, task, duration=0.1, **given):
+    return iv.session(machine, task, user=ARM, intention=down, duration=duration, output_step=0.005, **given)
+
+
+def test_path_in_the_plane_is_followed_both_ways_with_the_settling_length():
+    curve = iv.PointCurve.through(np.array([[0.0, 0.0], [0.1, 0.05], [0.25, 0.0], [0.4, 0.1]]))
+    tangent = np.asarray(curve.at(0.0)[1])
+    task = iv.VirtualPath(curve=curve, settling_length=0.02)
+    assert controller_of(task, CART).k1 == pytest.approx(2500.0)
+    run = iv.session(CART, task, user=[3.0, 0.0], duration=0.3, rates=[*(0.4 * tangent), 0.0], output_step=0.01)
+    assert np.abs(run.path_offset).max() < 4e-4
+    assert run.feasible
+
+
+def test_two_sided_wall_in_the_plane_is_a_path_along_it():
+    task = iv.VirtualWall(surface=iv.Ball(centre=[0.0, 0.0], radius=0.3), sides="two")
+    run = iv.session(CART, task, duration=0.2, rates=[0.0, 0.3, 0.0], pose=[0.302, 0.0, 0.0], output_step=0.01)
+    # Critically damped over the usual settling length.
+    lengths = 0.3 * 0.2 / SETTLING_LENGTH
+    assert_allclose(run.penetration[-1], -0.002 * (1.0 + lengths) * math.exp(-lengths), rtol=0.02)
+
+
+def test_walls_of_both_displays():
+    cobotic = felt(COBOTIC, iv.VirtualWall(surface=FLOOR), 0.2)
+    assert cobotic.penetration.max() < 1e-4
+    assert cobotic.wall_force[-1] > 2.0
+    task = iv.VirtualWall(surface=FLOOR, stiffness=3000.0, damping=30.0)
+    guide = controller_of(task, GEARED)
+    assert (guide.stiffness, guide.damping, guide.two_sided) == (3000.0, 30.0, False)
+
+
+def test_fixtures_and_paths_of_legs_leave_only_what_is_free():
+    line = felt(COBOTIC, iv.Fixture(allowed=iv.AlongLine(direction=[1.0, 1.0, 0.0], turning=True)))
+    across = line.position @ np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
+    assert np.abs(across).max() < 2e-5
+    path = felt(COBOTIC, iv.VirtualPath(curve=LINE))
+    assert np.abs(path.path_offset).max() < 2e-5
+    assert path.position[-1, 0] > 1e-4
+    plane = iv.session(
+        HEXAPOD,
+        iv.Fixture(allowed=iv.InPlane(normal=[0.0, 0.0, 1.0])),
+        user=[4.0, 0.0, -6.0],
+        duration=0.05,
+        output_step=0.005,
+    )
+    assert np.ptp(plane.position[:, 2]) < 2e-5
+    assert plane.position[-1, 0] > 1e-4
+
+
+def test_holding_and_coasting():
+    held = iv.session(
+        COBOTIC, iv.HoldingTask(stop_cylinder=True), user=[10.0, -5.0, 20.0], duration=0.05, output_step=0.01
+    )
+    assert held.electrical_energy == 0.0
+    assert np.abs(held.position).max() < 1e-7
+    turning = iv.session(COBOTIC, iv.HoldingTask(), user=[10.0, -5.0, 20.0], duration=0.1, output_step=0.01)
+    assert turning.electrical_energy > 0.1
+    coasting = iv.session(CART, iv.Coasting(), duration=0.1, rates=[0.3, 0.1, 0.0], output_step=0.01)
+    assert_allclose(coasting.position[-1, 1] / coasting.position[-1, 0], 1.0 / 3.0, rtol=1e-3)
+    geared = iv.session(GEARED, iv.HoldingTask(), user=[0.0, 0.0, 12.0], duration=0.1, output_step=0.01)
+    assert 0.0 < geared.position[-1, 2] < 12.0 / 1000.0
+
+
+def test_session_is_drawn_and_labelled():
+    run = felt(COBOTIC, iv.VirtualWall(surface=FLOOR), 0.05, title="Floor")
+    numbers = figure.data(run)
+    assert set(numbers["position"]) == {"x", "y", "z"}
+    assert_allclose(numbers["left"]["beyond the wall"], 1e3 * run.penetration)
+    assert run.plot().axes[0].get_title() == "Floor"
+    labelled = run.to_xarray()
+    assert labelled["force_x_N"].attrs["units"] == "N"
+    assert labelled["energy_lost_J"].shape == (len(run.lost), len(run.time))
+
+
+@pytest.mark.parametrize(
+    ("machine", "task", "message"),
+    [
+        (CART, iv.HoldingTask(), "task HoldingTask has no controller for a PlanarMachine"),
+        (CART, iv.VirtualPath(curve=LINE), "task must be in the plane"),
+        (CART, iv.VirtualWall(surface=FLOOR), "task must be in the plane"),
+        (GEARED, iv.VirtualPath(curve=LINE), "task VirtualPath has no controller for a GearedSlideMachine"),
+        (MACHINES["serial arm"][0], iv.Caster(), "task Caster has no controller for a SerialArmMachine"),
+        (COBOTIC, "wall", "task must be one of VirtualPath"),
+    ],
+)
+def test_tasks_that_a_machine_cannot_do_have_one_clear_message(machine, task, message):
+    with pytest.raises(iv.InputError) as caught:
+        iv.session(machine, task, duration=0.1)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("machine", [COBOTIC, GEARED])
+def test_slides_have_no_bond_graph_of_their_own(machine):
+    with pytest.raises(iv.ParameterError, match="plant_graph has one"):
+        iv.machine_graph(machine)
+
+
+def test_slides_follow_motions_of_scenarios():
+    motion = iv.VectorHistory.of(lambda time: [0.01 * math.sin(9.0 * time) ** 2, 0.0, 0.0], 0.1)
+    for machine in (COBOTIC, GEARED):
+        run = iv.simulate_machine(
+            machine, iv.MachineScenario(duration=0.1, motion=motion, wrench=[5.0, -4.0, 0.0], output_step=0.01)
+        )
+        assert run.complete
+        assert run.position_error.max() < 4e-4
+        assert run.closure < 1e-6
