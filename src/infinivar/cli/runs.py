@@ -36,7 +36,7 @@ def simulate(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Simulate a drive in a scenario, or a machine on a path or in a task.
+    """Simulate a drive in a scenario, or a machine in a task.
 
     A path is followed for two periods, of which the first settles; in a task the machine holds, or moves steadily.
     Write a report, figures and results, including the energy audit.
