@@ -39,6 +39,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.simulation:save",
         "dataset": "report.datasets:machine_run",
     },
+    "analysis.sessions.comparison.DisplayComparison": {"plot": "figures.displays:draw_all"},
     "analysis.sessions.session_result.Session": {
         "plot": "figures.session:draw_all",
         "dataset": "report.datasets:machine_run",
