@@ -103,6 +103,7 @@ from .motion.virtual.meshes import TriangleMesh
 from .motion.virtual.surfaces import Ball, HalfSpace, Surfaces, Tube
 from .motion.virtual.tasks import Caster, Coasting, Fixture, HoldingTask, VirtualPath, VirtualWall
 from .motion.waypoints import RecordedForce, Waypoints
+from .paper.displays import DisplayClaims, display_claims
 from .paper.reproduce import Reproduction, reproduce
 from .paper.sphere import SphereClaims, sphere_claims
 from .parts.amplifier import Amplifier
@@ -194,6 +195,7 @@ __all__ = [
     "CreepLaw",
     "Cruise",
     "Definition",
+    "DisplayClaims",
     "DisplayComparison",
     "DisplayPair",
     "Doubt",
@@ -375,6 +377,7 @@ __all__ = [
     "contact_sheets",
     "design_trends",
     "display_break_even",
+    "display_claims",
     "doubt",
     "duty_cycle",
     "dynamic_map",

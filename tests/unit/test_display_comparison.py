@@ -283,6 +283,7 @@ BAD = {
     "friction_helps must be true or false": lambda: replace(PAIR, friction_helps=1),
     "pair must be a DisplayPair": lambda: iv.compare_displays(LEG),
     "session must be a HandleSession": lambda: iv.compare_displays(PAIR, 20.0),
+    "arm must be an ArmModel, got": lambda: iv.compare_displays(PAIR, arm="me"),
     "axes must be whole numbers from 1 on that rise": lambda: iv.compare_displays(PAIR, axes=(2, 1)),
     "axes must be whole numbers from 1 on": lambda: iv.compare_displays(PAIR, axes=(0, 1)),
     "variants must map texts to DisplayPair": lambda: iv.compare_displays(PAIR, variants=[PAIR]),

@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.arrays import shown
 from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
 from infinivar.analysis.sessions.display_pair import DisplayPair
+from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
 from infinivar.analysis.sessions.handle_session import (
     PARTS,
     HandleSession,
@@ -229,8 +231,10 @@ def compare_displays(
     """
     session = HandleSession() if session is None else session
     arm = ArmModel.named("vanbeek2015") if arm is None else arm
-    for name, value, kind in (("pair", pair, DisplayPair), ("session", session, HandleSession), ("arm", arm, ArmModel)):
-        check_instance(name, value, kind)
+    check_instance("pair", pair, DisplayPair)
+    check_instance("session", session, HandleSession)
+    if not isinstance(arm, ArmModel):
+        raise ParameterError(f"arm must be an ArmModel, got {shown(arm)}")
     counts = np.asarray(axes)
     whole = counts.ndim == 1 and counts.size > 0 and counts.dtype.kind == "i"
     rising = whole and bool(counts[0] >= 1 and np.all(np.diff(counts) > 0))
@@ -240,8 +244,8 @@ def compare_displays(
     pairs = {"as shown": pair, **({} if variants is None else dict(variants))}
     for name, one in pairs.items():
         check_instance(f"variants.{name}", one, DisplayPair)
-    measured: list[tuple[Any, tuple[float, float]]] = []
-    each = [_compared(one, session, counts.tolist()) for one in pairs.values()]
+    measured: dict[Any, tuple[float, float]] = {}
+    each = [round_of(one, session, counts.tolist()) for one in pairs.values()]
     felt = [_felt(one, session, arm, measured) for one in pairs.values()]
     for one, of in zip(each, felt, strict=True):
         one["feasible"][:-1] &= of["margin"][0] > 1.0
@@ -257,8 +261,15 @@ def compare_displays(
     )
 
 
-def _compared(pair: DisplayPair, session: HandleSession, counts: Sequence[int]) -> dict[str, np.ndarray]:
-    """Energies, heat and limits of one pair."""
+def round_of(pair: DisplayPair, session: HandleSession, counts: Sequence[int]) -> dict[str, np.ndarray]:
+    """Energies, heat and limits of one pair in one round, without stability; the arrays of `DisplayComparison` for one variant.
+
+    Parameters
+    ----------
+    pair : DisplayPair
+    session : HandleSession
+    counts : (N,) int   Numbers of axes.
+    """
     shape = (len(DISPLAYS), len(counts))
     energy = np.zeros((*shape, len(PARTS) + 1))
     user, winding, heating = np.zeros(shape), np.zeros(shape), np.zeros(shape)
@@ -344,13 +355,13 @@ def _round(found: Mapping[str, PartPower], shares: Mapping[str, float], time: fl
 
 
 def _felt(
-    pair: DisplayPair, session: HandleSession, arm: ArmModel, known: list[tuple[Any, tuple[float, float]]]
+    pair: DisplayPair, session: HandleSession, arm: ArmModel, known: dict[Any, tuple[float, float]]
 ) -> dict[str, tuple[float, float]]:
     """Force, mass and stiffness of an axis of both displays."""
     mine, other = pair.admittance(session.felt_mass), pair.impedance()
     motors = pair.motors
-    least, wall = _remembered(known, mine, lambda: _admitted(pair, arm))
-    _, other_wall = _remembered(known, other, lambda: (0.0, stiffest_wall(other, arm)))
+    least, wall = _remembered(known, _loop(mine, arm), lambda: _admitted(pair, arm))
+    _, other_wall = _remembered(known, _loop(other, arm), lambda: (0.0, stiffest_wall(other, arm)))
     reflected = other.reflected_mass + pair.handle_mass
     rubbing = sum(motors.frictions) * (1.0 - pair.compensation)
     return {
@@ -374,13 +385,19 @@ def _admitted(pair: DisplayPair, arm: ArmModel) -> tuple[float, float]:
     return least, stiffest_wall(pair.admittance(_MARGIN * least), arm, between=WALLS)
 
 
-def _remembered(known: list[Any], display: Any, compute: Callable[[], tuple[float, float]]) -> tuple[float, float]:
-    """What was found for an equal display, as most variants change something else."""
-    for one, values in known:
-        if one == display:
-            return values
-    known.append((display, compute()))
-    return known[-1][1]
+def _loop(display: AdmittanceDisplay | ImpedanceDisplay, arm: ArmModel) -> Any:
+    """What the stability of a display depends on: most variants change something else."""
+    plant = display.plant(arm)
+    controller = display.servo if isinstance(display, AdmittanceDisplay) else display.force_per_current
+    surface = display.surface_speed if isinstance(display, AdmittanceDisplay) else 0.0
+    matrices = tuple(part.tobytes() if isinstance(part, np.ndarray) else part for part in plant)
+    return matrices, display.drive.control, controller, surface
+
+
+def _remembered(known: dict[Any, Any], key: Any, compute: Callable[[], tuple[float, float]]) -> tuple[float, float]:
+    if key not in known:
+        known[key] = compute()
+    return known[key]
 
 
 def _grouped(axes: np.ndarray, words: Sequence[str]) -> str:
