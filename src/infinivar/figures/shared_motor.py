@@ -121,6 +121,7 @@ def draw_map(found: SharedMotor | Sequence[SharedMotor], titles: Sequence[str] =
                     cmap=ListedColormap(shades),
                     norm=BoundaryNorm(np.arange(5) - 0.5, 4),
                     shading="nearest",
+                    rasterized=True,
                 )
                 ax.set_title(f"{count} ax{'i' if count == 1 else 'e'}s")
                 ax.set_xlim(0.0, 100.0)

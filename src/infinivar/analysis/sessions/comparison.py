@@ -154,6 +154,7 @@ class DisplayComparison(Result):
                 for row, name in enumerate(self.displays)
             ]
             said.append(f"{count} ax{'i' if count == 1 else 'e'}s: {', '.join(each)}")
+        meets = np.any(self.feasible[:, 0] & self.feasible[:, -1], axis=-1)
         for title, values, scale, unit in (
             ("largest force of an axis", self.largest_force, 1.0, "N"),
             ("friction felt", self.least_force, 1.0, "N"),
@@ -161,7 +162,7 @@ class DisplayComparison(Result):
             ("stiffest stable wall", self.stiffness, 1e-3, "N/mm"),
         ):
             each = [
-                f"{name} {_span(*self.range_of(scale * values[:, side]), unit)}"
+                f"{name} {_span(*self.range_of(scale * values[:, side], meets), unit)}"
                 for side, name in enumerate(("cobotic", "conventional"))
             ]
             said.append(f"{title}: {', '.join(each)}")
