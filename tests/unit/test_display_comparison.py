@@ -123,6 +123,46 @@ def test_free_motion_of_a_geared_drive_in_time():
     assert power.supply == run.electrical_energy == 0.0
 
 
+@pytest.mark.parametrize("leg", [LEG, LEG_B])
+def test_exploring_in_time(leg):
+    """Wheels that are steered for the speed alone creep under the force, which takes a little off what the cylinder does."""
+    quick, pulse = replace(SESSION, explore_frequency=2.0), 4.0 * math.pi
+    surface = leg.transmission.cylinder_radius * leg.cylinder_speed
+
+    def law(measured):
+        at = pulse * (measured.time + 1e-3)  # acts a sample late
+        slope, rise = 0.1 * math.sin(at) / surface, 0.1 * pulse * math.cos(at) / surface
+        return iv.Commands(
+            steering=np.array([-math.atan(slope)]),
+            steering_rate=np.array([-rise / (1.0 + slope**2)]),
+            speed=leg.cylinder_speed,
+        )
+
+    machine = iv.SlideMachine(leg=leg, masses=[0.5])
+    run = iv.session(machine, controller=law, user=[-15.0], duration=0.5)
+    power = cobotic_part(leg, quick, "explore", axes=1, handle_mass=0.5)
+    assert_allclose(run.electrical_energy, 0.5 * power.supply, rtol=0.03)
+    assert_allclose(run.supplied["steering supply"][-1], 0.5 * power.steering, rtol=0.04)
+
+
+def test_exploring_with_a_geared_drive_in_time():
+    quick, pulse = replace(SESSION, explore_frequency=2.0), 4.0 * math.pi
+    mass, rubbing = PAIR.motors.moved_mass + 0.5, sum(PAIR.motors.frictions)
+
+    def push(at):
+        return [mass * 0.1 * pulse * math.cos(pulse * at) + math.copysign(rubbing, math.sin(pulse * at)) - 15.0]
+
+    run = iv.session(
+        iv.GearedSlideMachine(drive=GEARED, masses=[0.5]),
+        controller=lambda measured: iv.Commands(currents=np.array([15.0 / PAIR.motors.gain])),
+        user=push,
+        duration=0.5,
+    )
+    power = geared_part(GEARED, quick, "explore", axes=1, handle_mass=0.5)
+    assert_allclose(run.electrical_energy, 0.5 * power.supply, rtol=2e-3)
+    assert_allclose(run.supplied["user"][-1], 0.5 * power.user, rtol=2e-3)
+
+
 @pytest.mark.slow
 def test_pushing_against_a_wall_in_time():
     """A servo that follows the slip angle is between wheels that rest and wheels that turn without pause."""
