@@ -308,6 +308,15 @@ def test_bars(found):
     assert len(found.plot().axes) == len(DISPLAYS)
 
 
+def test_table(found):
+    pytest.importorskip("pandas")
+    table = found.to_dataframe()
+    assert len(table) == 16
+    assert table.loc[(6, CONVENTIONAL), "energy_J"] == pytest.approx(found.total[0, 3, 3])
+    one = table.loc[(1, TURNING)]
+    assert one["least_energy_J"] <= one["energy_J"] <= one["largest_energy_J"]
+
+
 BAD = {
     "free must be at most 1 together with contact, hold and explore, got 0.6": lambda: iv.HandleSession(free=0.6),
     "free_speed must be > 0 m/s, got 0": lambda: iv.HandleSession(free_speed=0.0),
