@@ -349,8 +349,8 @@ def _round(found: Mapping[str, PartPower], shares: Mapping[str, float], time: fl
     return {
         "energy": [time * shares[part] * found[part].supply if part in kept else 0.0 for part in PARTS],
         "user": time * mean("user"),
-        "winding": mean("winding"),
-        "heating": mean("heating"),
+        "winding": max(mean("winding"), mean("steering_winding")),
+        "heating": max(mean("heating"), mean("steering_heating")),
         "tightest": max(power.tightest if math.isfinite(power.supply) else math.inf for power in kept.values()),
     }
 

@@ -136,8 +136,8 @@ class PartPower(Frozen):
     supply : float          From the supply, power motors and steering. [W]
     steering : float        Of that, for steering. [W]
     user : float            From the user. [W]
-    winding : float         Heat in the winding of the hottest motor. [W]
-    heating : float         Mean square of current over continuous current of the motor for which it is largest. [-]
+    winding, steering_winding : float   Heat in the winding of one power motor, and of one steering motor. [W]
+    heating, steering_heating : float   Mean square of their current over their continuous current. [-]
     tightest : float        Largest demand over allowance, of any limit but heat, which is judged over a session. [-]
     limit : int             Which limit that is.
     """
@@ -146,7 +146,9 @@ class PartPower(Frozen):
     steering: float
     user: float
     winding: float
+    steering_winding: float
     heating: float
+    steering_heating: float
     tightest: float
     limit: int
 
@@ -206,8 +208,10 @@ def cobotic_part(
         supply=_mean(supply) + _mean(steering),
         steering=_mean(steering),
         user=axes * _mean(np.asarray(course.force) * course.speed),
-        winding=max(_mean(side.losses["winding"]), _mean(steered.losses["steering winding"])),
-        heating=max(_mean_square(one.utilisation[Limit.THERMAL]) for one in (side, steered)),
+        winding=_mean(side.losses["winding"]),
+        steering_winding=_mean(steered.losses["steering winding"]),
+        heating=_mean_square(side.utilisation[Limit.THERMAL]),
+        steering_heating=_mean_square(steered.utilisation[Limit.THERMAL]),
         tightest=tightest,
         limit=limit,
     )
@@ -220,7 +224,9 @@ def stopped_part(drive: CoboticDrive) -> PartPower:
         steering=0.0,
         user=0.0,
         winding=0.0,
+        steering_winding=0.0,
         heating=0.0,
+        steering_heating=0.0,
         tightest=0.0,
         limit=int(Limit.OK),
     )
@@ -270,13 +276,14 @@ def geared_part(
         Limit.PEAK: np.abs(current) / motors.current_limit,
     }
     limit, tightest = _tightest(demands)
-    winding = _mean(powers["winding"])
     return PartPower(
         supply=axes * _mean(powers["supply"]),
         steering=0.0,
         user=axes * _mean(push * speed),
-        winding=winding,
+        winding=_mean(powers["winding"]),
+        steering_winding=0.0,
         heating=_mean_square(current / drive.motor.continuous_current),
+        steering_heating=0.0,
         tightest=tightest,
         limit=limit,
     )
