@@ -145,7 +145,7 @@ def crossed(load: Array, wheel: Wheel, surface: Surface, steering_angle: Array) 
     Parameters
     ----------
     load : (...,) float             Normal load, > 0. [N]
-    wheel : Wheel                   Rolling radius, crown radius and material.
+    wheel : infinivar.contact.bodies.Wheel   Rolling radius, crown radius and material.
     surface : Cylinder, Sphere or Plane   Radius and material.
     steering_angle : (...,) float   phi; at 0 the wheel rolls along the circumference, at +-pi/2 along the axis. [rad]
 
