@@ -111,9 +111,12 @@ def sensitivity(
     from infinivar.drivetrain.drive import axis_of
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
+    from infinivar.study.check import check_compared
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
+    with naming(study):
+        check_compared(loaded)
     name = chosen(study, "drive", drive, loaded.drives)
     derived: Any = next((known for known in METHODS if known == method), None)
     if derived is None:
@@ -168,6 +171,8 @@ def _simulate_machine(
         if scenario is not None:
             raise InputError(f"--scenario {scenario!r} is of drives of one axis; simulate drives.{name} with --task")
         if not (loaded.tasks or loaded.paths):
+            if loaded.sessions:
+                raise InputError("the study has sessions of a user only; run them with infinivar session")
             raise InputError("the study has no tasks or paths; of machines, simulate needs one, such as [paths.circle]")
         check_moves(loaded.drives[name], f"drives.{name}")
         check_machines(loaded)
