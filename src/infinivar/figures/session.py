@@ -29,7 +29,7 @@ def data(run: Session) -> dict[str, Any]:
     dict
         title; time (t,) [s]; position: by axis, from the start [mm]; force: by axis [N]; left: by name, offset from the path or
         distance beyond the wall [mm]; touches: start and end of each [s]; events: start, end [s] and
-        name; supplied and lost: by part [J], largest first.
+        limit; supplied and lost: by part [J], largest first.
     """
     left = {}
     if run.path is not None:
@@ -48,7 +48,7 @@ def data(run: Session) -> dict[str, Any]:
         "force": dict(zip(run.axes, run.force.T, strict=True)),
         "left": left,
         "touches": [(touch.start, touch.end) for touch in run.touches],
-        "events": [(event.start, event.end, event.name) for event in run.events],
+        "events": [(event.start, event.end, event.limit.words) for event in run.events],
         "supplied": {name: np.asarray(energy) for name, energy in run.supplied.items() if np.any(energy)},
         "lost": lost,
     }
@@ -79,7 +79,7 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
 
 
 def _name_events(ax: Axes, events: Any) -> None:
-    """Shade the events, with the name of each where it first begins."""
+    """Shade the events, with the limit that is exceeded where it first begins."""
     named: set[str] = set()
     for begin, end, name in events:
         ax.axvspan(begin, max(end, begin), color="#F3D9CC", zorder=0)
@@ -92,6 +92,7 @@ def _name_events(ax: Axes, events: Any) -> None:
                 fontsize=7,
                 va="top",
                 color="#B3400A",
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
             )
         named.add(name)
 

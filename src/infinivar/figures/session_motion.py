@@ -109,7 +109,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         for tail, force in zip(tails, forces, strict=True):
             if np.linalg.norm(force) > 0.02 * most:
                 ax.annotate("", xy=tuple(tail), xytext=tuple(tail - scale * force), arrowprops=arrow)
-        ax.plot([], [], color=style.COLOURS[1], lw=0.9, label=f"user's force, up to {most:.3g} N")
+        ax.plot([], [], color=style.COLOURS[1], lw=0.9, label="user's force")
     for name, mark in (("slips", "x"), ("touches", "v")):
         if len(numbers[name]):
             words = "a wheel slips" if name == "slips" else "wall reached"

@@ -16,6 +16,9 @@ from infinivar._core.fields import check_real, component, given, quantities, qua
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import type_words
+from infinivar.drivetrain.guidance.impedance import ImpedanceGuide
+from infinivar.drivetrain.guidance.legs import AdmittanceGuide
+from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
 from infinivar.drivetrain.guidance.sensing import Sensing, check_rate
 from infinivar.drivetrain.guidance.tasks import controller_of, curve_of, surface_of
 from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
@@ -42,30 +45,33 @@ class ControllerSettings(Whole):
         If a field is outside its range.
     """
 
-    mass: float | None = quantity("kg", Gt(0), "Virtual mass at the handle, with legs", default=None)
-    inertia: float | None = quantity("kg m^2", Gt(0), "Virtual moment of inertia of a platform", default=None)
-    damping: float | None = quantity(
-        "N s/m", Ge(0), "Damping at the handle: virtual with legs, of a geared display's wall or hold", default=None
-    )
+    virtual_mass: float | None = quantity("kg", Gt(0), "Legs: virtual mass at the handle", default=None)
+    virtual_inertia: float | None = quantity("kg m^2", Gt(0), "Legs of a platform: virtual inertia", default=None)
+    virtual_damping: float | None = quantity("N s/m", Ge(0), "Legs: virtual damping at the handle", default=None)
     turning_damping: float | None = quantity(
-        "N m s/rad", Ge(0), "Virtual damping of a platform's turning", default=None
+        "N m s/rad", Ge(0), "Legs of a platform: virtual damping of its turning", default=None
     )
-    stiffness: float | None = quantity("N/m", Ge(0), "Stiffness of a geared display's wall or hold", default=None)
     wall_time: float | None = quantity(
-        "s", Gt(0), "Time constant with which legs slow the handle down to a wall", default=None
+        "s", Gt(0), "Legs: time constant with which the handle is slowed down to a wall", default=None
     )
     cylinder: Literal["set", "least loss"] | None = component(
-        "Speed of a common cylinder: as set, or that of the least creep loss", default=None
+        "Legs: speed of the cylinder as set, or that of the least creep loss", default=None
     )
-    margin: float | None = quantity("m", Ge(0), "Distance at which a wall begins to lead wheels", default=None)
+    margin: float | None = quantity(
+        "m", Ge(0), "Wheels of a cart: distance at which a wall begins to lead", default=None
+    )
     largest_rate: float | None = quantity(
-        "rad/s", Gt(0), "Fastest turn of the direction of motion, of wheels", default=None
+        "rad/s", Gt(0), "Wheels of a cart: fastest turn of the direction of motion", default=None
     )
-    rest_speed: float | None = quantity("m/s", Gt(0), "Speed below which wheels count as at rest", default=None)
+    rest_speed: float | None = quantity(
+        "m/s", Gt(0), "Wheels of a cart: speed below which it counts as at rest", default=None
+    )
+    no_slip_feedforward: bool = component("Legs and carts: do not feed slip angles forward", default=False)
+    stiffness: float | None = quantity("N/m", Ge(0), "Geared drives: stiffness of wall or hold", default=None)
+    damping: float | None = quantity("N s/m", Ge(0), "Geared drives: damping of wall or hold", default=None)
     compensation: float | None = quantity(
-        "1", Interval(ge=0, le=1), "Share of a geared display's friction that is fed forward", default=None
+        "1", Interval(ge=0, le=1), "Geared drives: share of the constant friction that is fed forward", default=None
     )
-    no_slip_feedforward: bool = component("Whether slip angles of wheels are not fed forward", default=False)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -73,12 +79,39 @@ class ControllerSettings(Whole):
 
     @property
     def stated(self) -> Mapping[str, Any]:
-        """Fields of controllers with their values."""
+        """Those that are stated, by name."""
         found = {one.name: getattr(self, one.name) for one in dataclasses.fields(self)}
-        slip = found.pop("no_slip_feedforward")
-        return {name: value for name, value in found.items() if value is not None} | (
-            {"slip_feedforward": False} if slip else {}
-        )
+        return {name: value for name, value in found.items() if value is not None and value is not False}
+
+    def of(self, controller: Any) -> Mapping[str, Any]:
+        """Those that a controller has, by the names of its own fields."""
+        found = {}
+        for name, value in self.stated.items():
+            kinds, field, made = _SETTINGS[name]
+            if isinstance(controller, kinds) and any(one.name == field for one in dataclasses.fields(controller)):
+                found[field] = value if made is None else made
+        return found
+
+
+_CARTS = (PathGuide, WallGuide, CasterGuide)
+
+_SETTINGS: dict[str, tuple[tuple[type, ...], str, Any]] = {
+    **{
+        name: ((AdmittanceGuide,), field, None)
+        for name, field in {
+            "virtual_mass": "mass",
+            "virtual_inertia": "inertia",
+            "virtual_damping": "damping",
+            "turning_damping": "turning_damping",
+            "wall_time": "wall_time",
+            "cylinder": "cylinder",
+        }.items()
+    },
+    **{name: (_CARTS, name, None) for name in ("margin", "largest_rate", "rest_speed")},
+    "no_slip_feedforward": ((AdmittanceGuide, *_CARTS), "slip_feedforward", False),
+    **{name: ((ImpedanceGuide,), name, None) for name in ("stiffness", "damping", "compensation")},
+}
+"""Controllers that have a setting, its field there, and the value if it is another."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,7 +234,7 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
         controller = controller_of(one.task, machine)
     except ParameterError as problem:
         raise ParameterError(f"{where}: {problem}".replace("; give one as controller", f"; {_able(machine)}")) from None
-    controller = _with_settings(controller, one, where, drive_where)
+    controller = _with_settings(controller, one, where)
     if isinstance(one.task, Fixture):
         try:
             _ = one.task.allowed.rows(_coordinates(drive, grip.axes))
@@ -307,22 +340,38 @@ def _able(machine: Machine) -> str:
     return f"this machine does {', '.join(able)}"
 
 
-def _with_settings(controller: Any, one: SessionTask, where: str, drive_where: str) -> Any:
+def _with_settings(controller: Any, one: SessionTask, where: str) -> Any:
+    """The controller with the settings that it has; `check_settings` finds those that none has."""
     if one.controller is None:
         return controller
-    known = {field.name for field in dataclasses.fields(controller)}
-    for name in one.controller.stated:
-        if name not in known:
-            said = "no_slip_feedforward" if name == "slip_feedforward" else name
-            mine = {field.name for field in dataclasses.fields(ControllerSettings)} & known
-            words = f"it has {', '.join(sorted(mine))}" if mine else "it has none of them"
-            raise ParameterError(
-                f"{where}.controller.{said} does not apply to the controller of this task with {drive_where}; {words}"
-            )
     try:
-        return replace(controller, **one.controller.stated)
+        return replace(controller, **one.controller.of(controller))
     except ParameterError as problem:
         raise ParameterError(f"{where}.controller.{problem}") from None
+
+
+def check_settings(one: SessionTask, drives: Mapping[str, Any], where: str) -> None:
+    """Raise ParameterError if a setting applies to the controller of no drive.
+
+    A task may be done by several drives, each of which takes those that its controller has.
+    """
+    if one.controller is None:
+        return
+    known: dict[str, Any] = {}
+    for name, drive in drives.items():
+        try:
+            known[name] = controller_of(one.task, _machine(one, drive, where, f"drives.{name}"))
+        except ParameterError:
+            continue
+    for name in one.controller.stated:
+        kinds, field, _ = _SETTINGS[name]
+        if known and not any(
+            isinstance(guide, kinds) and any(part.name == field for part in dataclasses.fields(guide))
+            for guide in known.values()
+        ):
+            raise ParameterError(
+                f"{where}.controller.{name} does not apply: no controller of this task with {', '.join(known)} has it; remove it"
+            )
 
 
 def _coordinates(drive: Any, axes: tuple[str, ...]) -> tuple[str, ...]:

@@ -16,6 +16,9 @@ from infinivar.units import plain
 _PUSH = 1e-3
 """Mean force across a constraint below which no leak is stated. [N]"""
 
+_ALONG = 1e-9
+"""Difference of unit vectors that counts as rounding."""
+
 _SPEED = 1e-4
 """Change of speed below which no mass is stated. [m s^-1]"""
 
@@ -86,14 +89,22 @@ def _leaks(found: Session) -> Iterator[Measure]:
     last = float(found.time[-1])
     for name, across in _across(found):
         drift, push = float(moved @ across), float(pushed @ across) / last
-        yield Measure(f"drift_{name}_mm", f"drift {_said(name)}", 1e3 * drift, "mm")
+        yield Measure(f"drift_{_key(name)}_mm", f"drift {_said(name)}", 1e3 * drift, "mm")
         if abs(push) > _PUSH:
-            leak = abs(1e3 * drift / last / push)
-            yield Measure(f"leak_{name}_mm_s_N", f"leak {_said(name)}", leak, "mm/s per N")
+            leak = 1e3 * drift / last / push
+            yield Measure(f"leak_{_key(name)}_mm_s_N", f"leak {_said(name)}", leak, "mm/s per N")
+
+
+def _key(name: str) -> str:
+    return name.replace(" ", "_")
 
 
 def _said(name: str) -> str:
-    return "along the push" if name == "push" else f"through the constraint along {name}" if len(name) < 3 else "across"
+    return "along the push" if name == "push" else f"through the constraint {_where(name)}"
+
+
+def _where(name: str) -> str:
+    return "at an angle to the axes" + name.removeprefix("oblique") if name.startswith("oblique") else f"along {name}"
 
 
 def _across(found: Session) -> Iterator[tuple[str, np.ndarray]]:
@@ -117,12 +128,14 @@ def _across(found: Session) -> Iterator[tuple[str, np.ndarray]]:
     plain_rows = rows[~np.any(np.abs(rows[:, count:]) > 1e-12, axis=1)][:, :count]
     if not len(plain_rows):
         return
-    for place_of, axis in enumerate(np.eye(count)):
-        along = plain_rows.T @ np.linalg.lstsq(plain_rows.T, axis, rcond=None)[0]
-        if np.linalg.norm(along - axis) < 1e-9:
-            yield found.axes[place_of], axis
-    if len(plain_rows) == 1 and np.count_nonzero(np.abs(plain_rows[0]) > 1e-9) > 1:
-        yield "across", plain_rows[0] / np.linalg.norm(plain_rows[0])
+    kept = np.linalg.pinv(plain_rows) @ plain_rows  # projects on what the rows keep
+    for name, axis in zip(found.axes, np.eye(count), strict=True):
+        if np.linalg.norm(kept @ axis - axis) < _ALONG:
+            yield name, axis
+            kept = kept - np.outer(axis, axis)
+    values, vectors = np.linalg.eigh(kept)
+    oblique = vectors[:, values > 0.5].T
+    yield from ((f"oblique {place}" if len(oblique) > 1 else "oblique", one) for place, one in enumerate(oblique, 1))
 
 
 def _mass(found: Session) -> Iterator[Measure]:
@@ -134,7 +147,7 @@ def _mass(found: Session) -> Iterator[Measure]:
         if peak < 2 or abs(speed[peak]) < _SPEED:
             continue
         mass = float(found.felt_mass(0.0, float(found.time[peak]))[place])
-        if np.isfinite(mass):
+        if np.any(found.force[:, place]) and np.isfinite(mass):
             yield Measure(f"felt_mass_{axis}_kg", f"mass felt along {axis}", mass, "kg")
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from infinivar.analysis.sessions.session import session
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.errors import InputError, nearest
-from infinivar.study.sessions import prepared
+from infinivar.study.sessions import check_settings, prepared
 from infinivar.study.study import Study
 
 
@@ -109,6 +109,7 @@ def check_session(study: Study, task: str, drive: str) -> None:
         With the place of the fault.
     """
     found = prepared(study.sessions[task], study.drives[drive], f"tasks.{task}", f"drives.{drive}")
+    check_settings(study.sessions[task], study.drives, f"tasks.{task}")
     short = {**found.settings, "duration": found.settings["sensing"].period, "output_step": None}
     try:
         session(found.machine, found.task, found.controller, found.user, **short)
