@@ -425,6 +425,7 @@ def _task(
     tree = over_base(annotated(_table(description, where), where, origin), where, Remarks())
     if group == "tasks" and "type" in tree:
         beside_study(tree, folder)
+        tree["type"] = {"value": tree["type"]}
         return built(SessionTask, {"title": name, **tree}, where, where, rows)
     for table in (tree, *(tree.get(key, {}) for key in ("motion", "force", *COORDINATES))):
         file = table.get("file")
