@@ -78,6 +78,9 @@ SLOW = (
     "contact",
     "machines-in-motion",
     "sessions",
+    "guided-cart",
+    "one-axis-display",
+    "tool-on-six-legs",
 )
 
 

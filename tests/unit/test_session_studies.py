@@ -109,7 +109,7 @@ def test_the_schema_knows_tasks_and_users_by_their_types():
 
 def test_names_of_sessions_and_steady_tasks_differ():
     study = iv.Study.from_dict(tables(), name="mine")
-    with pytest.raises(iv.InputError, match="another name than tasks.path"):
+    with pytest.raises(iv.InputError, match=r"another name than tasks\.path"):
         iv.Study(name="mine", drives=study.drives, tasks={"path": iv.MachineTask()}, sessions=study.sessions)
 
 

@@ -36,9 +36,9 @@ def simulate(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Simulate a drive in a scenario, or a machine on a path or in a task.
+    """Simulate a drive in a scenario, or a machine in motion.
 
-    A path is followed for two periods, of which the first settles; in a task the machine holds, or moves steadily.
+    A machine follows a path or does a task. A path is followed for two periods, of which the first settles; in a task the machine holds, or moves steadily.
     Write a report, figures and results, including the energy audit.
     Exit with code 1 if the run is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """

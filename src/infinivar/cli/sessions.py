@@ -34,8 +34,9 @@ def session(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Simulate a session: a user at the handle of a machine that a controller guides.
+    """Simulate a user at the handle of a machine.
 
+    A controller guides the machine by a task of the study: a path, wall, fixture, free motion, coasting or holding.
     Print what the user got for it and what it cost; write a report, figures and results, including the energy audit.
     Exit with code 1 if the session is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
