@@ -38,7 +38,7 @@ def simulate(
 ) -> None:
     """Simulate a drive in a scenario, or a machine in motion.
 
-    A machine follows a path or does a task. A path is followed for two periods, of which the first settles; in a task the machine holds, or moves steadily.
+    A machine follows a path for two periods, of which the first settles; in a task it holds, or moves steadily.
     Write a report, figures and results, including the energy audit.
     Exit with code 1 if the run is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
