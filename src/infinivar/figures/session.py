@@ -80,13 +80,16 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
 
 def _name_events(ax: Axes, events: Any) -> None:
     """Shade the events, with the limit that is exceeded where it first begins."""
+    low, high = ax.get_ylim()
+    lines = min(len({name for *_, name in events}), _NAMED)
+    ax.set_ylim(low, high + 0.16 * lines * (high - low))  # room above the curves
     named: set[str] = set()
     for begin, end, name in events:
         ax.axvspan(begin, max(end, begin), color="#F3D9CC", zorder=0)
         if name not in named and len(named) < _NAMED:
             ax.text(
                 begin,
-                0.98 - 0.13 * len(named),
+                0.99 - 0.12 * len(named),
                 f" {name}",
                 transform=ax.get_xaxis_transform(),
                 fontsize=7,
