@@ -1,5 +1,7 @@
 """Sessions in studies: tables, checks, saving, and what a session of a study is."""
 
+import importlib
+import importlib.util
 import json
 import tomllib
 
@@ -8,6 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+import solids
 from infinivar.analysis.sessions.measures import measures
 from infinivar.analysis.sessions.of_study import check_sessions
 from infinivar.figures import session_motion
@@ -95,6 +98,23 @@ def test_recorded_forces_and_meshes_are_files_beside_the_study(tmp_path):
     study = iv.load_study(tmp_path / "mine.toml")
     assert study.sessions["path"].user.over_time(("x", "y"))(0.005).tolist() == [2.5, 0.0]
     assert study.sessions["path"].files == {tmp_path / "push.csv": "a recording"}
+
+
+def test_files_of_sessions_are_saved_from_any_folder(tmp_path, monkeypatch):
+    (tmp_path / "one").mkdir()
+    (tmp_path / "one" / "push.csv").write_text("time,force\n0,0\n0.01,5\n", "utf-8")
+    raw = tables(("path", "user", {"type": "force", "x": {"shape": "file", "file": "push.csv"}}), slide=True)
+    if importlib.util.find_spec("trimesh") is not None:  # of the extra infinivar[robots]
+        trimesh = importlib.import_module("trimesh")
+        vertices, faces = solids.box((10.0, 20.0, 30.0))
+        trimesh.Trimesh(vertices, np.asarray(faces), process=False).export(tmp_path / "one" / "block.stl")
+        surface = {"shape": "mesh", "file": "block.stl", "unit": "mm"}
+        raw["tasks"]["block"] = {"type": "wall", "duration": "3 ms", "handle_masses": ["1 kg"] * 3, "surface": surface}
+    (tmp_path / "one" / "mine.toml").write_text(text(raw), "utf-8")
+    monkeypatch.chdir(tmp_path)
+    study = iv.load_study("one/mine.toml")
+    for folder in ("one", "two"):
+        assert iv.load_study(iv.save_study(study, f"{folder}/again.toml")) == study
 
 
 def test_the_schema_knows_tasks_and_users_by_their_types():

@@ -235,6 +235,10 @@ class _Writing:
             elif isinstance(value, MeshFile):
                 found = Path(value.file).absolute()
                 table["file"] = found.as_posix() if self.folder is None else _relative(found, self.folder)
+            row = None if rows is None else rows.get((owner, f"{inside}file"))
+            stated = "file" in table and table["file"] not in self.files
+            if row is not None and stated and (table.get("kind"), table.get("where")) != (row.kind, row.where):
+                table["file"] = Inline(value=table["file"], kind=row.kind, where=row.where)
             table = self._kinds(value, table, here, rows, inside)
             made = {**made, **table} if flat else {**made, field.name: table}
         return made

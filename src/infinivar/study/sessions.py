@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os.path
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -421,13 +422,13 @@ def _rates(one: SessionTask, machine: Machine, where: str) -> list[float] | None
 
 
 def beside_study(tree: Raw, folder: Path | None) -> None:
-    """Make paths of files in the table of a task relative to the study's folder."""
+    """Find the files in the table of a task from the study's folder; absolute paths are the same from any other."""
     if folder is None:
         return
     for table in _tables(tree):
         file = table.get("file")
         if isinstance(file, dict) and isinstance(file.get("value"), str):
-            file["value"] = str(folder / file["value"])
+            file["value"] = os.path.normpath((folder / file["value"]).absolute())
 
 
 def _tables(tree: Raw) -> Iterator[Raw]:
