@@ -28,8 +28,10 @@ def placed(
     ParameterError
         If there are more or fewer coordinates, or one is not finite or is beyond `FARTHEST`.
     """
-    if on_axis and dimension is None and np.shape(value) == (1,):
-        dimension = 1
+    if on_axis:
+        fits = np.shape(value) in ((1,), (2,), (3,))
+        require(fits, name, shown(value), "a point of one to three coordinates")
+        dimension = len(value)
     points = _components(name, value, dimension)
     far = np.abs(points) > FARTHEST
     require(not far.any(), name, f"{points[far][0] if far.any() else 0.0:g} m", f"within {FARTHEST:g} m of the origin")
