@@ -360,6 +360,27 @@ def draw_shared_motor(app) -> None:
     style.write(made, Path(app.srcdir) / "reference" / "generated" / "shared_motor", ("svg",))
 
 
+def draw_displays(app) -> None:
+    """Draw the figures of the page on cobotic and conventional displays."""
+    import numpy as np
+
+    import infinivar as iv
+    from infinivar.figures import displays, shared_motor, style
+
+    folder = Path(app.srcdir) / "reference" / "generated"
+    drives = iv.load_study("hand_controller").drives
+    pairs = [
+        iv.DisplayPair(cobotic=drives[name], conventional=drives["motor2-gear4"]) for name in ("cobotic", "cobotic-b")
+    ]
+    variants = iv.assumed_variants(pairs[0], {"reconstruction B": drives["cobotic-b"]})
+    style.write(
+        displays.draw_all(iv.compare_displays(pairs[0], variants=variants)), folder / "display_energy", ("svg",)
+    )
+    grid = {"force": np.linspace(0.0, 55.0, 111), "duty": np.linspace(0.02, 1.0, 50)}
+    made = shared_motor.draw_map([iv.display_break_even(pair, **grid) for pair in pairs], ["A", "B"])
+    style.write(made, folder / "display_break_even", ("svg",))
+
+
 def draw_legs(app) -> None:
     """Draw the platform of the page on legs under a load, and the wrenches that it can hold."""
     import infinivar as iv
@@ -472,6 +493,7 @@ def setup(app):
     app.connect("builder-inited", draw)
     app.connect("builder-inited", draw_sphere)
     app.connect("builder-inited", draw_shared_motor)
+    app.connect("builder-inited", draw_displays)
     app.connect("builder-inited", draw_legs)
     app.connect("builder-inited", draw_planar)
     app.connect("builder-inited", draw_machine_run)

@@ -23,7 +23,11 @@ from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
 from .analysis.robustness.verdicts import Builds
+from .analysis.sessions.break_even import display_break_even
+from .analysis.sessions.comparison import DisplayComparison, compare_displays
+from .analysis.sessions.display_pair import DisplayPair, assumed_variants
 from .analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
+from .analysis.sessions.handle_session import HandleSession
 from .analysis.sessions.limits import GuidanceLimits, guidance_limits
 from .analysis.sessions.of_study import study_session
 from .analysis.sessions.passivity import Passivity, passivity
@@ -100,6 +104,7 @@ from .motion.virtual.meshes import TriangleMesh
 from .motion.virtual.surfaces import Ball, HalfSpace, Surfaces, Tube
 from .motion.virtual.tasks import Caster, Coasting, Fixture, HoldingTask, VirtualPath, VirtualWall
 from .motion.waypoints import RecordedForce, Waypoints
+from .paper.displays import DisplayClaims, display_claims
 from .paper.reproduce import Reproduction, reproduce
 from .paper.sphere import SphereClaims, sphere_claims
 from .parts.amplifier import Amplifier
@@ -193,6 +198,9 @@ __all__ = [
     "CreepLaw",
     "Cruise",
     "Definition",
+    "DisplayClaims",
+    "DisplayComparison",
+    "DisplayPair",
     "Doubt",
     "DrivePoint",
     "DriveResult",
@@ -211,6 +219,7 @@ __all__ = [
     "GuidanceLimits",
     "Guideway",
     "HalfSpace",
+    "HandleSession",
     "Hold",
     "HoldGuide",
     "Holding",
@@ -354,6 +363,7 @@ __all__ = [
     "ZWidth",
     "__version__",
     "array_namespace",
+    "assumed_variants",
     "bearings",
     "best_cylinder_speed",
     "bondgraph",
@@ -367,10 +377,13 @@ __all__ = [
     "cobotic_study_sweep",
     "cobotic_sweep",
     "compare",
+    "compare_displays",
     "component",
     "contact",
     "contact_sheets",
     "design_trends",
+    "display_break_even",
+    "display_claims",
     "doubt",
     "duty_cycle",
     "dynamic_map",

@@ -75,6 +75,7 @@ SLOW = (
     "sphere",
     "sphere-joint",
     "haptic-displays",
+    "cobotic-or-conventional",
     "contact",
     "machines-in-motion",
     "sessions",

@@ -40,7 +40,8 @@ def namespace(*arguments: Array) -> Any:
     while rest:
         argument = rest.pop()
         kind = type(argument)
-        if kind in _PLAIN:
+        # Constants are NumPy arrays, so that these mix with those of any other library.
+        if kind in _PLAIN or kind.__module__ == "numpy":
             continue
         names = getattr(kind, "__dataclass_fields__", None)
         if names is not None:
@@ -50,7 +51,6 @@ def namespace(*arguments: Array) -> Any:
         if get is None:
             continue
         candidate = get()
-        # NumPy arrays mix with those of any other library, because constants are NumPy arrays.
         if found is None or found.__name__ == "numpy":
             found = candidate
         elif candidate.__name__ not in (found.__name__, "numpy"):

@@ -1,8 +1,8 @@
 """One power motor for n joints against a motor for each joint, in watts and kilograms.
 
-All joints hold the same force for a share of the time (the duty) and nothing in the rest. A fixed-ratio drive needs current
-while it holds and none while idle. A cobotic one holds by the wheels, but its cylinder turns: while idle, too, unless it is
-stopped and run up again for each spell of holding.
+All joints hold the same force for a share of the time (the duty) and nothing in the rest, in which they idle or move freely. A
+fixed-ratio drive needs current while it holds and none while idle. A cobotic one holds by the wheels, but its cylinder turns:
+while idle, too, unless it is stopped and run up again for each spell of holding.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from annotated_types import Gt
+from annotated_types import Gt, Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array
@@ -113,6 +113,8 @@ def share_motor(
     period: float | None = None,
     run_up_time: float = 1.5,
     held_by_friction: bool = False,
+    free_share: float = 0.0,
+    free_power: tuple[Array, float] | None = None,
 ) -> SharedMotor:
     """Compare n legs on one motor with n drives.
 
@@ -122,12 +124,15 @@ def share_motor(
     separate : Drive            The drive of one joint with a motor of its own.
     force : (F,) float          Force of each joint on its load, rising, >= 0. [N]
     legs : (N,) int             Numbers of legs.
-    duty : float or (D,) float  Shares of time in which the force is held, 0 to 1; the rest is idle, at no force.
+    duty : float or (D,) float  Shares of time in which the force is held, 0 to 1; the rest is idle, at no force, or free motion.
     speed : float               Of all joints while they hold. [m s^-1]
     period : float              From one spell of holding to the next, for the energy of run-ups; None: long. [s]
     run_up_time : float         Of the cylinder, at constant acceleration. [s]
     held_by_friction : bool     Whether friction of a guideway helps the drive with its own motor to hold at rest. By default
         it does not, as a load that moves by a hair takes it away.
+    free_share : float          Of the time in which the force is not held: share in which all joints move freely.
+    free_power : (N,) float, float   Mean power then, of the shared motor with the steering of all legs, and of one drive with
+        a motor of its own. [W]
 
     Returns
     -------
@@ -150,6 +155,7 @@ def share_motor(
     check_number("run_up_time", run_up_time, "s", Gt(0))
     if period is not None:
         check_number("period", period, "s", Gt(0))
+    free, free_alone = _free(free_share, free_power, len(counts))
     if not held_by_friction and speed == 0.0 and hasattr(separate, "unheld"):
         separate = separate.unheld()
     both = operated(separate, speed=np.where(np.append(forces, 0.0) > 0, speed, 0.0), force=np.append(forces, 0.0))
@@ -168,13 +174,15 @@ def share_motor(
         idle.append(power[-1])
         limits.append(np.broadcast_to(point.limit, power.shape)[:-1])
         starts.append(run_up_energy(machine, run_up_time))
-    turning = _mean(shares, np.array(held), np.array(idle)[:, None])
+    idling = 1.0 - free_share
+    turning = _mean(shares, np.array(held), (idling * np.array(idle) + free_share * free)[:, None])
     standby = float(leg.amplifier.standby_power)
     energy = np.array(starts)
     restart = 0.0 if period is None else energy[:, None] / period
-    # A cylinder that never idles is never stopped.
-    stopping = _mean(shares, np.array(held), np.full((len(counts), 1), standby))
-    stopping = stopping + np.where((shares > 0) & (shares < 1), 1.0, 0.0)[:, None, None] * restart
+    stopping = _mean(shares, np.array(held), (idling * standby + free_share * free)[:, None])
+    # A cylinder that never idles is never stopped, and one that does nothing else never starts.
+    stopped = (1.0 - shares) * idling
+    stopping = stopping + np.where((stopped > 0) & (stopped < 1), 1.0, 0.0)[:, None, None] * restart
     return SharedMotor(
         force=forces,
         legs=counts,
@@ -182,7 +190,9 @@ def share_motor(
         speed=float(speed),
         turning=turning,
         stopping=stopping,
-        separate=_mean(shares, counts[:, None] * alone[:-1], counts[:, None] * alone[-1:]),
+        separate=_mean(
+            shares, counts[:, None] * alone[:-1], counts[:, None] * (idling * alone[-1:] + free_share * free_alone)
+        ),
         turning_limit=np.array(limits),
         separate_limit=alone_limit,
         run_up_energy=energy,
@@ -227,6 +237,21 @@ def _axes(force: Array, legs: Sequence[int], duty: Array) -> tuple[np.ndarray, n
     part = shares.ndim == 1 and shares.size > 0 and bool(np.all((shares >= 0) & (shares <= 1)))
     require(part, "duty", duty, "between 0 and 1")
     return forces, counts, shares
+
+
+def _free(share: float, power: tuple[Array, float] | None, count: int) -> tuple[np.ndarray, float]:
+    """Mean powers in free motion, with the shared motor (N,) and of one separate drive."""
+    check_number("free_share", share, "1", Interval(ge=0, le=1))
+    if power is None:
+        require(share == 0, "free_power", None, "given with a free_share")
+        return np.zeros(count), 0.0
+    pair = isinstance(power, Sequence) and len(power) == 2
+    require(pair, "free_power", repr(power), "powers with a shared motor and that of a separate drive", "W")
+    together, alone = np.atleast_1d(real_array("free_power", power[0])), power[1]
+    check_number("free_power", alone, "W", FINITE)
+    fits = together.shape == (count,) and bool(np.all(np.isfinite(together)))
+    require(fits, "free_power", f"shape {together.shape}", f"{count} finite values, one for each number of legs", "W")
+    return together, float(alone)
 
 
 def _mean(duty: np.ndarray, held: np.ndarray, idle: np.ndarray) -> np.ndarray:

@@ -75,5 +75,66 @@ def draw_all(found: SharedMotor | Sequence[SharedMotor], titles: Sequence[str] =
     return made
 
 
+def regions(found: SharedMotor) -> np.ndarray:
+    """Which machine draws less power. (N, F, D) int, duty rising
+
+    0: separate motors; 1: the shared motor if the cylinder stops while idle; 2: also if it always turns; 3: one of them cannot
+    hold the force.
+    """
+    order = np.argsort(found.duty)
+    turning, stopping, separate = (
+        np.moveaxis(np.asarray(one)[order], 0, -1) for one in (found.turning, found.stopping, found.separate)
+    )
+    # Turning may be better where idle spells are shorter than a run-up pays for.
+    won = np.where(turning < separate, 2, np.where(stopping < separate, 1, 0))
+    held = np.asarray(found.turning_feasible) & np.asarray(found.separate_feasible)
+    return np.where(held[..., None], won, 3)
+
+
+def draw_map(found: SharedMotor | Sequence[SharedMotor], titles: Sequence[str] = ()) -> Figure:
+    """Draw which machine draws less over duty and holding force: a row for each comparison, a column for each number of legs."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+    from matplotlib.patches import Patch
+
+    rows = [found] if isinstance(found, SharedMotor) else list(found)
+    columns = max(len(one.legs) for one in rows)
+    shades = ["#F3C6A5", "#BFD9EA", "#5B9BC8", "#DDDDDD"]
+    words = [
+        "a motor for each axis draws less",
+        "one motor, if its cylinder stops while idle",
+        "one motor, even if its cylinder turns",
+        "cannot be held",
+    ]
+    with style.styled():
+        made, axes = style.figure(
+            1.6 + 1.5 * columns, 1.0 + 2.1 * len(rows), len(rows), columns, sharex=True, sharey=True, squeeze=False
+        )
+        shown: set[int] = set()
+        for one, row, title in zip(rows, axes, [*titles, *[""] * len(rows)], strict=False):
+            duty, force = 100.0 * np.sort(np.asarray(one.duty)), np.asarray(one.force)
+            for ax, count, area in zip(row, one.legs, regions(one), strict=False):
+                shown.update(np.unique(area).tolist())
+                ax.pcolormesh(
+                    duty,
+                    force,
+                    area,
+                    cmap=ListedColormap(shades),
+                    norm=BoundaryNorm(np.arange(5) - 0.5, 4),
+                    shading="nearest",
+                    rasterized=True,
+                )
+                ax.set_title(f"{count} ax{'i' if count == 1 else 'e'}s")
+                ax.set_xlim(0.0, 100.0)
+                ax.set_ylim(force[0], force[-1])
+            row[0].set_ylabel(f"{title}\nforce of each axis [N]" if title else "force of each axis [N]")
+        for ax in axes[1:].flat:
+            ax.set_title("")
+        for ax in axes[-1]:
+            ax.set_xlabel("time held [%]")
+        patches = [Patch(facecolor=shades[one], label=words[one]) for one in sorted(shown)]
+        made.legend(handles=patches, loc="outside lower center", ncols=2)
+    return made
+
+
 def _colours(count: int) -> list[str]:
     return [style.COLOURS[place % len(style.COLOURS)] for place in range(count)]

@@ -39,6 +39,10 @@ _TYPES: dict[str, dict[str, str]] = {
         "save": "report.simulation:save",
         "dataset": "report.datasets:machine_run",
     },
+    "analysis.sessions.comparison.DisplayComparison": {
+        "plot": "figures.displays:draw_all",
+        "table": "report.tables:display_comparison",
+    },
     "analysis.sessions.session_result.Session": {
         "plot": "figures.session:draw_all",
         "save": "report.session:save",

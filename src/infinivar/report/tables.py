@@ -15,6 +15,7 @@ from infinivar.analysis.cycles.tracking import TwoWays
 from infinivar.analysis.machines import MachineComparison
 from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
+from infinivar.analysis.sessions.comparison import DisplayComparison
 from infinivar.analysis.simulate import Simulation
 from infinivar.analysis.steering_step import SteeringStep
 from infinivar.bondgraph.audit import Trajectory
@@ -121,6 +122,29 @@ def mixed_use(found: MixedUse) -> pd.DataFrame:
         ),
         "drive",
     )
+
+
+def display_comparison(found: DisplayComparison) -> pd.DataFrame:
+    """One row per number of axes and display: energy of a round as shown, and its range, parts and heat."""
+    rows = []
+    for place, count in enumerate(found.axes.tolist()):
+        for row, display in enumerate(found.displays):
+            shown, low, high = found.range_of(found.total[:, row, place], found.feasible[:, row, place])
+            parts = dict(zip(found.parts, found.energy[0, row, place].tolist(), strict=True))
+            rows.append(
+                {
+                    "axes": count,
+                    "display": display,
+                    "feasible": bool(found.feasible[0, row, place]),
+                    "energy_J": shown,
+                    "least_energy_J": low,
+                    "largest_energy_J": high,
+                    **{f"{part.replace('-', '_')}_J": energy for part, energy in parts.items()},
+                    "user_J": float(found.user[0, row, place]),
+                    "winding_W": float(found.winding[0, row, place]),
+                }
+            )
+    return frame(rows).set_index(["axes", "display"])
 
 
 def contact_sheet(found: ContactSheet) -> pd.DataFrame:

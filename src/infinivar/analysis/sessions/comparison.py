@@ -1,0 +1,422 @@
+"""The same session at the handle on a cobotic and on a conventional display: energy, force, stiffness, mass felt, heat.
+
+Values that no source states are varied one at a time. A statement is undecidable where the variants that meet the requirement
+disagree.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from infinivar._core.arrays import shown
+from infinivar._core.fields import check_instance
+from infinivar._core.result import Result, result
+from infinivar.analysis.sessions.display_pair import DisplayPair
+from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
+from infinivar.analysis.sessions.handle_session import (
+    PARTS,
+    HandleSession,
+    PartPower,
+    cobotic_part,
+    geared_part,
+    stopped_part,
+)
+from infinivar.analysis.sessions.stability import MASSES, WALLS, least_stable_mass, stiffest_wall
+from infinivar.analysis.shared_motor import run_up_energy
+from infinivar.drivetrain.many_legs import LeggedDrive
+from infinivar.errors import ParameterError, require
+from infinivar.limits import Limit
+from infinivar.motion.users import ArmModel
+from infinivar.units import plain
+
+TURNING, STOPPED, RESTING, CONVENTIONAL = "cylinder turning", "stopped while idle", "stopped at rest", "conventional"
+
+DISPLAYS = (TURNING, STOPPED, RESTING, CONVENTIONAL)
+"""Three ways to run the cobotic display, and the conventional one. *At rest*: while idle and while a constant force is held."""
+
+_STOPS: Mapping[str, tuple[str, ...]] = {TURNING: (), STOPPED: ("idle",), RESTING: ("idle", "hold")}
+
+RUN_UP = "run-up"
+
+_MARGIN = 1.1
+"""To the limit of stability, as in a Z-width."""
+
+
+@result
+class DisplayComparison(Result):
+    """A session on both displays, as returned by `compare_displays`; V variants, 4 displays, N numbers of axes.
+
+    Attributes
+    ----------
+    session : HandleSession
+    arm : str                      Whose arm.
+    assuming : V texts             What is assumed; the first is as shown.
+    displays : 4 texts             `DISPLAYS`.
+    axes : (N,) int
+    parts : 6 texts                Parts of the session, and the run-ups of the cylinder.
+    energy : (V, 4, N, 6) float    From the supply in one round, nan where a wheel would slip. [J]
+    steering : (V, N) float        Of that, for steering. [J]
+    user : (V, 4, N) float         From the user in one round. [J]
+    winding : (V, 4, N) float      Heat in the winding of the hottest motor, mean of a round. [W]
+    heating : (V, 4, N) float      Root mean square of current over continuous current, of the motor nearest to it. [-]
+    feasible : (V, 4, N) bool      Whether force and speed required are reached, all limits kept, and free motion is stable.
+    stop : (V, N) float            Time at rest from which it saves energy to stop the cylinder. [s]
+    largest_force : (V, 2) float   Cobotic, conventional: of an axis, at which wheels slip, and which the motor can hold. [N]
+    least_force : (V, 2) float     Friction that the user feels. The cobotic display moves by its force sensor, whose noise is not
+        modelled: 0. [N]
+    least_mass : (V, 2) float      Felt in free motion: the least stable virtual mass with a margin of 1.1 and the handle; the
+        reflected mass and the handle. nan if none is stable. [kg]
+    largest_mass : (V, 2) float    Felt; inf if any virtual mass above the least is stable. [kg]
+    stiffness : (V, 2) float       Of the stiffest stable wall, over a margin of 1.1. [N m^-1]
+    margin : (V, 2) float          Virtual mass of the session over the least stable one; stable beyond 1; inf without one. [-]
+    """
+
+    session: HandleSession
+    arm: str
+    assuming: tuple[str, ...]
+    displays: tuple[str, ...]
+    axes: np.ndarray
+    parts: tuple[str, ...]
+    energy: np.ndarray
+    steering: np.ndarray
+    user: np.ndarray
+    winding: np.ndarray
+    heating: np.ndarray
+    feasible: np.ndarray
+    stop: np.ndarray
+    largest_force: np.ndarray
+    least_force: np.ndarray
+    least_mass: np.ndarray
+    largest_mass: np.ndarray
+    stiffness: np.ndarray
+    margin: np.ndarray
+
+    @property
+    def total(self) -> np.ndarray:
+        """Energy of a round. (V, 4, N) [J]"""
+        return np.sum(self.energy, axis=-1)
+
+    def cheaper(self, display: str = TURNING) -> tuple[str, ...]:
+        """Which display draws less energy at each number of axes.
+
+        Parameters
+        ----------
+        display : str   How the cobotic display is run, one of `DISPLAYS`.
+
+        Returns
+        -------
+        N texts   "cobotic", "conventional", "neither" if one of them exceeds a limit as shown, or "undecidable" if variants that
+            meet the requirement disagree.
+        """
+        place, other = self._place(display), len(self.displays) - 1
+        found = []
+        for count in range(len(self.axes)):
+            sound = self.feasible[:, place, count] & self.feasible[:, other, count]
+            wins = (self.total[:, place, count] < self.total[:, other, count])[sound]
+            if not sound[0]:
+                found.append("neither")
+            else:
+                found.append(("cobotic" if wins[0] else "conventional") if np.all(wins == wins[0]) else "undecidable")
+        return tuple(found)
+
+    def range_of(self, values: np.ndarray, feasible: np.ndarray | None = None) -> tuple[float, float, float]:
+        """A value as shown, and the least and largest of the variants that are feasible; values (V,)."""
+        sound = np.isfinite(values) if feasible is None else np.asarray(feasible) & np.isfinite(values)
+        kept = np.asarray(values)[sound]
+        return (float(values[0]), *((float(np.min(kept)), float(np.max(kept))) if kept.size else (math.nan, math.nan)))
+
+    def flips(self, display: str, axes: int) -> tuple[str, ...]:
+        """Variants that meet the requirement and reverse which display draws less than with what is shown."""
+        place, count = self._place(display), self._count(axes)
+        both = self.feasible[:, place, count] & self.feasible[:, -1, count]
+        wins = self.total[:, place, count] < self.total[:, -1, count]
+        return tuple(
+            name for name, win, sound in zip(self.assuming, wins, both, strict=True) if sound and win != wins[0]
+        )
+
+    @property
+    def verdict(self) -> str:
+        """One-sentence answer: which display draws less energy, by number of axes and by what the cylinder does."""
+        said = [f"{name}: {_grouped(self.axes, self.cheaper(name))}" for name in self.displays[:-1]]
+        return f"Less energy in a round of {plain(self.session.round_time)} s: {'; '.join(said)}."
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Statements with ranges: energy by number of axes, force, mass and stiffness."""
+        said = []
+        for place, count in enumerate(self.axes):
+            each = [
+                f"{name} {_span(*self.range_of(self.total[:, row, place], self.feasible[:, row, place]), 'J')}"
+                for row, name in enumerate(self.displays)
+            ]
+            said.append(f"{count} ax{'i' if count == 1 else 'e'}s: {', '.join(each)}")
+        meets = np.any(self.feasible[:, 0] & self.feasible[:, -1], axis=-1)
+        for title, values, scale, unit in (
+            ("largest force of an axis", self.largest_force, 1.0, "N"),
+            ("friction felt", self.least_force, 1.0, "N"),
+            ("least mass felt", self.least_mass, 1.0, "kg"),
+            ("stiffest stable wall", self.stiffness, 1e-3, "N/mm"),
+        ):
+            each = [
+                f"{name} {_span(*self.range_of(scale * values[:, side], meets), unit)}"
+                for side, name in enumerate(("cobotic", "conventional"))
+            ]
+            said.append(f"{title}: {', '.join(each)}")
+        return tuple(said)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything as plain values, for JSON."""
+        numbers = ("energy", "steering", "user", "winding", "heating", "stop")
+        measures = ("largest_force", "least_force", "least_mass", "largest_mass", "stiffness", "margin")
+        units = {
+            **dict.fromkeys(("energy", "steering", "user"), "J"),
+            **dict.fromkeys(("largest_force", "least_force"), "N"),
+            **dict.fromkeys(("least_mass", "largest_mass"), "kg"),
+            **{"winding": "W", "heating": "1", "stop": "s", "stiffness": "N_m", "margin": "1"},
+        }
+        return {
+            "verdict": self.verdict,
+            "lines": list(self.lines),
+            "arm": self.arm,
+            "axes": np.asarray(self.axes).tolist(),
+            "displays": list(self.displays),
+            "parts": list(self.parts),
+            "assuming": list(self.assuming),
+            "cheaper": {name: list(self.cheaper(name)) for name in self.displays[:-1]},
+            "feasible": np.asarray(self.feasible).tolist(),
+            **{f"{name}_{units[name]}": _plain_rows(getattr(self, name)) for name in (*numbers, *measures)},
+        }
+
+    def _place(self, display: str) -> int:
+        require(display in self.displays[:-1], "display", repr(display), f"one of {', '.join(self.displays[:-1])}")
+        return self.displays.index(display)
+
+    def _count(self, axes: int) -> int:
+        known = np.asarray(self.axes).tolist()
+        require(axes in known, "axes", repr(axes), f"one of {', '.join(map(str, known))}")
+        return known.index(axes)
+
+
+def compare_displays(
+    pair: DisplayPair,
+    session: HandleSession | None = None,
+    *,
+    arm: ArmModel | None = None,
+    axes: Sequence[int] = (1, 2, 3, 4, 5, 6),
+    variants: Mapping[str, DisplayPair] | None = None,
+) -> DisplayComparison:
+    """Compare the same session on a cobotic and on a conventional display.
+
+    Parameters
+    ----------
+    pair : DisplayPair               As shown.
+    session : HandleSession          By default one with all parts.
+    arm : ArmModel                   For stability; by default "vanbeek2015".
+    axes : (N,) int                  Numbers of axes, rising.
+    variants : text to DisplayPair   With other values of what is assumed, such as `assumed_variants`.
+
+    Returns
+    -------
+    DisplayComparison
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+
+    Source: `cobotic_part`, `geared_part`, `share_motor`'s run-up, `least_stable_mass` and `stiffest_wall`.
+    """
+    session = HandleSession() if session is None else session
+    arm = ArmModel.named("vanbeek2015") if arm is None else arm
+    check_instance("pair", pair, DisplayPair)
+    check_instance("session", session, HandleSession)
+    if not isinstance(arm, ArmModel):
+        raise ParameterError(f"arm must be an ArmModel, got {shown(arm)}")
+    counts = np.asarray(axes)
+    whole = counts.ndim == 1 and counts.size > 0 and counts.dtype.kind == "i"
+    rising = whole and bool(counts[0] >= 1 and np.all(np.diff(counts) > 0))
+    require(rising, "axes", axes, "whole numbers from 1 on that rise")
+    if variants is not None and not isinstance(variants, Mapping):
+        raise ParameterError(f"variants must map texts to DisplayPair, got a {type(variants).__name__}")
+    pairs = {"as shown": pair, **({} if variants is None else dict(variants))}
+    for name, one in pairs.items():
+        check_instance(f"variants.{name}", one, DisplayPair)
+    measured: dict[Any, tuple[float, float]] = {}
+    each = [round_of(one, session, counts.tolist()) for one in pairs.values()]
+    felt = [_felt(one, session, arm, measured) for one in pairs.values()]
+    for one, of in zip(each, felt, strict=True):
+        one["feasible"][:-1] &= of["margin"][0] > 1.0
+    return DisplayComparison(
+        session=session,
+        arm=arm.name,
+        assuming=tuple(pairs),
+        displays=DISPLAYS,
+        axes=counts,
+        parts=(*PARTS, RUN_UP),
+        **{name: np.array([one[name] for one in each]) for name in each[0]},
+        **{name: np.array([one[name] for one in felt]) for name in felt[0]},
+    )
+
+
+def round_of(pair: DisplayPair, session: HandleSession, counts: Sequence[int]) -> dict[str, np.ndarray]:
+    """Energies, heat and limits of one pair in one round, without stability; the arrays of `DisplayComparison` for one variant.
+
+    Parameters
+    ----------
+    pair : DisplayPair
+    session : HandleSession
+    counts : (N,) int   Numbers of axes.
+    """
+    shape = (len(DISPLAYS), len(counts))
+    energy = np.zeros((*shape, len(PARTS) + 1))
+    user, winding, heating = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    feasible, steering, stop = np.zeros(shape, dtype=bool), np.zeros(len(counts)), np.zeros(len(counts))
+    shares, time = session.shares, session.round_time
+    resting, able = stopped_part(pair.cobotic), _able(pair, session)
+    for place, count in enumerate(counts):
+        machine = LeggedDrive.of(pair.cobotic, count)
+        started = run_up_energy(machine, pair.run_up_time)
+        turning = {
+            part: cobotic_part(
+                pair.cobotic,
+                session,
+                part,
+                axes=count,
+                handle_mass=pair.handle_mass,
+                slip_feedforward=pair.slip_feedforward,
+            )
+            for part in PARTS
+        }
+        geared = {
+            part: geared_part(
+                pair.conventional,
+                session,
+                part,
+                axes=count,
+                handle_mass=pair.handle_mass,
+                compensation=pair.compensation,
+                friction_helps=pair.friction_helps,
+            )
+            for part in PARTS
+        }
+        stop[place] = started / (turning["idle"].supply - resting.supply)
+        steering[place] = sum(time * shares[part] * turning[part].steering for part in PARTS if shares[part] > 0.0)
+        for row, display in enumerate(DISPLAYS):
+            stops = _STOPS.get(display, ())
+            found = geared if display == CONVENTIONAL else turning | dict.fromkeys(stops, resting)
+            cells = _round(found, shares, time)
+            # One run-up for each part at rest; a session that is nothing but rest never runs up.
+            stopped = [part for part in stops if 0.0 < shares[part] < 1.0]
+            restarted = started * len(stopped) if sum(shares[part] for part in stopped) < 1.0 else 0.0
+            energy[row, place] = [*cells["energy"], restarted]
+            user[row, place], winding[row, place] = cells["user"], cells["winding"]
+            heating[row, place] = math.sqrt(cells["heating"])
+            meets = able[display == CONVENTIONAL]
+            feasible[row, place] = meets and cells["tightest"] <= 1.0 and cells["heating"] <= 1.0
+    return {
+        "energy": energy,
+        "steering": steering,
+        "user": user,
+        "winding": winding,
+        "heating": heating,
+        "feasible": feasible,
+        "stop": stop,
+    }
+
+
+def _able(pair: DisplayPair, session: HandleSession) -> tuple[bool, bool]:
+    """Whether an axis of either display reaches the force and the speed required."""
+    fast = [
+        bool(drive.operate(speed=session.required_speed, force=0.0).limit == Limit.OK)
+        for drive in (pair.cobotic, pair.conventional)
+    ]
+    holding = pair.motors.gain * pair.conventional.motor.continuous_current
+    strong = [float(pair.cobotic.transmission.slip_force), float(holding)]
+    return fast[0] and strong[0] > session.largest_force, fast[1] and strong[1] >= session.largest_force
+
+
+def _round(found: Mapping[str, PartPower], shares: Mapping[str, float], time: float) -> dict[str, Any]:
+    """Sums over a round; parts without a share do not count, even beyond a limit."""
+    kept = {part: found[part] for part in PARTS if shares[part] > 0.0}
+
+    def mean(name: str) -> float:
+        return sum(shares[part] * getattr(power, name) for part, power in kept.items())
+
+    return {
+        "energy": [time * shares[part] * found[part].supply if part in kept else 0.0 for part in PARTS],
+        "user": time * mean("user"),
+        "winding": max(mean("winding"), mean("steering_winding")),
+        "heating": max(mean("heating"), mean("steering_heating")),
+        "tightest": max(power.tightest if math.isfinite(power.supply) else math.inf for power in kept.values()),
+    }
+
+
+def _felt(
+    pair: DisplayPair, session: HandleSession, arm: ArmModel, known: dict[Any, tuple[float, float]]
+) -> dict[str, tuple[float, float]]:
+    """Force, mass and stiffness of an axis of both displays."""
+    mine, other = pair.admittance(session.felt_mass), pair.impedance()
+    motors = pair.motors
+    least, wall = _remembered(known, _loop(mine, arm), lambda: _admitted(pair, arm))
+    _, other_wall = _remembered(known, _loop(other, arm), lambda: (0.0, stiffest_wall(other, arm)))
+    reflected = other.reflected_mass + pair.handle_mass
+    rubbing = sum(motors.frictions) * (1.0 - pair.compensation)
+    return {
+        "largest_force": (
+            float(pair.cobotic.transmission.slip_force),
+            motors.gain * float(pair.conventional.motor.continuous_current),
+        ),
+        "least_force": (0.0, rubbing),
+        "least_mass": (_MARGIN * least + pair.handle_mass, reflected),
+        "largest_mass": (math.inf if least < MASSES[1] else math.nan, reflected),
+        "stiffness": (wall / _MARGIN, other_wall / _MARGIN),
+        "margin": ((session.felt_mass - pair.handle_mass) / least, math.inf),
+    }
+
+
+def _admitted(pair: DisplayPair, arm: ArmModel) -> tuple[float, float]:
+    """Least stable virtual mass, and the stiffest stable wall with that mass and its margin."""
+    least = least_stable_mass(pair.admittance(1.0), arm)
+    if not math.isfinite(least):
+        return math.nan, math.nan
+    return least, stiffest_wall(pair.admittance(_MARGIN * least), arm, between=WALLS)
+
+
+def _loop(display: AdmittanceDisplay | ImpedanceDisplay, arm: ArmModel) -> Any:
+    """What the stability of a display depends on: most variants change something else."""
+    plant = display.plant(arm)
+    controller = display.servo if isinstance(display, AdmittanceDisplay) else display.force_per_current
+    surface = display.surface_speed if isinstance(display, AdmittanceDisplay) else 0.0
+    matrices = tuple(part.tobytes() if isinstance(part, np.ndarray) else part for part in plant)
+    return matrices, display.drive.control, controller, surface
+
+
+def _remembered(known: dict[Any, Any], key: Any, compute: Callable[[], tuple[float, float]]) -> tuple[float, float]:
+    if key not in known:
+        known[key] = compute()
+    return known[key]
+
+
+def _grouped(axes: np.ndarray, words: Sequence[str]) -> str:
+    """Numbers of axes by answer."""
+    by: dict[str, list[str]] = {}
+    for count, word in zip(np.asarray(axes).tolist(), words, strict=True):
+        by.setdefault(word, []).append(str(count))
+    return ", ".join(f"{word} at {' '.join(counts)}" for word, counts in by.items())
+
+
+def _span(shown: float, low: float, high: float, unit: str) -> str:
+    if not math.isfinite(low):
+        return "beyond a limit"
+    return f"{plain(shown, 3)} {unit} ({plain(low, 3)} to {plain(high, 3)})"
+
+
+def _plain_rows(values: np.ndarray) -> Any:
+    """Nested lists, with None for nan and infinity."""
+    if np.ndim(values) == 0:
+        return float(values) if math.isfinite(values) else None
+    return [_plain_rows(row) for row in np.asarray(values)]
