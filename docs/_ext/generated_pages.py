@@ -2,6 +2,7 @@
 
 import dataclasses
 import typing
+from collections.abc import Mapping
 from pathlib import Path
 
 from sphinx.errors import ExtensionError
@@ -11,7 +12,8 @@ from infinivar import units
 from infinivar._core.bounds import words
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
-from infinivar.motion.scenario import Scenario
+from infinivar.motion.scenario import FORCES, MOTIONS, Scenario
+from infinivar.motion.virtual.tasks import HandleTask
 from infinivar.parts import catalogue
 from infinivar.parts.tables.columns import ONE
 from infinivar.parts.tables.consistency import RELATIONS
@@ -19,6 +21,7 @@ from infinivar.study import json_schema, schema
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
+from infinivar.study.sessions import SessionTask
 from infinivar.study.shipped import parameter_set, parameter_sets
 
 
@@ -37,9 +40,24 @@ def _default(field: dataclasses.Field) -> str:
     if field.default is None:
         return "not given"
     if field.default is not dataclasses.MISSING:
+        if field.default == "":
+            return "the name"
         shown = units.show(field.default, field.metadata["unit"]) if "unit" in field.metadata else field.default
-        return f"`{shown}`"
+        return f"`{str(shown).lower() if isinstance(shown, bool) else shown}`"
     return "**required**" if field.default_factory is dataclasses.MISSING else "its defaults"
+
+
+def _written(meta: Mapping, hint: object) -> str:
+    """How a value is written."""
+    unit = meta.get("unit", "")
+    if "row of" in meta:
+        one = schema.example(meta["row of"], meta["bound"])
+        return "list of numbers" if meta["row of"] == "1" else f'list, such as `["{one}", ...]`'
+    if hint in (bool, int):
+        return "`true` or `false`" if hint is bool else "whole number"
+    if unit == "1":
+        return "number"
+    return f'`"{schema.example(unit, meta["bound"])}"`' if unit else "text"
 
 
 def fields_of(part: type) -> str:
@@ -53,7 +71,6 @@ def fields_of(part: type) -> str:
         meta = field.metadata if field is not None else {"meaning": property_schema["description"], "unit": "1"}
         inner = schema.part_of(hints.get(key))
         options = _options(property_schema)
-        unit = meta.get("unit", "")
         if inner is not None:
             write = f"table, see [{inner.__name__}](#{inner.__name__.lower()})"
         elif "several" in meta:
@@ -63,12 +80,8 @@ def fields_of(part: type) -> str:
             write = ", ".join(
                 f"`{option if isinstance(option, int) else chr(34) + option + chr(34)}`" for option in options
             )
-        elif unit == "1":
-            write = "number"
-        elif unit:
-            write = f'`"{schema.example(unit, meta["bound"])}"`'
         else:
-            write = "text"
+            write = _written(meta, hints.get(key))
         rows.append(
             (
                 f"`{key}`",
@@ -79,7 +92,12 @@ def fields_of(part: type) -> str:
             )
         )
     for field in schema.in_kinds(part):
-        if part is MachinePath:
+        kinds = list(field.metadata["kinds"].values())
+        if kinds in ([*MOTIONS.values()], [*FORCES.values()]):
+            owner = "force" if kinds == [*FORCES.values()] else "motion"
+            link = f"table with `shape`, as `{owner}` in `[scenarios.NAME]`"
+            rows.append((f"`{field.name}`", _default(field), link, "", field.metadata["meaning"]))
+        elif part is MachinePath:
             link = "table with `shape`, as in `[duty.NAME]`"
             rows.append((f"`{field.name}`", _default(field), link, "", field.metadata["meaning"]))
         elif not field.metadata["flat"]:
@@ -93,10 +111,16 @@ def kinds_of(field: dataclasses.Field) -> str:
     text = []
     for shape, kind in field.metadata["kinds"].items():
         summary = kind.__doc__.strip().splitlines()[0].replace("``", "`")
-        text.append(f'With `shape = "{shape}"`: {summary[0].lower()}{summary[1:]}\n')
-        if schema.described(kind):
+        text.append(f'With `{field.metadata["key"]} = "{shape}"`: {summary[0].lower()}{summary[1:]}\n')
+        if schema.described(kind) or schema.in_kinds(kind):
             text.append(fields_of(kind))
     return "\n".join(text)
+
+
+def section(field: dataclasses.Field) -> str:
+    """Section on the kinds of a field."""
+    title = field.name.capitalize()
+    return f"({field.name})=\n#### {title}\n\n{field.metadata['meaning']}.\n\n{kinds_of(field)}"
 
 
 def _parts(part: type, found: list[type]) -> None:
@@ -106,18 +130,23 @@ def _parts(part: type, found: list[type]) -> None:
         if inner is not None and inner not in found:
             found.append(inner)
             _parts(inner, found)
+    for field in schema.in_kinds(part):
+        if part is SessionTask or issubclass(part, HandleTask):
+            for kind in field.metadata["kinds"].values():
+                _parts(kind, found)
 
 
 def study_fields() -> str:
     """Reference of all tables of a study file."""
     parts: list[type] = []
-    for owner in (*schema.DRIVES.values(), Scenario, DutyCycle, MachineTask, MachinePath, Rig):
+    for owner in (*schema.DRIVES.values(), Scenario, DutyCycle, MachineTask, SessionTask, MachinePath, Rig):
         _parts(owner, parts)
     sections = [
         ("`[requirement]`", Requirement),
         ("`[scenarios.NAME]`", Scenario),
         ("`[duty.NAME]`", DutyCycle),
         ("`[tasks.NAME]`", MachineTask),
+        ("`[tasks.NAME]` with `type`", SessionTask),
         ("`[paths.NAME]`", MachinePath),
         ("`[rig]`", Rig),
     ]
@@ -131,8 +160,10 @@ def study_fields() -> str:
             if field.metadata["flat"]:
                 text.append(kinds_of(field))
             else:
-                title = field.name.capitalize()
-                text.append(f"({field.name})=\n#### {title}\n\n{field.metadata['meaning']}.\n\n{kinds_of(field)}")
+                text.append(section(field))
+            # What a task at a handle consists of comes in kinds as well.
+            inner = [one for kind in field.metadata["kinds"].values() for one in schema.in_kinds(kind)]
+            text += [section(one) for one in inner if part is SessionTask and field.metadata["flat"]]
     for part in parts:
         summary = part.__doc__.strip().splitlines()[0].replace("``", "`")
         text.append(f"({part.__name__.lower()})=\n### {part.__name__}\n\n{summary}\n\n{fields_of(part)}")

@@ -29,6 +29,7 @@ from .analysis.sessions.display_pair import DisplayPair, assumed_variants
 from .analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
 from .analysis.sessions.handle_session import HandleSession
 from .analysis.sessions.limits import GuidanceLimits, guidance_limits
+from .analysis.sessions.of_study import study_session
 from .analysis.sessions.passivity import Passivity, passivity
 from .analysis.sessions.session import session
 from .analysis.sessions.session_result import Session, Touch
@@ -95,7 +96,7 @@ from .motion.motions import Cruise, Hold, Reach, Reaches, Rest, Sinusoid, Step, 
 from .motion.recordings import Recording
 from .motion.scenario import Scenario
 from .motion.strides import Strides
-from .motion.users import ArmModel
+from .motion.users import ArmModel, PushingUser, ReachingUser
 from .motion.vectors import Point, Pose, Twist, Wrench
 from .motion.virtual.curves import ArcCurve, FunctionCurve, LineCurve, PointCurve
 from .motion.virtual.fixtures import AboutAxis, AboutPoint, AlongLine, InPlane, OnCurve, OnSurface
@@ -133,6 +134,7 @@ from .study.provenance import Provenance
 from .study.requirement import JointRequirement, Requirement
 from .study.rig import Rig
 from .study.save import save_study
+from .study.sessions import ControllerSettings, SessionTask
 from .study.spreads import Uncertainty
 from .study.study import Study
 from .sweeps.builds import BuildsSweep, builds_sweep
@@ -190,6 +192,7 @@ __all__ = [
     "ConstantForce",
     "ContactGeometry",
     "ContactSheet",
+    "ControllerSettings",
     "ConventionalDrive",
     "Course",
     "CreepLaw",
@@ -277,9 +280,11 @@ __all__ = [
     "Pose",
     "Provenance",
     "Pulley",
+    "PushingUser",
     "Rack",
     "Reach",
     "Reaches",
+    "ReachingUser",
     "RecordedForce",
     "RecordedTable",
     "Recording",
@@ -302,6 +307,7 @@ __all__ = [
     "SensitivitySweep",
     "SerialArmMachine",
     "Session",
+    "SessionTask",
     "Sessions",
     "SessionsSweep",
     "Shaft",
@@ -430,6 +436,7 @@ __all__ = [
     "steering_steps",
     "stiffest_wall",
     "stride_energies",
+    "study_session",
     "sweep",
     "swept_impedance",
     "two_ways",

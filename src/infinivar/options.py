@@ -53,6 +53,11 @@ def scenarios_of_study(context: typer.Context, incomplete: str) -> list[str]:
     return _names(context, "scenarios", incomplete)
 
 
+def sessions_of_study(context: typer.Context, incomplete: str) -> list[str]:
+    """Completions of a task of a session."""
+    return _names(context, "sessions", incomplete)
+
+
 StudyFile = Annotated[
     Path,
     typer.Argument(

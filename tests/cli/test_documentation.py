@@ -79,6 +79,9 @@ SLOW = (
     "contact",
     "machines-in-motion",
     "sessions",
+    "guided-cart",
+    "one-axis-display",
+    "tool-on-six-legs",
 )
 
 

@@ -9,8 +9,16 @@ from infinivar.errors import InputError
 from infinivar.study.shipped import shipped_studies
 
 NAMES = [
-    *("ankle_walking", "hand_controller", "knee_walking", "planar_cart", "reach_and_hold", "six_leg_display"),
-    *("sphere_joint", "two_joint_arm"),
+    *(
+        "ankle_walking",
+        "guided_cart",
+        "hand_controller",
+        "knee_walking",
+        "one_axis_display",
+        "planar_cart",
+        "reach_and_hold",
+    ),
+    *("six_leg_display", "sphere_joint", "tool_on_six_legs", "two_joint_arm"),
 ]
 
 

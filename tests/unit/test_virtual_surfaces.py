@@ -289,7 +289,11 @@ class NoHessian:
         (bad(free="up"), "free must be one of outside, inside, got 'up'"),
         (lambda: HalfSpace(point=(0.0, 0.0), direction=(0.0, 0.0)), "direction must be a direction, not zero"),
         (lambda: HalfSpace(point=(0.0, 0.0), direction=(0.0, 0.0, 1.0)), "direction must be points of 2 coordinates"),
-        (lambda: HalfSpace(point=(0.0,), direction=(1.0,)), "point must be a point of two or three coordinates"),
+        (
+            lambda: HalfSpace(point=(0.0,) * 4, direction=(1.0,) * 4),
+            "point must be a point of one to three coordinates",
+        ),
+        (lambda: Ball(centre=(0.0,), radius=1.0), "centre must be a point of two or three coordinates"),
         (lambda: Ball(centre=(0.0, 0.0), radius=-1.0), r"radius must be >= 1e-09 and <= 1e\+09 m, got -1"),
         (lambda: Ball(centre=(0.0, math.nan), radius=1.0), r"centre\[1\] must be finite m, got nan"),
         (lambda: Ball(centre=(0.0, 0.0), radius=1.0, free="out"), "free must be one of outside, inside, got 'out'"),

@@ -72,17 +72,18 @@ def component(meaning: str, **default: Any) -> Any:
     return dataclasses.field(**default, metadata={"meaning": meaning})
 
 
-def tagged(meaning: str, kinds: Mapping[str, type], *, flat: bool = False, **default: Any) -> Any:
+def tagged(meaning: str, kinds: Mapping[str, type], *, flat: bool = False, key: str = "shape", **default: Any) -> Any:
     """Dataclass field for one of several kinds of value, each a class with its own fields.
 
     Parameters
     ----------
     meaning : str     One line for schemas and reference pages.
-    kinds : mapping   Classes by the word with which a study asks for them in `shape`; the first if it does not say.
+    kinds : mapping   Classes by the word with which a study asks for them in `key`; the first if it does not say.
     flat : bool       Whether the kind's keys stand in the table of the owner, or in a table of their own.
+    key : str         Key of that word.
     default           As for `dataclasses.field`.
     """
-    return dataclasses.field(**default, metadata={"meaning": meaning, "kinds": kinds, "flat": flat})
+    return dataclasses.field(**default, metadata={"meaning": meaning, "kinds": kinds, "flat": flat, "key": key})
 
 
 def _wanted(bound: Bound, value: float | None = None) -> str:

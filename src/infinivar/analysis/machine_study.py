@@ -127,7 +127,7 @@ def check_moves(drive: Any, where: str = "drive") -> None:
     works = [*EVERY_MACHINE, *getattr(drive, "commands", ())]
     why = "simulate works with drives of one axis, platforms, arms and spheres"
     if isinstance(drive, PlanarDrive):
-        why = "a user pushes it, and a study states no push over time; simulate_machine in Python has a PlanarMachine for that"
+        why = "a user pushes it: state a task with a type, and run it with infinivar session"
     raise ParameterError(
         f"{where} is a machine of type {type_words(drive)}: {why}; commands for this machine: {', '.join(works)}"
     )

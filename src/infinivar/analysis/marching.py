@@ -330,6 +330,10 @@ class March:
         return tuple(found)
 
 
+_NOTHING = 1e-12
+"""Energy moved below which a run stands still: what is stored then is rounding. [J]"""
+
+
 def _residual(supplied: np.ndarray, lost: np.ndarray, stored: np.ndarray) -> np.ndarray:
     """Energy that is unaccounted for, over the energy moved. (t,)
 
@@ -340,7 +344,7 @@ def _residual(supplied: np.ndarray, lost: np.ndarray, stored: np.ndarray) -> np.
     """
     missing = stored.sum(-1) - stored[0].sum() + lost.sum(-1) - supplied.sum(-1)
     moved = np.max(np.abs(supplied).sum(-1) + np.abs(lost).sum(-1)) + np.max(stored.sum(-1))
-    residual = np.abs(missing) / max(float(moved), 1e-300)
+    residual = np.abs(missing) / max(float(moved), _NOTHING)
     if not np.max(residual) <= CLOSURE:
         raise ClosureError(
             f"the energy balance has a residual of {np.max(residual):.2g} of the energy moved, above the limit of {CLOSURE:g}"

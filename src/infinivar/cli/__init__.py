@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from infinivar import __version__
-from infinivar.cli import catalogue, files, motions, rigs, runs, sizing, studies, sweeps
+from infinivar.cli import catalogue, files, motions, rigs, runs, sessions, sizing, studies, sweeps
 from infinivar.console import run, say
 
 app = typer.Typer(
@@ -23,7 +23,7 @@ app = typer.Typer(
 )
 for command in (
     *(files.init, studies.check, studies.compare, sizing.size, studies.contact, motions.motion),
-    *(runs.simulate, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
+    *(runs.simulate, sessions.session, runs.sensitivity, runs.graph, rigs.rig, rigs.calibrate),
     *(files.reproduce, files.schema),
 ):
     app.command()(command)

@@ -36,9 +36,9 @@ def simulate(
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
-    """Simulate a drive in a scenario, or a machine in a task.
+    """Simulate a drive in a scenario, or a machine in motion.
 
-    A path is followed for two periods, of which the first settles; in a task the machine holds, or moves steadily.
+    A machine follows a path for two periods, of which the first settles; in a task it holds, or moves steadily.
     Write a report, figures and results, including the energy audit.
     Exit with code 1 if the run is infeasible: incomplete, a limit exceeded, or a motor overheated.
     """
@@ -111,9 +111,12 @@ def sensitivity(
     from infinivar.drivetrain.drive import axis_of
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
+    from infinivar.study.check import check_compared
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
+    with naming(study):
+        check_compared(loaded)
     name = chosen(study, "drive", drive, loaded.drives)
     derived: Any = next((known for known in METHODS if known == method), None)
     if derived is None:
@@ -168,6 +171,8 @@ def _simulate_machine(
         if scenario is not None:
             raise InputError(f"--scenario {scenario!r} is of drives of one axis; simulate drives.{name} with --task")
         if not (loaded.tasks or loaded.paths):
+            if loaded.sessions:
+                raise InputError("the study has sessions of a user only; run them with infinivar session")
             raise InputError("the study has no tasks or paths; of machines, simulate needs one, such as [paths.circle]")
         check_moves(loaded.drives[name], f"drives.{name}")
         check_machines(loaded)

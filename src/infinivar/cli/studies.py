@@ -37,10 +37,15 @@ def check(study: StudyFile) -> None:
     loaded = loaded_study(study)
     with naming(study):
         run(loaded)
+        if loaded.sessions:
+            from infinivar.analysis.sessions.of_study import check_sessions
+
+            check_sessions(loaded)
     counts = {
         "drive": len(loaded.drives),
         "duty cycle": len(loaded.duty),
         "scenario": len(loaded.scenarios),
+        "session": len(loaded.sessions),
         "stated spread": sum(len(spreads) for spreads in loaded.uncertainty.spreads.values()),
     }
     contents = ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items() if count)
@@ -81,7 +86,7 @@ def compare(
     from infinivar.analysis.compare import compare as run
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
-    from infinivar.study.check import check_duty
+    from infinivar.study.check import check_compared, check_duty
 
     if quick and out is not None:
         raise InputError("--quick writes no files: remove --out or --quick")
@@ -92,6 +97,7 @@ def compare(
     loaded = loaded_study(study)
     with naming(study):
         loaded = loaded.with_drives(drive) if drive else loaded
+        check_compared(loaded)
         check_duty(loaded)
     with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):

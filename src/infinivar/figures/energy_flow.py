@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.analysis.machine_run import MachineRun
+from infinivar.analysis.sessions.session_result import Session
 from infinivar.analysis.simulate import Simulation
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.figures import style
@@ -39,7 +40,7 @@ _COLOURS = {
 }
 
 
-def balance(simulation: Simulation | MachineRun) -> tuple[dict[str, Any], dict[str, Any]]:
+def balance(simulation: Simulation | MachineRun | Session) -> tuple[dict[str, Any], dict[str, Any]]:
     """Cumulative energy supplied and removed, by name, over time.
 
     Returns
@@ -58,12 +59,12 @@ def balance(simulation: Simulation | MachineRun) -> tuple[dict[str, Any], dict[s
     return came, went
 
 
-def _energies(simulation: Simulation | MachineRun) -> Trajectory | MachineRun:
+def _energies(simulation: Simulation | MachineRun | Session) -> Trajectory | MachineRun | Session:
     """What has the energies of a run."""
-    return simulation if isinstance(simulation, MachineRun) else simulation.trajectory
+    return simulation.trajectory if isinstance(simulation, Simulation) else simulation
 
 
-def data(simulation: Simulation | MachineRun) -> dict[str, Any]:
+def data(simulation: Simulation | MachineRun | Session) -> dict[str, Any]:
     """Energy supplied and removed, at the end and over time.
 
     Returns
@@ -171,7 +172,7 @@ def draw_growth(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.legend(handles[::-1], labels[::-1], loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
-def draw_all(simulation: Simulation | MachineRun) -> Figure:
+def draw_all(simulation: Simulation | MachineRun | Session) -> Figure:
     """Draw the balance at the end and over time."""
     numbers = data(simulation)
     with style.styled():

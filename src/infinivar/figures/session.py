@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_NAMED = 4
+"""Most events with their name in the figure."""
+
 _ENERGIES = 7
 """Most parts with a line of their own; the rest are drawn as one."""
 
@@ -25,7 +28,8 @@ def data(run: Session) -> dict[str, Any]:
     -------
     dict
         title; time (t,) [s]; position: by axis, from the start [mm]; force: by axis [N]; left: by name, offset from the path or
-        distance beyond the wall [mm]; touches: start and end of each [s]; supplied and lost: by part [J], largest first.
+        distance beyond the wall [mm]; touches: start and end of each [s]; events: start, end [s] and
+        limit; supplied and lost: by part [J], largest first.
     """
     left = {}
     if run.path is not None:
@@ -44,6 +48,7 @@ def data(run: Session) -> dict[str, Any]:
         "force": dict(zip(run.axes, run.force.T, strict=True)),
         "left": left,
         "touches": [(touch.start, touch.end) for touch in run.touches],
+        "events": [(event.start, event.end, event.limit.words) for event in run.events],
         "supplied": {name: np.asarray(energy) for name, energy in run.supplied.items() if np.any(energy)},
         "lost": lost,
     }
@@ -68,8 +73,31 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
         axes["left"].axhline(0.0, color="0.5", linestyle=":")
         for begin, end in numbers["touches"]:
             axes["left"].axvspan(begin, end, color="0.9")
+    _name_events(axes["position"], numbers["events"])
     axes["lost"].set_xlabel("time [s]")
     axes["position"].set_title(numbers["title"])
+
+
+def _name_events(ax: Axes, events: Any) -> None:
+    """Shade the events, with the limit that is exceeded where it first begins."""
+    low, high = ax.get_ylim()
+    lines = min(len({name for *_, name in events}), _NAMED)
+    ax.set_ylim(low, high + 0.16 * lines * (high - low))  # room above the curves
+    named: set[str] = set()
+    for begin, end, name in events:
+        ax.axvspan(begin, max(end, begin), color="#F3D9CC", zorder=0)
+        if name not in named and len(named) < _NAMED:
+            ax.text(
+                begin,
+                0.99 - 0.12 * len(named),
+                f" {name}",
+                transform=ax.get_xaxis_transform(),
+                fontsize=7,
+                va="top",
+                color="#B3400A",
+                bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+            )
+        named.add(name)
 
 
 def draw_all(run: Session) -> Figure:

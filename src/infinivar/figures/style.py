@@ -36,6 +36,7 @@ LOSS_COLOURS = {
     "belt damping": "#B8A5D6",
     "amplifier": "#999999",
     "slip": "#882255",
+    "arm": "#661100",
     "steering winding": "#EE9977",
     "steering motor friction": "#F5C77A",
     "steering motor iron": "#D9B08C",

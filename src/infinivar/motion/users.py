@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
+import numpy as np
 from annotated_types import Ge, Gt
 
-from infinivar._core.fields import check_real, component, quantity
+from infinivar._core.arrays import Whole
+from infinivar._core.fields import check_real, component, given, quantity, tagged
 from infinivar.errors import ParameterError, nearest
+from infinivar.motion.motion import Force, Motion
+from infinivar.motion.scenario import FORCES, MOTIONS
+
+AXES = ("x", "y", "z")
+"""Directions of a handle for which a study states what a user does."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,3 +71,111 @@ ARMS: Mapping[str, ArmModel] = {
     ),
 }
 """Arms with published values, by the key of their source."""
+
+
+class AtHandle(Whole):
+    """Base of users as studies state them: something along each of some axes."""
+
+    __slots__ = ()
+
+    def along(self) -> Mapping[str, Any]:
+        """What is stated, by axis."""
+        found = {axis: getattr(self, axis) for axis in AXES}
+        return {axis: one for axis, one in found.items() if one is not None}
+
+    def beyond(self, axes: Sequence[str]) -> Iterator[str]:
+        """Yield the axes that are stated and are none of these."""
+        return (axis for axis in self.along() if axis not in axes)
+
+    def _check(self, what: str, key: str) -> None:
+        check_real(self)
+        for axis, one in self.along().items():
+            if getattr(one, "rotary", False) or getattr(getattr(one, "axis", None), "rotary", False):
+                raise ParameterError(f"{axis} must be a {what} along a line: state {key}, not about a joint")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PushingUser(AtHandle):
+    """Force over time on the handle, whatever the handle does; a shape "file" is a recorded one.
+
+    Raises
+    ------
+    ParameterError
+        If a force is a moment, or there is none.
+    """
+
+    word: ClassVar[str] = "force"
+    x: Force | None = tagged("Force along x; default: none", FORCES, default=None)
+    y: Force | None = tagged("Force along y; default: none", FORCES, default=None)
+    z: Force | None = tagged("Force along z; default: none", FORCES, default=None)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        self._check("force", "size")
+        if not self.along():
+            raise ParameterError(
+                'x, y or z is missing: state a force, such as x = { shape = "constant", size = "5 N" }'
+            )
+
+    def over_time(self, axes: Sequence[str]) -> Callable[[float], np.ndarray]:
+        """Force at a time, (d,) [N], in the directions of a handle."""
+        forces = [self.along().get(axis) for axis in axes]
+
+        def push(time: float) -> np.ndarray:
+            return np.array([0.0 if one is None else one.value(time) for one in forces])
+
+        return push
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReachingUser(AtHandle):
+    """Arm with a mass, a damper and a spring that pulls the handle along an intention; named, or by own values.
+
+    Raises
+    ------
+    ParameterError
+        If a value is outside its range or missing, or an arm is both named and given by values.
+    """
+
+    word: ClassVar[str] = "arm"
+    arm: str | None = component("Arm from the literature by the key of its source: vanbeek2015", default=None)
+    mass: float | None = quantity("kg", Gt(0), "Effective mass at the handle, of an own arm", default=None)
+    damping: float | None = quantity("N s/m", Ge(0), "Damping of an own arm and grip", default=None)
+    stiffness: float | None = quantity("N/m", Ge(0), "Stiffness of an own arm and grip", default=None)
+    x: Motion | None = tagged("Where the hand wants to be along x, from the start", MOTIONS, default=None)
+    y: Motion | None = tagged("Where the hand wants to be along y, from the start", MOTIONS, default=None)
+    z: Motion | None = tagged("Where the hand wants to be along z, from the start", MOTIONS, default=None)
+
+    def __post_init__(self) -> None:
+        """Validate the fields."""
+        self._check("motion", "distance")
+        own = [name for name in ("mass", "damping", "stiffness") if getattr(self, name) is not None]
+        if self.arm is not None and own:
+            raise ParameterError(f"{own[0]} does not apply beside arm, which names one with all its values; remove one")
+        missing = [name for name in ("mass", "damping", "stiffness") if name not in own]
+        if self.arm is None and missing:
+            raise ParameterError(
+                f"{missing[0]} is missing: state mass, damping and stiffness, or an arm: {', '.join(ARMS)}"
+            )
+        _ = self.model
+
+    @property
+    def model(self) -> ArmModel:
+        """The arm."""
+        if self.arm is not None:
+            return ArmModel.named(self.arm)
+        values = {name: float(given(getattr(self, name), 0.0)) for name in ("mass", "damping", "stiffness")}
+        return ArmModel(name="own values", source="the study", **values)
+
+    def intention(self, axes: Sequence[str], home: np.ndarray) -> Callable[[float], np.ndarray]:
+        """Where the hand wants to be at a time, (d,) [m], with the handle at `home` at the start."""
+        motions = [self.along().get(axis) for axis in axes]
+
+        def wanted(time: float) -> np.ndarray:
+            return home + np.array([0.0 if one is None else one.at(time).position for one in motions])
+
+        return wanted
+
+
+USERS: dict[str, type] = {kind.word: kind for kind in (PushingUser, ReachingUser)}
+"""Kinds of users by their name in `type`."""

@@ -45,6 +45,7 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "analysis.sessions.session_result.Session": {
         "plot": "figures.session:draw_all",
+        "save": "report.session:save",
         "dataset": "report.datasets:machine_run",
     },
     "analysis.machines.MachineComparison": {

@@ -17,7 +17,6 @@ from infinivar.study.provenance import DEFAULT, Provenance, recorded
 from infinivar.study.schema import (
     CATALOGUES,
     ORIGIN,
-    SHAPE,
     Entry,
     Key,
     described,
@@ -59,7 +58,7 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance], 
         kinds = _kinds(field, tree, path) if field.metadata["flat"] else {}
         try:
             if field.metadata["flat"]:
-                table = {key: tree.pop(key) for key in kind_keys(kinds) if key in tree}
+                table = {key: tree.pop(key) for key in kind_keys(kinds, field.metadata["key"]) if key in tree}
                 made[field.name] = _kind(field, kinds, table, path, owner, "", rows)
             elif field.name in tree:
                 table = tree.pop(field.name)
@@ -75,11 +74,12 @@ def built(part: type, tree: Raw, path: str, owner: str, rows: list[Provenance], 
 
 def _kinds(field: dataclasses.Field, tree: Any, path: str) -> Mapping[str, type]:
     """Kinds of a field, with that of an installed package if its table asks for it."""
-    word = tree.get(SHAPE) if isinstance(tree, dict) else None
+    key = field.metadata["key"]
+    word = tree.get(key) if isinstance(tree, dict) else None
     try:
         return kinds_for(field, word.get("value") if isinstance(word, dict) else word)
     except InputError as problem:
-        raise StudyError(f"{path}.{SHAPE}: {problem}") from None
+        raise StudyError(f"{path}.{key}: {problem}") from None
 
 
 def _kind(
@@ -91,7 +91,7 @@ def _kind(
     prefix: str,
     rows: list[Provenance],
 ) -> Any:
-    """Build the value of a field that comes in kinds; `shape` selects the kind, and thus the other keys allowed.
+    """Build the value of a field that comes in kinds; `shape`, or another key, selects the kind, and thus the other keys allowed.
 
     The provenance of its values is appended to `rows`.
 
@@ -104,36 +104,53 @@ def _kind(
     if not isinstance(tree, dict) or "value" in tree:
         written = tree["value"] if isinstance(tree, dict) else tree
         raise StudyError(f"{path} = {quoted(written)} must be a table [{path}]")
-    asked = _values({SHAPE: shape_key(tuple(kinds), f"infinivar.{field.name}s")}, tree, path, faults)
+    key, every = field.metadata["key"], kind_keys(kinds, field.metadata["key"])
+    asked = _values({key: shape_key(tuple(kinds), f"infinivar.{field.name}s")}, tree, path, faults)
     if faults:
         raise StudyError(*faults)
     usual = next(iter(kinds))
-    if SHAPE not in tree and any(name in kind_keys(kinds) and name not in table_keys(kinds[usual]) for name in tree):
-        raise StudyError(f"{path}.{SHAPE} is missing: must be {' or '.join(kinds)}")
-    shape = asked[SHAPE].value if asked else usual
+    if key not in tree and any(name in every and name not in kind_keys({"": kinds[usual]}, key) for name in tree):
+        raise StudyError(f"{path}.{key} is missing: must be {' or '.join(kinds)}")
+    shape = asked[key].value if asked else usual
     own = table_keys(kinds[shape])
     given = _values(own, tree, path, faults)
-    words = [*kind_keys(kinds), *ORIGIN]
-    _refuse_unknown(tree, kind_keys(kinds), words, lambda name: nearest(name, words), path, faults)
-    faults = faults or [*_misfits(tree, own, shape, path)]
+    words = [*every, *ORIGIN]
+    _refuse_unknown(tree, every, words, lambda name: nearest(name, words), path, faults)
+    faults = faults or [*_misfits(tree, kinds[shape], key, shape, path)]
+    inner: dict[str, Any] = {}
+    inner_rows: list[Provenance] = []
+    for one in in_kinds(kinds[shape]):
+        if one.name in tree and not faults:
+            table, here = tree[one.name], f"{path}.{one.name}"
+            try:
+                found = _kinds(one, table, here)
+                inner[one.name] = _kind(one, found, table, here, owner, f"{prefix}{one.name}.", inner_rows)
+            except StudyError as problem:
+                faults += problem.lines
     if faults:
         raise StudyError(*faults)
     # Kinds stored in a file are read here, once.
     make = getattr(kinds[shape], "read", kinds[shape])
     units = {one.name: one.metadata.get("unit", "") for one in dataclasses.fields(kinds[shape])}
-    said = {SHAPE: asked.get(SHAPE, Entry(shape, shape, "assumed", DEFAULT)), **given}
+    said = {key: asked.get(key, Entry(shape, shape, "assumed", DEFAULT)), **given}
     rows += [_row(owner, f"{prefix}{name}", entry, units.get(name, "")) for name, entry in said.items()]
-    return _constructed(make, {name: entry.value for name, entry in given.items()}, path)
+    rows += inner_rows
+    return _constructed(make, {**{name: entry.value for name, entry in given.items()}, **inner}, path)
 
 
-def _misfits(tree: Raw, own: Mapping[str, Key], shape: str, path: str) -> Iterator[str]:
+def _misfits(tree: Raw, kind: type, key: str, shape: str, path: str) -> Iterator[str]:
     """Yield one line per required key that is missing, and one per key that does not apply to the kind."""
-    for name, key in own.items():
-        if key.required and name not in tree:
-            yield f"{path}.{name} is missing: shape = {shape!r} needs it"
+    own = table_keys(kind)
+    tables = {field.name: field for field in in_kinds(kind)}
+    for name, one in own.items():
+        if one.required and name not in tree:
+            yield f"{path}.{name} is missing: {key} = {shape!r} needs it"
+    for name, field in tables.items():
+        if field.default is dataclasses.MISSING and name not in tree:
+            yield f"{path}.{name} is missing: {key} = {shape!r} needs it; write a table [{path}.{name}]"
     for name in tree:
-        if name not in own and name != SHAPE:
-            yield f"{path}.{name} does not apply with shape = {shape!r}; remove it"
+        if name not in own and name not in tables and name != key:
+            yield f"{path}.{name} does not apply with {key} = {shape!r}; remove it"
 
 
 def _values(known: Mapping[str, Key], tree: Raw, path: str, faults: list[str]) -> dict[str, Entry]:

@@ -37,6 +37,21 @@ def check_machines(study: Study) -> None:
     _refuse(_machine_faults(study))
 
 
+def check_compared(study: Study) -> None:
+    """Refuse a study that states sessions of a user only: no drives are compared in them.
+
+    Raises
+    ------
+    InputError
+        With what to do instead.
+    """
+    if study.sessions and not any((study.tasks, study.paths, study.duty, study.requirement)):
+        names = ", ".join(f"tasks.{name}" for name in study.sessions)
+        raise InputError(
+            f"{names}: what a user does at a handle is not compared; run it with infinivar session, or add a task without type"
+        )
+
+
 def check_spreads(study: Study) -> None:
     """Refuse spreads of a drive of another package, of which no builds can be sampled.
 

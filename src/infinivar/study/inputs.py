@@ -41,6 +41,9 @@ def input_files(study: Study, beside: Iterable[Path] = ()) -> dict[Path, str]:
             file = getattr(getattr(task, name, None), "file", None)
             if file:
                 found.setdefault(Path(file), RECORDING)
+    for one in study.sessions.values():
+        for file, words in one.files.items():
+            found.setdefault(file, words)
     for folder in stores:  # one by one: a set hides those of the same name in later folders
         for place in places([folder]):
             if place.path is not None:

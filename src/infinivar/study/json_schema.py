@@ -16,6 +16,7 @@ from infinivar.motion.scenario import Scenario
 from infinivar.study.requirement import JointRequirement, Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import CATALOGUES, DRIVES, KINDS, SHAPE, SPREAD, in_kinds, shape_key, table_keys
+from infinivar.study.sessions import SessionTask
 
 if TYPE_CHECKING:
     import pydantic
@@ -48,10 +49,10 @@ def _table_schema(part: type) -> dict[str, Any]:
     return table(part).model_json_schema(ref_template="#/$defs/{model}")
 
 
-def kinds_schema(kinds: Mapping[str, type]) -> dict[str, Any]:
-    """Return the JSON Schemas of every key of the kinds of a field, including `shape`."""
+def kinds_schema(kinds: Mapping[str, type], selects: str = SHAPE) -> dict[str, Any]:
+    """Return the JSON Schemas of every key of the kinds of a field, including `shape`, or the key that selects the kind."""
     shape = shape_key(tuple(kinds))
-    properties: dict[str, Any] = {SHAPE: {**(shape.schema or {}), "description": shape.meaning}}
+    properties: dict[str, Any] = {selects: {**(shape.schema or {}), "description": shape.meaning}}
     for word, kind in kinds.items():
         for name, key in table_keys(kind).items():
             meaning = f"{word}: {key.meaning}"
@@ -60,7 +61,22 @@ def kinds_schema(kinds: Mapping[str, type]) -> dict[str, Any]:
                 **(key.schema or {}),
                 "description": f"{before['description']}; {meaning}" if before else meaning,
             }
+        for field in in_kinds(kind):
+            properties[field.name] = {
+                "type": "object",
+                "description": f"{word}: {field.metadata['meaning']}",
+                "properties": {**kinds_schema(field.metadata["kinds"], field.metadata["key"]), **origins()},
+                "additionalProperties": False,
+            }
     return properties
+
+
+def origins() -> dict[str, Any]:
+    """Return the JSON Schemas of the keys that state the origin of a table's values."""
+    return {
+        "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
+        "where": {"type": "string", "description": "Default source of the values in this table"},
+    }
 
 
 def json_schema() -> dict[str, Any]:
@@ -69,7 +85,7 @@ def json_schema() -> dict[str, Any]:
     Editors use it to check words and ranges while the file is written; fields that a base may supply are not required.
     """
     definitions: dict[str, Any] = {}
-    for part in (Requirement, Scenario, DutyCycle, MachineTask, MachinePath, Rig, *DRIVES.values()):
+    for part in (Requirement, Scenario, DutyCycle, MachineTask, MachinePath, SessionTask, Rig, *DRIVES.values()):
         schema = table_schema(part)
         for name, inner in schema.pop("$defs", {}).items():
             definitions.setdefault(name, inner)
@@ -77,7 +93,7 @@ def json_schema() -> dict[str, Any]:
         definitions[part.__name__] = schema
         for field in in_kinds(part):
             if field.metadata["flat"]:
-                schema["properties"].update(kinds_schema(field.metadata["kinds"]))
+                schema["properties"].update(kinds_schema(field.metadata["kinds"], field.metadata["key"]))
                 continue
             name = field.name.capitalize()
             schema["properties"][field.name] = {"$ref": f"#/$defs/{name}"}
@@ -85,15 +101,12 @@ def json_schema() -> dict[str, Any]:
                 "type": "object",
                 "title": name,
                 "description": field.metadata["meaning"],
-                "properties": kinds_schema(field.metadata["kinds"]),
+                "properties": kinds_schema(field.metadata["kinds"], field.metadata["key"]),
                 "additionalProperties": False,
             }
     # One table, along a line or about a joint; loading refuses a mixture.
     definitions["Requirement"]["properties"] |= table_schema(JointRequirement)["properties"]
-    origin = {
-        "kind": {"enum": list(KINDS), "description": "Default kind of the values in this table"},
-        "where": {"type": "string", "description": "Default source of the values in this table"},
-    }
+    origin = origins()
     for schema in definitions.values():
         schema.pop("required", None)
         for field in schema["properties"].values():
@@ -182,9 +195,13 @@ def json_schema() -> dict[str, Any]:
             },
             "tasks": {
                 "type": "object",
-                "description": "Wrenches at twists that machines must exert, by name",
+                "description": "Wrenches at twists that machines must exert, or with `type` sessions of a user, by name",
                 "propertyNames": {"pattern": "^[A-Za-z0-9_-]+$"},
-                "additionalProperties": {"$ref": "#/$defs/MachineTask"},
+                "additionalProperties": {
+                    "if": {"required": ["type"]},
+                    "then": {"$ref": "#/$defs/SessionTask"},
+                    "else": {"$ref": "#/$defs/MachineTask"},
+                },
             },
             "paths": {
                 "type": "object",

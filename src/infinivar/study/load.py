@@ -25,6 +25,7 @@ from infinivar.study.provenance import Provenance
 from infinivar.study.requirement import JOINT_ONLY, LINE_ONLY, JointRequirement, Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, drive_type, keys, suggestion
+from infinivar.study.sessions import SessionTask, beside_study
 from infinivar.study.shipped import shared_set, study_file
 from infinivar.study.spreads import Uncertainty, uncertainty_from
 from infinivar.study.study import Study, machine_shares
@@ -159,12 +160,15 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
     scenarios = loading.tasks("scenarios", Scenario)
     duty = loading.tasks("duty", DutyCycle)
     tasks = loading.tasks("tasks", MachineTask)
+    sessions = {name: one for name, one in tasks.items() if isinstance(one, SessionTask)}
+    tasks = {name: one for name, one in tasks.items() if name not in sessions}
     paths = loading.tasks("paths", MachinePath)
     rig = loading.rig()
     with loading.collecting():
         if len(duty) == len(loading.raw.get("duty", {})):  # the share of an invalid table is not known
             _check_shares(duty)
-        if all(len(found) == len(loading.raw.get(group, {})) for group, found in (("tasks", tasks), ("paths", paths))):
+        groups = (("tasks", {**tasks, **sessions}), ("paths", paths))
+        if all(len(found) == len(loading.raw.get(group, {})) for group, found in groups):
             _check_machine_shares(tasks, paths)
     uncertainty = loading.uncertainty(drives)
     if loading.faults:
@@ -180,6 +184,7 @@ def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, fo
         duty=duty,
         tasks=tasks,
         paths=paths,
+        sessions=sessions,
         rig=rig,
         uncertainty=uncertainty,
         provenance=tuple(loading.rows),
@@ -418,6 +423,10 @@ def _task(
     """
     where = f"{group}.{name}"
     tree = over_base(annotated(_table(description, where), where, origin), where, Remarks())
+    if group == "tasks" and "type" in tree:
+        beside_study(tree, folder)
+        tree["type"] = {"value": tree["type"]}
+        return built(SessionTask, {"title": name, **tree}, where, where, rows)
     for table in (tree, *(tree.get(key, {}) for key in ("motion", "force", *COORDINATES))):
         file = table.get("file")
         if folder is not None and isinstance(file, dict) and isinstance(file.get("value"), str):

@@ -119,9 +119,10 @@ def _rows(instance: Any, owner: str, prefix: str, known: Rows) -> Iterator[Prove
     for field in in_kinds(part):
         if (value := getattr(instance, field.name)) is not None:
             inner = prefix if field.metadata["flat"] else f"{prefix}{field.name}."
-            word = getattr(type(value), SHAPE, type(value).__name__)
-            row = known.get((owner, f"{inner}{SHAPE}"))
-            yield row if row is not None and row.value == word else _given(owner, f"{inner}{SHAPE}", word)
+            key = field.metadata["key"]
+            word = getattr(type(value), SHAPE if key == SHAPE else "word", type(value).__name__)
+            row = known.get((owner, f"{inner}{key}"))
+            yield row if row is not None and row.value == word else _given(owner, f"{inner}{key}", word)
             yield from _rows(value, owner, inner, known)
     if single is not None:
         yield known[owner, f"{prefix}scale"]

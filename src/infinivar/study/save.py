@@ -20,6 +20,8 @@ from infinivar._core.result import equal
 from infinivar.axis import LINEAR
 from infinivar.errors import InputError, printable
 from infinivar.motion.task import Task
+from infinivar.motion.virtual.meshes import MeshFile
+from infinivar.motion.virtual.tasks import TASKS
 from infinivar.study import extensions, toml
 from infinivar.study.load import study_from_dict
 from infinivar.study.messages import StudyError, quoted
@@ -27,7 +29,6 @@ from infinivar.study.provenance import DEFAULT, Provenance, Rows, by_field, reco
 from infinivar.study.schema import (
     DRIVES,
     ORIGIN,
-    SHAPE,
     Key,
     described,
     drive_type,
@@ -36,6 +37,7 @@ from infinivar.study.schema import (
     part_of,
     table_keys,
 )
+from infinivar.study.sessions import SessionTask
 from infinivar.study.spreads import DRAWS, Spread, Uncertainty
 from infinivar.study.study import Study
 from infinivar.study.toml import Inline
@@ -148,6 +150,8 @@ class _Writing:
                 made[group] = {
                     name: self._request(one, f"{group}.{name}", name, rows) for name, one in requests.items()
                 }
+        for name, one in study.sessions.items():
+            made.setdefault("tasks", {})[name] = self._session(one, f"tasks.{name}", name, rows)
         if any(owner == "rig" for owner, _ in rows):
             made["rig"] = _sourced(study.rig, "rig", "rig", rows)
         return {**made, **_spreads(study.uncertainty)}
@@ -165,6 +169,16 @@ class _Writing:
         title = self.study.titles[name]
         return {"type": word, **({} if title == name else {"title": title}), **_sourced(drive, path, name, rows)}
 
+    def _session(self, one: SessionTask, path: str, name: str, rows: Rows) -> Raw:
+        """Table of a task of a session."""
+        word = next(word for word, kind in TASKS.items() if type(one.task) is kind)
+        title = {} if one.title == name else {"title": one.title}
+        task = _table(dataclasses.replace(one.task, title=""), path, path, rows)
+        task.pop("title", None)
+        made = _headed({**task, **_table(one, path, path, rows)}, ("", ""))
+        made = self._kinds(one.task, {"type": word, **title, **made}, path, rows)
+        return self._kinds(one, made, path, rows)
+
     def _request(self, one: Any, path: str, name: str, rows: Rows) -> Raw:
         """Table of a task or path of a machine."""
         title = {} if one.title == name else {"title": one.title}
@@ -179,13 +193,18 @@ class _Writing:
             del made["title"]
         return self._kinds(task, made, path)
 
-    def _kinds(self, task: Any, made: Raw, path: str, rows: Rows | None = None) -> Raw:
-        """A table with the values of a task that come in kinds, with their sources if it has some."""
+    def _kinds(self, task: Any, made: Raw, path: str, rows: Rows | None = None, prefix: str = "") -> Raw:
+        """A table with the values of a task that come in kinds, with their sources if it has some.
+
+        `path` is that of the table, `prefix` that of its fields in the provenance of the task.
+        """
+        owner = path.removesuffix(f".{prefix.removesuffix('.')}") if prefix else path
         for field in in_kinds(type(task)):
             value = getattr(task, field.name)
-            if value is None:
+            if value is None or (field.metadata["flat"] and rows is not None):  # a session states its task itself
                 continue
-            here = path if field.metadata["flat"] else f"{path}.{field.name}"
+            key, flat = field.metadata["key"], field.metadata["flat"]
+            here = path if flat else f"{path}.{field.name}"
             kind, known = type(value), field.metadata["kinds"]
             word = next((word for word, one in known.items() if one is kind), None)
             word = word or extensions.word_of(
@@ -193,19 +212,35 @@ class _Writing:
             )
             if word is None:
                 raise StudyError(
-                    f"{here}: a {type(value).__name__} has no shape in study files; register it by the entry point group "
+                    f"{here}: a {type(value).__name__} has no {key} in study files; register it by the entry point group "
                     f"infinivar.{field.name}s"
                 )
             stored = hasattr(type(value), "read")
             skip = "file" if stored else ""
+            inside = prefix if flat else f"{prefix}{field.name}."
             if rows is None:
-                table = {SHAPE: word, **_table(value, here, "", {}, skip=skip)}
+                table = {key: word, **_table(value, here, "", {}, skip=skip)}
             else:
                 around = (made.get(ORIGIN[0], ""), made.get(ORIGIN[1], ""))
-                table = {SHAPE: word, **_headed(_table(value, here, path, rows, f"{field.name}.", skip), around)}
+                table = {key: word, **_headed(_table(value, here, owner, rows, inside, skip), around)}
+                row = rows.get((owner, f"{inside}{key}"))
+                if row is not None and row.where != DEFAULT:
+                    source = {"kind": row.kind, "where": row.where}
+                    differs = any(
+                        table.get(name, said) != source[name] for name, said in zip(ORIGIN, around, strict=True)
+                    )
+                    table[key] = Inline(value=word, **source) if differs else word
             if stored:
                 table |= self._file(value, here, table)
-            made = {**made, **table} if field.metadata["flat"] else {**made, field.name: table}
+            elif isinstance(value, MeshFile):
+                found = Path(value.file).absolute()
+                table["file"] = found.as_posix() if self.folder is None else _relative(found, self.folder)
+            row = None if rows is None else rows.get((owner, f"{inside}file"))
+            stated = "file" in table and table["file"] not in self.files
+            if row is not None and stated and (table.get("kind"), table.get("where")) != (row.kind, row.where):
+                table["file"] = Inline(value=table["file"], kind=row.kind, where=row.where)
+            table = self._kinds(value, table, here, rows, inside)
+            made = {**made, **table} if flat else {**made, field.name: table}
         return made
 
     def _file(self, value: Any, path: str, table: Raw) -> Raw:

@@ -239,6 +239,15 @@ def _flag() -> Key:
     return _leaf(read, {"type": "boolean"})
 
 
+def _whole() -> Key:
+    def read(raw: Any, unit: str | None) -> int:
+        if unit is not None or not isinstance(raw, int) or isinstance(raw, bool):
+            raise InputError("must be a whole number")
+        return raw
+
+    return _leaf(read, {"type": "integer"})
+
+
 def _checked(field: dataclasses.Field[Any], value: Any) -> Any:
     """Check a value as the dataclass of its field does; the message does not repeat the name of the field."""
     try:
@@ -355,6 +364,8 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
         return _choice(typing.get_args(hint))
     if hint is bool:
         return _flag()
+    if hint is int:
+        return _whole()
     if field.name in CHOICES:
         words = functools.partial(plugins.registered, "infinivar.creep_laws")
         return _choice(tuple(CHOICES[field.name]), CHOICES[field.name], extensions.creep_law, words)
@@ -378,9 +389,10 @@ def in_kinds(part: type) -> list[dataclasses.Field[Any]]:
     return [field for field in dataclasses.fields(part) if "kinds" in field.metadata]
 
 
-def kind_keys(kinds: Mapping[str, type]) -> list[str]:
-    """Return `shape` and every key of some kinds of a value."""
-    return [SHAPE, *dict.fromkeys(key for kind in kinds.values() for key in table_keys(kind))]
+def kind_keys(kinds: Mapping[str, type], key: str = SHAPE) -> list[str]:
+    """Return `shape`, or another key that selects the kind, and every key of some kinds of a value."""
+    inside = (name for kind in kinds.values() for name in (*table_keys(kind), *(one.name for one in in_kinds(kind))))
+    return [key, *dict.fromkeys(inside)]
 
 
 def kinds_for(field: dataclasses.Field[Any], word: Any) -> Mapping[str, type]:
@@ -421,7 +433,9 @@ def keys(part: type) -> list[str]:
     kinds = [
         key
         for field in in_kinds(part)
-        for key in (kind_keys(field.metadata["kinds"]) if field.metadata["flat"] else [field.name])
+        for key in (
+            kind_keys(field.metadata["kinds"], field.metadata["key"]) if field.metadata["flat"] else [field.name]
+        )
     ]
     known = [*table_keys(part), *kinds, *(["part"] if part in CATALOGUES else []), *ORIGIN]
     if part in DRIVES.values():

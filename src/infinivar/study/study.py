@@ -13,13 +13,14 @@ from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import check_drive, is_machine
 from infinivar.drivetrain.machines.legged import legs_of
-from infinivar.errors import InputError, nearest, require
+from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, named
 from infinivar.motion.scenario import Scenario
 from infinivar.study.provenance import Provenance, completed
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
+from infinivar.study.sessions import SessionTask
 from infinivar.study.spreads import Uncertainty
 from infinivar.units import times
 
@@ -42,6 +43,7 @@ class Study(Frozen):
     duty                  Duty cycles (repeated motions), by name.
     tasks                 Wrenches at twists that machines must exert, by name.
     paths                 Motions of the end point of machines, by name.
+    sessions              Tasks of a machine at a user's handle, by name; a file states them as tasks with a `type`.
     rig                   Test rig for a transmission.
     uncertainty           Spreads of the drives' values.
     provenance            One record per value; records that are missing or no longer true are made anew.
@@ -59,6 +61,7 @@ class Study(Frozen):
     duty: Mapping[str, DutyCycle] = field(default_factory=dict)
     tasks: Mapping[str, MachineTask] = field(default_factory=dict)
     paths: Mapping[str, MachinePath] = field(default_factory=dict)
+    sessions: Mapping[str, SessionTask] = field(default_factory=dict)
     rig: Rig = field(default_factory=Rig)
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     provenance: tuple[Provenance, ...] = ()
@@ -74,6 +77,7 @@ class Study(Frozen):
             "scenarios": _named(self.scenarios, self.requirement),
             "duty": _named(self.duty, self.requirement),
             **_told_apart(named(self.tasks), named(self.paths)),
+            "sessions": {name: one.titled(name) for name, one in self.sessions.items()},
             "provenance": completed(self._owners(), self.provenance),
         }
         for name, value in made.items():
@@ -132,7 +136,13 @@ class Study(Frozen):
         for name, drive in self.drives.items():
             if not is_machine(drive):
                 check_drive(drive, f"drives.{name}")
-        kinds = {"scenarios": Scenario, "duty": DutyCycle, "tasks": MachineTask, "paths": MachinePath}
+        kinds = {
+            "scenarios": Scenario,
+            "duty": DutyCycle,
+            "tasks": MachineTask,
+            "paths": MachinePath,
+            "sessions": SessionTask,
+        }
         tasks = {
             f"{group}.{name}": (task, kind)
             for group, kind in kinds.items()
@@ -144,12 +154,18 @@ class Study(Frozen):
         }
         for where, (value, kind) in {**tasks, **values}.items():
             require(isinstance(value, kind), where, repr(value), f"a {kind.__name__}")
+        both = next((name for name in self.sessions if name in self.tasks), None)
+        if both is not None:
+            raise ParameterError(
+                f"sessions.{both} must have another name than tasks.{both}: a file has one table for both"
+            )
 
     def _owners(self) -> dict[str, Any]:
         """What has values with a provenance, by name; the usual rig only if its values are recorded already."""
         rig = self.rig != Rig() or any(row.owner == "rig" for row in self.provenance)
         required = {"requirement": self.requirement.stated} if self.requirement else {}
         tasks = {f"tasks.{name}": task for name, task in self.tasks.items()}
+        tasks |= {f"tasks.{name}": one for name, one in self.sessions.items()}
         paths = {f"paths.{name}": path for name, path in self.paths.items()}
         return {**required, **tasks, **paths, **self.drives, **({"rig": self.rig} if rig else {})}
 

@@ -13,7 +13,7 @@ from infinivar._core.fields import check_number, given
 from infinivar.analysis.marching import March
 from infinivar.analysis.sessions.session_result import Session, touches
 from infinivar.drivetrain.guidance.controller import Plant, begun
-from infinivar.drivetrain.guidance.sensing import GuidedController, Sensing, Sensors
+from infinivar.drivetrain.guidance.sensing import GuidedController, Sensing, Sensors, check_rate
 from infinivar.drivetrain.guidance.tasks import controller_of, curve_of, surface_of
 from infinivar.drivetrain.moving import control
 from infinivar.drivetrain.moving.hand import GrippingArm, Hand
@@ -107,7 +107,7 @@ def session(
         raise ParameterError(f"sensing must be a Sensing, got {sensing!r}")
     few = duration * max(sensing.sample_rate, 0.0 if output_step is None else 1.0 / output_step) <= _MOST_SAMPLES
     require(few, "duration", f"{duration:g} s", "at most a million samples long")
-    _fast_enough(machine, sensing)
+    check_rate(machine, sensing)
     if controller is None and task is not None:
         controller = controller_of(task, machine)
     elif task is not None and not isinstance(task, HandleTask):
@@ -242,16 +242,6 @@ def _user(user: Any, intention: History | None, force: History | None, home: np.
         force = user
     pushing = None if force is None else over_time("user" if force is user else "force", force, count)
     return {"force": pushing, "arm": arm}
-
-
-def _fast_enough(machine: Machine, sensing: Sensing) -> None:
-    """Servos need ten samples in a period of their bandwidth."""
-    for name in ("steering_bandwidth", "cylinder_bandwidth", "speed_bandwidth"):
-        bandwidth = getattr(machine.control, name, None)
-        if bandwidth is not None and not 10.0 * bandwidth <= sensing.sample_rate:
-            raise ParameterError(
-                f"sensing.sample_rate must be at least ten times control.{name}, {bandwidth:g} Hz, got {sensing.sample_rate:g} Hz"
-            )
 
 
 def _loops(machine: Machine, system: System, state: np.ndarray, period: float) -> control.Loops:

@@ -14,9 +14,10 @@ from infinivar.drivetrain.guidance.controller import Law, Measured
 from infinivar.drivetrain.moving.bodies import angular_velocity
 from infinivar.drivetrain.moving.control import Commands, Loops
 from infinivar.drivetrain.moving.legged import LeggedMechanics, PlatformLoad
+from infinivar.drivetrain.moving.machines import Machine
 from infinivar.drivetrain.moving.rolling import PlanarMechanics
 from infinivar.drivetrain.moving.system import Inputs, System
-from infinivar.errors import require
+from infinivar.errors import ParameterError, require
 
 SLOWEST, FASTEST = 500.0, 10_000.0
 """Sample rates of controllers. [Hz]"""
@@ -65,6 +66,16 @@ class Sensing:
     def period(self) -> float:
         """Time between samples. [s]"""
         return 1.0 / self.sample_rate
+
+
+def check_rate(machine: Machine, sensing: Sensing) -> None:
+    """Raise ParameterError unless the servos of a machine have ten samples in a period of their bandwidth."""
+    for name in ("steering_bandwidth", "cylinder_bandwidth", "speed_bandwidth"):
+        bandwidth = getattr(machine.control, name, None)
+        if bandwidth is not None and not 10.0 * bandwidth <= sensing.sample_rate:
+            raise ParameterError(
+                f"sensing.sample_rate must be at least ten times control.{name}, {bandwidth:g} Hz, got {sensing.sample_rate:g} Hz"
+            )
 
 
 @dataclass(slots=True)

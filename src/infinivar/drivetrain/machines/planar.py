@@ -12,7 +12,7 @@ point on their line, :math:`B_\perp^T S` is that which overcomes the rolling res
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,8 +20,12 @@ from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check, component, quantity, several
+from infinivar.drivetrain.control import CoboticControl
+from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.machines.machine import TaskPoint, rows, worst
 from infinivar.drivetrain.machines.wheel import Wheel
+from infinivar.drivetrain.moving.machines import PlanarMachine
+from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
 from infinivar.motion.vectors import Point
@@ -46,6 +50,14 @@ class PlanarDrive:
         default=None,
     )
     largest_push: float | None = quantity("N", Gt(0), "Largest force of the source along the motion", default=None)
+    mass: float | None = quantity(
+        "kg", Gt(0), "Mass of the cart with its load; needed for motion in time", default=None
+    )
+    inertia: float | None = quantity(
+        "kg m^2", Gt(0), "Moment of inertia of the cart about its origin; needed for motion in time", default=None
+    )
+    steering: SteeringPlant | None = component("Servo of each wheel; needed for motion in time", default=None)
+    control: CoboticControl | None = component("Controllers of the servos; default: its defaults", default=None)
     machine: PlanarCobot | PlanarCarriage = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -83,6 +95,22 @@ class PlanarDrive:
     def home(self) -> tuple[float, ...]:
         """The origin; nothing depends on it."""
         return (0.0,) * len(self.coordinates)
+
+    def moving(self) -> PlanarMachine:
+        """The cart with its inertia and the servos of its wheels, for `infinivar.session` and `infinivar.simulate_machine`.
+
+        Raises
+        ------
+        ParameterError
+            If it is a carriage, or lacks a value that motion needs.
+        """
+        if not isinstance(self.machine, PlanarCobot):
+            raise ParameterError(
+                "positions is missing: a carriage on one wheel does not move in time; state two wheels or more"
+            )
+        body = replace(self.machine, mass=needed(self.mass, "mass"), inertia=needed(self.inertia, "inertia"))
+        control = CoboticControl() if self.control is None else self.control
+        return PlanarMachine(cobot=body, steering=needed(self.steering, "steering"), control=control)
 
     def metric(self) -> np.ndarray:
         """Lengths by which the rates are multiplied to compare them, (d,): 1 for velocities, a radius for turning. [m]"""

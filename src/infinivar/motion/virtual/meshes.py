@@ -278,7 +278,7 @@ class MeshFile(Whole):
     """
 
     shape: ClassVar[str] = "mesh"
-    file: str = component("STL, OBJ or PLY file, relative to the study's folder")
+    file: str = component("STL, OBJ or PLY file, relative to the study's folder", compare=False)
     unit: str = component("Unit of length of the file's numbers, such as mm")
     free: Side = component(_FREE, default="outside")
     mesh: TriangleMesh = field(init=False, repr=False)

@@ -18,14 +18,20 @@ SIZE = Interval(ge=1e-9, le=FARTHEST)
 """Bound of radii: what squares and their inverses keep within the range of floats. [m]"""
 
 
-def placed(name: str, value: Array | Sequence[float], dimension: int | None = None) -> np.ndarray:
-    """Points (..., d) as an array, with d coordinates, or 2 or 3 of one point if d is not given.
+def placed(
+    name: str, value: Array | Sequence[float], dimension: int | None = None, *, on_axis: bool = False
+) -> np.ndarray:
+    """Points (..., d) as an array, with d coordinates, or 2 or 3 of one point if d is not given; `on_axis`: 1 as well.
 
     Raises
     ------
     ParameterError
         If there are more or fewer coordinates, or one is not finite or is beyond `FARTHEST`.
     """
+    if on_axis:
+        fits = np.shape(value) in ((1,), (2,), (3,))
+        require(fits, name, shown(value), "a point of one to three coordinates")
+        dimension = len(value)
     points = _components(name, value, dimension)
     far = np.abs(points) > FARTHEST
     require(not far.any(), name, f"{points[far][0] if far.any() else 0.0:g} m", f"within {FARTHEST:g} m of the origin")

@@ -94,7 +94,7 @@ class _Smooth:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class HalfSpace(_Smooth, HoldsArrays):
-    """The side of a plane to which its normal points; in the plane, the side of a line.
+    """The side of a plane to which its normal points; in the plane, the side of a line; on one axis, of a point.
 
     Raises
     ------
@@ -103,19 +103,21 @@ class HalfSpace(_Smooth, HoldsArrays):
     """
 
     shape: ClassVar[str] = "half-space"
-    point: Sequence[float] = quantities("m", FINITE, "A point of the surface: two or three coordinates")
+    point: Sequence[float] = quantities(
+        "m", FINITE, "A point of the surface: as many coordinates as the handle has axes"
+    )
     direction: Sequence[float] = quantities("1", FINITE, "Normal, towards the free side; of any length")
     _frame: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check_real(self)
-        point = placed("point", self.point)
+        point = placed("point", self.point, on_axis=True)
         object.__setattr__(self, "_frame", (frozen(point), frozen(unit("direction", self.direction, len(point)))))
 
     @property
     def dimension(self) -> int:
-        """2 in the plane, 3 in space."""
+        """1 on an axis, 2 in the plane, 3 in space."""
         return len(self.point)
 
     def _local(self, points: np.ndarray) -> _Local:

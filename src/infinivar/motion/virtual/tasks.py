@@ -48,7 +48,7 @@ class VirtualPath(HandleTask):
     """
 
     word: ClassVar[str] = "path"
-    curve: Curve = tagged("Curve", CURVES)
+    curve: Curve = tagged("Curve along which the handle is guided", CURVES)
     settling_length: float | None = quantity(
         "m", Gt(0), "Distance along the path over which an offset decays; None: the controller's choice", default=None
     )
@@ -73,7 +73,7 @@ class VirtualWall(HandleTask):
     """
 
     word: ClassVar[str] = "wall"
-    surface: Surface = tagged("Surface", SURFACES)
+    surface: Surface = tagged("Surface of the wall", SURFACES)
     sides: Literal["one", "two"] = component(
         "Whether the surface stops the handle on one side only, or holds it from both", default="one"
     )

@@ -1,0 +1,124 @@
+"""Sessions of a study: its task, user and sensors, with one of its drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from infinivar.analysis.sessions.session import session
+from infinivar.analysis.sessions.session_result import Session
+from infinivar.errors import InputError, nearest
+from infinivar.study.sessions import check_settings, prepared
+from infinivar.study.study import Study
+
+
+def study_session(
+    study: Study,
+    task: str | None = None,
+    drive: str | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> Session:
+    """Simulate a session that a study states in a table ``[tasks.NAME]`` with a `type`.
+
+    Parameters
+    ----------
+    study : Study
+    task : str            Its name; by default the first.
+    drive : str           Whose handle is held; by default that of the task, or the first of the study.
+    progress : callable   Called with the share done.
+
+    Returns
+    -------
+    Session
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or the drive cannot do the task; the message names the place.
+    """
+    name, chosen = named_session(study, task, drive)
+    one, where = study.sessions[name], f"tasks.{name}"
+    found = prepared(one, study.drives[chosen], where, f"drives.{chosen}")
+    return session(
+        found.machine,
+        found.task,
+        found.controller,
+        found.user,
+        title=f"{study.titles[chosen]}, {one.title}",
+        progress=progress,
+        **found.settings,
+    )
+
+
+def named_session(study: Study, task: str | None, drive: str | None) -> tuple[str, str]:
+    """Names of a session's task and drive, by default the first ones.
+
+    Raises
+    ------
+    InputError
+        If the study has no sessions, or none of that name, or no such drive.
+    """
+    if not study.sessions:
+        raise InputError(
+            'the study has no tasks of sessions: add a table [tasks.NAME] with a type, such as type = "caster"'
+        )
+    if task is None:
+        task = next(iter(study.sessions))
+    task = task.removeprefix("tasks.")
+    if task in study.tasks:
+        raise InputError(
+            f"tasks.{task} is steady, without a user: infinivar compare judges it; sessions: {_listed(study)}"
+        )
+    if task not in study.sessions:
+        raise InputError(f"task {task!r} is not in the study{nearest(task, study.sessions)}; it has {_listed(study)}")
+    wanted = study.sessions[task].drive if drive is None else drive
+    if wanted is None:
+        wanted = next(iter(study.drives))
+    if wanted not in study.drives:
+        place = f"tasks.{task}.drive = {wanted!r}" if drive is None else f"drive {wanted!r}"
+        raise InputError(
+            f"{place} is no drive of the study{nearest(wanted, study.drives)}; it has {', '.join(study.drives)}"
+        )
+    return task, wanted
+
+
+def check_sessions(study: Study) -> None:
+    """Refuse a study with a session that cannot begin: each is simulated for one sample.
+
+    Raises
+    ------
+    InputError
+        One line for each such session.
+    """
+    faults = []
+    for name in study.sessions:
+        try:
+            check_session(study, *named_session(study, name, None))
+        except InputError as problem:
+            faults.append(str(problem))
+    if faults:
+        raise InputError("\n".join(faults))
+
+
+def check_session(study: Study, task: str, drive: str) -> None:
+    """Refuse a session that cannot begin; it is simulated for one sample.
+
+    Raises
+    ------
+    InputError
+        With the place of the fault.
+    """
+    found = prepared(study.sessions[task], study.drives[drive], f"tasks.{task}", f"drives.{drive}")
+    check_settings(study.sessions[task], study.drives, f"tasks.{task}")
+    short = {**found.settings, "duration": found.settings["sensing"].period, "output_step": None}
+    try:
+        session(found.machine, found.task, found.controller, found.user, **short)
+    except InputError as problem:
+        raise InputError(f"tasks.{task}: {problem}") from None
+
+
+def _listed(study: Study) -> str:
+    return ", ".join(f"tasks.{name}" for name in study.sessions)
+
+
+__all__ = ["check_session", "check_sessions", "named_session", "study_session"]
