@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 import infinivar as iv
+from infinivar.drivetrain.drive import is_machine
+from infinivar.study.shipped import shipped_studies
 
 JOINT = iv.DutyCycle(motion=iv.Sinusoid(angle=0.25, frequency=1.0), load_inertia=0.2, moment=-2.0)
 LINE = iv.DutyCycle(motion=iv.Sinusoid(distance=0.03, frequency=1.0), load_mass=1.0, force=-20.0)
@@ -69,3 +71,11 @@ DRIVES = {
         guideway=iv.Guideway(friction=5.0),
     ),
 }
+
+
+def one_axis_studies():
+    """Names and contents of the shipped studies of one axis: those without a machine."""
+    for name in shipped_studies():
+        study = iv.load_study(name)
+        if not any(is_machine(drive) for drive in study.drives.values()):
+            yield name, study

@@ -9,13 +9,12 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
-from assorted import DRIVES, JOINT, LINE
+from assorted import DRIVES, JOINT, LINE, one_axis_studies
 from infinivar._core.fields import quantities_of
 from infinivar.analysis.robustness import outcomes, sampling, verdicts
 from infinivar.analysis.robustness.derivatives import gradient, values_of
 from infinivar.analysis.robustness.sampling import Batch, evaluated, low_discrepancy
 from infinivar.errors import InputError, ParameterError
-from infinivar.study.shipped import shipped_studies
 
 VARIED = ("motor.torque_constant", "motor.resistance", "transmission.friction", "transmission.preload")
 STUDY = """
@@ -66,9 +65,8 @@ def assert_same_in_cycle(drive, duty, count=24):
 
 
 def shipped():
-    for name in shipped_studies():
-        study = iv.load_study(name)
-        for drive in () if study.tasks else study.drives:  # tasks are of machines
+    for name, study in one_axis_studies():
+        for drive in study.drives:
             if drive in ("cobotic-b", "cobotic-series") or (name, drive) == ("knee_walking", "cobotic"):
                 continue  # the laws of others here
             marks = [] if (name, drive) == ("reach_and_hold", "geared") else [pytest.mark.slow]

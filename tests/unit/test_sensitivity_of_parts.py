@@ -6,19 +6,15 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
-from assorted import DRIVES, JOINT, LINE, REGIONS
+from assorted import DRIVES, JOINT, LINE, REGIONS, one_axis_studies
 from infinivar._core.fields import value_at
 from infinivar.analysis.robustness.derivatives import varied
 from infinivar.analysis.robustness.outcomes import KINDS
-from infinivar.study.shipped import shipped_studies
 
 
 def _shipped():
     """Every drive of every shipped study with every outcome; those of cobotic drives over a region or cycle take seconds."""
-    for name in shipped_studies():
-        study = iv.load_study(name)
-        if study.tasks:
-            continue  # of machines
+    for name, study in one_axis_studies():
         for drive, made in study.drives.items():
             for kind in KINDS:
                 long = isinstance(made, iv.CoboticDrive) and kind not in ("efficiency", "loss")

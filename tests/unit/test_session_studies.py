@@ -134,7 +134,7 @@ def test_names_of_sessions_and_steady_tasks_differ():
 
 
 def test_a_study_of_sessions_alone_is_not_compared():
-    with pytest.raises(iv.InputError, match="run it with infinivar session"):
+    with pytest.raises(iv.InputError, match="run with infinivar session"):
         iv.compare(iv.Study.from_dict(tables(), name="mine"))
 
 

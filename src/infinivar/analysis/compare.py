@@ -30,7 +30,7 @@ from infinivar.drivetrain.drive import Drive, MovingDrive, operated
 from infinivar.errors import InputError
 from infinivar.limits import LEADING, Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.study.check import check_compared, check_duty, check_spreads
+from infinivar.study.check import check_asked, check_duty, check_spreads
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import margin_words, plain
@@ -357,7 +357,7 @@ def compare(
         If a power balance does not close.
     """
     check_spreads(study)
-    check_compared(study)
+    check_asked(study, "compare")
     if study.tasks or study.paths:
         return compare_machines(study, progress)
     return compare_drives(study, quick=quick, engine=engine, progress=progress)

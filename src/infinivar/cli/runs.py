@@ -111,12 +111,13 @@ def sensitivity(
     from infinivar.drivetrain.drive import axis_of
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
-    from infinivar.study.check import check_compared
+    from infinivar.study.check import check_asked
     from infinivar.study.load import load_study
 
     loaded = load_study(study)
-    with naming(study):
-        check_compared(loaded)
+    if force is moment is None:
+        with naming(study):
+            check_asked(loaded, "sensitivity")
     name = chosen(study, "drive", drive, loaded.drives)
     derived: Any = next((known for known in METHODS if known == method), None)
     if derived is None:

@@ -86,7 +86,7 @@ def compare(
     from infinivar.analysis.compare import compare as run
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
-    from infinivar.study.check import check_compared, check_duty
+    from infinivar.study.check import check_asked, check_duty
 
     if quick and out is not None:
         raise InputError("--quick writes no files: remove --out or --quick")
@@ -97,7 +97,7 @@ def compare(
     loaded = loaded_study(study)
     with naming(study):
         loaded = loaded.with_drives(drive) if drive else loaded
-        check_compared(loaded)
+        check_asked(loaded, "compare")
         check_duty(loaded)
     with contextlib.nullcontext() if quick else claimed(out):
         with progress_bar() as progress, naming(study):

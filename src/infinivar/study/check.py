@@ -37,8 +37,8 @@ def check_machines(study: Study) -> None:
     _refuse(_machine_faults(study))
 
 
-def check_compared(study: Study) -> None:
-    """Refuse a study that states sessions of a user only: no drives are compared in them.
+def check_asked(study: Study, command: str) -> None:
+    """Refuse a study that states sessions of a user only to a command that asks what the drives must do.
 
     Raises
     ------
@@ -48,7 +48,8 @@ def check_compared(study: Study) -> None:
     if study.sessions and not any((study.tasks, study.paths, study.duty, study.requirement)):
         names = ", ".join(f"tasks.{name}" for name in study.sessions)
         raise InputError(
-            f"{names}: what a user does at a handle is not compared; run it with infinivar session, or add a task without type"
+            f"{names}: what a user does at a handle is run with infinivar session; {command} needs a motion, a requirement, "
+            "or, for a machine, a path or a task without type"
         )
 
 

@@ -23,7 +23,7 @@ from infinivar.analysis.robustness.outcomes import Outcome
 from infinivar.analysis.robustness.sampling import WORTH_COMPILING, Batch, evaluated, low_discrepancy, placed
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import refuse_machine
+from infinivar.drivetrain.drive import is_machine, type_words
 from infinivar.errors import InputError, ParameterError
 from infinivar.study.spreads import Spread
 from infinivar.study.study import Study
@@ -289,7 +289,10 @@ def ranked_spreads(found: Sensitivity) -> list[Spread]:
 def modelled(study: Study, name: str) -> AnyDrive:
     """A drive of a study, of a type whose parameters can be ranked; InputError otherwise."""
     drive = study.drive(name)
-    refuse_machine(drive, "sensitivity", f"drives.{name}")
+    if is_machine(drive):
+        raise ParameterError(
+            f"drives.{name} is a machine of type {type_words(drive)}: use machine_sensitivity, for a task or path"
+        )
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise InputError(f"drives.{name}: sensitivity is not defined for a drive of type {type(drive).__name__}")
     return drive

@@ -389,9 +389,9 @@ def _around(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _loaded(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices, without repeated ones, and faces of a file, as trimesh reads it."""
-    trimesh = extras.load("trimesh", "robots", "a mesh from a file")
     if not path.is_file():
         raise InputError(f"cannot read the mesh file {str(path)!r}: it does not exist")
+    trimesh = extras.load("trimesh", "robots", "a mesh from a file")
     try:
         mesh = trimesh.load(path, force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
