@@ -127,6 +127,10 @@ def _of_links(task: HandleTask) -> Any:
     if isinstance(task, VirtualWall):
         stiffness, damping = given(task.stiffness, STIFFNESS), given(task.damping, DAMPING)
         return ImpedanceGuide(wall=task.surface, stiffness=stiffness, damping=damping, two_sided=task.sides == "two")
+    if isinstance(task, VirtualPath):
+        return ImpedanceGuide(curve=task.curve, ends=task.ends, stiffness=STIFFNESS, damping=DAMPING)
+    if isinstance(task, Fixture):
+        return ImpedanceGuide(allowed=task.allowed, stiffness=STIFFNESS, damping=DAMPING)
     if isinstance(task, HoldingTask):
         return ImpedanceGuide(hold="start", stiffness=STIFFNESS, damping=DAMPING)
     # A geared drive cannot render less than its own mass: free motion and coasting are without current.
