@@ -104,11 +104,6 @@ FAULTS = {
         ("drive", "cart"),
         "tasks.slide.handle_masses does not apply: it is of a drive of one axis; remove it",
     ),
-    "path of a geared drive": (
-        "slide",
-        ("drive", "geared"),
-        "task Fixture has no controller for a GearedSlideMachine; this machine does wall, caster, coast, hold",
-    ),
     "no masses": (
         "slide",
         ("handle_masses", None),
@@ -152,11 +147,11 @@ FAULTS = {
         ("user", {"type": "force", "x": {"shape": "file", "file": "no.csv"}}),
         "no.csv",
     ),
-    "arm of zero mass": ("path", ("user", ARM | {"mass": "0 kg"}), "tasks.path.user.mass = '0 kg' must be > 0 kg"),
+    "arm of zero mass": ("path", ("user", ARM | {"mass": "0 kg"}), "tasks.path.user.mass = '0 kg' must be > 0 and <= 1000 kg"),
     "arm of negative stiffness": (
         "path",
         ("user", ARM | {"stiffness": "-1 N/m"}),
-        "tasks.path.user.stiffness = '-1 N/m' must be >= 0 N/m",
+        "tasks.path.user.stiffness = '-1 N/m' must be >= 0 and <= 1e+06 N/m",
     ),
     "arm without damping": (
         "path",
@@ -259,6 +254,17 @@ def test_a_mesh_with_holes(infinivar, tmp_path):
     surface = {"shape": "mesh", "file": "open.stl", "unit": "mm"}
     message = "the mesh must be closed, got 3 open edges, the first from (-0.01, -0.02, -0.03) m"
     refused(infinivar, tmp_path, tables(("wall", "surface", surface)), "wall", message)
+
+
+@pytest.mark.parametrize(("last", "code"), [(4.0, 2), (0.0, 0)])
+def test_a_recorded_force_that_stops_while_it_pushes(infinivar, tmp_path, last, code):
+    (tmp_path / "push.csv").write_text(f"time [s],force [N]\n0,0\n0.001,4\n0.002,{last}\n", "utf-8")
+    raw = tables(("path", "user", {"type": "force", "x": {"shape": "file", "file": "push.csv"}}))
+    (tmp_path / "mine.toml").write_text(session_studies.text(raw), "utf-8")
+    outcome = infinivar("check", tmp_path / "mine.toml")
+    assert outcome.code == code, outcome.err
+    if code:
+        assert "tasks.path.user.x: the recording ends at 0.002 s with 4 N, before the session of" in outcome.err
 
 
 def test_a_task_that_is_not_there(infinivar, tmp_path):

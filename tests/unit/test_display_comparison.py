@@ -258,11 +258,13 @@ def test_verdicts(found):
     assert written["energy_J"][0][0][0][0] == pytest.approx(found.energy[0, 0, 0, 0])
     assert written["largest_mass_kg"][0][0] is None
     heavy = iv.compare_displays(PAIR, replace(SESSION, required_force=90.0), axes=(1,))
-    assert set(heavy.cheaper(STOPPED)) == {"neither"}
+    assert heavy.cheaper(STOPPED) == ("neither",)
+    firm = iv.compare_displays(PAIR, replace(SESSION, required_force=65.0), axes=(1,))
+    assert firm.cheaper(STOPPED) == ("cobotic alone",)
     assert "beyond a limit" in heavy.lines[0]
     light = iv.compare_displays(PAIR, replace(SESSION, felt_mass=1.0), axes=(1,))
     assert light.margin[0, 0] < 1.0
-    assert set(light.cheaper(RESTING)) == {"neither"}
+    assert light.cheaper(RESTING) == ("conventional alone",)
 
 
 def test_where_each_side_wins():

@@ -31,7 +31,9 @@ from infinivar.motion.users import AXES, USERS, PushingUser, ReachingUser
 from infinivar.motion.vectors import Point, Pose, Twist
 from infinivar.motion.virtual.meshes import MeshFile
 from infinivar.motion.virtual.tasks import TASKS, Fixture, HandleTask, HoldingTask, VirtualPath, VirtualWall
+from infinivar.motion.waypoints import RecordedForce
 from infinivar.study.layers import Raw
+from infinivar.units import plain
 
 _STICK_SPEED = 1e-4
 
@@ -234,10 +236,11 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
             raise ParameterError(
                 f"{where}.user.{axis} does not apply: the handle of {drive_where} moves along {', '.join(grip.axes)} only"
             )
+    _lasting(one, where)
     try:
         controller = controller_of(one.task, machine)
     except ParameterError as problem:
-        raise ParameterError(f"{where}: {problem}".replace("; give one as controller", f"; {_able(machine)}")) from None
+        raise ParameterError(f"{where}: {problem}") from None
     controller = _with_settings(controller, one, where)
     if isinstance(one.task, Fixture):
         try:
@@ -270,6 +273,18 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
         home = grip.at(start[None], np.zeros((1, len(mechanics.coordinates)))).position[0]
         user, settings["intention"] = one.user.model, one.user.intention(grip.axes, home)
     return Prepared(machine, one.task, controller, user, settings)
+
+
+def _lasting(one: SessionTask, where: str) -> None:
+    """Refuse a recorded force that stops during the session."""
+    for axis, force in one.user.along().items() if isinstance(one.user, PushingUser) else ():
+        if isinstance(force, RecordedForce):
+            end, last = force.start + float(force.time[-1]), float(force.force[-1])
+            if end < one.duration and last != 0.0:
+                raise ParameterError(
+                    f"{where}.user.{axis}: the recording ends at {plain(end)} s with {plain(last)} N, before the session of "
+                    f"{plain(one.duration)} s; shorten the duration, or end the recording with 0"
+                )
 
 
 def _machine(one: SessionTask, drive: Any, where: str, drive_where: str) -> Any:
@@ -330,20 +345,6 @@ def _in_dimensions(task: HandleTask, count: int, where: str) -> None:
             raise ParameterError(
                 f"{where}.surface must be in {count} dimensions, those in which the handle moves, got one in {dimension}"
             )
-
-
-def _able(machine: Machine) -> str:
-    """Tasks that a machine can do, in words."""
-    able = []
-    for word, kind in TASKS.items():
-        if isinstance(machine, PlanarMachine):
-            fits = word not in ("fixture", "hold")
-        elif isinstance(machine, GearedSlideMachine) or not hasattr(machine, "leg"):
-            fits = word not in ("path", "fixture")
-        else:
-            fits = True
-        able += [word] if fits and kind is not None else []
-    return f"this machine does {', '.join(able)}"
 
 
 def _with_settings(controller: Any, one: SessionTask, where: str) -> Any:
