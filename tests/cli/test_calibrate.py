@@ -12,6 +12,7 @@ from conftest import STUDY
 from infinivar.calibration import virtual_rig
 from infinivar.report.calibration import save_data
 from rigs import session, under
+from sampled import sampled
 
 DRIVE = ("--study", STUDY, "--drive", "cobotic")
 
@@ -169,7 +170,7 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("change", "lines", "said"),
     [
         pytest.param(
@@ -189,6 +190,7 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
         (scaled("motor_current", -1.0, slice(1, 2)), [2], "line 2: motor_current is -0.1785 A and brakes a cylinder"),
         (scaled("motor_current", 1.1, slice(8, 9)), [9], "standard deviations off"),
     ],
+    every=5,
 )
 def test_single_readings_that_no_rig_can_give_are_left_out(infinivar, measured, tmp_path, change, lines, said):
     """The same faults in all runs, or in most of a kind, are refused: see above."""

@@ -27,7 +27,7 @@ force = { size = "-90 N" }
 """
 
 
-@pytest.mark.renders
+@pytest.mark.renders("svg")
 def test_simulate_writes_report_and_data(infinivar, write, tmp_path):
     outcome = infinivar("simulate", write(STUDY), "--drive", "cobotic", "--scenario", "reach")
     assert outcome.code == 0, outcome.err

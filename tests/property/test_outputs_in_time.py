@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from test_simulation import SHIPPED, check_energy, cobotic_drives, conventional_drives
 
@@ -20,6 +20,7 @@ from infinivar.motion.gait import Walking
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.spring import Spring, TorsionSpring
 from infinivar.parts.stage import Shaft
+from sampled import examples
 
 PROGRESSIVE = Spring(
     shape="progressive", deflections=(-0.01, -0.005, 0.0, 0.005, 0.01), forces=(-300.0, -100.0, 0.0, 100.0, 300.0)
@@ -182,14 +183,14 @@ def runs(draw, output):
 
 
 @given(st.data())
-@settings(max_examples=3)
+@examples(3)
 def test_energy_closes_behind_any_output(data):
     check_any(data, conventional_drives())
 
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=2)
+@examples(2)
 def test_energy_closes_behind_more_outputs(data):
     """Deriving the equations of one random drive takes up to half a minute, so this is a small sample."""
     check_any(data, conventional_drives())
@@ -198,7 +199,7 @@ def test_energy_closes_behind_more_outputs(data):
 
 @pytest.mark.full
 @given(st.data())
-@settings(max_examples=15)
+@examples(15)
 def test_energy_closes_behind_many_outputs(data):
     check_any(data, conventional_drives())
     check_any(data, cobotic_drives())

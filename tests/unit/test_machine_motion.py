@@ -26,6 +26,7 @@ from machines_to_move import (
     ideal_leg,
     one_joint,
 )
+from sampled import sampled
 
 # Coasting
 
@@ -177,6 +178,7 @@ def test_slip_begins_when_the_static_limit_is_reached():
 # Closed loops
 
 
+@pytest.mark.slow
 def test_platform_follows_a_motion():
     run = simulate_machine(
         HEXAPOD, MachineScenario(duration=0.15, motion=circles(0.15), wrench=[4.0, 0.0, -10.0, 0.0, 0.1, 0.0])
@@ -207,7 +209,7 @@ def test_limits_are_events():
     assert Limit.SLIP in {limit for limit, _ in HEXAPOD.mechanics(1e-4).demands}
 
 
-@pytest.mark.parametrize("law", ["exact", "polach", "fastsim", "vermeulen-johnson"])
+@sampled("law", ["exact", "polach", "fastsim", "vermeulen-johnson"], every=3)
 def test_balance_closes_with_other_laws_and_with_spin(law):
     leg = replace(LEG, transmission=replace(LEG.transmission, creep_law=law))
     assert leg.transmission.turns_with_spin == (law == "exact")

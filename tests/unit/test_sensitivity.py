@@ -357,7 +357,9 @@ class TestSensitivity:
         same = with_values(drive, dict(zip(fields, values_of(drive, list(fields)).tolist(), strict=True)))
         assert same == drive
 
-    @pytest.mark.parametrize("variant", ["shipped", pytest.param("detailed", marks=pytest.mark.slow), "conventional"])
+    @pytest.mark.parametrize(
+        "variant", ["conventional", *(pytest.param(one, marks=pytest.mark.slow) for one in ("shipped", "detailed"))]
+    )
     def test_many_designs_at_once_are_the_designs_one_by_one(self, study, variant):
         """By every field that a drive has, in all branches that a study can choose."""
         drive = study.drives["motor2-gear4" if variant == "conventional" else "cobotic"]
