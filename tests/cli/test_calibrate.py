@@ -38,7 +38,6 @@ def edited(measured, folder, change):
     return folder / "rig.csv"
 
 
-@pytest.mark.renders("svg")
 def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     done = infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "8", "--loads", "0.2,0.5", "--out", "rig.csv")
     assert done.code == 0, done.err
@@ -70,6 +69,7 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert twice.title.endswith(", calibrated")
 
 
+@pytest.mark.slow
 def test_other_commands_take_the_calibrated_study(infinivar, write, measured, tmp_path):
     bases = {
         "requirement": "faulring2006",

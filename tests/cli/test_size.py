@@ -57,6 +57,7 @@ def test_winners_run_in_the_other_commands(infinivar, folder):
     assert "data sheet 7" in page
 
 
+@pytest.mark.slow
 def test_margins_of_many_designs_are_in_tables_that_fit_a_page(infinivar, folder):
     """At most eight designs beside each other, each margin under the name of its design, and what was not checked once."""
     lines = (f"[gearheads.q{k}]\nratio = {8 + 0.5 * k}\nefficiency = 0.8\nmass = '90 g'\n" for k in range(13))

@@ -134,6 +134,7 @@ def test_inverse_dynamics_uses_only_the_standard(name):
         assert_allclose(np.asarray(loss), expected.losses[what], rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_energy_of_a_cycle_has_a_gradient():
     """Power from the supply by the bell's inertia and the link's mass, compiled by JAX, against differences."""
     drive, course = shipped_study("faulring2006").drives["cobotic"], shaking(0.02, 8.0, 400)

@@ -158,6 +158,7 @@ def test_the_shape_of_a_steered_patch_hardly_matters(study):
     assert np.max(np.abs(one - other)) < 0.0013
 
 
+@pytest.mark.slow
 def test_steering_angles_compile():
     """jax.jit of the steering angle for a motion, the iteration along the curve, with its derivative by load."""
     wheel = element()

@@ -419,6 +419,7 @@ def test_a_pushed_cobot_balances_work_and_losses():
     assert run.work[-1] > run.losses["rolling"][-1]
 
 
+@pytest.mark.slow
 def test_steering_under_load_makes_its_own_losses():
     """With the forces of spin the steering does work, which the balance counts."""
     contact = iv.RollingContact(wheel_radius=0.012, preload=65.0, friction=0.2, geometry=GEOMETRY)

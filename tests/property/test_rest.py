@@ -234,7 +234,7 @@ DAILY = ((-20.0, 0.4),)  # gears that lock themselves under a load
         *((*stay, 0.5) for stay in STAYS),
         *((*stay, 4.0) if stay in DAILY else pytest.param(*stay, 4.0, marks=pytest.mark.slow) for stay in STAYS),
     ],
-    every=3,
+    every=5,
 )
 def test_long_stays_take_what_holding_takes(force, efficiency, pause):
     """By a controller that has lowered or lifted the load before, behind gears that pass on more or less of it."""

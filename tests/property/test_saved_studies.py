@@ -21,7 +21,7 @@ from infinivar.study.load import shipped_study
 from infinivar.study.schema import described, in_kinds, part_of
 from infinivar.study.shipped import shipped_studies
 from infinivar.study.template import TEMPLATE
-from sampled import examples
+from sampled import examples, sampled
 
 SHIPPED = shipped_study("faulring2006")
 
@@ -105,7 +105,7 @@ def saved_and_loaded(study):
         return again, replace(again, path=None)
 
 
-@pytest.mark.parametrize("name", shipped_studies())
+@sampled("name", shipped_studies(), every=3)
 def test_shipped_studies_survive(name, tmp_path):
     study = iv.load_study(name)
     again = iv.load_study(iv.save_study(study, tmp_path / f"{name}.toml"))

@@ -423,6 +423,7 @@ def test_efficiency_by_ratio_is_that_of_the_point():
     assert found[3] < found[1]
 
 
+@pytest.mark.slow
 def test_chosen_rollers_are_the_best_of_those_tried():
     tasks = {"steering_angle": np.radians([30.0, 60.0]), "input_speed": 20.0, "output_torque": 0.2}
     ivt = pressed()

@@ -47,7 +47,9 @@ def test_against_the_solver():
     assert np.sqrt(np.mean(errors**2)) < 0.002
 
 
-@pytest.mark.parametrize("share", [pytest.param(0.4, marks=pytest.mark.slow), pytest.param(1.0, marks=pytest.mark.full)])
+@pytest.mark.parametrize(
+    "share", [pytest.param(0.4, marks=pytest.mark.slow), pytest.param(1.0, marks=pytest.mark.full)]
+)
 @pytest.mark.parametrize(
     ("low", "high", "force", "moment"),
     [(0.05, 0.2, 0.006, 0.008), (0.2, 1.0, 0.008, 0.004), (1.0, 5.0, 0.008, 0.005), (5.0, 20.0, 0.008, 0.010)],

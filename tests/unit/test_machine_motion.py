@@ -147,6 +147,7 @@ def test_locked_platform_drifts_by_the_closed_form_while_the_cylinder_turns():
     assert np.abs([still.columns[name][-1] for name in ("v_x_m_s", "v_z_m_s")]).max() < 2e-4 * np.abs(wanted).max()
 
 
+@pytest.mark.slow
 def test_slip_begins_when_the_static_limit_is_reached():
     machine = replace(HEXAPOD, leg=ideal_leg(stiffness=3e4))
     rise = 1000.0
@@ -194,7 +195,7 @@ def test_platform_follows_a_motion():
     assert run.lost["bearing"][-1] / 0.15 == pytest.approx(still.losses["bearing"], rel=0.1)
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@sampled("name", MACHINES, every=2)
 def test_balance_of_energies_closes(name):
     machine, given = MACHINES[name]
     run = simulate_machine(machine, MachineScenario(**given))

@@ -137,6 +137,7 @@ def stuck(data, rows):
     return changed(data, "link_travel", rows, lambda values: 0.0 * values)
 
 
+@pytest.mark.slow
 def test_a_pattern_of_misread_runs_is_refused(study, drive):
     """Four runs with one steering angle: its setting is wrong, or the encoder stood still all the time."""
     data = session(drive, 1)
@@ -194,6 +195,7 @@ def test_runs_of_a_kind_go_by_their_settings(drive):
     assert misreading.pattern(data, []) == ""
 
 
+@pytest.mark.slow
 def test_efficiencies_go_by_the_torque_constant_that_was_fitted(study, drive):
     """A motor 8 % stronger than the study's: with the study's constant Eq 18 is 8 % off."""
     strong = replace(drive, motor=replace(drive.motor, torque_constant=1.08 * drive.motor.torque_constant))
@@ -208,6 +210,7 @@ def test_efficiencies_go_by_the_torque_constant_that_was_fitted(study, drive):
     assert_allclose(found.efficiencies.value[steep], truth[steep], rtol=0.04)
 
 
+@pytest.mark.slow
 def test_few_runs_are_fitted_or_refused_in_words(study, drive):
     data = session(drive, 1)
     for count in (1, 3, 4, 7):

@@ -411,6 +411,7 @@ class TestBuilds:
         assert_allclose(drawn.std(axis=0), [0.2 / math.sqrt(12), 0.5, 0.1], rtol=5e-3)
         assert_allclose(np.corrcoef(drawn.T), correlation, atol=5e-3)
 
+    @pytest.mark.slow
     def test_maps_of_builds_are_those_of_single_drives(self, drive):
         paths = ["transmission.preload", "motor.resistance", "gearhead.efficiency"]
         at = values_of(drive, paths) * np.random.default_rng(2).uniform(0.8, 1.1, (5, 3))

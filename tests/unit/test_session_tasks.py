@@ -55,6 +55,7 @@ def test_walls_of_both_displays():
     assert (guide.stiffness, guide.damping, guide.two_sided) == (3000.0, 30.0, False)
 
 
+@pytest.mark.slow
 def test_fixtures_and_paths_of_legs_leave_only_what_is_free():
     line = felt(COBOTIC, iv.Fixture(allowed=iv.AlongLine(direction=[1.0, 1.0, 0.0], turning=True)), 0.05)
     across = line.position @ np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])

@@ -19,6 +19,7 @@ from infinivar.drivetrain.moving.machines import GearedSlideMachine, SeparateMac
 from infinivar.drivetrain.moving.system import System
 from infinivar.transmission.legs import creep_drift
 from machines_to_move import HEXAPOD, LEG, MACHINES, PLATFORM, ideal_leg
+from sampled import sampled
 
 DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]
 FRICTIONLESS = replace(
@@ -239,6 +240,7 @@ def test_wall_of_the_admittance_stops_the_handle():
     assert run.wall_force[-1] > 5.0
 
 
+@pytest.mark.slow
 def test_speed_of_the_cylinder_follows_what_the_legs_need():
     slow = session(
         SLIDE,
@@ -331,7 +333,7 @@ def _random_session(seed):
     )
 
 
-@pytest.mark.parametrize("seed", range(6))
+@sampled("seed", range(6), every=2)
 def test_balance_closes_in_random_sessions(seed):
     run = _random_session(seed)
     assert run.complete, run.outcome

@@ -106,7 +106,7 @@ def test_path_offset_of_creep_is_that_of_the_closed_form_and_zero_with_feedforwa
     assert abs(offsets[True]) < 1e-9
 
 
-@pytest.mark.parametrize("machine", [one_wheel(REAL_WHEEL), cart(REAL_WHEEL, steering=STEERING)])
+@sampled("machine", [one_wheel(REAL_WHEEL), cart(REAL_WHEEL, steering=STEERING)], every=2)
 def test_round_path_with_real_servos(machine):
     run = session(
         machine,
@@ -399,7 +399,7 @@ def _random_session(seed, duration=0.1):
     )
 
 
-@pytest.mark.parametrize("seed", range(4))
+@sampled("seed", range(4), every=2)
 def test_balance_closes_in_random_sessions(seed):
     run = _random_session(seed, duration=0.04)
     assert run.complete, run.outcome

@@ -99,6 +99,7 @@ def test_changes_of_a_cobotic_drive():
         assert cycle.power_in == pytest.approx(winner.power, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_limits_are_kept_at_the_value_found():
     """More torque constant saves current but needs voltage: the supply decides, and the value is refused."""
     drive = KNEE.drives["geared"]
