@@ -56,9 +56,10 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "errata", "compiled", "study-file", "extending", "measurements", "catalogue", "planar-cart",
+DAILY = ("theory", "compiled", "study-file", "extending", "measurements", "catalogue", "planar-cart",
          "two-joint-arm")  # fmt: skip
 SLOW = (
+    "errata",
     "mechanisms",
     "legs",
     "machines",

@@ -154,7 +154,7 @@ def test_random_steering_on_the_usual_grid(ratio):
     _steered_at_random(iv.RollingPatch(ratio), 300, False)
 
 
-@pytest.mark.parametrize(("ratio", "turned"), [(0.1, 0.0), (1.0, 0.0), (10.0, 0.0), (0.3, 0.7)])
+@sampled(("ratio", "turned"), [(0.1, 0.0), (1.0, 0.0), (10.0, 0.0), (0.3, 0.7)], every=2)
 def test_default_step(ratio, turned):
     """After jumps of creepage and spin, forces err by about 0.001 of mu N, the moment by 0.0015 of mu N a."""
     patch, linear = iv.RollingPatch(ratio, 0.3, turned, 8), kalker.coefficients(ratio, 0.3)

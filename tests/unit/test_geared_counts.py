@@ -58,7 +58,7 @@ CASES = {
 }
 
 
-@sampled("name", CASES, every=2)
+@sampled("name", CASES, every=3)
 @pytest.mark.parametrize("prune", [True, False])
 def test_counts_add_up_over_radii(name, prune):
     """Pairs not judged, first excluded by each limit, and feasible designs are all pairs."""

@@ -223,7 +223,7 @@ def test_balance_closes_with_other_laws_and_with_spin(law):
     assert ("spin" in run.lost) == (law == "exact")
 
 
-@pytest.mark.parametrize("layout", ["cubic", "tetrahedral"])
+@sampled("layout", ["cubic", "tetrahedral"], every=2)
 def test_spheres_with_spin_close_their_balance(layout):
     roller = iv.RollingContact(
         wheel_radius=0.02,
