@@ -62,6 +62,13 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert spreads["transmission.creep_stiffness"].deviation == pytest.approx(deviation, rel=1e-5)
     assert "transmission.bearing_torque" in spreads  # carries the interval of the sum
     assert iv.load_study(STUDY).drives.keys() == study.drives.keys()
+
+
+@pytest.mark.slow
+def test_a_calibrated_study_is_calibrated_again(infinivar, tmp_path):
+    infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "8", "--loads", "0.2,0.5", "--out", "rig.csv")
+    infinivar("calibrate", "rig.csv", *DRIVE, "--out", "out")
+    study = iv.load_study(tmp_path / "out" / "calibrated.toml")
     again = infinivar("calibrate", "rig.csv", "--study", "out/calibrated.toml", "--drive", "cobotic", "--out", "out2")
     assert "creep_stiffness" in again.out
     twice = iv.load_study(tmp_path / "out2" / "calibrated.toml")

@@ -58,7 +58,7 @@ def test_setting_out_from_rest_meets_friction():
 
 
 @pytest.mark.parametrize("force", [None, -10.0, 3.0, -30.0])
-@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+@sampled("drive", DRIVES.values(), ids=DRIVES, every=2)
 def test_holding_by_file_is_holding_by_shape(tmp_path, drive, force):
     shape = DutyCycle(motion=Hold(time=2.0), force=force, load_mass=0.8)
     by_shape = duty_cycle(drive, shape)

@@ -55,7 +55,7 @@ def _own_study(drive):
     )
 
 
-@pytest.mark.parametrize("kind", ["loss", "coverage", "energy"])
+@sampled("kind", ["loss", "coverage", "energy"], every=3)
 @pytest.mark.parametrize("name", DRIVES)
 def test_every_part_carries_derivatives(name, kind):
     _check(_own_study(DRIVES[name]), "g", kind, count=5)

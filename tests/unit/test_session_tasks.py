@@ -76,7 +76,7 @@ def test_fixtures_and_paths_of_legs_leave_only_what_is_free():
 
 def test_holding_and_coasting():
     held = iv.session(
-        COBOTIC, iv.HoldingTask(stop_cylinder=True), user=[10.0, -5.0, 20.0], duration=0.05, output_step=0.01
+        COBOTIC, iv.HoldingTask(stop_cylinder=True), user=[10.0, -5.0, 20.0], duration=0.02, output_step=0.01
     )
     assert held.electrical_energy == 0.0
     assert np.abs(held.position).max() < 1e-7
@@ -84,7 +84,7 @@ def test_holding_and_coasting():
     assert turning.electrical_energy > 0.02
     coasting = iv.session(CART, iv.Coasting(), duration=0.05, rates=[0.3, 0.1, 0.0], output_step=0.01)
     assert_allclose(coasting.position[-1, 1] / coasting.position[-1, 0], 1.0 / 3.0, rtol=1e-3)
-    geared = iv.session(GEARED, iv.HoldingTask(), user=[0.0, 0.0, 12.0], duration=0.05, output_step=0.01)
+    geared = iv.session(GEARED, iv.HoldingTask(), user=[0.0, 0.0, 12.0], duration=0.03, output_step=0.01)
     assert 0.0 < geared.position[-1, 2] < 12.0 / 1000.0
 
 

@@ -162,7 +162,7 @@ def test_admittance_renders_its_virtual_mass():
 
 
 def test_locked_machine_holds_without_electrical_power():
-    run = session(SLIDE, controller=HoldGuide(), user=lambda time: [40.0 * min(20.0 * time, 1.0)], duration=0.1)
+    run = session(SLIDE, controller=HoldGuide(), user=lambda time: [40.0 * min(40.0 * time, 1.0)], duration=0.05)
     assert run.electrical_energy == 0.0
     assert abs(run.position[-1, 0]) < 1e-7
     assert run.feasible
