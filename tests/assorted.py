@@ -1,5 +1,6 @@
 """Drives with every kind of part, and cycles and regions that suit them."""
 
+import functools
 from dataclasses import replace
 
 import infinivar as iv
@@ -73,9 +74,8 @@ DRIVES = {
 }
 
 
+@functools.cache
 def one_axis_studies():
     """Names and contents of the shipped studies of one axis: those without a machine."""
-    for name in shipped_studies():
-        study = iv.load_study(name)
-        if not any(is_machine(drive) for drive in study.drives.values()):
-            yield name, study
+    loaded = ((name, iv.load_study(name)) for name in shipped_studies())
+    return tuple((name, study) for name, study in loaded if not any(map(is_machine, study.drives.values())))

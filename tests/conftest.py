@@ -1,6 +1,7 @@
 """Shared by all tests: the shipped study, loaded once, and hypothesis settings."""
 
 import atexit
+import gc
 import os
 import shutil
 import tempfile
@@ -10,6 +11,7 @@ import hypothesis
 import pytest
 
 import infinivar as iv
+from sampled import MOST
 from shelves import SHELF
 
 # Workers that run on all cores have one thread each; NumPy is not imported yet.
@@ -30,8 +32,13 @@ ROOT = Path(__file__).parents[1]
 STUDY = ROOT / "studies" / "hand_controller.toml"
 
 # Each example evaluates hundreds of points; a fixed seed keeps a failure of one machine a failure of all.
-hypothesis.settings.register_profile("project", max_examples=40, deadline=None, derandomize=True)
-hypothesis.settings.load_profile("project")
+hypothesis.settings.register_profile("project", max_examples=MOST, deadline=None, derandomize=True)
+hypothesis.settings.register_profile("everyday", hypothesis.settings.get_profile("project"), max_examples=12)
+
+
+def pytest_configure(config):
+    """Fewer examples of each property in the everyday run, which CI repeats with all of them beside the slow tests."""
+    hypothesis.settings.load_profile("everyday" if "not slow" in config.option.markexpr else "project")
 
 
 SHARED = ("cli/test_compare.py", "cli/test_duty.py", "cli/test_pages.py", "cli/test_reproduce.py")
@@ -52,6 +59,13 @@ def _file(nodeid):
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: LONG.index(_file(item.nodeid)) if _file(item.nodeid) in LONG else len(LONG))
+
+
+def pytest_collection_finish():
+    """Thousands of collected tests live as long as the run: who looks for garbage need not go through them each time."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.hookimpl(optionalhook=True)

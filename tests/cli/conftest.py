@@ -1,6 +1,5 @@
 """The command line run inside the test process, and one shared run of each slow command."""
 
-import contextlib
 import json
 from pathlib import Path
 
@@ -8,31 +7,9 @@ import pytest
 
 from commands import run
 from infinivar.figures import style
+from rendering import rendered
 
 STUDY = Path(__file__).parents[2] / "studies" / "hand_controller.toml"
-
-
-BLANK = {
-    "png": b"\x89PNG\r\n\x1a\n",
-    "svg": b'<svg xmlns="http://www.w3.org/2000/svg"/>',
-    "pdf": b"%PDF-1.4\n",
-}
-
-
-@contextlib.contextmanager
-def rendered(formats):
-    """Figures are rendered in these formats only; the other files are blank."""
-    write = style._write_one
-
-    def write_or_leave_blank(made, path, kind):
-        if kind in formats:
-            return write(made, path, kind)
-        path.write_bytes(BLANK[kind])
-        return path
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "_write_one", write_or_leave_blank)
-        yield
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ from conftest import STUDY
 from infinivar.calibration import virtual_rig
 from infinivar.report.calibration import save_data
 from rigs import session, under
+from sampled import sampled
 
 DRIVE = ("--study", STUDY, "--drive", "cobotic")
 
@@ -37,7 +38,6 @@ def edited(measured, folder, change):
     return folder / "rig.csv"
 
 
-@pytest.mark.renders("svg")
 def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     done = infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "8", "--loads", "0.2,0.5", "--out", "rig.csv")
     assert done.code == 0, done.err
@@ -62,6 +62,13 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert spreads["transmission.creep_stiffness"].deviation == pytest.approx(deviation, rel=1e-5)
     assert "transmission.bearing_torque" in spreads  # carries the interval of the sum
     assert iv.load_study(STUDY).drives.keys() == study.drives.keys()
+
+
+@pytest.mark.slow
+def test_a_calibrated_study_is_calibrated_again(infinivar, tmp_path):
+    infinivar("rig", STUDY, "--drive", "cobotic", "--ratios", "8", "--loads", "0.2,0.5", "--out", "rig.csv")
+    infinivar("calibrate", "rig.csv", *DRIVE, "--out", "out")
+    study = iv.load_study(tmp_path / "out" / "calibrated.toml")
     again = infinivar("calibrate", "rig.csv", "--study", "out/calibrated.toml", "--drive", "cobotic", "--out", "out2")
     assert "creep_stiffness" in again.out
     twice = iv.load_study(tmp_path / "out2" / "calibrated.toml")
@@ -69,6 +76,7 @@ def test_from_the_rig_to_a_calibrated_study(infinivar, tmp_path):
     assert twice.title.endswith(", calibrated")
 
 
+@pytest.mark.slow
 def test_other_commands_take_the_calibrated_study(infinivar, write, measured, tmp_path):
     bases = {
         "requirement": "faulring2006",
@@ -169,7 +177,7 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("change", "lines", "said"),
     [
         pytest.param(
@@ -189,6 +197,7 @@ def test_data_that_no_rig_can_give(infinivar, measured, tmp_path, change, said):
         (scaled("motor_current", -1.0, slice(1, 2)), [2], "line 2: motor_current is -0.1785 A and brakes a cylinder"),
         (scaled("motor_current", 1.1, slice(8, 9)), [9], "standard deviations off"),
     ],
+    every=5,
 )
 def test_single_readings_that_no_rig_can_give_are_left_out(infinivar, measured, tmp_path, change, lines, said):
     """The same faults in all runs, or in most of a kind, are refused: see above."""

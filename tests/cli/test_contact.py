@@ -27,7 +27,6 @@ def sheet():
     return contact_sheets(iv.load_study(STUDY), "cobotic")[0]
 
 
-@pytest.mark.renders("svg")
 def test_sheet_of_the_shipped_study(infinivar, tmp_path):
     """Every group of results is there, in the units that people use, with the source of what went in."""
     done = infinivar("contact", STUDY, "--out", tmp_path)

@@ -40,6 +40,7 @@ def test_terminal_and_files(infinivar, tmp_path):
     assert "slip angle" in (tmp_path / "out" / f"{name}.svg").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_json_at_a_rate(infinivar, tmp_path):
     arguments = ("--drive", "cobotic", "--angle", "1 mrad", "--rate", "1 rad/s", "--json", "--out", tmp_path / "out")
     done = infinivar("contact", STUDY, "--transient", *arguments)
@@ -65,6 +66,7 @@ def test_stated_contact_is_refused(infinivar, write, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_stated_contact_beside_others(infinivar, write, tmp_path):
     """Without --drive, those with geometry are shown."""
     path = write(BOTH)

@@ -56,9 +56,14 @@ def shown_and_real(text, folder):
             yield body, real
 
 
-DAILY = ("theory", "errata", "compiled", "study-file", "extending", "measurements", "catalogue", "mechanisms", "legs",
-         "machines", "planar-cart", "six-leg-display", "two-joint-arm")  # fmt: skip
+DAILY = ("theory", "compiled", "study-file", "extending", "measurements", "catalogue", "planar-cart",
+         "two-joint-arm")  # fmt: skip
 SLOW = (
+    "errata",
+    "mechanisms",
+    "legs",
+    "machines",
+    "six-leg-display",
     "sizing",
     "tutorial",
     "gait-to-motor",

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from infinivar.study import load
+from sampled import sampled
 
 STUDY = Path(__file__).parents[2] / "studies" / "knee_walking.toml"
 
@@ -52,7 +53,7 @@ def _shell(command: str) -> subprocess.CompletedProcess:
     )
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("command", "code"),
     [
         ("infinivar catalogue >&-", 0),
@@ -61,6 +62,7 @@ def _shell(command: str) -> subprocess.CompletedProcess:
         ("infinivar catalogue >/dev/full", 2),
         ("infinivar catalogue nonsense", 2),
     ],
+    every=2,
 )
 def test_streams_that_are_closed_or_full_give_no_traceback(command, code):
     found = _shell(command)

@@ -95,7 +95,7 @@ def code_of(infinivar, folder, rig_data, seed):
 @pytest.mark.parametrize(
     "seeds",
     [
-        range(6),
+        pytest.param(range(6), marks=pytest.mark.slow),
         pytest.param(range(2000, 2030), marks=pytest.mark.slow),
         pytest.param(range(2030, 2100), marks=pytest.mark.full),
     ],

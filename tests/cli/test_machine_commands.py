@@ -7,6 +7,7 @@ import pytest
 from folders import results
 from machinery import EVERY, PLATFORM
 from pages import needs_no_network
+from sampled import sampled
 
 FIGURES = {
     "platform": ["losses", "path-circle", "positions", "machine-cobotic", "wrenches-cobotic"],
@@ -24,7 +25,7 @@ def write(tmp_path):
     return write_study
 
 
-@pytest.mark.parametrize("name", EVERY)
+@sampled("name", EVERY, every=2)
 def test_check_and_compare(name, write, infinivar, tmp_path):
     write(EVERY[name])
     assert "no faults found" in infinivar("check", "mine.toml").out

@@ -33,6 +33,7 @@ def study(more="", rest=""):
     return MOTION.format(more=more) + rest + DRIVES
 
 
+@pytest.mark.slow
 @pytest.mark.renders("svg")
 def test_a_motion_is_enough(infinivar, write, tmp_path, monkeypatch):
     # Simulating it and searching for cylinder speeds take most of the time.

@@ -15,6 +15,7 @@ from folders import results
 from infinivar.parts.bearing import Bearing
 from infinivar.study.catalogue import bearings, gearheads, materials, motors
 from infinivar.study.shipped import parameter_set
+from sampled import sampled
 
 
 def bash(command, folder):
@@ -103,7 +104,7 @@ def test_schema_accepts_what_compare_accepts(schema, infinivar, tmp_path):
     assert valid({**GOOD, **more}, schema, schema)
 
 
-@pytest.mark.parametrize(
+@sampled(
     "change",
     [
         {"drivs": {}},
@@ -127,11 +128,13 @@ def test_schema_accepts_what_compare_accepts(schema, infinivar, tmp_path):
         {"correlations": [{"drive": "mine", "between": ["a", "b"], "value": 1.5}]},
     ],
     ids=str,
+    every=3,
 )
 def test_schema_refuses_what_compare_refuses(schema, change):
     assert not valid({**GOOD, **change}, schema, schema)
 
 
+@pytest.mark.slow
 def test_init_writes_a_study_that_compare_takes(infinivar, tmp_path):
     outcome = infinivar("init", "my_hand-controller")
     assert (outcome.code, outcome.err) == (0, "")
@@ -189,9 +192,10 @@ def test_init_where_no_file_can_be(infinivar, tmp_path, name):
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-@pytest.mark.parametrize(
+@sampled(
     "name",
     ["", ".", "..", " ", "folder/", 'a"b', "a\\b", "a\nb", "a'b", "{y}", "a{0}b{name}", "$x^$", "a b", "é", "\udcff"],
+    every=3,
 )
 def test_init_either_refuses_a_name_or_writes_a_good_study(infinivar, tmp_path, name):
     """No name, however odd, gives a file that cannot be read, a hidden file, or a traceback."""
@@ -268,7 +272,7 @@ def test_runs_as_a_module(tmp_path):
     assert (done.returncode, done.stdout, done.stderr) == (0, f"infinivar {iv.__version__}\n", "")
 
 
-@pytest.mark.parametrize("command", ["catalogue", "schema", "catalogue --json"])
+@sampled("command", ["catalogue", "schema", "catalogue --json"], every=3)
 def test_output_may_be_cut_short(tmp_path, command):
     """A reader that goes away, such as head, is no reason for a traceback."""
     done = bash(f"infinivar {command} | head -n 1", tmp_path)
@@ -295,7 +299,7 @@ def completions(folder, *words):
     return done.stdout.split()
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("words", "offered"),
     [
         (("infinivar", "comp"), ["compare"]),
@@ -308,6 +312,7 @@ def completions(folder, *words):
         (("infinivar", "compare", "handy.toml", "--drive", "cob"), []),
     ],
     ids=lambda words: words[-1] if isinstance(words, tuple) else "",
+    every=3,
 )
 def test_tab_completes_commands_studies_drives_and_scenarios(tmp_path, words, offered):
     (tmp_path / "handy.toml").touch()

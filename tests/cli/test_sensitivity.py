@@ -132,6 +132,7 @@ def test_a_range_that_does_nothing_is_not_said_to_be_missing(infinivar, write, t
     assert "Parameters with a stated range that have no effect here: motor.continuous_torque." in done.out
 
 
+@pytest.mark.slow
 def test_numbers_alone(infinivar, write):
     done = infinivar("sensitivity", write(STUDY), "--of", "efficiency", "--method", "difference", "--json")
     assert json.loads(done.out)["of"] == "efficiency"

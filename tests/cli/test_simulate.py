@@ -5,6 +5,7 @@ import json
 import pytest
 
 from folders import results
+from sampled import sampled
 
 STUDY = """
 [requirement]
@@ -27,7 +28,7 @@ force = { size = "-90 N" }
 """
 
 
-@pytest.mark.renders
+@pytest.mark.renders("svg")
 def test_simulate_writes_report_and_data(infinivar, write, tmp_path):
     outcome = infinivar("simulate", write(STUDY), "--drive", "cobotic", "--scenario", "reach")
     assert outcome.code == 0, outcome.err
@@ -197,7 +198,7 @@ pulley = {{ radius = "8 mm" }}""",
     refused(outcome, "motor.rotor_inertia is missing: motion needs it", tmp_path)
 
 
-@pytest.mark.parametrize("plant", ["system", "lossless", "transmission", "steering", "cylinder", "link"])
+@sampled("plant", ["system", "lossless", "transmission", "steering", "cylinder", "link"], every=3)
 @pytest.mark.renders("svg")
 def test_graph_draws_every_plant(infinivar, write, tmp_path, plant):
     outcome = infinivar("graph", write(STUDY), "cobotic", "--plant", plant, "--out", "fig.svg")

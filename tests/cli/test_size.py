@@ -18,6 +18,7 @@ def folder(tmp_path):
     return slides(tmp_path)
 
 
+@pytest.mark.slow
 def test_winners_run_in_the_other_commands(infinivar, folder):
     done = infinivar(
         "size", "slide.toml", "--set", "shelf.toml", "--top", "2", "--objective", "mass, energy", "--out", "out"
@@ -56,6 +57,7 @@ def test_winners_run_in_the_other_commands(infinivar, folder):
     assert "data sheet 7" in page
 
 
+@pytest.mark.slow
 def test_margins_of_many_designs_are_in_tables_that_fit_a_page(infinivar, folder):
     """At most eight designs beside each other, each margin under the name of its design, and what was not checked once."""
     lines = (f"[gearheads.q{k}]\nratio = {8 + 0.5 * k}\nefficiency = 0.8\nmass = '90 g'\n" for k in range(13))
@@ -262,6 +264,7 @@ def test_both_architectures(infinivar, folder):
     assert stated["what_if"]["geared"]["goal"] == "energy"
 
 
+@pytest.mark.slow
 def test_counts_in_words(infinivar, folder):
     """One motor is no "motors"; thousands are separated; what is not there has no heading."""
     gear = "[gearheads.q{}]\nratio = {}\nefficiency = 0.8\nmass = '90 g'\n"

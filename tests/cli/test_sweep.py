@@ -154,6 +154,7 @@ def test_indices_in_chunks(infinivar, folder):
     assert told["parameters"][0]["sobol_total"] > 0.0
 
 
+@pytest.mark.slow
 def test_starts_of_a_cobotic_search_are_reported(infinivar, tmp_path, monkeypatch):
     """Report and study files as of `size`; a sweep that is done is reported again without searching."""
     monkeypatch.setattr("infinivar.sizing.of_cobotic.POPULATION", 5)

@@ -7,12 +7,13 @@ import jax
 import numpy as np
 import pytest
 from designs import amplifiers, elements, gearheads, laws, motors, seeds, states
-from hypothesis import given, settings
+from hypothesis import given
 from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis.cycles.shaking import shaking
 from infinivar.study.load import shipped_study
+from sampled import examples
 
 jax.config.update("jax_enable_x64", True)
 
@@ -20,7 +21,7 @@ FIELDS = ("torque", "link_speed", "rolling_speed", "creep_speed", "power_in", "e
 
 
 @given(elements(), seeds)
-@settings(max_examples=15)
+@examples(15)
 def test_element_uses_only_the_standard(element, seed):
     """array-api-strict has nothing beyond the standard, and refuses to mix with NumPy: a slip would raise."""
     speed, angle, force = states(element, seed, largest_angle=1.3)
@@ -37,7 +38,7 @@ def test_element_uses_only_the_standard(element, seed):
 
 
 @given(motors(), gearheads(), amplifiers(), elements(), seeds)
-@settings(max_examples=15)
+@examples(15)
 def test_drives_use_only_the_standard(motor, gearhead, amplifier, element, seed):
     random = np.random.default_rng(seed)
     speed, force = random.uniform(-2, 2, 50), random.uniform(-1, 1, 50) * element.slip_force
@@ -54,7 +55,7 @@ def test_drives_use_only_the_standard(motor, gearhead, amplifier, element, seed)
 
 
 @given(elements(), seeds)
-@settings(max_examples=3)
+@examples(3)
 def test_jit_and_vmap_agree_with_numpy(element, seed):
     speed, angle, force = states(element, seed, largest_angle=1.2)
     expected = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)
@@ -69,7 +70,7 @@ def test_jit_and_vmap_agree_with_numpy(element, seed):
 
 
 @given(elements(largest_h=0.01, smallest_k=100.0), laws, seeds)
-@settings(max_examples=2)  # each compiles four derivatives
+@examples(2)  # each compiles four derivatives
 def test_gradients_agree_with_differences(element, law, seed):
     """Exact derivatives of the steering angle and the input power, by load and by speed, well inside slip."""
     element = replace(element, creep_law=law)
@@ -133,6 +134,7 @@ def test_inverse_dynamics_uses_only_the_standard(name):
         assert_allclose(np.asarray(loss), expected.losses[what], rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_energy_of_a_cycle_has_a_gradient():
     """Power from the supply by the bell's inertia and the link's mass, compiled by JAX, against differences."""
     drive, course = shipped_study("faulring2006").drives["cobotic"], shaking(0.02, 8.0, 400)

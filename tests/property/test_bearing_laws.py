@@ -7,11 +7,12 @@ import array_api_strict as strict
 import jax
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from infinivar.parts.bearing import Bearing, BearingPair
+from sampled import examples, sampled
 
 jax.config.update("jax_enable_x64", True)
 
@@ -170,7 +171,7 @@ def test_pair_lives_less_than_either_bearing(bearing, seed):
 
 
 @given(bearings(RADIAL))
-@settings(max_examples=20)
+@examples(20)
 def test_nothing_is_nan_without_load(bearing):
     pair = BearingPair(bearing=bearing)
     for speed in (0.0, 100.0):
@@ -185,7 +186,7 @@ def test_nothing_is_nan_without_load(bearing):
 
 
 @given(bearings([("deep_groove", "60", "skf"), ("angular_contact", "other", "skf")], wet=True), seeds)
-@settings(max_examples=20)
+@examples(20)
 def test_oil_bath_drags_more_with_speed_and_depth(bearing, seed):
     radial, axial, speed = loads(bearing, seed)
     moment = bearing.moment(radial, axial, speed)
@@ -197,7 +198,7 @@ def test_oil_bath_drags_more_with_speed_and_depth(bearing, seed):
 
 
 @given(bearings(), seeds)
-@settings(max_examples=20)
+@examples(20)
 def test_bearings_use_only_the_standard(bearing, seed):
     """array-api-strict has nothing beyond the standard, and refuses to mix with NumPy: a slip would raise."""
     values = loads(bearing, seed)
@@ -218,7 +219,7 @@ def test_bearings_use_only_the_standard(bearing, seed):
 
 
 @given(bearings(wet=True), seeds)
-@settings(max_examples=4)  # each compiles three derivatives
+@examples(4)  # each compiles three derivatives
 def test_gradients_agree_with_differences(bearing, seed):
     random = np.random.default_rng(seed)
     radial, axial = random.uniform(0.02, 0.3, (2, 30)) * bearing.dynamic_rating
@@ -236,7 +237,7 @@ def test_gradients_agree_with_differences(bearing, seed):
         assert_allclose(derivative, difference, rtol=1e-5, atol=1e-7 * np.max(np.abs(difference)))
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: "-".join(kind))
+@sampled("kind", KINDS, ids=lambda kind: "-".join(kind), every=3)
 def test_gradients_stay_finite_at_rest_and_without_load(kind):
     bearing = Bearing(
         type=kind[0], series=kind[1], friction_model=kind[2],

@@ -157,6 +157,7 @@ def test_a_path_is_approached_with_critical_damping():
     assert_allclose(done.sol(way)[0], 1e-3 * (1.0 + 5.0 * way) * np.exp(-5.0 * way), atol=1e-8)
 
 
+@pytest.mark.slow
 def test_offset_from_a_path_by_creep():
     """A side load leaves the offset ``2 beta/sqrt(k1)``, none with the slip angle fed forward."""
     contact, side, gain = wheel(4000.0, "exact"), 15.0, 25.0

@@ -8,12 +8,13 @@ import jax
 import numpy as np
 import pytest
 from designs import seeds
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from infinivar.contact import creep, fastsim
 from infinivar.study.load import shipped_study, study_from
+from sampled import examples, sampled
 
 jax.config.update("jax_enable_x64", True)
 
@@ -98,7 +99,7 @@ def test_at_slip_and_beyond(law):
     assert_allclose(found_slip, [slip, -slip, np.nan, np.nan], rtol=1e-14)
 
 
-@pytest.mark.parametrize("law", BENT)
+@sampled("law", BENT, every=2)
 def test_gradients(law):
     """jax.grad of creepage and force, at zero too."""
     found = creep.LAWS[law]
@@ -114,7 +115,7 @@ def test_gradients(law):
 
 
 @given(seeds)
-@settings(max_examples=10)
+@examples(10)
 def test_laws_use_only_the_standard(seed):
     ratio = ratios(seed, 50)
     k_x, k_y, psi, shape, stiffness = creeps(seed, 20)
@@ -135,7 +136,7 @@ def test_laws_use_only_the_standard(seed):
 
 
 @given(laws, seeds)
-@settings(max_examples=15)
+@examples(15)
 def test_planar_force(law, seed):
     """Passive, within the friction circle, odd; without spin mirrored with the creepage; alone it is the lateral law."""
     k_x, k_y, psi, shape, _ = creeps(seed, 100)
@@ -167,7 +168,7 @@ def test_fastsim_is_passive(seed):
 
 
 @given(seeds)
-@settings(max_examples=5)
+@examples(5)
 def test_fastsim_symmetries(seed):
     """Mirrored in the rolling direction; many contacts at once are each as alone; gross slip is mu N, all slipping."""
     k_x, k_y, psi, shape, stiffness = creeps(seed, 200)
@@ -189,7 +190,7 @@ def test_fastsim_symmetries(seed):
     assert_allclose((sliding.fx, sliding.fy), (np.cos(k_x), np.sin(k_x)), rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("psi", [0.0, 0.4])
+@sampled("psi", [0.0, 0.4], every=2)
 def test_fastsim_gradients(psi):
     """jax.grad through the cells, at rest too; between the cells' kinks the forces are smooth."""
 

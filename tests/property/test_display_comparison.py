@@ -4,19 +4,20 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar.analysis.sessions.comparison import round_of
 from infinivar.analysis.sessions.handle_session import PARTS, cobotic_part, geared_part
+from sampled import examples
 
 DRIVES = iv.load_study("hand_controller").drives
 PAIRS = [iv.DisplayPair(cobotic=DRIVES[name], conventional=DRIVES["motor2-gear4"]) for name in ("cobotic", "cobotic-b")]
 pairs = st.sampled_from(PAIRS)
 forces = st.floats(0.0, 50.0)
-few = settings(max_examples=25)
+few = examples(25)
 
 
 @st.composite

@@ -6,12 +6,13 @@ import jax
 import numpy as np
 import pytest
 from designs import seeds
-from hypothesis import given, settings
+from hypothesis import given
 from numpy.testing import assert_allclose, assert_array_equal
 
 import infinivar as iv
 from infinivar.contact import creep, exact_law, kalker
 from infinivar.study.load import shipped_study
+from sampled import examples
 
 jax.config.update("jax_enable_x64", True)
 
@@ -23,7 +24,7 @@ def patches(seed, size=300):
 
 
 @given(seeds)
-@settings(max_examples=10)
+@examples(10)
 def test_monotone_and_concave_on_every_patch(seed):
     """As the solver's curves are; with slope 1 at the start and slip at the creepage of theory."""
     a_over_b, poisson = patches(seed)
@@ -41,7 +42,7 @@ def test_monotone_and_concave_on_every_patch(seed):
 
 
 @given(seeds)
-@settings(max_examples=10)
+@examples(10)
 def test_inverse_and_slope_on_every_patch(seed):
     a_over_b, poisson = patches(seed)
     random = np.random.default_rng(seed)
@@ -58,7 +59,7 @@ def test_inverse_and_slope_on_every_patch(seed):
 
 
 @given(seeds)
-@settings(max_examples=5)
+@examples(5)
 def test_response(seed):
     """Force and derivative together are those of the separate formulas; flat from full slip."""
     a_over_b, poisson = patches(seed)
@@ -157,6 +158,7 @@ def test_the_shape_of_a_steered_patch_hardly_matters(study):
     assert np.max(np.abs(one - other)) < 0.0013
 
 
+@pytest.mark.slow
 def test_steering_angles_compile():
     """jax.jit of the steering angle for a motion, the iteration along the curve, with its derivative by load."""
     wheel = element()
@@ -188,7 +190,7 @@ def test_measured_values_stand_on_a_circle():
 
 
 @given(seeds)
-@settings(max_examples=10)
+@examples(10)
 def test_passive_in_four_quadrants(seed):
     random = np.random.default_rng(seed)
     wheel = element(float(10 ** random.uniform(-2.5, -0.5)))

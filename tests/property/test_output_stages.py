@@ -12,6 +12,7 @@ from test_motion import ROUNDING, assert_balanced, courses, inertias, with_rotor
 import infinivar as iv
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.study.load import shipped_study
+from sampled import sampled
 
 SHIPPED = shipped_study("faulring2006")
 
@@ -128,13 +129,14 @@ def run_of(random, rotary):
     )
 
 
-@pytest.mark.parametrize(
+@sampled(
     "seed",
     [
         *range(8),
         *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(8, 50)),
         *(pytest.param(seed, marks=pytest.mark.full) for seed in range(50, 150)),
     ],
+    every=2,
 )
 def test_energy_over_time_closes(seed):
     random = np.random.default_rng(seed)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from test_simulation import SHIPPED, check_energy, cobotic_drives, conventional_drives
 
@@ -20,6 +20,7 @@ from infinivar.motion.gait import Walking
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.spring import Spring, TorsionSpring
 from infinivar.parts.stage import Shaft
+from sampled import examples, sampled
 
 PROGRESSIVE = Spring(
     shape="progressive", deflections=(-0.01, -0.005, 0.0, 0.005, 0.01), forces=(-300.0, -100.0, 0.0, 100.0, 300.0)
@@ -90,7 +91,7 @@ def test_a_cobotic_drive_takes_the_energy_that_inverse_dynamics_gives(name):
     check_both_ways(with_output("cobotic", OUTPUTS[name]), cycle(OUTPUTS[name]))
 
 
-@pytest.mark.parametrize("drive", ["motor2-gear4", pytest.param("cobotic", marks=pytest.mark.slow)])
+@sampled("drive", ["motor2-gear4", pytest.param("cobotic", marks=pytest.mark.slow)], every=2)
 @pytest.mark.parametrize("hysteresis", [None, 2.0])
 def test_a_joint_without_inertia_behind_a_spring(drive, hysteresis):
     """The moment alone determines the deflection: a compliance without a state of its own."""
@@ -103,7 +104,7 @@ def test_a_joint_without_inertia_behind_a_spring(drive, hysteresis):
     np.testing.assert_allclose(run.at("series_spring_node")[0] * 0.06, -moment, atol=1e-9 * np.abs(moment).max())
 
 
-@pytest.mark.parametrize("linkage", [None, FOUR_BAR])
+@sampled("linkage", [None, FOUR_BAR], every=2)
 def test_a_shaft_with_torsion_springs_or_a_four_bar(linkage):
     geared = SHIPPED.drives["motor2-gear4"]
     output = Output(linkage=linkage, series_torsion_spring=TorsionSpring(stiffness=10.0))
@@ -182,14 +183,14 @@ def runs(draw, output):
 
 
 @given(st.data())
-@settings(max_examples=3)
+@examples(3)
 def test_energy_closes_behind_any_output(data):
     check_any(data, conventional_drives())
 
 
 @pytest.mark.slow
 @given(st.data())
-@settings(max_examples=2)
+@examples(2)
 def test_energy_closes_behind_more_outputs(data):
     """Deriving the equations of one random drive takes up to half a minute, so this is a small sample."""
     check_any(data, conventional_drives())
@@ -198,7 +199,7 @@ def test_energy_closes_behind_more_outputs(data):
 
 @pytest.mark.full
 @given(st.data())
-@settings(max_examples=15)
+@examples(15)
 def test_energy_closes_behind_many_outputs(data):
     check_any(data, conventional_drives())
     check_any(data, cobotic_drives())

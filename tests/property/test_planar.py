@@ -6,7 +6,7 @@ from dataclasses import replace
 import array_api_strict as strict
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.integrate import solve_ivp
@@ -19,6 +19,7 @@ from infinivar.contact import creep
 from infinivar.transmission import turning
 from infinivar.transmission.jacobians import jacobian
 from infinivar.transmission.planar import PlanarCarriage, PlanarCobot, drift, instant_centre
+from sampled import examples
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 POINTS = ((0.3, 0.0), (-0.2, 0.25), (-0.2, -0.25))
@@ -163,7 +164,7 @@ def _least_creep(toe):
     return math.sqrt(2.0 * math.sin(toe) ** 2 / 3.0)
 
 
-@settings(max_examples=12)
+@examples(12)
 @given(st.sampled_from(LAWS), seeds)
 def test_the_user_supplies_the_losses(law, seed):
     """W . xi = loss under a steady wrench, found by forces; the same point by rates: users and motors differ in nothing."""
@@ -370,6 +371,7 @@ def ideal(cobot, way, duration):
     return 0.5 * np.einsum("it,ij,jt->t", found.y, mass, found.y)
 
 
+@pytest.mark.slow
 def test_a_coasting_cobot_keeps_its_energy_without_losses():
     """xi^T M xi under any steering: with multipliers exactly, and as the limit of stiff wheels, in proportion to 1/C."""
     cobot = body(wheel(resistance=0.0))
@@ -399,6 +401,7 @@ def test_a_coasting_cobot_comes_to_rest_by_its_losses():
     assert_allclose(run.losses["rolling"][-1], 0.6 * run.energy[0], rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_pushed_cobot_balances_work_and_losses():
     """Pushed across its wheels until they slip, which is an event."""
     cobot = body()
@@ -416,6 +419,7 @@ def test_a_pushed_cobot_balances_work_and_losses():
     assert run.work[-1] > run.losses["rolling"][-1]
 
 
+@pytest.mark.slow
 def test_steering_under_load_makes_its_own_losses():
     """With the forces of spin the steering does work, which the balance counts."""
     contact = iv.RollingContact(wheel_radius=0.012, preload=65.0, friction=0.2, geometry=GEOMETRY)

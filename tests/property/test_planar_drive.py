@@ -101,8 +101,8 @@ def test_free_wheels_are_nearly_those_without_an_axle(law):
 @pytest.mark.slow
 @pytest.mark.parametrize("law", [*LAWS, "with spin"])
 def test_power_closure_at_many_points(law):
-    """100,000 points of driving and braking wheels in all directions; losses are never negative."""
-    random, count = np.random.default_rng(3), 100_000
+    """100,000 points of driving and braking wheels in all directions, 20,000 with spin; losses are never negative."""
+    random, count = np.random.default_rng(3), 20_000 if law == "with spin" else 100_000
     _closes(random, count, law)
 
 

@@ -16,6 +16,7 @@ from infinivar.contact.friction import coulomb
 from infinivar.motion.course import Course
 from infinivar.study.load import shipped_study
 from motions import moves_and_dwells, recorded
+from sampled import sampled
 
 STUDY = shipped_study("faulring2006")
 COBOTIC, STIFF, GEARED = (STUDY.drives[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
@@ -57,7 +58,7 @@ def test_setting_out_from_rest_meets_friction():
 
 
 @pytest.mark.parametrize("force", [None, -10.0, 3.0, -30.0])
-@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+@sampled("drive", DRIVES.values(), ids=DRIVES, every=2)
 def test_holding_by_file_is_holding_by_shape(tmp_path, drive, force):
     shape = DutyCycle(motion=Hold(time=2.0), force=force, load_mass=0.8)
     by_shape = duty_cycle(drive, shape)
@@ -90,11 +91,11 @@ def agree(random, folder, names):
     return by_file, simulated, as_turning
 
 
-@pytest.mark.parametrize("seed", range(3))
+@sampled("seed", range(3), every=3)
 def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed):
     """2 %: what smoothing at 10 Hz, rows 10 ms apart and controllers that stop a load leave.
 
-    40 motions with -m slow, 200 with -m full.
+    16 motions with -m slow, 200 with -m full.
     """
     by_file, simulated, as_turning = agree(np.random.default_rng(seed), tmp_path, ("cobotic", "geared"))
     assert max(by_file) < 0.02
@@ -104,7 +105,7 @@ def test_a_motion_takes_the_same_by_shape_recorded_and_simulated(tmp_path, seed)
     assert max(as_turning) < 0.02
 
 
-@pytest.mark.parametrize("count", [pytest.param(40, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)])
+@pytest.mark.parametrize("count", [pytest.param(16, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)])
 def test_many_motions_take_the_same_three_ways(tmp_path, count):
     found = [agree(np.random.default_rng(1000 + seed), tmp_path, ("cobotic", "geared")) for seed in range(count)]
     by_file, simulated, as_turning = ([one for three in found for one in three[which]] for which in range(3))
@@ -200,7 +201,7 @@ def test_a_resolution_given_decides(tmp_path):
 
 
 @pytest.mark.parametrize("force", [None, -25.0])
-@pytest.mark.parametrize("drive", DRIVES.values(), ids=DRIVES)
+@sampled("drive", DRIVES.values(), ids=DRIVES, every=2)
 def test_controllers_come_to_rest(drive, force):
     """Half a second after a reach nothing swings any more, and it takes what holding takes by itself."""
 
@@ -227,12 +228,13 @@ STAYS = [(force, efficiency) for force in (-20.0, 10.0) for efficiency in (0.4, 
 DAILY = ((-20.0, 0.4),)  # gears that lock themselves under a load
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("force", "efficiency", "pause"),
     [
         *((*stay, 0.5) for stay in STAYS),
         *((*stay, 4.0) if stay in DAILY else pytest.param(*stay, 4.0, marks=pytest.mark.slow) for stay in STAYS),
     ],
+    every=5,
 )
 def test_long_stays_take_what_holding_takes(force, efficiency, pause):
     """By a controller that has lowered or lifted the load before, behind gears that pass on more or less of it."""

@@ -208,6 +208,7 @@ def _failures(weight_of, count=24, cells=10):
     return failed, steps / count
 
 
+@pytest.mark.slow
 def test_weights_decide_over_convergence():
     """No cold start fails with the reciprocal row sums; with 4 over the diagonal more than half of them do."""
     own, steps = _failures(lambda friction: friction.weight)

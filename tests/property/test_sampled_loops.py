@@ -313,6 +313,7 @@ def test_a_passive_display_is_stable_with_every_passive_arm(drives, late):
             assert not sampled_loop(other, heavy).stable
 
 
+@pytest.mark.slow
 def test_a_sweep_in_time_measures_the_impedance(drives):
     """Response of the sampled loop by matrices against a run of 2 to 5 s, at the fundamental."""
     admittance = iv.AdmittanceDisplay(

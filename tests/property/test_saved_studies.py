@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
@@ -21,6 +21,7 @@ from infinivar.study.load import shipped_study
 from infinivar.study.schema import described, in_kinds, part_of
 from infinivar.study.shipped import shipped_studies
 from infinivar.study.template import TEMPLATE
+from sampled import examples, sampled
 
 SHIPPED = shipped_study("faulring2006")
 
@@ -37,7 +38,7 @@ tables = st.recursive(
 )
 
 
-@settings(max_examples=25)
+@examples(25)
 @given(table=tables)
 def test_tables_survive_toml(table):
     inline = any(isinstance(value, list) and any(isinstance(one, dict) for one in value) for value in nested(table))
@@ -104,7 +105,7 @@ def saved_and_loaded(study):
         return again, replace(again, path=None)
 
 
-@pytest.mark.parametrize("name", shipped_studies())
+@sampled("name", shipped_studies(), every=3)
 def test_shipped_studies_survive(name, tmp_path):
     study = iv.load_study(name)
     again = iv.load_study(iv.save_study(study, tmp_path / f"{name}.toml"))
@@ -265,7 +266,7 @@ studies = st.builds(
 )
 
 
-@settings(max_examples=20)
+@examples(20)
 @given(study=studies)
 def test_studies_built_in_python_survive(study):
     again, pathless = saved_and_loaded(study)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from designs import seeds
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
@@ -13,6 +13,7 @@ from infinivar import ConstantForce, Cruise, Reach, Scenario, Sinusoid, Sinusoid
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.study.load import shipped_study
+from sampled import examples, sampled
 
 SHIPPED = shipped_study("faulring2006")
 
@@ -94,21 +95,21 @@ def scenarios(draw, cobotic):
 
 
 @given(cobotic_drives(), scenarios(cobotic=True))
-@settings(max_examples=10)
+@examples(10)
 def test_energy_of_a_cobotic_drive_closes(drive, scenario):
     """Closure is also what `simulate` refuses to miss; here every loss grows, too, and every power is there."""
     check_energy(drive, scenario)
 
 
 @given(conventional_drives(), scenarios(cobotic=False))
-@settings(max_examples=10)
+@examples(10)
 def test_energy_of_a_conventional_drive_closes(drive, scenario):
     check_energy(drive, scenario)
 
 
 @pytest.mark.slow
 @given(cobotic_drives(), scenarios(cobotic=True), conventional_drives(), scenarios(cobotic=False))
-@settings(max_examples=40)
+@examples(40)
 def test_energy_of_more_drives_closes(cobotic, its_scenario, conventional, scenario):
     check_energy(cobotic, its_scenario)
     check_energy(conventional, scenario)
@@ -146,14 +147,14 @@ def settled(drive, scenario):
 @pytest.mark.parametrize(
     ("name", "count"),
     [
-        ("cobotic", 16),
-        ("cobotic-b", 8),
+        ("cobotic", 6),
+        ("cobotic-b", 4),
         pytest.param("cobotic", 60, marks=pytest.mark.slow),
         pytest.param("cobotic-b", 40, marks=pytest.mark.slow),
     ],
 )
 def test_a_settled_cobotic_drive_is_the_steady_map(name, count):
-    """24 points, 100 with -m slow, to 1e-4: bond graph in time against the element's own steady solution.
+    """10 points, 100 with -m slow, to 1e-4: bond graph in time against the element's own steady solution.
 
     The wheel is held at the angle that the steady map steers to; the load is pushed back by the force; link speed, motor
     current and power of the supply must come out. The load's stick speed of 1e-4 m/s adds 1e-8 to the creep at most.
@@ -196,7 +197,7 @@ def compare(found, speed, steady):
 
 
 @given(seeds)
-@settings(max_examples=5)
+@examples(5)
 def test_both_directions_are_alike(seed):
     """Motion, force and cylinder turned round give the mirrored run."""
     random = np.random.default_rng(seed)
@@ -225,7 +226,7 @@ def test_both_directions_are_alike(seed):
 
 
 @pytest.mark.parametrize("drive", ["cobotic", "cobotic-b", "motor2-gear4"])
-@pytest.mark.parametrize("scenario", SHIPPED.scenarios)
+@sampled("scenario", SHIPPED.scenarios, every=3)
 def test_every_shipped_scenario_closes(drive, scenario):
     wanted = SHIPPED.scenarios[scenario]
     wheel = wanted.steering != "controlled" or wanted.cylinder != "running"

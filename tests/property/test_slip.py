@@ -11,6 +11,7 @@ from infinivar import Limit, Scenario, StepForce
 from infinivar.contact import creep, kalker
 from infinivar.contact.exact_tables import lateral_creep
 from infinivar.transmission.geometry import MEASURED_FULL_SLIP
+from sampled import sampled
 
 POINTS = 200_000
 
@@ -38,7 +39,7 @@ def three_ways(element, drawn):
     }
 
 
-@pytest.mark.parametrize("law", creep.LAWS)
+@sampled("law", creep.LAWS, every=3)
 def test_no_point_within_limits_is_beyond_slip(element, drawn, law):
     bent = replace(element, creep_law=law)
     groups = bent.groups(14.0)

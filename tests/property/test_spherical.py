@@ -12,6 +12,7 @@ from infinivar import Limit
 from infinivar.analysis.sphere_map import efficiency_by_ratio
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.sphere_layout import LAYOUTS as KNOWN
+from sampled import sampled
 
 LAWS = ("linear", "vermeulen-johnson", "polach", "fastsim", "exact")
 LAYOUTS = ("tetrahedral", "cubic")
@@ -119,7 +120,7 @@ def test_elastic_slip_has_its_closed_form(layout):
     assert np.all(np.sign(point.power_in) == np.sign(point.slip))
 
 
-@pytest.mark.parametrize("law", LAWS)
+@sampled("law", LAWS, every=3)
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_torque_limit(layout, law):
     """kappa max(|sin|, |cos|) <= mu P; a steered roller never slips first."""
@@ -178,7 +179,7 @@ def test_a_locked_input_cannot_turn():
 # ---- balance of powers
 
 
-@pytest.mark.parametrize("law", LAWS)
+@sampled("law", LAWS, every=3)
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_powers_balance_in_all_quadrants(layout, law):
     random = np.random.default_rng(1)
@@ -422,6 +423,7 @@ def test_efficiency_by_ratio_is_that_of_the_point():
     assert found[3] < found[1]
 
 
+@pytest.mark.slow
 def test_chosen_rollers_are_the_best_of_those_tried():
     tasks = {"steering_angle": np.radians([30.0, 60.0]), "input_speed": 20.0, "output_torque": 0.2}
     ivt = pressed()

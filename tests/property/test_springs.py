@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from designs import POINTS, seeds
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy.optimize import brentq
@@ -20,6 +20,7 @@ from infinivar.motion.fourier import Series
 from infinivar.parts import dahl, history
 from infinivar.parts.linkage import Linkage
 from infinivar.parts.spring import Spring, TorsionSpring
+from sampled import examples
 
 TABLE = {"deflections": (-0.03, -0.01, 0.0, 0.01, 0.02, 0.04), "forces": (-400.0, -90.0, 0.0, 90.0, 220.0, 700.0)}
 SPRINGS = {
@@ -286,7 +287,7 @@ def random_course(seed, rotary):
     return Course(**dict(zip(names, rows, strict=True)), **dict(zip(named, pushes, strict=True)))
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(st.one_of(conventional_drives(), cobotic_drives()), outputs(), st.floats(0, 2), seeds)
 def test_power_balance_of_drives_behind_springs_and_linkages(drive, output, mass, seed):
     """At every instant, driven, back-driven and at rest; no loss is below zero."""
@@ -303,7 +304,7 @@ def test_power_balance_of_drives_behind_springs_and_linkages(drive, output, mass
         assert np.all((np.broadcast_to(loss, shape) >= -1e-11 * scale)[moves])
 
 
-@settings(max_examples=15)
+@examples(15)
 @given(st.one_of(conventional_drives(), cobotic_drives()), outputs(), seeds)
 def test_power_balance_of_maps_at_a_position(drive, output, seed):
     drive = replace(drive, output=output)

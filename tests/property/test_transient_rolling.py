@@ -10,6 +10,7 @@ from scipy.integrate import quad
 import infinivar as iv
 from infinivar.contact import kalker
 from infinivar.contact.exact.newton import Friction
+from sampled import sampled
 
 LINEAR = kalker.coefficients(1.0, 0.3)
 SMALL = iv.RollingPatch(1.0, cells=10)
@@ -48,9 +49,7 @@ def test_first_step_is_a_shift(ratio):
     assert abs(2.0 * fine - coarse - 1.0) < 0.005
 
 
-@pytest.mark.parametrize(
-    "creepage", [(0.0, 0.6, 0.0), (0.0, 1.5, 0.0), (0.0, 3.6, 0.0), (0.0, 0.0, 1.0), (0.0, -0.6, 0.5)]
-)
+@sampled("creepage", [(0.0, 0.6, 0.0), (0.0, 1.5, 0.0), (0.0, 3.6, 0.0), (0.0, 0.0, 1.0), (0.0, -0.6, 0.5)], every=3)
 @pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])
 def test_balance(ratio, creepage):
     """On 20 x 20 cells, work of the creepages is stored or dissipated to 0.5 %, already after a/2 from rest."""
@@ -76,7 +75,7 @@ def test_order():
     assert changes[0] > 30.0 * changes[3]
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.5])
+@sampled("turned", [0.0, 0.5], every=3)
 @pytest.mark.parametrize("creepage", [(0.2, 0.3, 0.2), (0.0, 0.4, -0.3), (0.3, 0.0, 0.0), (0.0, 0.0, 2.0)])
 def test_steady_limit(creepage, turned):
     """Rolled far enough, from rest or from the opposite state, the patch is in the state that the steady solver finds."""
@@ -140,7 +139,7 @@ def _steered_at_random(patch, steps, longitudinal):
     assert np.max(np.abs(rolling.balance)) < 0.01 * rolling.work[-1]
 
 
-@pytest.mark.parametrize("ratio", [0.3, 4.0])
+@sampled("ratio", [0.3, 4.0], every=2)
 def test_random_steering(ratio):
     _steered_at_random(iv.RollingPatch(ratio, cells=10), 300 if ratio > 1.0 else 100, False)
 
@@ -155,7 +154,7 @@ def test_random_steering_on_the_usual_grid(ratio):
     _steered_at_random(iv.RollingPatch(ratio), 300, False)
 
 
-@pytest.mark.parametrize(("ratio", "turned"), [(0.1, 0.0), (1.0, 0.0), (10.0, 0.0), (0.3, 0.7)])
+@sampled(("ratio", "turned"), [(0.1, 0.0), (1.0, 0.0), (10.0, 0.0), (0.3, 0.7)], every=2)
 def test_default_step(ratio, turned):
     """After jumps of creepage and spin, forces err by about 0.001 of mu N, the moment by 0.0015 of mu N a."""
     patch, linear = iv.RollingPatch(ratio, 0.3, turned, 8), kalker.coefficients(ratio, 0.3)

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 import pytest
 from designs import POINTS, elements, seeds, states
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
@@ -15,6 +15,7 @@ import infinivar as iv
 from infinivar import Limit
 from infinivar.contact import creep
 from infinivar.study.catalogue import bearings
+from sampled import examples
 
 jax.config.update("jax_enable_x64", True)
 
@@ -190,7 +191,7 @@ def test_groups_scale_with_the_preload(element):
 
 
 @given(wheels(), seeds)
-@settings(max_examples=10)
+@examples(10)
 def test_geometry_uses_only_the_standard(element, seed):
     speed, angle, force = points(element, seed, largest=0.95, largest_angle=1.2)
     expected = element.operate(cylinder_speed=speed, steering_angle=angle, link_force=force)

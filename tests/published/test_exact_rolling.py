@@ -13,6 +13,7 @@ from infinivar.contact.exact import grid as cells_of
 from infinivar.contact.exact.influence import influence
 from infinivar.contact.exact.many import rolling_forces
 from infinivar.contact.exact.newton import Friction
+from sampled import sampled
 
 
 def _lateral(curve, cells):
@@ -91,9 +92,7 @@ def test_lateral_creep_with_spin(curve):
     assert_allclose(found.mz, curve["moment"], rtol=0, atol=0.005)
 
 
-@pytest.mark.parametrize(
-    "curve", exact_tables.combined_creep(), ids=lambda c: f"a/b={c['a_over_b']},at={c['direction']}"
-)
+@sampled("curve", exact_tables.combined_creep(), ids=lambda c: f"a/b={c['a_over_b']},at={c['direction']}", every=3)
 def test_creep_in_both_directions(curve):
     """Forces and moment within 0.005 of curves that are good to 0.001."""
     found = rolling_forces(curve["a_over_b"], *_slanting(curve))

@@ -29,6 +29,7 @@ from infinivar.bondgraph.trace import Traced, clip, trace
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.graphs import plants
 from infinivar.errors import AuditError
+from sampled import sampled
 
 jax.config.update("jax_enable_x64", True)
 
@@ -264,7 +265,7 @@ def test_tracing_refuses_branches():
         trace(lambda x: 1.0 if x > 0 else 2.0, sympy.Symbol("x"))
 
 
-@pytest.mark.parametrize("name", ["cobotic", "cobotic-b", "motor2-gear4"])
+@sampled("name", ["cobotic", "cobotic-b", "motor2-gear4"], every=3)
 @pytest.mark.parametrize("electrical", ["current", "voltage"])
 def test_one_code_for_floats_numpy_jax_and_casadi(study, name, electrical):
     graph = plants.plant_graph(study.drives[name], electrical=electrical, load_mass=0.8)

@@ -21,6 +21,7 @@ from infinivar.bondgraph.namespaces import FloatNamespace, casadi_namespace
 from infinivar.bondgraph.solver import solve
 from infinivar.errors import AuditError
 from infinivar.figures import bond_graph as drawing
+from sampled import sampled
 
 jax.config.update("jax_enable_x64", True)
 
@@ -265,7 +266,7 @@ def inverted(force, steps):
     return x
 
 
-@pytest.mark.parametrize("where", ["resistance", "modulus"])
+@sampled("where", ["resistance", "modulus"], every=2)
 def test_repeated_steps_of_a_law_do_not_multiply_its_equations(where):
     """Written out, twelve steps would have 3^12 terms."""
 

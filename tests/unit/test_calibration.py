@@ -214,6 +214,7 @@ def test_preloads_apart_tell_what_one_preload_cannot(drive):
         assert abs(found.values[name] - known[name]) < 3.5 * found.deviations[name]
 
 
+@pytest.mark.slow
 def test_outliers_are_named_and_left_out(drive, study):
     data = session(drive, 1)
     current = data.motor_current.copy()

@@ -45,7 +45,7 @@ def contains(choice, known, name="creep_stiffness"):
 @pytest.mark.parametrize(
     ("law", "sessions"),
     [
-        *(pytest.param(law, 2, marks=() if law in ("linear", "polach") else pytest.mark.slow) for law in LAWS),
+        *(pytest.param(law, 2, marks=() if law == "polach" else pytest.mark.slow) for law in LAWS),
         *(pytest.param(law, 20, marks=pytest.mark.slow) for law in LAWS),
         *(pytest.param(law, 100, marks=pytest.mark.full) for law in LAWS),
     ],
@@ -124,6 +124,7 @@ def joined(data, more):
     return replace(data, **columns, lines=(*data.lines, *range(100, 100 + len(more))))
 
 
+@pytest.mark.slow
 def test_a_run_proposed_tells_laws_apart_as_far_as_it_says(drive, study):
     """Made without errors, it raises chi-square of the law that is wrong by the square of what was promised.
 
@@ -215,6 +216,7 @@ def test_where_no_law_fits_the_bend_is_left_free_and_said_so(drive, study, monke
     assert not found.to_dict()["creep_law"]["fits"]
 
 
+@pytest.mark.slow
 def test_sensors_worse_than_said_do_not_decide_between_laws(drive):
     """Differences of chi-square count in units of what the residuals are widened by."""
     worse = replace(RIG, steering_zero_deviation=2e-4, link_resolution=1.5e-4, current_noise=0.06)

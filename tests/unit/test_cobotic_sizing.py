@@ -167,9 +167,10 @@ def test_demands_are_those_of_duty_cycle_and_compare(template, loss_model):
 
 @pytest.mark.parametrize(
     ("template", "loss_model"),
-    [(SPIN, "coulomb"), pytest.param(NO_RETURN, "proportional", marks=pytest.mark.slow)],
+    [(SPIN, "coulomb"), (NO_RETURN, "proportional")],
     ids=["burn", "store"],
 )
+@pytest.mark.slow
 def test_bounds_are_below_the_truth(template, loss_model):
     """Lower bounds of every demand and of the power, of all candidates behind random wheels, and how near they come."""
     duty = {"walk": KNEE.duty["walking"], "run": run_of_knee()}

@@ -215,6 +215,7 @@ def test_effects_on_an_arm_of_one_joint_are_those_on_its_leg(tmp_path):
     assert {"transmission.preload", "amplifier.efficiency"} <= {effect.path for effect in known}
 
 
+@pytest.mark.slow
 def test_effects_on_a_platform_agree_with_those_of_its_leg(studies):
     """Six locked legs at no load on one cylinder: the motor's effects are those of a drive with six times the friction."""
     study = studies["platform"]

@@ -12,6 +12,7 @@ from infinivar.bondgraph.graph import BondGraphError
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.graphs import bandwidths
 from infinivar.errors import ParameterError
+from sampled import sampled
 
 MOTOR = iv.motors()["dcx-32-l-24v"]
 assert MOTOR.rotor_inertia is not None
@@ -72,7 +73,7 @@ def test_the_default_loops_of_an_elastic_gearhead_are_stable(inertia):
     assert "resonance of the gearhead at" in both.explanation
 
 
-@pytest.mark.parametrize(("share", "grows"), [(0.9, False), (1.15, True)])
+@sampled(("share", "grows"), [(0.9, False), (1.15, True)], every=2)
 def test_the_largest_stable_bandwidth_separates_decay_from_growth(share, grows):
     """A disturbance of the load decays below it, and grows above it up to what the supply allows."""
     stable = bandwidths.of(elastic(), 0.0, 0.02).stable

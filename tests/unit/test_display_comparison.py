@@ -14,6 +14,7 @@ from infinivar.analysis.sessions.handle_session import PARTS, cobotic_part, gear
 from infinivar.analysis.shared_motor import run_up_energy
 from infinivar.figures import displays as bars
 from infinivar.figures import shared_motor as map_figure
+from sampled import sampled
 
 DRIVES = iv.load_study("hand_controller").drives
 LEG, LEG_B, GEARED = (DRIVES[name] for name in ("cobotic", "cobotic-b", "motor2-gear4"))
@@ -79,7 +80,7 @@ def test_holding_agrees_with_the_comparison_of_shared_motors(leg):
             assert_allclose(other, shared.separate[0, row, column], rtol=1e-9)
 
 
-@pytest.mark.parametrize(("leg", "tolerance"), [(LEG, 0.002), (LEG_B, 0.03)])
+@sampled(("leg", "tolerance"), [(LEG, 0.002), (LEG_B, 0.03)], every=2)
 def test_free_motion_in_time(leg, tolerance):
     """A period with sampled servos. Of B most is steering, whose friction a servo feeds forward smoothly near rest."""
     quick = replace(SESSION, free_frequency=2.0, free_speed=0.1)
@@ -123,7 +124,7 @@ def test_free_motion_of_a_geared_drive_in_time():
     assert power.supply == run.electrical_energy == 0.0
 
 
-@pytest.mark.parametrize("leg", [LEG, LEG_B])
+@sampled("leg", [LEG, LEG_B], every=2)
 def test_exploring_in_time(leg):
     """Wheels that are steered for the speed alone creep under the force, which takes a little off what the cylinder does."""
     quick, pulse = replace(SESSION, explore_frequency=2.0), 4.0 * math.pi

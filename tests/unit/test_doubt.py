@@ -155,6 +155,7 @@ def test_geared_builds_are_those_of_duty_cycle():
     np.testing.assert_allclose(found.power[:200], power, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_cobotic_builds_are_those_of_duty_cycle():
     """Both motors, the gearhead and the friction coefficient, at a preload near slip."""
     drive = KNEE.drives["cobotic"]

@@ -87,6 +87,7 @@ def test_springs_linkages_and_stages(name):
     assert_same(*both(drive, SHARES[0] * speed, SHARES[1] * force, **options))
 
 
+@pytest.mark.slow
 def test_tiles_that_overlap_fill_the_map(study, monkeypatch):
     """Every size of a map has tiles of one size; axes shorter than a tile make it smaller."""
     pytest.importorskip("jax")

@@ -17,31 +17,40 @@ def _extension():
 
 
 index = _extension()
-IMPLEMENTED, CHECKED = index.implementations(), index.checks()
+
+
+@pytest.fixture(scope="module")
+def implemented():
+    return index.implementations()
+
+
+@pytest.fixture(scope="module")
+def checked():
+    return index.checks()
 
 
 @pytest.mark.parametrize("number", index.EQUATIONS)
-def test_every_equation_has_a_function_and_a_test(number):
+def test_every_equation_has_a_function_and_a_test(implemented, checked, number):
     place = f"Eq {number}"
-    assert [entry.name for entry in IMPLEMENTED if entry.place == place]
-    assert [entry.name for entry in CHECKED if entry.place == place]
+    assert [entry.name for entry in implemented if entry.place == place]
+    assert [entry.name for entry in checked if entry.place == place]
 
 
 @pytest.mark.parametrize("number", index.FIGURES)
-def test_every_figure_has_a_source_and_a_test(number):
+def test_every_figure_has_a_source_and_a_test(implemented, checked, number):
     place = f"Fig {number}"
-    drawn = [entry.name for entry in IMPLEMENTED if entry.place == place]
+    drawn = [entry.name for entry in implemented if entry.place == place]
     assert drawn
-    assert not drawn or [entry.name for entry in CHECKED if entry.place == place]
+    assert not drawn or [entry.name for entry in checked if entry.place == place]
 
 
 def test_the_paper_has_18_equations_and_17_figures():
     assert (list(index.EQUATIONS), list(index.FIGURES)) == (list(range(1, 19)), list(range(1, 18)))
 
 
-def test_nothing_else_is_cited_or_marked():
+def test_nothing_else_is_cited_or_marked(implemented, checked):
     known = {*(f"Eq {number}" for number in index.EQUATIONS), *(f"Fig {number}" for number in index.FIGURES)}
-    assert {entry.place for entry in (*IMPLEMENTED, *CHECKED)} <= known
+    assert {entry.place for entry in (*implemented, *checked)} <= known
 
 
 def test_sources_cite_one_equation_at_a_time():

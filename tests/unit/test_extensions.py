@@ -24,6 +24,7 @@ from infinivar.motion.probe import check_motion
 from infinivar.report.datasets import steady_map as labelled_map
 from infinivar.study.extended_schema import extended_schema
 from infinivar.study.json_schema import json_schema
+from rendering import rendered
 
 MINE = """
 [requirement]
@@ -116,7 +117,8 @@ def test_the_whole_way_through_a_comparison_and_its_report(installed, load, tmp_
     assert all(result.audit_residual < 1e-9 for result in comparison.results.values())
     assert all(found.closure < 1e-9 for found in comparison.duty["tones"].results.values())
     assert "demagnetisation" in comparison.results["coil"].verdict
-    (page, *_) = iv.save(comparison, tmp_path / "out")
+    with rendered(("svg",)):
+        (page, *_) = iv.save(comparison, tmp_path / "out")
     text = page.read_text("utf-8")
     missing = [word for word in ("demagnetisation", "soft", "data sheet") if word not in text]
     assert missing == []
@@ -454,7 +456,8 @@ def test_a_part_by_its_methods_alone(study, tmp_path):
     )
     comparison = iv.compare(mine, quick=True)
     assert comparison.results["worm"].audit_residual < 1e-9
-    (page, *_) = iv.save(comparison, tmp_path)
+    with rendered(("svg",)):
+        (page, *_) = iv.save(comparison, tmp_path)
     assert "30:1" in page.read_text("utf-8")
     with pytest.raises(iv.InputError, match=r"drives.worm.gearhead is a Worm, which a study file cannot state"):
         mine.to_toml()

@@ -30,6 +30,7 @@ from infinivar.paper.figures import (
 )
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
+from sampled import sampled
 
 STUDY = shipped_study("faulring2006")
 SPEED, FORCE = np.linspace(-1.0, 1.0, 80), np.linspace(-45.0, 45.0, 90)
@@ -392,7 +393,7 @@ def texts_of(made):
     ]
 
 
-@pytest.mark.parametrize("number", [1, 3, 4, 9])
+@sampled("number", [1, 3, 4, 9], every=2)
 def test_words_of_drawn_figures_do_not_collide(machine, number):
     """Texts neither overlap one another nor leave the page."""
     made = FIGURES[number].draw_all(machine)

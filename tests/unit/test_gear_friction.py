@@ -16,6 +16,7 @@ from infinivar.analysis.robustness.outcomes import loss
 from infinivar.parts.gear_friction import friction_budget, stribeck_friction, terms
 from infinivar.study.catalogue import gearheads
 from infinivar.study.load import shipped_study
+from sampled import sampled
 
 GEARED = shipped_study("faulring2006").drives["motor2-gear4"]
 IDENTIFIED = {key: gear for key, gear in gearheads().items() if gear.friction is not None}
@@ -246,7 +247,7 @@ def turned(key, sign, pause=0.3):
     return drive, DutyCycle(motion=motion, moment=sign * 1.5 * rest, load_inertia=0.01)
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("friction", "force", "pause"),
     [
         (LOADED, -25.0, 0.0),
@@ -256,12 +257,14 @@ def turned(key, sign, pause=0.3):
             for one in ((LOADED, -25.0, 0.3), (LOADED, 25.0, 1.0), (LOCKING, -15.0, 0.3))
         ),
     ],
+    every=2,
 )
 def test_motion_and_simulation_agree(friction, force, pause):
     """Lifting and lowering, without and with rests, in which part of the friction helps to hold."""
     check_both_ways(actuated(friction), reaches(force, pause))
 
 
+@pytest.mark.slow
 def test_motion_and_simulation_of_an_identified_joint_agree():
     check_both_ways(*turned("mx64", -1.0))
 
@@ -298,6 +301,7 @@ def test_gears_that_are_held_by_friction_stay():
     assert duty_cycle(drive, DutyCycle(motion=Hold(time=1.0), force=-25.0, load_mass=0.8)).power_in == 0.0
 
 
+@pytest.mark.slow
 def test_derivatives_are_exact_by_every_method():
     drive, point = actuated(LOADED), {"speed": 0.3, "force": 20.0}
     paths = ["gearhead.friction.load_motor", "gearhead.friction.friction", "gearhead.friction.stribeck_speed"]

@@ -14,6 +14,7 @@ from infinivar.analysis.robustness.derivatives import METHODS, gradient
 from infinivar.analysis.robustness.outcomes import loss
 from infinivar.analysis.robustness.sampling import evaluated
 from infinivar.study.load import shipped_study
+from sampled import sampled
 
 STUDY = shipped_study("faulring2006")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
@@ -84,7 +85,7 @@ def wormed(back):
     return replace(GEARED, gearhead=gear, guideway=iv.Guideway(friction=0.5))
 
 
-@pytest.mark.parametrize("back", [0.7, 0.35, 0.0])
+@sampled("back", [0.7, 0.35, 0.0], every=3)
 def test_motion_and_simulation_agree_when_the_load_drives(back):
     """Lifting and lowering against 25 N: by inverse dynamics and in time, through every efficiency back."""
     duty = DutyCycle(motion=Reaches(distance=0.1, time=0.6, pause=0.3), force=-25.0, load_mass=0.8)

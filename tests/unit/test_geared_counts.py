@@ -18,6 +18,7 @@ from infinivar.sizing.geared.regeneration import returning, union, windows
 from infinivar.sizing.geared.sampled import sample
 from infinivar.sizing.geared.tasks import RegionTask, tasks_of
 from part_tables import part_tables
+from sampled import sampled
 
 KNEE = iv.load_study("knee_walking")
 PULLEY = KNEE.drives["geared"]
@@ -57,7 +58,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@sampled("name", CASES, every=3)
 @pytest.mark.parametrize("prune", [True, False])
 def test_counts_add_up_over_radii(name, prune):
     """Pairs not judged, first excluded by each limit, and feasible designs are all pairs."""
@@ -78,7 +79,7 @@ def test_counts_add_up_over_radii(name, prune):
         assert heat.exceeded >= 5 * np.sum(limit < 400.0) > 0
 
 
-@pytest.mark.parametrize("name", CASES)
+@sampled("name", CASES, every=3)
 def test_counts_add_up_at_given_stages(name):
     template, duty, region, loss_model = CASES[name]
     tables = part_tables(18, motors=6, gearheads=5, thermal=0.7)

@@ -12,6 +12,7 @@ from infinivar.drivetrain.graphs import compliances
 from infinivar.drivetrain.graphs.closed_loop import _passed
 from infinivar.drivetrain.output import Output
 from infinivar.parts.linkage import Linkage
+from sampled import sampled
 
 MOTOR = iv.Motor(
     voltage=48.0,
@@ -246,7 +247,7 @@ def test_a_geared_shaft_moves_a_joint_by_a_four_bar():
         replace(drive(belt=BELT), output=Output(linkage=linkage))
 
 
-@pytest.mark.parametrize("stage", [{"belt": BELT}, {"screw": BALL}])
+@sampled("stage", [{"belt": BELT}, {"screw": BALL}], every=2)
 @pytest.mark.parametrize("inertia", [None, 0.0])
 def test_the_rotor_is_inertia_enough(stage, inertia):
     """No inertia at the gear output is the limit of a small one, by inverse dynamics and in closed loop."""

@@ -19,6 +19,7 @@ from infinivar.sizing.geared.radius_limits import least_power, limits, load_of, 
 from infinivar.sizing.geared.sampled import UNCHECKED, sample
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, tasks_of
 from part_tables import part_tables
+from sampled import sampled
 
 ROOT = Path(__file__).parents[2]
 KNEE = iv.load_study(ROOT / "studies" / "knee_walking.toml")
@@ -81,7 +82,7 @@ def one_by_one(found, stage, tasks, rows):
     return demands, power, feasible
 
 
-@pytest.mark.parametrize("loss_model", ["coulomb", "proportional"])
+@sampled("loss_model", ["coulomb", "proportional"], every=2)
 @pytest.mark.parametrize("template", [PULLEY, HEAVY_PULLEY], ids=["light", "heavy"])
 def test_demands_are_those_of_duty_cycle_and_steady_map(template, loss_model):
     """Every limit of random candidates, sampled and in closed form, against the public analyses of single drives."""

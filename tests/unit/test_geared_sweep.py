@@ -8,6 +8,7 @@ import pytest
 import infinivar as iv
 from infinivar.limits import Limit
 from infinivar.sizing.geared import size_geared
+from sampled import sampled
 from shelves import SHELF
 
 KNEE = iv.load_study("knee_walking")
@@ -103,7 +104,7 @@ def test_where_nothing_is_feasible_the_nearest_miss_is_that_of_size(shelf, tmp_p
     assert found.searches["geared"].nearest == whole.searches["geared"].nearest
 
 
-@pytest.mark.parametrize("objective", ["mass", "energy"])
+@sampled("objective", ["mass", "energy"], every=2)
 def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, objective):
     """All exceed what the screw permits; what else they exceed decides, and for the least mass whether they state one."""
     screws = [
@@ -118,6 +119,7 @@ def test_of_equal_misses_a_sweep_finds_the_one_that_size_does(shelf, tmp_path, o
     assert found.counts == whole.counts
 
 
+@pytest.mark.slow
 def test_the_nearest_miss_of_least_mass_states_its_mass(tmp_path):
     """The heaviest pair would be nearest, but nothing says what it weighs."""
     (tmp_path / "set.toml").write_text(SHELF.replace('mass = "310 g"\n', ""), "utf-8")

@@ -260,6 +260,7 @@ def test_a_cart_that_turns_about_a_wheel_is_the_limit_of_one_that_turns_next_to_
     assert found.part_losses[0, 0] == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_limits_between_the_ends_of_a_range_count_on_a_sphere():
     """Creep by spin makes the demand of a drive roller largest near no load."""
     drive = iv.load_study("sphere_joint").drives["tetrahedral"]

@@ -19,6 +19,7 @@ from infinivar.figures import bond_graph
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from machines_to_move import LEG, MACHINES
+from sampled import sampled
 
 STICK = 1e-4
 PROPORTIONAL = {"efficiency": 0.7, "backdriving_efficiency": 0.4, "loss_model": "proportional"}
@@ -93,13 +94,14 @@ def graph_at(machine, name, state, angles, current, wrench):
     return changes, dict(zip(made.sources, found[count : count + sources], strict=True)), losses
 
 
-@pytest.mark.parametrize(
+@sampled(
     ("name", "changed"),
     [
         *((name, {}) for name in ("planar", "sphere", "arm", "serial arm", "platform")),
         ("arm", {"tip_inertia": 0.02}),
         ("sphere", {"gearhead": replace(LEG.gearhead, rated_torque=None, **PROPORTIONAL)}),
     ],
+    every=3,
 )
 def test_graph_and_functions_have_the_same_accelerations_and_losses(name, changed):
     machine = replace(MACHINES[name][0], **changed)

@@ -26,6 +26,7 @@ from machines_to_move import (
     ideal_leg,
     one_joint,
 )
+from sampled import sampled
 
 # Coasting
 
@@ -146,6 +147,7 @@ def test_locked_platform_drifts_by_the_closed_form_while_the_cylinder_turns():
     assert np.abs([still.columns[name][-1] for name in ("v_x_m_s", "v_z_m_s")]).max() < 2e-4 * np.abs(wanted).max()
 
 
+@pytest.mark.slow
 def test_slip_begins_when_the_static_limit_is_reached():
     machine = replace(HEXAPOD, leg=ideal_leg(stiffness=3e4))
     rise = 1000.0
@@ -177,6 +179,7 @@ def test_slip_begins_when_the_static_limit_is_reached():
 # Closed loops
 
 
+@pytest.mark.slow
 def test_platform_follows_a_motion():
     run = simulate_machine(
         HEXAPOD, MachineScenario(duration=0.15, motion=circles(0.15), wrench=[4.0, 0.0, -10.0, 0.0, 0.1, 0.0])
@@ -192,7 +195,7 @@ def test_platform_follows_a_motion():
     assert run.lost["bearing"][-1] / 0.15 == pytest.approx(still.losses["bearing"], rel=0.1)
 
 
-@pytest.mark.parametrize("name", MACHINES)
+@sampled("name", MACHINES, every=2)
 def test_balance_of_energies_closes(name):
     machine, given = MACHINES[name]
     run = simulate_machine(machine, MachineScenario(**given))
@@ -207,7 +210,7 @@ def test_limits_are_events():
     assert Limit.SLIP in {limit for limit, _ in HEXAPOD.mechanics(1e-4).demands}
 
 
-@pytest.mark.parametrize("law", ["exact", "polach", "fastsim", "vermeulen-johnson"])
+@sampled("law", ["exact", "polach", "fastsim", "vermeulen-johnson"], every=3)
 def test_balance_closes_with_other_laws_and_with_spin(law):
     leg = replace(LEG, transmission=replace(LEG.transmission, creep_law=law))
     assert leg.transmission.turns_with_spin == (law == "exact")
@@ -220,7 +223,7 @@ def test_balance_closes_with_other_laws_and_with_spin(law):
     assert ("spin" in run.lost) == (law == "exact")
 
 
-@pytest.mark.parametrize("layout", ["cubic", "tetrahedral"])
+@sampled("layout", ["cubic", "tetrahedral"], every=2)
 def test_spheres_with_spin_close_their_balance(layout):
     roller = iv.RollingContact(
         wheel_radius=0.02,

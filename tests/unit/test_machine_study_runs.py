@@ -13,6 +13,7 @@ from infinivar.errors import ParameterError
 from infinivar.figures import energy_flow, machine_run
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
+from sampled import sampled
 
 STUDIES = {name: iv.load_study(name) for name in ("two_joint_arm", "six_leg_display", "sphere_joint")}
 GEARED = iv.load_study("hand_controller").drives["motor2-gear4"]
@@ -61,7 +62,7 @@ def steady_along(drive, task, run):
     return float(np.mean(found.power_in))
 
 
-@pytest.mark.parametrize(("study", "drive", "task"), [*AT_REST, *MOVING])
+@sampled(("study", "drive", "task"), [*AT_REST, *MOVING], every=3)
 def test_power_in_a_task_is_that_of_steady_points(study, drive, task):
     # The supply of the power motors, less what is stored in motion; steady points have neither that nor steering. 1 %: 0.1 s are
     # two and a half time constants of the cylinder's loop of 4 Hz, after which (1 + 2.5) exp(-2.5), a quarter, remains of what
@@ -114,7 +115,7 @@ def test_acceleration_with_motors_on_links_is_that_of_one_inertia():
     assert np.abs(run.columns["q1_rad"]).max() < 1e-6
 
 
-@pytest.mark.parametrize("moment", [0.0, 0.1])
+@sampled("moment", [0.0, 0.1], every=2)
 def test_a_motor_on_one_joint_spends_what_the_simulation_of_one_drive_spends(moment):
     machine, reach = one_joint(), iv.Reach(angle=0.5, time=0.4)
     time = np.linspace(0.0, 0.5, 251)

@@ -186,6 +186,7 @@ def test_best_speed_against_a_fine_grid():
     assert found.scheduled is None
 
 
+@pytest.mark.slow
 def test_best_schedule_counts_the_inertia():
     motions = strokes(32, 0.2, 40.0)
     slow, fast = (iv.best_cylinder_speed(MACHINE, HOME, **motions, period=period) for period in (20.0, 0.5))

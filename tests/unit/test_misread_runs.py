@@ -31,8 +31,8 @@ def changed(data, name, rows, change):
     ("readings", "sessions", "low", "high"),
     [
         pytest.param(tuple(READINGS), 6, 0.6, 1.0, marks=pytest.mark.slow),
-        pytest.param(("motor_current",), 40, 0.9, 1.0, marks=pytest.mark.slow),
-        pytest.param(tuple(READINGS), 40, 0.9, 1.0, marks=pytest.mark.slow),
+        pytest.param(("motor_current",), 12, 0.83, 1.0, marks=pytest.mark.slow),
+        pytest.param(tuple(READINGS), 20, 0.85, 1.0, marks=pytest.mark.slow),
         pytest.param(("motor_current",), 400, 0.93, 0.97, marks=pytest.mark.full),
         pytest.param(tuple(READINGS), 400, 0.93, 0.97, marks=pytest.mark.full),
     ],
@@ -40,7 +40,7 @@ def changed(data, name, rows, change):
 def test_intervals_contain_the_truth_with_one_reading_in_twenty_misread(study, drive, readings, sessions, low, high):
     """Of 400 sessions none is refused, and 95 % +- 2 % of the intervals hold: two standard errors of each share.
 
-    A session of 6 is 17 %: two may miss, which intervals half as wide as said would not keep to.
+    Of 6 sessions two may miss, of 12 two and of 20 three: more of them miss with a probability of 2 %.
     """
     known, hits, named, missed, good = model.known_values(drive), dict.fromkeys((*TOLD, "sum"), 0), 0, 0, 0
     for seed in range(sessions):
@@ -68,7 +68,7 @@ def test_intervals_contain_the_truth_with_one_reading_in_twenty_misread(study, d
     [
         ("motor_current", 1.1, "motor_current is 0.67"),
         pytest.param("link_travel", 1.01, "link_travel is 0.20", marks=pytest.mark.slow),
-        ("motor_voltage", 1.1, "motor_voltage is 23"),
+        pytest.param("motor_voltage", 1.1, "motor_voltage is 23", marks=pytest.mark.slow),
     ],
 )
 def test_an_outlier_is_named_with_what_was_read_and_what_was_expected(study, drive, name, factor, said):
@@ -85,7 +85,8 @@ def test_an_outlier_is_named_with_what_was_read_and_what_was_expected(study, dri
     assert_allclose(list(found.fit.values.values()), list(without.fit.values.values()), rtol=1e-5)
 
 
-@pytest.mark.parametrize("factor", [*(pytest.param(one, marks=pytest.mark.slow) for one in (0.3, 1.5)), 3.0])
+@pytest.mark.slow
+@pytest.mark.parametrize("factor", [0.3, 1.5, 3.0])
 def test_a_misread_torque_without_load_leaves_out_that_run_alone(study, drive, factor):
     """Eq 18 takes it off the torque of all others: too large, it makes their efficiencies exceed 1."""
     data = session(drive, 6)
@@ -136,6 +137,7 @@ def stuck(data, rows):
     return changed(data, "link_travel", rows, lambda values: 0.0 * values)
 
 
+@pytest.mark.slow
 def test_a_pattern_of_misread_runs_is_refused(study, drive):
     """Four runs with one steering angle: its setting is wrong, or the encoder stood still all the time."""
     data = session(drive, 1)
@@ -154,6 +156,7 @@ def test_a_pattern_of_misread_runs_is_refused(study, drive):
     assert [one.row for one in found.left_out] == rows[:3].tolist()
 
 
+@pytest.mark.slow
 def test_more_than_a_third_misread_is_refused(study, drive):
     """Locked runs aside, every third run with a stuck encoder, and outliers beside them."""
     data = session(drive, 1)
@@ -192,6 +195,7 @@ def test_runs_of_a_kind_go_by_their_settings(drive):
     assert misreading.pattern(data, []) == ""
 
 
+@pytest.mark.slow
 def test_efficiencies_go_by_the_torque_constant_that_was_fitted(study, drive):
     """A motor 8 % stronger than the study's: with the study's constant Eq 18 is 8 % off."""
     strong = replace(drive, motor=replace(drive.motor, torque_constant=1.08 * drive.motor.torque_constant))
@@ -206,6 +210,7 @@ def test_efficiencies_go_by_the_torque_constant_that_was_fitted(study, drive):
     assert_allclose(found.efficiencies.value[steep], truth[steep], rtol=0.04)
 
 
+@pytest.mark.slow
 def test_few_runs_are_fitted_or_refused_in_words(study, drive):
     data = session(drive, 1)
     for count in (1, 3, 4, 7):
@@ -219,6 +224,7 @@ def test_few_runs_are_fitted_or_refused_in_words(study, drive):
             assert np.isfinite(list(found.fit.values.values())).all()
 
 
+@pytest.mark.slow
 def test_a_law_near_slip_is_no_outlier(study, drive):
     """Runs at 80 % of slip are far off under the study's law, and right under Polach's."""
     data = session(under(drive, "polach"), 3, loads=(0.2, 0.5, 0.8))
@@ -227,6 +233,7 @@ def test_a_law_near_slip_is_no_outlier(study, drive):
     assert found.fit.law == "polach"
 
 
+@pytest.mark.slow
 def test_runs_beyond_the_study_s_slip_are_named_and_decide_no_law(study, drive):
     """A wheel that holds more than the study says: its law goes on where by the study nothing does."""
     grips = replace(drive, transmission=replace(drive.transmission, friction=0.14))

@@ -34,6 +34,7 @@ def brute_force(template, tables, stages):
     return ranks
 
 
+@pytest.mark.slow
 def test_of_misses_equal_in_the_worst_limit_the_better_in_the_next_wins():
     """A screw that permits less than the load: all pairs exceed that alike, and what else they exceed decides."""
     tables = part_tables(5, motors=12, gearheads=9)

@@ -110,6 +110,7 @@ def test_sets_beside_the_study_come_first(folder):
     assert iv.Study.from_dict(tables, name="x", folder=folder).drives["a"].motor.mass == 0.3
 
 
+@pytest.mark.slow
 def test_a_study_names_files_and_folders_of_sets(folder):
     (folder / "shelf").mkdir()
     partfiles.write(folder / "shelf", "mine.toml", partfiles.TOML)

@@ -7,7 +7,7 @@ import types
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import infinivar as iv
@@ -21,6 +21,7 @@ from infinivar.motion.files.table import Column, RecordedTable
 from infinivar.motion.files.timing import read_timed, resampled, windowed
 from infinivar.parts.linkage import Linkage
 from infinivar.study.load import shipped_study
+from sampled import examples
 
 ARM = 0.0625
 """Lever arm of the joint, a power of two, so that angles and moments are exact. [m]"""
@@ -415,7 +416,7 @@ CELLS = ["1", "-2.5", "1e3", ".5", "7.", "", "x", "nan", " 3 ", "1,5", "1.000,5"
     st.lists(st.lists(st.sampled_from(CELLS), min_size=2, max_size=4), min_size=2, max_size=6),
     st.sampled_from([",", ";", "\t", " "]),
 )
-@settings(max_examples=150)
+@examples(150)
 def test_the_quick_way_reads_what_the_careful_way_reads(tmp_path_factory, rows, mark):
     """Both read the same numbers, or both refuse."""
     text = mark.join(["t [s]", "x [mm]", "F [N]"]) if mark != " " else "t_s x_mm F_N"
@@ -447,7 +448,7 @@ JUNK = [*(bytes([one]) for one in b',;\t\n"%#[( -\0\xff\xc3'), b"nan", b"endhead
         [{}, {"cycle_time": 1.1}, {"columns": {"time": "Time (s)", "position": "Pos"}}, {"window": (0.1, 0.5)}]
     ),
 )
-@settings(max_examples=200)
+@examples(200)
 def test_a_broken_file_is_read_or_refused(tmp_path_factory, name, length, edits, how):
     """Never anything else, and the message is fit to print."""
     content = WRITINGS[name]

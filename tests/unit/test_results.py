@@ -20,6 +20,7 @@ from infinivar.calibration.geared import virtual_bench
 from infinivar.motion.course import Course
 from infinivar.motion.waypoints import Waypoints
 from infinivar.study.load import shipped_study
+from sampled import sampled
 
 SPEED, FORCE = np.linspace(0.05, 0.5, 5), np.linspace(5.0, 60.0, 4)
 DUTY = Duty(cylinder_speed=90.0, link_force=9.0, ratio=8.0)
@@ -244,7 +245,7 @@ def test_repr_is_a_few_lines(results, name):
     assert text.count("\n") < 10
 
 
-@pytest.mark.parametrize("name", NAMES)
+@sampled("name", NAMES, every=3)
 def test_a_notebook_shows_a_table_and_a_figure(results, name):
     page = results[name]._repr_html_()
     assert "<table>" in page

@@ -357,7 +357,9 @@ class TestSensitivity:
         same = with_values(drive, dict(zip(fields, values_of(drive, list(fields)).tolist(), strict=True)))
         assert same == drive
 
-    @pytest.mark.parametrize("variant", ["shipped", pytest.param("detailed", marks=pytest.mark.slow), "conventional"])
+    @pytest.mark.parametrize(
+        "variant", ["conventional", *(pytest.param(one, marks=pytest.mark.slow) for one in ("shipped", "detailed"))]
+    )
     def test_many_designs_at_once_are_the_designs_one_by_one(self, study, variant):
         """By every field that a drive has, in all branches that a study can choose."""
         drive = study.drives["motor2-gear4" if variant == "conventional" else "cobotic"]
@@ -409,6 +411,7 @@ class TestBuilds:
         assert_allclose(drawn.std(axis=0), [0.2 / math.sqrt(12), 0.5, 0.1], rtol=5e-3)
         assert_allclose(np.corrcoef(drawn.T), correlation, atol=5e-3)
 
+    @pytest.mark.slow
     def test_maps_of_builds_are_those_of_single_drives(self, drive):
         paths = ["transmission.preload", "motor.resistance", "gearhead.efficiency"]
         at = values_of(drive, paths) * np.random.default_rng(2).uniform(0.8, 1.1, (5, 3))

@@ -10,6 +10,7 @@ from assorted import DRIVES, JOINT, LINE, REGIONS, one_axis_studies
 from infinivar._core.fields import value_at
 from infinivar.analysis.robustness.derivatives import varied
 from infinivar.analysis.robustness.outcomes import KINDS
+from sampled import sampled
 
 
 def _shipped():
@@ -37,7 +38,7 @@ def _check(study, name, kind, method="complex", count=3):
         assert_allclose(row.elasticity, (ends[0] - ends[1]) / (2.0 * step * found.value), rtol=1e-4, atol=1e-6)
 
 
-@pytest.mark.parametrize(("study", "drive", "kind"), list(_shipped()))
+@sampled(("study", "drive", "kind"), list(_shipped()), every=3)
 def test_every_outcome_of_every_shipped_drive(study, drive, kind):
     loaded = iv.load_study(study)
     if loaded.requirement is None:
@@ -54,7 +55,7 @@ def _own_study(drive):
     )
 
 
-@pytest.mark.parametrize("kind", ["loss", "coverage", "energy"])
+@sampled("kind", ["loss", "coverage", "energy"], every=3)
 @pytest.mark.parametrize("name", DRIVES)
 def test_every_part_carries_derivatives(name, kind):
     _check(_own_study(DRIVES[name]), "g", kind, count=5)

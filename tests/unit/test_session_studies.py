@@ -18,6 +18,7 @@ from infinivar.study.json_schema import json_schema
 from infinivar.study.schema import keys
 from infinivar.study.sessions import SessionTask
 from infinivar.study.shipped import shipped_studies
+from rendering import rendered
 from session_studies import CART, tables, text
 
 NAMES = ("guided_cart", "one_axis_display", "tool_on_six_legs")
@@ -193,7 +194,8 @@ def test_motion_is_drawn_with_its_wall():
 
 def test_report_of_a_session(tmp_path):
     run = iv.study_session(iv.Study.from_dict(tables(), name="mine"), "wall")
-    files = iv.save(run, tmp_path, name="cart-wall")
+    with rendered(("svg",)):
+        files = iv.save(run, tmp_path, name="cart-wall")
     assert files[0].name == "cart-wall.html"
     assert all(file.is_file() for file in files)
     page = files[0].read_text("utf-8")

@@ -53,6 +53,7 @@ def test_sessions_are_those_of_the_rig_calibrated_one_by_one(done):
     assert "not identifiable by itself" in found.parameters["rolling_torque"].verdict
 
 
+@pytest.mark.slow
 def test_fewer_runs_tell_less(done, tmp_path):
     """A quarter of the runs: the scatter of the friction grows, and the fits say so."""
     problem, swept = done

@@ -47,7 +47,7 @@ def test_two_sided_wall_in_the_plane_is_a_path_along_it():
 
 
 def test_walls_of_both_displays():
-    cobotic = felt(COBOTIC, iv.VirtualWall(surface=FLOOR), 0.2)
+    cobotic = felt(COBOTIC, iv.VirtualWall(surface=FLOOR), 0.12)
     assert cobotic.penetration.max() < 1e-4
     assert cobotic.wall_force[-1] > 2.0
     task = iv.VirtualWall(surface=FLOOR, stiffness=3000.0, damping=30.0)
@@ -55,11 +55,12 @@ def test_walls_of_both_displays():
     assert (guide.stiffness, guide.damping, guide.two_sided) == (3000.0, 30.0, False)
 
 
+@pytest.mark.slow
 def test_fixtures_and_paths_of_legs_leave_only_what_is_free():
-    line = felt(COBOTIC, iv.Fixture(allowed=iv.AlongLine(direction=[1.0, 1.0, 0.0], turning=True)))
+    line = felt(COBOTIC, iv.Fixture(allowed=iv.AlongLine(direction=[1.0, 1.0, 0.0], turning=True)), 0.05)
     across = line.position @ np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
     assert np.abs(across).max() < 2e-5
-    path = felt(COBOTIC, iv.VirtualPath(curve=LINE))
+    path = felt(COBOTIC, iv.VirtualPath(curve=LINE), 0.06)
     assert np.abs(path.path_offset).max() < 2e-5
     assert path.position[-1, 0] > 1e-4
     plane = iv.session(
@@ -75,15 +76,15 @@ def test_fixtures_and_paths_of_legs_leave_only_what_is_free():
 
 def test_holding_and_coasting():
     held = iv.session(
-        COBOTIC, iv.HoldingTask(stop_cylinder=True), user=[10.0, -5.0, 20.0], duration=0.05, output_step=0.01
+        COBOTIC, iv.HoldingTask(stop_cylinder=True), user=[10.0, -5.0, 20.0], duration=0.02, output_step=0.01
     )
     assert held.electrical_energy == 0.0
     assert np.abs(held.position).max() < 1e-7
-    turning = iv.session(COBOTIC, iv.HoldingTask(), user=[10.0, -5.0, 20.0], duration=0.1, output_step=0.01)
-    assert turning.electrical_energy > 0.1
-    coasting = iv.session(CART, iv.Coasting(), duration=0.1, rates=[0.3, 0.1, 0.0], output_step=0.01)
+    turning = iv.session(COBOTIC, iv.HoldingTask(), user=[10.0, -5.0, 20.0], duration=0.02, output_step=0.01)
+    assert turning.electrical_energy > 0.02
+    coasting = iv.session(CART, iv.Coasting(), duration=0.05, rates=[0.3, 0.1, 0.0], output_step=0.01)
     assert_allclose(coasting.position[-1, 1] / coasting.position[-1, 0], 1.0 / 3.0, rtol=1e-3)
-    geared = iv.session(GEARED, iv.HoldingTask(), user=[0.0, 0.0, 12.0], duration=0.1, output_step=0.01)
+    geared = iv.session(GEARED, iv.HoldingTask(), user=[0.0, 0.0, 12.0], duration=0.03, output_step=0.01)
     assert 0.0 < geared.position[-1, 2] < 12.0 / 1000.0
 
 

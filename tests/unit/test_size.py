@@ -137,6 +137,7 @@ def test_a_simulated_design_is_judged_as_it_was_chosen(found, tmp_path):
         assert share == pytest.approx(demands[key], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_motion_is_a_scenario_where_it_can_be_simulated(found, shelf, tmp_path):
     """Behind a series spring the load needs a moment of inertia: said beforehand, as simulate would."""
     walking = KNEE.duty["walking"]

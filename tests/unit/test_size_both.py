@@ -40,6 +40,7 @@ def found(shelf, said):
     return iv.size(WALKING, sets=shelf, progress=lambda *words: said.append(words), **ASKED)
 
 
+@pytest.mark.slow
 def test_designs_of_both_are_in_one_order(found, said):
     assert list(found.searches) == ["geared", "cobotic"]
     powers = [one.power for one in found.designs]
@@ -63,6 +64,7 @@ def test_designs_of_both_are_in_one_order(found, said):
     assert words[-1] == "what would have to change"
 
 
+@pytest.mark.slow
 def test_a_design_as_a_study_says_what_it_is(found):
     """Statements of the study on the machine that the template was are no longer there."""
     for name, design in found.best_of.items():
@@ -84,6 +86,7 @@ def test_a_design_as_a_study_says_what_it_is(found):
             assert "Searched: motor, gearhead and pulley radius." in study.description
 
 
+@pytest.mark.slow
 def test_the_geared_side_is_that_of_a_search_of_its_own(found, shelf):
     alone = iv.size(WALKING, sets=shelf, drive="geared", radius=ASKED["radius"], top=4)
     assert found.best_of["geared"] == alone.best
@@ -91,6 +94,7 @@ def test_the_geared_side_is_that_of_a_search_of_its_own(found, shelf):
     assert set(alone.searches) == {"geared"}
 
 
+@pytest.mark.slow
 def test_a_cobotic_design_as_a_study_compares_and_loads_again(found, tmp_path):
     best = found.best_of["cobotic"]
     study = found.study_of(best, "best")
@@ -114,6 +118,7 @@ def test_a_simulated_cobotic_design_needs_the_energy_it_was_chosen_for(found, tm
     assert run.verdict.startswith("within limits")
 
 
+@pytest.mark.slow
 def test_sources_of_nested_parts_and_values(found):
     best = found.best_of["cobotic"]
     rows = {row.field: row for row in found.study_of(best).provenance if row.owner == "cobotic"}
@@ -140,10 +145,12 @@ def test_sources_of_nested_parts_and_values(found):
     assert rows[f"{AXLE_BEARING}.friction_model"].where == "knee_walking.toml"
 
 
+@pytest.mark.slow
 def test_bearings_are_those_of_the_set_that_fit_the_axle(found):
     assert found.searches["cobotic"].bearings == ("6000", "wide")
 
 
+@pytest.mark.slow
 def test_spreads_of_nested_parts_are_left_out(found):
     best = found.best_of["cobotic"]
     spread = {
@@ -212,6 +219,7 @@ def test_the_nearest_miss_has_the_motors_nearest_to_feasible(tmp_path):
         assert max(demands[key] for key in demands if key[1] in ("motor", "gearhead")) >= worst * (1.0 - 1e-9)
 
 
+@pytest.mark.slow
 def test_records_as_plain_numbers(found):
     stated = found.to_dict()
     record = stated["searches"]["cobotic"]

@@ -2,13 +2,13 @@
 
 import math
 
-import hypothesis
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from infinivar import units
 from infinivar.errors import InputError
+from sampled import examples
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ EXPRESSIONS = st.lists(
 
 
 @given(EXPRESSIONS, st.sampled_from([*(unit for unit in units.EXAMPLES if unit != "1"), "J"]))
-@hypothesis.settings(max_examples=400)
+@examples(400)
 def test_expressions_mean_what_they_mean_to_pint(unit, si_unit):
     """The same factor, or the same message."""
     assert _outcome(units._factor, unit, si_unit) == _outcome(units._factor_by_pint, unit, si_unit)

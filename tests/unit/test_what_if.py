@@ -17,6 +17,7 @@ from infinivar.sizing.design import STEERING_MOTOR, SizedDrive, exceeded_words
 from infinivar.sizing.levers import levers
 from infinivar.sizing.what_if import change_words, what_if
 from infinivar.units import parse
+from sampled import sampled
 from shelves import SHELF
 
 KNEE = iv.load_study("knee_walking")
@@ -99,6 +100,7 @@ def test_changes_of_a_cobotic_drive():
         assert cycle.power_in == pytest.approx(winner.power, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_limits_are_kept_at_the_value_found():
     """More torque constant saves current but needs voltage: the supply decides, and the value is refused."""
     drive = KNEE.drives["geared"]
@@ -158,7 +160,7 @@ _ENOUGH = re.compile(
 )
 
 
-@pytest.mark.parametrize("torque", [0.0181, 0.0187, 0.0193])
+@sampled("torque", [0.0181, 0.0187, 0.0193], every=3)
 @pytest.mark.parametrize("voltage", [9.0, 9.3])
 def test_the_text_states_values_that_are_enough(torque, voltage):
     """Values and factors, as printed, by `duty_cycle`: with more of each, and never with what the drive has."""
@@ -231,7 +233,7 @@ def _accepting_none(drive, **values):
     return with_rated_gear(replace(drive, amplifier=amplifier, motor=replace(drive.motor, **values)))
 
 
-@pytest.mark.parametrize(("voltage", "travel"), [(24.0, None), (9.0, None), (24.0, 0.5), (9.0, 0.5)])
+@sampled(("voltage", "travel"), [(24.0, None), (9.0, None), (24.0, 0.5), (9.0, 0.5)], every=2)
 def test_where_no_power_may_return_an_amplifier_that_absorbs_it_is_asked_for(voltage, travel):
     """The power that returns, by current and voltage of the motor; what else is exceeded, as if the amplifier burnt it."""
     drive = _accepting_none(KNEE.drives["geared"], voltage=voltage)
@@ -305,7 +307,7 @@ def told(made):
     return " ".join(unescape(re.sub(r"<style.*?</style>|<[^>]*>", " ", html(made, ""), flags=re.DOTALL)).split())
 
 
-@pytest.mark.parametrize("torque", [None, 0.018])
+@sampled("torque", [None, 0.018], every=2)
 def test_the_report_names_the_limits_that_remain(shelf, torque):
     """As the console does: with allowances that are not enough, and where none is known."""
     drive = KNEE.drives["geared"]
@@ -346,6 +348,7 @@ def test_a_drive_that_fails_by_little_does_not_read_as_kept():
         assert float(times) > 1.0
 
 
+@pytest.mark.slow
 def test_the_search_says_what_would_have_to_change(tmp_path):
     (tmp_path / "shelf.toml").write_text(SHELF.replace('"24 V"', '"7 V"'), "utf-8")
     made = iv.size(
