@@ -18,7 +18,7 @@ _POINTS = 121
 
 
 class Plane(NamedTuple):
-    """A plane; of a handle in the plane or on an axis a line or point, which stands upright."""
+    """A plane."""
 
     point: np.ndarray
     """(3,) [m]"""
@@ -26,6 +26,8 @@ class Plane(NamedTuple):
     """Unit vector, towards the free side. (3,)"""
     solid: bool
     """Whether one side is solid."""
+    upright: bool
+    """Whether it is a line or point of a handle on two axes or one."""
 
 
 class Round(NamedTuple):
@@ -95,7 +97,7 @@ def _lifted(values: Any) -> np.ndarray:
 
 def _surface(surface: Any) -> list[Shape]:
     if isinstance(surface, HalfSpace):
-        return [Plane(_lifted(surface.point), _lifted(surface.normal(surface.point)), True)]
+        return [Plane(_lifted(surface.point), _lifted(surface.normal(surface.point)), True, surface.dimension < 3)]
     if isinstance(surface, Ball):
         return [Round(_lifted(surface.centre), float(surface.radius), surface.dimension == 2)]
     if isinstance(surface, Tube):
@@ -119,7 +121,7 @@ def _curve(curve: Any) -> list[Shape]:
 
 def _fixture(allowed: Any, start: np.ndarray) -> list[Shape]:
     if isinstance(allowed, InPlane):
-        return [Plane(start, unit("normal", allowed.normal, 3), False)]
+        return [Plane(start, unit("normal", allowed.normal, 3), False, False)]
     if isinstance(allowed, AlongLine):
         way = _lifted(allowed.direction)
         return [Line(start, way / np.linalg.norm(way))]
