@@ -64,7 +64,7 @@ def test_a_claim_that_the_machine_was_fitted_to_stays():
 @pytest.mark.slow
 def test_every_claim_has_a_threshold_and_a_verdict_that_follows(claims):
     opposite = {"holds": "does not hold", "does not hold": "holds"}
-    assert list(claims) == [said["id"] for said in statements()]
+    assert list(claims) == [*(said["id"] for said in statements()), *(f"H{number}" for number in range(1, 10))]
     for claim in claims.values():
         assert claim.threshold
         verdicts = {variant.verdict for variant in claim.variants if variant.kind != "contrary"}
@@ -87,7 +87,9 @@ THRESHOLDS = {
     r"within (\S+) of (\S+)": lambda found, off, printed: abs(found[0] - printed) <= off,
     r"(?:in )?at least (\S+) (?:W|%)": lambda found, least: min(found) >= least,
     r"at most (\S+)": lambda found, most: found[0] <= most,
-    r"below ([\d.]+)": lambda found, most: found[0] < most,
+    r"below ([\d.]+)(?: (?:W|J|kg), of .*)?": lambda found, most: found[0] < most,
+    r"above ([\d.]+), of .*": lambda found, least: found[0] > least,
+    r"(\d+) mm/s": lambda found, speed: found[0] == speed,
     r"more than (\S+) %": lambda found, least: found[0] > least,
     r"rounds to (\S+)": lambda found, printed: round(found[0], 1) == printed,
     r"ten within a factor of (\S+)": lambda found, factor: 10 / factor <= found[0] <= 10 * factor,
@@ -117,7 +119,7 @@ def test_verdicts_are_what_the_words_of_their_thresholds_say(claims):
                     expected = holds(numbers(computed, threshold), *map(float, said.groups()))
                     assert verdict == ("holds" if expected else "does not hold"), (claim.id, computed, threshold)
                     judged.add(claim.id)
-    by_words = {"E5", "E9", "E10", "E11", "B4", "D8", "S2", "S6"}
+    by_words = {"E5", "E9", "E10", "E11", "B4", "D8", "S2", "S6", "H8"}
     assert set(claims) - judged == by_words
 
 

@@ -99,12 +99,38 @@ def test_session_is_drawn_and_labelled():
 
 
 @pytest.mark.parametrize(
+    "task", [iv.VirtualPath(curve=LINE), iv.Fixture(allowed=iv.AlongLine(direction=[1.0, 1.0, 0.0], turning=True))]
+)
+def test_a_geared_display_holds_the_handle_to_a_line_by_springs(task):
+    along, across = np.array([1.0, 1.0, 0.0]) / math.sqrt(2.0), np.array([1.0, -1.0, 0.0]) / math.sqrt(2.0)
+    run = iv.session(GEARED, task, user=(60.0 * along + 20.0 * across).tolist(), duration=0.5, output_step=0.01)
+    guide = controller_of(task, GEARED)
+    offset = run.position[-1] @ across
+    assert 0.5 * 20.0 / guide.stiffness < offset < 20.0 / guide.stiffness  # friction holds the rest
+    assert run.position[-1] @ along > 10.0 * offset
+    assert run.closure < 1e-6
+
+
+def test_an_open_path_of_a_geared_display_stops_at_its_ends_unless_free():
+    short = iv.LineCurve(start=[-0.1, 0.0, 0.0], end=[0.002, 0.0, 0.0])
+    far = [
+        iv.session(GEARED, iv.VirtualPath(curve=short, ends=ends), user=[50.0, 0.0, 0.0], duration=0.5).position[-1, 0]
+        for ends in ("stop", "free")
+    ]
+    assert far[0] < 0.002 + 1.2 * 50.0 / 5000.0  # friction keeps a part of the overshoot
+    assert far[1] > 0.03
+
+
+@pytest.mark.parametrize(
     ("machine", "task", "message"),
     [
-        (CART, iv.HoldingTask(), "task HoldingTask has no controller for a PlanarMachine"),
         (CART, iv.VirtualPath(curve=LINE), "task must be in the plane"),
         (CART, iv.VirtualWall(surface=FLOOR), "task must be in the plane"),
-        (GEARED, iv.VirtualPath(curve=LINE), "task VirtualPath has no controller for a GearedSlideMachine"),
+        (
+            GEARED,
+            iv.Fixture(allowed=iv.OnSurface(surface=iv.Ball(centre=[0.0] * 3, radius=0.1))),
+            "fixtures of fixed directions only",
+        ),
         (MACHINES["serial arm"][0], iv.Caster(), "task Caster has no controller for a SerialArmMachine"),
         (COBOTIC, "wall", "task must be one of VirtualPath"),
     ],

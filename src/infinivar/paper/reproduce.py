@@ -10,6 +10,7 @@ from infinivar.errors import InputError
 from infinivar.paper.claims import design, element, shaking, system
 from infinivar.paper.claims.claim import Claim, Machine, Varied, statements
 from infinivar.paper.claims.verdict import Finding, Found, row
+from infinivar.paper.displays import display_claims
 from infinivar.paper.figures import FIGURES
 
 EXACT = "exact"
@@ -112,7 +113,8 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
 
     Parameters
     ----------
-    figure : int or None   Check only the claims that belong to this figure; some figures have none.
+    figure : int or None   Check only the claims that belong to this figure; some figures have none. Without it, the claims
+        about displays are among them, as `display_claims` returns them.
     progress               Called with the current claim and the share of the work done, 0 to 1.
 
     Returns
@@ -133,8 +135,12 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     claims = []
     for index, said in enumerate(wanted):
         if progress is not None:
-            progress(f"claim {said['id']}", index / len(wanted))
+            progress(f"claim {said['id']}", index / (len(wanted) + 1))
         others = {_BY_LAW: exact} | ({_BY_SPIN: spinning} if said["id"] in STEERED else {})
         found = _beside(CHECKS[said["id"]], machine, others)
         claims.append(Claim(**{"figure": None, **said}, **found._asdict()))
+    if figure is None:
+        if progress is not None:
+            progress("claims about displays", len(wanted) / (len(wanted) + 1))
+        claims += display_claims().claims
     return Reproduction(claims=tuple(claims), machine=machine)

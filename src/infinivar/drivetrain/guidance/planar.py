@@ -102,6 +102,14 @@ class Going(NamedTuple):
 Turning = Callable[[Going], float]
 """W of a direction of motion. [rad s^-1]"""
 
+Attitude = Callable[[Going], tuple[float, float]]
+"""Turn of the body by metre of the handle along psi [rad m^-1], and its orientation less that at the start [rad]."""
+
+
+def _kept(going: Going) -> tuple[float, float]:
+    """A body that does not turn."""
+    return 0.0, 0.0
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class _Guided:
@@ -120,11 +128,13 @@ class _Guided:
         "1/m", Ge(0), "Per metre, with which a body on several wheels returns to its orientation", default=5.0
     )
 
-    def _law(self, plant: Plant, turning: Turning, usual: Callable[[Measured], float]) -> Law:
+    def _law(
+        self, plant: Plant, turning: Turning, usual: Callable[[Measured], float], attitude: Attitude = _kept
+    ) -> Law:
         machine = plant.machine
         if not isinstance(machine, PlanarMachine) or not isinstance(plant.grip, BodyGrip):
             raise ParameterError(f"{type(self).__name__} guides a PlanarMachine, got a {type(machine).__name__}")
-        return _Steering(self, machine, plant.grip, plant.period, turning, usual).commands
+        return _Steering(self, machine, plant.grip, plant.period, turning, usual, attitude).commands
 
 
 @dataclass(slots=True)
@@ -137,6 +147,7 @@ class _Steering:
     period: float
     turning: Turning
     usual: Callable[[Measured], float]
+    attitude: Attitude
     direction: float = math.nan
     orientation: float = 0.0
     mass: float = field(init=False)
@@ -188,8 +199,9 @@ class _Steering:
         """omega of the body over the speed of the handle. [rad m^-1]"""
         if self.machine.cobot.mechanism.wheels == 1:
             return 0.0
-        off = float(measured.configuration[2]) - self.orientation
-        return -math.copysign(self.settings.orientation_gain * off, going.speed * off)
+        spin, turned = self.attitude(going)
+        off = float(measured.configuration[2]) - self.orientation - turned
+        return spin - math.copysign(self.settings.orientation_gain * off, going.speed * off)
 
     def _twist(self, direction: float, spin: float, angle: float) -> np.ndarray:
         """Twist of the body, in its axes, for a unit speed of the handle along a direction."""
@@ -278,8 +290,8 @@ class PathGuide(_Guided):
         if not hasattr(self.curve, "nearest"):
             raise ParameterError(f"curve must have nearest(point, near), got {self.curve!r}")
 
-    def begin(self, plant: Plant) -> Law:
-        """The law of one session."""
+    def begin(self, plant: Plant, attitude: Attitude = _kept) -> Law:
+        """The law of one session, of a body that keeps its orientation unless told otherwise."""
         near: list[Any] = [None]
         k2 = given(self.k2, 2.0 * math.sqrt(self.k1))
 
@@ -300,7 +312,7 @@ class PathGuide(_Guided):
         def usual(measured: Measured) -> float:
             return _along(self.curve.nearest(measured.position, None).tangent)
 
-        return self._law(plant, turning, usual)
+        return self._law(plant, turning, usual, attitude)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

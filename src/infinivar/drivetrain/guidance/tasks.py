@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from infinivar._core.fields import component, given
+from infinivar._core.fields import given
 from infinivar.drivetrain.guidance.controller import Commands, Law, Measured, Plant
 from infinivar.drivetrain.guidance.impedance import ImpedanceGuide
 from infinivar.drivetrain.guidance.legs import AdmittanceGuide, HoldGuide
-from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, Surface, WallGuide
+from infinivar.drivetrain.guidance.planar import CasterGuide, PathGuide, WallGuide
+from infinivar.drivetrain.guidance.planar_fixtures import Beside, PlanarFixtureGuide, PlanarHoldGuide
 from infinivar.drivetrain.moving.machines import (
     LINKED,
     ArmMachine,
@@ -63,29 +64,6 @@ class CoastGuide:
         return law
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class _Beside:
-    """The line of a surface in the plane as a path, with the free side to the left."""
-
-    surface: Surface = component("The surface")
-
-    def nearest(self, point: Any, near: Any = None) -> _BesidePoint:
-        """The line through the point that keeps its distance, and how far it is from the surface."""
-        normal = np.asarray(self.surface.normal(point))
-        tangent = np.array([normal[1], -normal[0]])
-        distance = float(self.surface.distance(point))
-        bend = -float(tangent @ np.asarray(self.surface.hessian(point)) @ tangent)
-        return _BesidePoint(0.0, tangent, bend / (1.0 + bend * distance), distance)
-
-
-@dataclass(frozen=True, slots=True)
-class _BesidePoint:
-    arc_length: float
-    tangent: np.ndarray
-    curvature: float
-    offset: float
-
-
 def controller_of(task: HandleTask, machine: Machine) -> Any:
     """The controller that does a task with a machine, with the settings that the task leaves open at their defaults.
 
@@ -117,10 +95,14 @@ def _of_planar(task: HandleTask) -> Any:
     if isinstance(task, VirtualWall):
         _in_plane(task.surface.dimension)
         if task.sides == "two":
-            return PathGuide(curve=_Beside(surface=task.surface), k1=SETTLING_LENGTH**-2)
+            return PathGuide(curve=Beside(surface=task.surface), k1=SETTLING_LENGTH**-2)
         return WallGuide(wall=task.surface)
     if isinstance(task, Caster):
         return CasterGuide(mass=task.mass)
+    if isinstance(task, Fixture):
+        return PlanarFixtureGuide(allowed=task.allowed)
+    if isinstance(task, HoldingTask):
+        return PlanarHoldGuide()
     return CoastGuide() if isinstance(task, Coasting) else None
 
 
@@ -145,6 +127,10 @@ def _of_links(task: HandleTask) -> Any:
     if isinstance(task, VirtualWall):
         stiffness, damping = given(task.stiffness, STIFFNESS), given(task.damping, DAMPING)
         return ImpedanceGuide(wall=task.surface, stiffness=stiffness, damping=damping, two_sided=task.sides == "two")
+    if isinstance(task, VirtualPath):
+        return ImpedanceGuide(curve=task.curve, ends=task.ends, stiffness=STIFFNESS, damping=DAMPING)
+    if isinstance(task, Fixture):
+        return ImpedanceGuide(allowed=task.allowed, stiffness=STIFFNESS, damping=DAMPING)
     if isinstance(task, HoldingTask):
         return ImpedanceGuide(hold="start", stiffness=STIFFNESS, damping=DAMPING)
     # A geared drive cannot render less than its own mass: free motion and coasting are without current.
