@@ -32,6 +32,26 @@ _WIDTH, _DPI, _PAD = 5.2, 100, 0.08
 """Of the figure [inch], its resolution, and the room around its axes. [inch]"""
 
 
+def check_frames(duration: float, speed: float, frame_rate: float) -> None:
+    """Raise an error early if a motion cannot be shown in frames; arguments as in `instants`.
+
+    Raises
+    ------
+    ParameterError
+        If a value is out of range.
+    InputError
+        If there would be too many frames.
+    """
+    check_number("speed", speed, "1", Gt(0))
+    check_number("frame_rate", frame_rate, "1/s", Gt(0))
+    count = duration * frame_rate / speed
+    if count > MOST_FRAMES:
+        raise InputError(
+            f"{plain(duration)} s at speed {speed:g} and {frame_rate:g} frames per second are {count:.3g} frames, over "
+            f"{MOST_FRAMES}: raise speed, or lower frame_rate"
+        )
+
+
 def instants(run: Session | MachineRun, speed: float = 1.0, frame_rate: float = 25.0) -> np.ndarray:
     """Times of the frames: evenly spaced from the start, the last at the end. (t,) [s]
 
@@ -43,21 +63,12 @@ def instants(run: Session | MachineRun, speed: float = 1.0, frame_rate: float = 
 
     Raises
     ------
-    ParameterError
-        If a value is out of range.
     InputError
-        If there would be too many frames.
+        As `check_frames`.
     """
-    check_number("speed", speed, "1", Gt(0))
-    check_number("frame_rate", frame_rate, "1/s", Gt(0))
     start, end = float(run.time[0]), float(run.time[-1])
-    count = (end - start) * frame_rate / speed
-    if count > MOST_FRAMES:
-        raise InputError(
-            f"{plain(end - start)} s at speed {speed:g} and {frame_rate:g} frames per second are {count:.3g} frames, over "
-            f"{MOST_FRAMES}: raise speed, or lower frame_rate"
-        )
-    steps = max(int(np.ceil(count - 1e-9)), 1)
+    check_frames(end - start, speed, frame_rate)
+    steps = max(int(np.ceil((end - start) * frame_rate / speed - 1e-9)), 1)
     return np.append(start + np.arange(steps) * speed / frame_rate, end)
 
 
@@ -125,6 +136,8 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any], place: int) -> No
             moving_flat.draw_history(ax, machine, place, upto)
         else:
             moving_flat.draw_slide(ax, machine, place, int(name.removeprefix("slide ")))
+        # Ticks are made when a frame is drawn, perhaps in another style.
+        ax.tick_params(labelsize=9)
     words = f"t = {numbers['time'][place]:.3f} s"
     if numbers["force"] is not None and np.any(numbers["force"]):
         words += f",  user's force {numbers['force'][place]:.1f} N"
@@ -165,7 +178,9 @@ def film(run: Session | MachineRun, speed: float = 1.0, frame_rate: float = 25.0
     numbers = data(run, instants(run, speed, frame_rate))
     shapes = panels(numbers)
     tallest = 4.6 if len(shapes) == 1 else 2.6 if numbers["kind"] == "slide" else 3.8
-    heights = [min(max((_WIDTH - 0.9) * one, 0.9), tallest) for one in shapes.values()]
+    several = numbers["kind"] == "slide" and len(shapes) > 2
+    caps = [1.3 if several and name.startswith("slide") else tallest for name in shapes]
+    heights = [min(max((_WIDTH - 0.9) * one, 0.9), cap) for one, cap in zip(shapes.values(), caps, strict=True)]
     with style.styled():
         rows = 1 if numbers["force"] is None else 2
         figure, axes = style.figure(_WIDTH, sum(heights) + 0.75 * len(heights) + 0.4 * rows, len(heights), 1,
@@ -200,7 +215,7 @@ def _key(figure: Figure, numbers: Mapping[str, Any], speed: float) -> None:
     if numbers["slips"]:
         key.append(Line2D([], [], color=moving_flat.SLIPS, lw=4.0, label="wheel that slips"))
     if speed != 1.0:
-        key.append(Line2D([], [], ls="none", label=f"shown at {speed:g} of real time"))
+        key.append(Line2D([], [], ls="none", label=f"shown at {speed:g} times real time"))
     figure.legend(handles=key, loc="outside lower center", ncols=2, fontsize=8)
 
 

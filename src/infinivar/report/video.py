@@ -131,7 +131,10 @@ def _write_gif(path: Path, frames: Iterator[np.ndarray], frame_rate: float) -> N
 
     first = coloured(next(frames))
     rest = (coloured(frame) for frame in frames)
-    first.save(path, save_all=True, append_images=rest, duration=round(1e3 / frame_rate), loop=0, optimize=False)
+    with path.open("wb") as file:  # closed here, if a frame cannot be drawn
+        first.save(
+            file, "gif", save_all=True, append_images=rest, duration=round(1e3 / frame_rate), loop=0, optimize=False
+        )
 
 
 def _write_mp4(path: Path, frames: Iterator[np.ndarray], frame_rate: float) -> None:

@@ -58,8 +58,16 @@ class Scene:
         # Nothing touches: the motion is recorded.
         SubElement(SubElement(root, "default"), "geom", contype="0", conaffinity="0")
         assets = SubElement(root, "asset")
-        sky = {"type": "skybox", "builtin": "flat", "rgb1": "1 1 1", "rgb2": "1 1 1", "width": "8", "height": "48"}
-        SubElement(assets, "texture", name="sky", **sky)
+        sky = {
+            "name": "sky",
+            "type": "skybox",
+            "builtin": "flat",
+            "rgb1": "1 1 1",
+            "rgb2": "1 1 1",
+            "width": "8",
+            "height": "48",
+        }
+        SubElement(assets, "texture", sky)
         return cls(root, SubElement(root, "worldbody"), assets, SubElement(root, "equality"), count)
 
     def body(
@@ -75,7 +83,7 @@ class Scene:
     ) -> Element:
         """A body with its mass, and moments of inertia about its centre of mass along its axes; axes: its x and y."""
         turned = {} if axes is None else {"xyaxes": text(axes)}
-        made = SubElement(parent, "body", name=name, pos=text(at), **turned)
+        made = SubElement(parent, "body", {"name": name, "pos": text(at), **turned})
         moments = np.maximum(np.asarray(inertia, dtype=float), LEAST_INERTIA)
         SubElement(made, "inertial", pos=text(centre), mass=text(max(mass, LEAST)), diaginertia=text(moments))
         return made
@@ -90,18 +98,18 @@ class Scene:
         if kind == "free":
             SubElement(body, "freejoint", name=name)
         else:
-            SubElement(body, "joint", name=name, type=kind, **given)
+            SubElement(body, "joint", {"name": name, "type": kind, **given})
         self.qpos.append(np.asarray(values, dtype=float).reshape(self.count, -1))
 
     def geom(self, body: Element, kind: str, colour: str, **given: Any) -> Element:
         """A shape that is only seen."""
         attributes = {name: one if isinstance(one, str) else text(one) for name, one in given.items()}
-        return SubElement(body, "geom", type=kind, rgba=text(COLOURS[colour]), **attributes)
+        return SubElement(body, "geom", {"type": kind, "rgba": text(COLOURS[colour]), **attributes})
 
     def mesh(self, name: str, vertices: np.ndarray, faces: np.ndarray | None = None) -> None:
         """A mesh; without faces the convex hull of its vertices."""
         given = {} if faces is None else {"face": " ".join(str(one) for one in np.ravel(faces).tolist())}
-        SubElement(self.assets, "mesh", name=name, vertex=text(vertices), inertia="convex", **given)
+        SubElement(self.assets, "mesh", {"name": name, "vertex": text(vertices), "inertia": "convex", **given})
 
     def handle(self, body: Element, at: Any, size: float) -> None:
         """The handle, as a knob and a site."""

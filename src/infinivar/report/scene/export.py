@@ -79,12 +79,11 @@ def save(run: Any, path: Path) -> list[Path]:
     check_scene(path)
     found = recorded(run)
     motion = path.with_suffix(".npz")
-    arrays = {"time": found.parts.time, "qpos": found.qpos, "handle": found.parts.handle}
-    if found.parts.force is not None:
-        arrays["force"] = found.parts.force
+    parts = found.parts
+    force = np.zeros_like(parts.handle) if parts.force is None else parts.force
     with all_files_or_none(path, motion) as (scene, beside):
         scene.write_text(found.scene, "utf-8")
-        np.savez_compressed(beside, **arrays)
+        np.savez_compressed(beside, time=parts.time, qpos=found.qpos, handle=parts.handle, force=force)
     return [path, motion]
 
 

@@ -185,8 +185,8 @@ def _carried(scene: Scene, parts: Parts, masses: np.ndarray, size: float) -> Non
         place += len(together)
     scene.handle(parent, [0.0, 0.0, 0.0], size)
     for one, axis in enumerate(parts.axes):
-        joints = {"joint1": f"link_{one + 1}_sliding", "joint2": f"handle_{axis}"}
-        SubElement(scene.equality, "joint", polycoef="0 1 0 0 0", **joints)
+        ties = {"joint1": f"link_{one + 1}_sliding", "joint2": f"handle_{axis}", "polycoef": "0 1 0 0 0"}
+        SubElement(scene.equality, "joint", ties)
 
 
 def _platform(scene: Scene, parts: Parts, turning: float) -> Extent:
@@ -228,7 +228,7 @@ def _platform(scene: Scene, parts: Parts, turning: float) -> Extent:
     for place, joint in enumerate(platform.joints):
         SubElement(body, "site", name=f"joint_{place + 1}", pos=text(joint), size=text(0.25 * wheel))
         ties = {"site1": f"rod_{place + 1}_end", "site2": f"joint_{place + 1}"}
-        SubElement(scene.equality, "connect", **ties)
+        SubElement(scene.equality, "connect", ties)
     top = float(np.max(pose[:, 2]))
     return Extent(
         np.array([0.0, 0.0, 0.5 * (low + top)]), 0.6 * (top - low) + float(np.max(np.abs(platform.base[:, :2])))
