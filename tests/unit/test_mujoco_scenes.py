@@ -3,6 +3,7 @@
 import os
 import re
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -160,6 +161,16 @@ def test_files_hold_the_scene_its_motion_and_both_ends(tmp_path):
     np.testing.assert_array_equal(model.key("start").qpos, motion["qpos"][0])
     np.testing.assert_array_equal(model.key("end").qpos, motion["qpos"][-1])
     assert model.key("end").time == found.time[-1]
+
+
+def test_the_page_replays_a_motion(tmp_path, monkeypatch, capsys):
+    page = (Path(__file__).parents[2] / "docs" / "sessions.md").read_text("utf-8")
+    (code,) = re.findall(r"^```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
+    platform().to_mujoco(tmp_path / "legs.xml")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "page", "exec"), {})
+    off = np.array(capsys.readouterr().out.strip(" []\n").split(), dtype=float)
+    np.testing.assert_allclose(off, 0.0, atol=1e-12)
 
 
 def test_walls_of_all_kinds_are_in_the_scene():
