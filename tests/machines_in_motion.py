@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 import infinivar as iv
-from machines_to_move import HEXAPOD, LEG, MACHINES, REAL_WHEEL, cart
+from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
+from infinivar.drivetrain.moving.machines import SeparateMachine
+from machines_to_move import HEXAPOD, LEG, MACHINES, PLATFORM, REAL_WHEEL, cart
 
 DRIVE = iv.load_study("hand_controller").drives["motor1-gear1"]
 STEERING = replace(LEG.steering, patch_half_length=3e-4)
@@ -44,6 +46,19 @@ def platform():
 
 
 @functools.cache
+def geared(name):
+    """A platform or arm with a motor for each link, pushed."""
+    if name == "platform":
+        load, home = PlatformLoad(platform=PLATFORM, mass=1.0, inertia=np.array([1e-3, 1e-3, 2e-3])), HEXAPOD.home
+    else:
+        arm = iv.PlanarArm(lengths=[0.3, 0.25])
+        load = ArmLoad(arm=arm, pulleys=np.array([0.05, 0.04]), masses=np.array([1.0, 0.6]), tip_mass=0.5)
+        home = np.array([0.2, 0.4])
+    machine = SeparateMachine(separate=DRIVE, load=load, home=home)
+    return iv.session(machine, user=[6.0, -20.0, -8.0][: 3 if name == "platform" else 2], duration=0.01)
+
+
+@functools.cache
 def run(name):
     """A run of one of the machines that tests move."""
     machine, given = MACHINES[name]
@@ -57,6 +72,8 @@ SHOWN = {
     "three axes": lambda: slide(3),
     "four axes": lambda: slide(4),
     "platform": platform,
+    "geared platform": lambda: geared("platform"),
+    "geared arm": lambda: geared("arm"),
     "arm": lambda: run("arm"),
     "serial arm": lambda: run("serial arm"),
     "run of a platform": lambda: run("platform"),

@@ -17,7 +17,7 @@ import infinivar as iv  # noqa: E402
 from infinivar.analysis.moving_parts import STICK_SPEED  # noqa: E402
 from infinivar.errors import InputError  # noqa: E402
 from infinivar.report.scene.export import in_space, recorded  # noqa: E402
-from machines_in_motion import SHOWN, planar, platform, run, slide  # noqa: E402
+from machines_in_motion import SHOWN, planar, platform, slide  # noqa: E402
 from machines_to_move import HEXAPOD  # noqa: E402
 
 
@@ -58,9 +58,9 @@ def test_the_handle_is_where_the_session_has_it(name):
         np.testing.assert_allclose(there, handle[place], atol=1e-12)
 
 
-@pytest.mark.parametrize("found", [platform, lambda: run("platform")], ids=["session", "run"])
-def test_rods_meet_the_joints_of_the_platform(found):
-    found = found()
+@pytest.mark.parametrize("name", ["platform", "geared platform", "run of a platform"])
+def test_rods_meet_the_joints_of_the_platform(name):
+    found = SHOWN[name]()
     model, data, scene = loaded(found)
     pose = scene.parts.configuration
     for place in np.linspace(0, len(pose) - 1, 5).astype(int):
@@ -134,9 +134,9 @@ def test_each_axis_of_a_slide_moves_the_mass_of_the_session(count, geared):
         np.testing.assert_allclose(moved, wanted[axis], rtol=1e-8)
 
 
-@pytest.mark.parametrize("name", ["arm", "serial arm"])
+@pytest.mark.parametrize("name", ["arm", "serial arm", "geared arm"])
 def test_inertia_of_an_arm_at_every_pose(name):
-    found = run(name)
+    found = SHOWN[name]()
     model, data, scene = loaded(found)
     mechanics = found.machine.mechanics(STICK_SPEED)
     pose = scene.parts.configuration[-1:] + np.linspace(0.3, -0.8, scene.parts.configuration.shape[1])

@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar.analysis.moving_parts import Parts, members_of
 from infinivar.analysis.sessions.guides import Line, Plane, Shape
+from infinivar.analysis.sessions.session_result import Session
 from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.drivetrain.moving.rolling import PlanarMechanics
 from infinivar.figures import arm, planar_cobot, session_motion, style
@@ -48,7 +49,7 @@ def in_plane(
     dict   axes: names; trace (r, 2), handle (t, 2), path (n, 2) or None, lines: (2, 2) each, bounds, size [mm]; wall as in
         `infinivar.figures.session_motion`; force (t, 2) [N]; most: largest force [N].
     """
-    guided = getattr(run, "axes", None) is not None
+    guided = isinstance(run, Session)
     path = session_motion.path_in(run, pair) if guided else None
     moved = 1e3 * trace[:, pair]
     every = [moved, around.reshape(-1, 2), *([] if path is None else [path])]
@@ -90,12 +91,7 @@ def draw_plane(ax: Axes, numbers: Mapping[str, Any], place: int, upto: int) -> N
     if numbers["most"] > 0.0:
         push = _LONGEST * float(np.max(numbers["bounds"][1] - numbers["bounds"][0])) / numbers["most"]
         draw_force(ax, numbers["handle"][place], push * numbers["force"][place])
-    low, high = numbers["bounds"]
-    ax.set_xlim(low[0], high[0])
-    ax.set_ylim(low[1], high[1])
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel(f"{numbers['axes'][0]} [mm]")
-    ax.set_ylabel(f"{numbers['axes'][1]} [mm]")
+    session_motion.frame(ax, numbers)
 
 
 def draw_force(ax: Axes, head: np.ndarray, along: np.ndarray) -> None:
@@ -261,7 +257,7 @@ def draw_history(ax: Axes, numbers: Mapping[str, Any], place: int, upto: int) ->
     shown = np.append(trace, [] if numbers["wall"] is None else numbers["wall"][0])
     room = 0.05 * float(np.ptp(shown)) or 1.0
     ax.locator_params(axis="x", nbins=5)
-    ax.set_xlim(time[0], time[-1])
+    ax.set_xlim(time[0], max(time[-1], time[0] + 1e-9))
     ax.set_ylim(float(shown.min()) - room, float(shown.max()) + room)
     ax.set_xlabel("time [s]")
     ax.set_ylabel("handle [mm]")

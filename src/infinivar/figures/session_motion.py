@@ -122,6 +122,11 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         if len(numbers[name]):
             words = "a wheel slips" if name == "slips" else "wall reached"
             ax.plot(*numbers[name][:1].T, marker=mark, ms=6, color="#B3400A", ls="none", label=words)
+    frame(ax, numbers)
+
+
+def frame(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    """Bound and label the plane of two axes."""
     low, high = numbers["bounds"]
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
