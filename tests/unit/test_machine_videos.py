@@ -205,6 +205,19 @@ def test_shapes_of_what_guides():
     assert [type(one) for one in _guided(iv.VirtualWall(surface=mesh))] == [Solid]
 
 
+@pytest.mark.parametrize("name", ["planar", "platform", "three axes", "geared arm"])
+def test_the_arrow_of_the_force_is_within_the_drawing(name):
+    found = SHOWN[name]()
+    plane = moving_machine.data(found, found.time)["plane"]
+    tails, (low, high) = plane["handle"] - plane["push"], plane["bounds"]
+    assert np.all(tails > low)
+    assert np.all(tails < high)
+    pair = [found.axes.index(axis) for axis in plane["axes"]]
+    force = found.force[:, pair]
+    across = plane["push"][:, 0] * force[:, 1] - plane["push"][:, 1] * force[:, 0]
+    np.testing.assert_allclose(across, 0.0, atol=1e-9)
+
+
 def test_a_run_without_a_user_has_no_force():
     numbers = moving_machine.data(run("planar"), run("planar").time[:2])
     assert numbers["force"] is None

@@ -92,6 +92,24 @@ def test_wheels_of_a_platform_roll_along_their_headings():
         assert abs(across) < 0.01 * speed
 
 
+def test_wheels_of_a_slide_roll_along_their_headings():
+    found = slide(3)
+    model, data, scene = loaded(found)
+    place = len(found.time) - 1
+    placed(model, data, scene, place)
+    middle = data.body("cylinder").xpos
+    speed = found.columns["cylinder_speed_rad_s"][place] * 0.05
+    assert found.velocity[place].min() > 0.01
+    for wheel in range(3):
+        body = data.body(f"wheel_{wheel + 1}")
+        frame = body.xmat.reshape(3, 3)
+        out = (body.xpos - middle) * [0, 1, 1]
+        out /= np.linalg.norm(out)
+        carrier = found.velocity[place, wheel] * np.array([1.0, 0, 0]) - speed * np.cross([1.0, 0, 0], out)
+        np.testing.assert_allclose(frame[:, 2], out, atol=1e-12)
+        assert abs(carrier @ frame[:, 1]) < 0.2 * found.velocity[place, wheel]
+
+
 def test_masses_of_a_platform_and_its_links():
     model, data, scene = loaded(platform())
     placed(model, data, scene, 0)

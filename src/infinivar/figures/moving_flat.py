@@ -46,25 +46,31 @@ def in_plane(
 
     Returns
     -------
-    dict   axes: names; trace (r, 2), handle (t, 2), path (n, 2) or None, lines: (2, 2) each, bounds, size [mm]; wall as in
-        `infinivar.figures.session_motion`; force (t, 2) [N]; most: largest force [N].
+    dict   axes: names; trace (r, 2), handle (t, 2), path (n, 2) or None, lines: (2, 2) each, bounds, and push: arrows of the
+        user's force (t, 2), or None [mm]; wall as in `infinivar.figures.session_motion`.
     """
     guided = isinstance(run, Session)
     path = session_motion.path_in(run, pair) if guided else None
     moved = 1e3 * trace[:, pair]
     every = [moved, around.reshape(-1, 2), *([] if path is None else [path])]
-    low, high, size = session_motion.bounds(np.concatenate(every))
+    force = None if parts.force is None else parts.force[:, pair]
+    most = 0.0 if force is None else float(np.max(np.linalg.norm(force, axis=1)))
+    low, high, _ = session_motion.bounds(np.concatenate(every))
+    handle = 1e3 * parts.handle[:, pair]
+    push = None
+    if force is not None and most > 0.0:
+        # With room for the arrow of the force in every frame.
+        push = _LONGEST * float(np.max(high - low)) / most * force
+        low, high, _ = session_motion.bounds(np.concatenate([*every, handle - push]))
     return {
         "axes": [parts.axes[one] for one in pair],
         "trace": moved,
-        "handle": 1e3 * parts.handle[:, pair],
-        "force": None if parts.force is None else parts.force[:, pair],
-        "most": 0.0 if parts.force is None else float(np.max(np.linalg.norm(parts.force[:, pair], axis=1))),
+        "handle": handle,
+        "push": push,
         "path": path,
         "wall": session_motion.wall_in(run, pair, low, high) if guided else None,
         "lines": [line for shape in shapes for line in _line(shape, pair, float(np.linalg.norm(high - low)))],
         "bounds": (low, high),
-        "size": size,
     }
 
 
@@ -88,9 +94,8 @@ def draw_plane(ax: Axes, numbers: Mapping[str, Any], place: int, upto: int) -> N
         ax.plot(*line.T, color=GUIDE, ls="--", lw=1.2)
     ax.plot(*numbers["trace"][:upto].T, color=HANDLE, lw=1.4, zorder=4)
     ax.plot(*numbers["handle"][place], marker="o", ms=6, color=HANDLE, mec="white", zorder=6)
-    if numbers["most"] > 0.0:
-        push = _LONGEST * float(np.max(numbers["bounds"][1] - numbers["bounds"][0])) / numbers["most"]
-        draw_force(ax, numbers["handle"][place], push * numbers["force"][place])
+    if numbers["push"] is not None:
+        draw_force(ax, numbers["handle"][place], numbers["push"][place])
     session_motion.frame(ax, numbers)
 
 

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from infinivar._core.fields import given
-from infinivar.analysis.moving_parts import STICK_SPEED, Parts, link_positions, rods_of
+from infinivar.analysis.moving_parts import STICK_SPEED, Parts, link_positions, members_of, rods_of
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.rolling import PlanarMechanics
 from infinivar.drivetrain.moving.separate import SeparateMechanics
@@ -276,4 +276,6 @@ def _arm(scene: Scene, parts: Parts) -> Extent:
         parent, at = body, length * _X
     scene.handle(parent, at, 1.2 * thick)
     scene.geom(scene.world, "cylinder", "link", pos=[0.0, 0.0, -2.5 * thick], size=[2.0 * thick, thick])
-    return Extent(np.array([0.5 * reach, 0.0, 0.0]), 1.1 * reach)
+    points = members_of(load, parts.configuration).reshape(-1, 2)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Extent(np.append(0.5 * (low + high), 0.0), 0.5 * float(np.max(high - low)) + 0.15 * reach)
