@@ -33,7 +33,8 @@ def write(path: str | Path, arrays: Arrays) -> None:
 
     Notes
     -----
-    Texts become arrays of characters, as NetCDF 3 knows no texts; xarray puts them together again.
+    Texts become arrays of characters, as NetCDF 3 knows no texts; xarray puts them together again. Arrays without a value are
+    left out, such as the losses of a session in which nothing moves.
     """
     from scipy.io import netcdf_file
 
@@ -48,6 +49,8 @@ def write(path: str | Path, arrays: Arrays) -> None:
                 values = texts.view("S1").reshape(len(content), -1) if content else np.empty((0, 1), "S1")
                 dimensions, notes = (*dimensions, f"string{values.shape[1]}"), {"_Encoding": "utf-8"}
             values = np.asarray(values)
+            if not values.size:
+                continue  # NetCDF 3 takes a length of zero for one that grows
             for dimension, size in zip(dimensions, values.shape, strict=True):
                 if dimension not in file.dimensions:
                     file.createDimension(dimension, size)

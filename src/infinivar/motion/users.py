@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from annotated_types import Ge, Gt
+from annotated_types import Interval
 
 from infinivar._core.arrays import Whole
 from infinivar._core.fields import check_real, component, given, quantity, tagged
@@ -17,6 +17,9 @@ from infinivar.motion.scenario import FORCES, MOTIONS
 
 AXES = ("x", "y", "z")
 """Directions of a handle for which a study states what a user does."""
+
+# Far beyond any arm, so that a slip of the unit is found.
+_MASS, _DAMPING, _STIFFNESS = Interval(gt=0, le=1e3), Interval(ge=0, le=1e5), Interval(ge=0, le=1e6)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,9 +36,9 @@ class ArmModel:
     """
 
     name: str = component("Whose arm, in which posture")
-    mass: float = quantity("kg", Gt(0), "Effective mass at the handle")
-    damping: float = quantity("N s/m", Ge(0), "Damping of arm and grip")
-    stiffness: float = quantity("N/m", Ge(0), "Stiffness of arm and grip")
+    mass: float = quantity("kg", _MASS, "Effective mass at the handle")
+    damping: float = quantity("N s/m", _DAMPING, "Damping of arm and grip")
+    stiffness: float = quantity("N/m", _STIFFNESS, "Stiffness of arm and grip")
     source: str = component("Where the values come from", default="assumed")
 
     def __post_init__(self) -> None:
@@ -119,12 +122,17 @@ class PushingUser(AtHandle):
 
     def over_time(self, axes: Sequence[str]) -> Callable[[float], np.ndarray]:
         """Force at a time, (d,) [N], in the directions of a handle."""
-        forces = [self.along().get(axis) for axis in axes]
+        return _Push(tuple(self.along().get(axis) for axis in axes))
 
-        def push(time: float) -> np.ndarray:
-            return np.array([0.0 if one is None else one.value(time) for one in forces])
 
-        return push
+@dataclass(frozen=True, slots=True)
+class _Push:
+    """Forces at a time: equal if they are."""
+
+    forces: tuple[Force | None, ...]
+
+    def __call__(self, time: float) -> np.ndarray:
+        return np.array([0.0 if one is None else one.value(time) for one in self.forces])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -139,9 +147,9 @@ class ReachingUser(AtHandle):
 
     word: ClassVar[str] = "arm"
     arm: str | None = component("Arm from the literature by the key of its source: vanbeek2015", default=None)
-    mass: float | None = quantity("kg", Gt(0), "Effective mass at the handle, of an own arm", default=None)
-    damping: float | None = quantity("N s/m", Ge(0), "Damping of an own arm and grip", default=None)
-    stiffness: float | None = quantity("N/m", Ge(0), "Stiffness of an own arm and grip", default=None)
+    mass: float | None = quantity("kg", _MASS, "Effective mass at the handle, of an own arm", default=None)
+    damping: float | None = quantity("N s/m", _DAMPING, "Damping of an own arm and grip", default=None)
+    stiffness: float | None = quantity("N/m", _STIFFNESS, "Stiffness of an own arm and grip", default=None)
     x: Motion | None = tagged("Where the hand wants to be along x, from the start", MOTIONS, default=None)
     y: Motion | None = tagged("Where the hand wants to be along y, from the start", MOTIONS, default=None)
     z: Motion | None = tagged("Where the hand wants to be along z, from the start", MOTIONS, default=None)

@@ -109,8 +109,8 @@ class DisplayComparison(Result):
 
         Returns
         -------
-        N texts   "cobotic", "conventional", "neither" if one of them exceeds a limit as shown, or "undecidable" if variants that
-            meet the requirement disagree.
+        N texts   "cobotic", "conventional", or "undecidable" if variants that meet the requirement disagree. If a display exceeds
+            a limit as shown, "cobotic alone" or "conventional alone" for the other one, or "neither".
         """
         place, other = self._place(display), len(self.displays) - 1
         found = []
@@ -118,7 +118,8 @@ class DisplayComparison(Result):
             sound = self.feasible[:, place, count] & self.feasible[:, other, count]
             wins = (self.total[:, place, count] < self.total[:, other, count])[sound]
             if not sound[0]:
-                found.append("neither")
+                mine, theirs = self.feasible[0, place, count], self.feasible[0, other, count]
+                found.append("cobotic alone" if mine else "conventional alone" if theirs else "neither")
             else:
                 found.append(("cobotic" if wins[0] else "conventional") if np.all(wins == wins[0]) else "undecidable")
         return tuple(found)

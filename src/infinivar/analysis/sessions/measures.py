@@ -90,10 +90,19 @@ def _leaks(found: Session) -> Iterator[Measure]:
     for name, across in _across(found):
         drift, push = float(moved @ across), float(pushed @ across) / last
         yield Measure(f"drift_{_key(name)}_mm", f"drift {_said(name)}", 1e3 * drift, "mm")
-        # What a spring holds yields, and then stays.
-        if abs(push) > _PUSH and (hasattr(found.machine, "leg") or not isinstance(found.task, HoldingTask)):
+        if abs(push) > _PUSH and _creeps(found):
             leak = 1e3 * drift / last / push
             yield Measure(f"leak_{_key(name)}_mm_s_N", f"leak {_said(name)}", leak, "mm/s per N")
+
+
+def _creeps(found: Session) -> bool:
+    """Whether a drift goes on by the laws of the machine.
+
+    What a spring holds yields, and then stays. What rests drifts only by the slope that stands for sticking in the model.
+    """
+    if not isinstance(found.task, HoldingTask):
+        return True
+    return hasattr(found.machine, "leg") and found.electrical_energy > 0.0
 
 
 def _key(name: str) -> str:
@@ -161,6 +170,8 @@ def _forces(found: Session) -> Iterator[Measure]:
 
 
 def _energies(found: Session) -> Iterator[Measure]:
+    if found.user is not None and hasattr(found.user, "stiffness"):
+        yield Measure("handle_work_J", "work of the arm at the handle", found.handle_work, "J")
     electrical = [name for name in found.supplied if "supply" in name]
     if electrical:
         energy = found.electrical_energy

@@ -69,7 +69,8 @@ def session(
     force : history             Force on the handle beside that of an arm. [N]
     sensing : Sensing           Sample rate and sensors; by default ideal sensors at 1 kHz.
     servos : str                "real": with the motors, inertia and friction of the steering; "ideal": wheels turn as told.
-    wall : surface              To measure penetration; by default that of the task or controller.
+    wall : surface              To measure penetration; by default that of the task or controller. One of fewer dimensions than
+        the handle extends along the others.
     path : curve                To measure offsets; by default that of the task or controller.
     handle : (2,) float         Of a body in the plane: where it is held, in its axes. [m]
     pose, rates : (c,), (N,) float   At the start; by default at home and at rest, with a power motor at its set speed.
@@ -114,6 +115,7 @@ def session(
         raise ParameterError(f"task must be one of {', '.join(kind.__name__ for kind in TASKS.values())}, got {task!r}")
     wall = _known("wall", given(wall, surface_of(task)), controller)
     path = _known("curve", given(path, curve_of(task)), controller)
+    require(path is None or hasattr(path, "nearest"), "path", repr(path), "a curve: with nearest(point, near)")
 
     mechanics = machine.mechanics(stick_speed)
     grip = grip_of(mechanics, handle)
@@ -150,8 +152,6 @@ def session(
         begin = state[len(start) : len(start) + len(moving)]
         begin[list(system.motor.coordinates)] = given(first.speed, 0.0)
     if first.steering is not None:
-        fits = np.shape(first.steering) == steered.shape and bool(np.all(np.isfinite(first.steering)))
-        require(fits, "controller", f"steering {first.steering}", f"{len(steered)} finite angles")
         place = len(start) + len(moving)
         state[place : place + len(steered)] = first.steering
     march = March(
@@ -208,7 +208,7 @@ def _watching(wall: Any, axes: int) -> Callable[[np.ndarray], np.ndarray]:
         if not hasattr(wall, name):
             raise ParameterError(f"wall must have distance and normal, but a {type(wall).__name__} has no {name}")
     dimension = getattr(wall, "dimension", axes)
-    require(dimension <= axes, "wall", f"one in {dimension} dimensions", f"in those of the handle, {axes}")
+    require(dimension <= axes, "wall", f"one in {dimension} dimensions", f"in no more than the handle has, {axes}")
 
     def watch(position: np.ndarray) -> np.ndarray:
         return 1.0 - np.asarray(wall.distance(position[:, :dimension]))[:, None] / _DEPTH

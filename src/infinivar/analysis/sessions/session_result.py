@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from infinivar._core.arrays import real_array
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis import run_limits
 from infinivar.analysis.animated import Animated
@@ -15,9 +16,12 @@ from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.guidance.sensing import Sensing
 from infinivar.drivetrain.moving.machines import Machine
-from infinivar.errors import ParameterError
+from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
 from infinivar.units import plain
+
+_BEYOND = 1e-9
+"""Depth at the start that is more than rounding. [m]"""
 
 
 @result
@@ -199,15 +203,30 @@ class Session(Judged, Animated, Result):
 
         Returns
         -------
-        float   [m s^-1 N^-1]; 1 is 1000 mm/s per N.
+        float   [m s^-1 N^-1]; 1 is 1000 mm/s per N. nan without a force across.
+
+        Raises
+        ------
+        ParameterError
+            If the direction is none.
         """
-        across = np.asarray(direction, dtype=float)
+        across = real_array("direction", direction)
+        fits = across.shape == (len(self.axes),) and bool(np.all(np.isfinite(across)) and np.any(across))
+        require(fits, "direction", f"{direction}", f"{len(self.axes)} finite numbers, not all zero")
         across = across / np.linalg.norm(across)
         later = self.time >= start
         time = self.time[later]
         moved = float((self.position[later][-1] - self.position[later][0]) @ across)
         pushed = float(np.trapezoid(self.force[later] @ across, time))
-        return moved / pushed
+        return moved / pushed if pushed else float("nan")
+
+    @property
+    def handle_work(self) -> float:
+        """Work of the user's force at the handle, between the results. [J]
+
+        An arm's own mass, spring and damper take the rest of what its muscles give, "from user" in `joules`.
+        """
+        return float(np.trapezoid(np.sum(self.force * self.velocity, axis=-1), self.time))
 
     @property
     def verdict(self) -> str:
@@ -219,6 +238,9 @@ class Session(Judged, Animated, Result):
             said.append(f"offset from the path {plain(1e3 * float(np.max(np.abs(self.path_offset))), 2)} mm at most")
         if self.wall is not None:
             deepest = max((touch.depth for touch in self.touches), default=0.0)
+            first = float(np.ravel(self.penetration)[0])
+            if first > _BEYOND:
+                said.append(f"the handle begins {plain(1e3 * first, 2)} mm beyond the wall")
             said.append(
                 f"wall penetrated by {plain(1e3 * deepest, 2)} mm at most" if self.touches else "wall not penetrated"
             )

@@ -6,6 +6,7 @@ The second form is for controllers with a memory: every session begins anew.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
@@ -70,6 +71,25 @@ class Controller(Protocol):
     def begin(self, plant: Plant) -> Law:
         """The law of one session."""
         ...
+
+
+def checked(commands: Any, angles: int, motors: int) -> Commands:
+    """The commands of a controller.
+
+    Raises
+    ------
+    ParameterError
+        If they are none, or a number is missing or not finite.
+    """
+    if not isinstance(commands, Commands):
+        raise ParameterError(f"controller must return Commands, got {commands!r}")
+    for name, count in (("steering", angles), ("steering_rate", angles), ("currents", motors)):
+        value = getattr(commands, name)
+        if value is not None and not (np.shape(value) == (count,) and np.isfinite(value).all()):
+            raise ParameterError(f"controller must command {name} by {count} finite numbers, got {value}")
+    if commands.speed is not None and not math.isfinite(commands.speed):
+        raise ParameterError(f"controller must command a finite speed, got {commands.speed}")
+    return commands
 
 
 def begun(controller: Any, plant: Plant) -> Law:

@@ -10,7 +10,7 @@ import numpy as np
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.fields import check, component, quantity
-from infinivar.drivetrain.guidance.controller import Law, Measured
+from infinivar.drivetrain.guidance.controller import Law, Measured, checked
 from infinivar.drivetrain.moving.bodies import angular_velocity
 from infinivar.drivetrain.moving.control import Commands, Loops
 from infinivar.drivetrain.moving.legged import LeggedMechanics, PlatformLoad
@@ -187,7 +187,7 @@ class GuidedController:
         """Commands of the first sample, which act at once."""
         self.acting = self.loops.system.idle()
         measured = self.sensors.measure(0.0, state, self.acting)
-        self.first = measured, self.law(measured)
+        self.first = measured, self._commanded(measured)
         return self.first[1]
 
     def sample(self, time: float, state: np.ndarray) -> Inputs:
@@ -199,11 +199,18 @@ class GuidedController:
             self.first = None
         else:
             measured = self.sensors.measure(time, state, self.acting or system.idle())
-            commands = self.law(measured)
+            commands = self._commanded(measured)
         speeds = np.zeros(0) if system.motor is None else measured.rates[list(system.motor.coordinates)]
         found = self.loops.act(commands, speeds, self._ahead(measured), measured.steering_rate)
         self.acting, self.waiting = (found if self.waiting is None else self.waiting), found
         return self.acting
+
+    def _commanded(self, measured: Measured) -> Commands:
+        system = self.loops.system
+        motors = 0 if system.motor is None else len(system.motor.coordinates)
+        if system.links is not None:
+            motors = system.mechanics.count  # type: ignore[attr-defined]
+        return checked(self.law(measured), len(system.mechanics.steered), motors)
 
     def _ahead(self, measured: Measured) -> np.ndarray:
         """Angles at which the commands meet the wheels: those that turn as told are told what they do until then."""

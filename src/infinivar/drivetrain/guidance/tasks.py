@@ -139,7 +139,9 @@ def _of_links(task: HandleTask) -> Any:
 
 def _in_plane(dimension: int) -> None:
     if dimension != 2:
-        raise ParameterError(f"task must be in the plane for a PlanarMachine, got one in {dimension} dimensions")
+        raise ParameterError(
+            f"task must be in the plane for a PlanarMachine, got one in {dimension} dimension{'s' * (dimension != 1)}"
+        )
 
 
 def surface_of(task: Any) -> Any:

@@ -30,6 +30,7 @@ def grip_of(mechanics: Mechanics, handle: Sequence[float] = (0.0, 0.0)) -> Grip:
         fits = point.shape == (2,) and bool(np.all(np.isfinite(point)))
         require(fits, "handle", f"{handle}", "x and y, two finite numbers", "m")
         return BodyGrip(point=(float(point[0]), float(point[1])))
+    require(not np.any(handle), "handle", f"{handle}", "left out: only a body in the plane is held at a point")
     count = len(mechanics.coordinates)
     load = mechanics.load if isinstance(mechanics, (LeggedMechanics, SeparateMechanics, SerialArmMechanics)) else None
     if isinstance(load, PlatformLoad):
