@@ -200,6 +200,12 @@ def test_shapes_of_what_guides():
     np.testing.assert_allclose(both[1].axis, [0, 0, 1])
     assert [type(one) for one in _guided(iv.Fixture(allowed=iv.AlongLine(direction=[1, 0, 0])))] == [Line]
     assert guides_of(run("arm")) == ()
+    about = iv.Fixture(allowed=iv.AboutPoint(point=[0.0, -0.1]))
+    turned = iv.session(planar().machine, about, duration=0.002)
+    (circle,) = guides_of(turned)
+    np.testing.assert_allclose(np.linalg.norm(circle.points - [0.0, -0.1, 0.0], axis=1), 0.1)
+    (drawn,) = moving_machine.data(turned, turned.time)["plane"]["lines"]
+    np.testing.assert_allclose(drawn, 1e3 * circle.points[:, :2])
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]) * 0.01
     mesh = iv.TriangleMesh(vertices=corners, faces=[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
     assert [type(one) for one in _guided(iv.VirtualWall(surface=mesh))] == [Solid]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from infinivar.analysis.moving_parts import Parts, members_of
-from infinivar.analysis.sessions.guides import Line, Plane, Shape
+from infinivar.analysis.sessions.guides import Line, Plane, Shape, Track
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.drivetrain.moving.rolling import PlanarMechanics
@@ -46,7 +46,7 @@ def in_plane(
 
     Returns
     -------
-    dict   axes: names; trace (r, 2), handle (t, 2), path (n, 2) or None, lines: (2, 2) each, bounds, and push: arrows of the
+    dict   axes: names; trace (r, 2), handle (t, 2), path (n, 2) or None, lines: (m, 2) each, bounds, and push: arrows of the
         user's force (t, 2), or None [mm]; wall as in `infinivar.figures.session_motion`.
     """
     guided = isinstance(run, Session)
@@ -69,15 +69,19 @@ def in_plane(
         "push": push,
         "path": path,
         "wall": session_motion.wall_in(run, pair, low, high) if guided else None,
-        "lines": [line for shape in shapes for line in _line(shape, pair, float(np.linalg.norm(high - low)))],
+        "lines": [line for shape in shapes for line in _line(shape, pair, float(np.linalg.norm(high - low)))]
+        if path is None
+        else [],
         "bounds": (low, high),
     }
 
 
 def _line(shape: Shape, pair: list[int], length: float) -> list[np.ndarray]:
-    """Line of a fixture in the plane of two axes, or that in which a plane across them cuts it. [mm]"""
+    """Line or curve of a fixture in the plane of two axes, or the line in which a plane across them cuts it. [mm]"""
     if max(pair) > 2:
         return []
+    if isinstance(shape, Track):
+        return [1e3 * shape.points[:, pair]]
     if isinstance(shape, Line):
         way = shape.direction[pair]
     elif isinstance(shape, Plane) and not shape.solid and np.linalg.norm(shape.normal[pair]) > 1.0 - 1e-9:

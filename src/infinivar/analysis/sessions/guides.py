@@ -85,7 +85,7 @@ def guides_of(run: Any) -> tuple[Shape, ...]:
     if run.path is not None:
         found += _curve(run.path)
     if isinstance(run.task, Fixture):
-        found += _fixture(run.task.allowed, _lifted(run.position[0]))
+        found += _fixture(run.task.allowed, _lifted(run.position[0]), len(run.axes) < 3)
     return tuple(found)
 
 
@@ -119,7 +119,7 @@ def _curve(curve: Any) -> list[Shape]:
     return [Track(np.concatenate([points, np.zeros((len(points), 3 - points.shape[1]))], axis=1))]
 
 
-def _fixture(allowed: Any, start: np.ndarray) -> list[Shape]:
+def _fixture(allowed: Any, start: np.ndarray, flat: bool) -> list[Shape]:
     if isinstance(allowed, InPlane):
         return [Plane(start, unit("normal", allowed.normal, 3), False, False)]
     if isinstance(allowed, AlongLine):
@@ -128,8 +128,12 @@ def _fixture(allowed: Any, start: np.ndarray) -> list[Shape]:
     if isinstance(allowed, AboutAxis):
         return [Line(_lifted(allowed.point), unit("axis", allowed.axis, 3))]
     if isinstance(allowed, AboutPoint):
-        radius = float(np.linalg.norm(start - _lifted(allowed.point)))
-        return [Round(_lifted(allowed.point), radius, False)] if radius > 0.0 else []
+        centre = _lifted(allowed.point)
+        radius = float(np.linalg.norm(start - centre))
+        if flat and radius > 0.0:
+            around = np.linspace(0.0, 2.0 * np.pi, _POINTS)
+            return [Track(centre + radius * np.stack([np.cos(around), np.sin(around), 0.0 * around], axis=-1))]
+        return [Round(centre, radius, False)] if radius > 0.0 else []
     if isinstance(allowed, OnSurface):
         return _surface(allowed.surface)
     if isinstance(allowed, OnCurve):
