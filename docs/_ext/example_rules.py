@@ -2,7 +2,9 @@
 
 import time
 import warnings
+import weakref
 from pathlib import Path
+from typing import Any
 
 from sphinx.util.logging import getLogger
 
@@ -20,6 +22,9 @@ LOOKS = {
 
 LARGEST = 500_000
 """Largest file of an animation. [byte]"""
+
+_saved: weakref.WeakSet = weakref.WeakSet()
+"""Animations of figures that are not pyplot's, and are never closed."""
 
 _running: dict[str, tuple[float, warnings.catch_warnings]] = {}
 
@@ -54,12 +59,24 @@ def animations(block: tuple, block_vars: dict, gallery_conf: dict) -> str:
 
     files = []
     for found in block_vars["example_globals"].values():
-        if not isinstance(found, Animation) or not plt.fignum_exists(found._fig.number):
+        if not isinstance(found, Animation) or not _is_new(found):
             continue
         path = Path(block_vars["image_path_iterator"].next()).with_suffix(".gif")
         found.save(path, writer="pillow")
-        plt.close(found._fig)
+        plt.close(found._fig)  # does nothing to a figure that is not pyplot's
         files.append(str(path))
         if path.stat().st_size > LARGEST:
             getLogger(__name__).warning("%s has more than %d bytes", path.name, LARGEST)
     return figure_rst(files, gallery_conf["src_dir"], "Animation")
+
+
+def _is_new(found: Any) -> bool:
+    """Whether an animation has not been saved before."""
+    import matplotlib.pyplot as plt
+
+    number = getattr(found._fig, "number", None)
+    if number is not None:
+        return plt.fignum_exists(number)
+    new = found not in _saved
+    _saved.add(found)
+    return new

@@ -77,3 +77,45 @@ def test_other_commands_say_what_runs_sessions(infinivar, study, command):
     assert (outcome.code, outcome.out) == (2, "")
     assert "infinivar session" in outcome.err
     assert outcome.err.count("\n") == 1
+
+
+def test_a_video_and_a_scene_beside_the_report(infinivar, study, tmp_path):
+    video, scene = tmp_path / "cart.gif", tmp_path / "made" / "cart.xml"
+    given = ("--video", video, "--video-speed", "0.25", "--scene", scene)
+    outcome = infinivar("session", study, "--task", "wall", "--out", tmp_path / "out", *given)
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.splitlines()[-3:] == [
+        f"Also written: {file}" for file in (video, scene, scene.with_suffix(".npz"))
+    ]
+    assert video.read_bytes().startswith(b"GIF89a")
+    assert "<mujoco " in scene.read_text("utf-8")
+    again = infinivar("session", study, "--task", "wall", "--out", tmp_path / "out", "--video", video, "--json")
+    assert json.loads(again.out)["files"][-1] == str(video)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (("--video", "cart.avi"), "cart.avi: a video must end in .gif or .mp4"),
+        (("--scene", "cart.mjcf"), "cart.mjcf: a scene must end in .xml"),
+        (("--video", "cart.gif", "--video-speed", "0"), "--video-speed: speed must be > 0, got 0.0"),
+        (("--video", "cart.gif", "--video-speed", "nan"), "--video-speed: speed must be > 0, got nan"),
+        (
+            ("--video", "cart.gif", "--video-speed", "1e-6"),
+            "--video-speed: 0.02 s at speed 1e-06 and 25 frames per second are 5e+05 frames, over 5000: raise speed, or lower "
+            "frame_rate",
+        ),
+    ],
+)
+def test_a_wrong_video_is_refused_before_anything_is_computed(infinivar, study, tmp_path, given, message):
+    before = sorted(tmp_path.iterdir())
+    outcome = infinivar("session", study, "--task", "path", "--out", tmp_path / "out", *given)
+    assert (outcome.code, outcome.out, outcome.err) == (2, "", f"infinivar: {message}\n")
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_video_replaces_no_input(infinivar, study):
+    study.rename(study.parent / "cart.gif")
+    outcome = infinivar("session", study.parent / "cart.gif", "--task", "path", "--video", study.parent / "cart.gif")
+    assert outcome.code == 2
+    assert "is the study itself, and the results" in outcome.err

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any, Literal
 
-Kind = Literal["plot", "save", "dataset", "table"]
-"""A matplotlib figure; files in a directory; labelled arrays (`infinivar._core.netcdf.Arrays`); a `pandas.DataFrame`."""
+Kind = Literal["plot", "save", "dataset", "table", "animation", "video", "scene"]
+"""A matplotlib figure; files in a directory; labelled arrays (`infinivar._core.netcdf.Arrays`); a `pandas.DataFrame`; an
+animation of matplotlib; a file of it; files for MuJoCo."""
 
 _TABLE = "infinivar.report.presenters"
 _PRESENTERS: dict[str, dict[Kind, str]] = {}

@@ -176,7 +176,8 @@ class Result(Frozen):
     def _presenter(self, kind: presentation.Kind) -> Callable[..., Any]:
         found = presentation.presenter(type(self), kind)
         if found is None:
-            words = {"plot": "figure", "save": "report", "dataset": "data set", "table": "table"}[kind]
+            named = {"plot": "figure", "save": "report", "dataset": "data set"}
+            words = named.get(kind, kind)
             raise TypeError(
                 f"there is no {words} of {type(self).__name__}, only of {', '.join(presentation.presented(kind))}"
             )

@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar._core.result import Result, result
 from infinivar.analysis import run_limits
+from infinivar.analysis.animated import Animated
 from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event, first_settled
 from infinivar.bondgraph.audit import CLOSURE
@@ -19,7 +20,7 @@ from infinivar.units import plain
 
 
 @result
-class MachineRun(Judged, Result):
+class MachineRun(Judged, Animated, Result):
     """A simulated run of a machine of many contacts, as returned by `simulate_machine`; t instants.
 
     Attributes

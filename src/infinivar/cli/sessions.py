@@ -9,8 +9,8 @@ import typer
 
 from infinivar.cli.shared import loaded_study, naming, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
-from infinivar.errors import printable
-from infinivar.options import Json, Out, StudyFile, drives_of_study, sessions_of_study
+from infinivar.errors import InputError, printable
+from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, sessions_of_study
 
 
 def session(
@@ -32,6 +32,28 @@ def session(
         ),
     ] = None,
     out: Out = Path("out"),
+    video: Annotated[
+        Path | None,
+        typer.Option(
+            "--video",
+            parser=named_path,
+            metavar="FILE",
+            help="Also write a video of the machine in motion: a .gif file, or an .mp4 file where ffmpeg is found.",
+        ),
+    ] = None,
+    video_speed: Annotated[
+        float,
+        typer.Option("--video-speed", help="Speed of the video over that of the machine; 0.1 is ten times slower."),
+    ] = 1.0,
+    scene: Annotated[
+        Path | None,
+        typer.Option(
+            "--scene",
+            parser=named_path,
+            metavar="FILE",
+            help="Also write the machine as a scene for MuJoCo, an .xml file, with its motion beside it, in an .npz file.",
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Simulate a user at the handle of a machine.
@@ -42,25 +64,45 @@ def session(
     """
     from infinivar.analysis.sessions.measures import measures
     from infinivar.analysis.sessions.of_study import check_session, named_session, study_session
-    from infinivar.report.output import check_inputs, claimed
+    from infinivar.figures.moving_machine import check_frames
+    from infinivar.report.output import check_file, check_inputs, claimed
     from infinivar.report.saving import save
+    from infinivar.report.scene.export import check_scene
+    from infinivar.report.video import check_video
     from infinivar.study.inputs import input_files
 
+    if video is not None:
+        check_video(video)
+    if scene is not None:
+        check_scene(scene)
     loaded = loaded_study(study)
     with naming(study):
         name, chosen = named_session(loaded, task, drive)
         check_session(loaded, name, chosen)
     if task is None and len(loaded.sessions) > 1:
         complain(f"no --task given: using {printable(name)}, the first of {', '.join(map(printable, loaded.sessions))}")
+    if video is not None:
+        try:
+            check_frames(loaded.sessions[name].duration, video_speed, 25.0)
+        except InputError as problem:
+            raise InputError(f"--video-speed: {problem}") from None
     title = loaded.sessions[name].title
     stem = f"{chosen}-{name}"
     kind = f"session {stem}"
     check_inputs(out, kind, input_files(loaded), lambda file: file.startswith((f"{stem}.", f"{stem}-")))
+    beside = [*([video] if video else []), *([scene, scene.with_suffix(".npz")] if scene else [])]
+    for file in beside:
+        check_inputs(file.parent, "file", input_files(loaded), lambda name, file=file: name == file.name)
+        check_file(file)
     with claimed(out), progress_bar() as progress:
         with naming(study):
             found = study_session(loaded, name, chosen, progress=lambda share: progress(title, share))
+        if video is not None:
+            found.save_video(video, speed=video_speed, progress=lambda share: progress("drawing the video", share))
+        if scene is not None:
+            found.to_mujoco(scene)
         progress("writing the report", 1.0)
-        files = save(found, out, name=stem, reconstruction=loaded.reconstruction)
+        files = [*save(found, out, name=stem, reconstruction=loaded.reconstruction), *beside]
     if as_json:
         from infinivar.report.session import to_dict
 
@@ -72,4 +114,6 @@ def session(
         for line in found.event_lines:
             say(f"  {line}")
         say(f"Report: {files[0]}")
+        for file in beside:
+            say(f"Also written: {file}")
     raise typer.Exit(0 if found.feasible else NOT_FEASIBLE)

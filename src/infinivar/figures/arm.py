@@ -129,9 +129,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw base, members and joints with their torques, and force and velocity of the end point."""
     points = numbers["points"]
     reach = float(np.sum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-    ax.plot([-0.08 * reach, 0.08 * reach], [0.0, 0.0], color="#999999", lw=5.0, solid_capstyle="butt", zorder=1)
-    ax.plot(*points.T, color=_MEMBER, lw=6.0, solid_capstyle="round", solid_joinstyle="round", zorder=2)
-    ax.plot(*points[:-1].T, ls="", marker="o", ms=9, mfc="white", mec="black", zorder=3)
+    draw_members(ax, points, reach)
     end = points[-1]
     ax.plot(*end, marker="o", ms=4, color="black", zorder=5)
     ways = {name: numbers[name] / (float(np.linalg.norm(numbers[name])) or 1.0) for name in ("velocity", "force")}
@@ -163,6 +161,13 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ax.set_aspect("equal")
     ax.set_xlabel("x [m]")
     ax.set_ylabel("y [m]")
+
+
+def draw_members(ax: Axes, points: np.ndarray, reach: float) -> None:
+    """Draw the base, and members and joints from base to end point (n + 1, 2)."""
+    ax.plot([-0.08 * reach, 0.08 * reach], [0.0, 0.0], color="#999999", lw=5.0, solid_capstyle="butt", zorder=1)
+    ax.plot(*points.T, color=_MEMBER, lw=6.0, solid_capstyle="round", solid_joinstyle="round", zorder=2)
+    ax.plot(*points[:-1].T, ls="", marker="o", ms=9, mfc="white", mec="black", zorder=3)
 
 
 def draw_forces(ax: Axes, numbers: Mapping[str, Any]) -> set[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -98,13 +98,14 @@ def data(
     }
 
 
-def _seen(points: np.ndarray) -> np.ndarray:
+def seen(points: np.ndarray) -> np.ndarray:
     """Points in space, (..., 3), as a viewer far away sees them: to the right and up."""
     right = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), 0.0])
-    return np.stack([points @ right, points @ np.cross(_viewer(), right)], axis=-1)
+    return np.stack([points @ right, points @ np.cross(viewer(), right)], axis=-1)
 
 
-def _viewer() -> np.ndarray:
+def viewer() -> np.ndarray:
+    """Unit vector towards the viewer. (3,)"""
     return np.array([np.cos(_ELEVATION) * np.cos(_AZIMUTH), np.cos(_ELEVATION) * np.sin(_AZIMUTH), np.sin(_ELEVATION)])
 
 
@@ -118,15 +119,28 @@ def _colours(numbers: Mapping[str, Any]) -> list[Any]:
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw the machine in space, with the force of the user and the velocity of the platform."""
-    colours, front = _colours(numbers), numbers["outward"] @ _viewer() > 0
-    _cylinder(ax, numbers)
+    draw_solid(ax, numbers, _colours(numbers))
+    _arrows(ax, numbers)
+    draw_frame(ax, numbers)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def draw_solid(ax: Axes, numbers: Mapping[str, Any], colours: Sequence[Any]) -> None:
+    """Draw cylinder and wheels, if it has a cylinder, and guideways, rods in their colours and platform."""
+    front = numbers["outward"] @ viewer() > 0
+    steered = numbers["cylinder_radius"] is not None
+    if steered:
+        _cylinder(ax, numbers)
     for place, colour in enumerate(colours):
         above = 4 if front[place] else 1
-        _wheel(ax, numbers, place, above)
-        rod = _seen(np.stack([numbers["lower"][place], numbers["upper"][place]]))
+        _guideway(ax, numbers, place, above)
+        if steered:
+            _wheel(ax, numbers, place, above)
+        rod = seen(np.stack([numbers["lower"][place], numbers["upper"][place]]))
         ax.plot(*rod.T, color=_EDGE, lw=5.2, solid_capstyle="round", zorder=above + 0.4)
         ax.plot(*rod.T, color=colour, lw=3.8, solid_capstyle="round", zorder=above + 0.5)
-        low = _seen(numbers["lower"][place])
+        low = seen(numbers["lower"][place])
         ax.text(
             low[0],
             low[1],
@@ -137,11 +151,7 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
             zorder=above + 0.8,
             bbox={"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": _EDGE, "linewidth": 0.8},
         )
-    ax.fill(*_seen(numbers["upper"]).T, facecolor="#F4E3B2", edgecolor=_EDGE, lw=1.0, alpha=0.9, zorder=6)
-    _arrows(ax, numbers)
-    _frame(ax, numbers)
-    ax.set_aspect("equal")
-    ax.set_axis_off()
+    ax.fill(*seen(numbers["upper"]).T, facecolor="#F4E3B2", edgecolor=_EDGE, lw=1.0, alpha=0.9, zorder=6)
 
 
 def _cylinder(ax: Axes, numbers: Mapping[str, Any]) -> None:
@@ -149,21 +159,24 @@ def _cylinder(ax: Axes, numbers: Mapping[str, Any]) -> None:
     ring = np.stack([np.cos(_ROUND), np.sin(_ROUND), 0.0 * _ROUND], axis=-1) * radius
     from scipy.spatial import ConvexHull
 
-    rims = [_seen(ring + np.array([0.0, 0.0, height])) for height in (low, high)]
+    rims = [seen(ring + np.array([0.0, 0.0, height])) for height in (low, high)]
     both = np.concatenate(rims)
     ax.fill(*both[ConvexHull(both).vertices].T, facecolor="#D8DCE0", edgecolor=_EDGE, lw=0.8, alpha=0.75, zorder=2)
     ax.fill(*rims[1].T, facecolor="#E9ECEF", edgecolor=_EDGE, lw=0.8, alpha=0.75, zorder=2.1)
 
 
+def _guideway(ax: Axes, numbers: Mapping[str, Any], place: int, above: float) -> None:
+    guide = np.stack([[*numbers["lower"][place][:2], end] for end in numbers["range"]])
+    ax.plot(*seen(guide).T, color="#AAAAAA", lw=1.0, zorder=above)
+
+
 def _wheel(ax: Axes, numbers: Mapping[str, Any], place: int, above: float) -> None:
-    """Wheel, its carriage out to the rod, and its guideway."""
+    """Wheel, and its carriage out to the rod."""
     radius, outward, contact = numbers["wheel_radius"], numbers["outward"][place], numbers["wheel"][place]
     hub, lower = contact + radius * outward, numbers["lower"][place]
     disc = hub + radius * (np.cos(_ROUND)[:, None] * outward + np.sin(_ROUND)[:, None] * numbers["rolling"][place])
-    guide = np.stack([[*lower[:2], end] for end in numbers["range"]])
-    ax.plot(*_seen(guide).T, color="#AAAAAA", lw=1.0, zorder=above)
-    ax.plot(*_seen(np.stack([hub, lower])).T, color=_EDGE, lw=2.0, zorder=above + 0.2)
-    ax.fill(*_seen(disc).T, facecolor="#6C7A89", edgecolor="black", lw=0.7, zorder=above + 0.3)
+    ax.plot(*seen(np.stack([hub, lower])).T, color=_EDGE, lw=2.0, zorder=above + 0.2)
+    ax.fill(*seen(disc).T, facecolor="#6C7A89", edgecolor="black", lw=0.7, zorder=above + 0.3)
 
 
 def _arrows(ax: Axes, numbers: Mapping[str, Any]) -> None:
@@ -181,7 +194,7 @@ def _arrows(ax: Axes, numbers: Mapping[str, Any]) -> None:
             continue
         inward = name == "force" and vector[2] < 0
         outer = numbers["origin"] + (-1.0 if inward else 1.0) * length * vector / size
-        ends = _seen(np.stack([numbers["origin"], outer]))
+        ends = seen(np.stack([numbers["origin"], outer]))
         if taken is not None and np.linalg.norm(ends[1] - taken) < _NEAR * length:
             ends[1] = ends[0] + _SHORT * (ends[1] - ends[0])
         taken = ends[1]
@@ -195,16 +208,16 @@ def _arrows(ax: Axes, numbers: Mapping[str, Any]) -> None:
         )
 
 
-def _frame(ax: Axes, numbers: Mapping[str, Any]) -> None:
+def draw_frame(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Axes x, y and z at the lower left, as long as a round number of millimetres."""
     span = float(np.max(np.linalg.norm(numbers["lower"][:, :2], axis=1)))
     size = 10.0 ** np.floor(np.log10(span))
     size *= max(step for step in (1.0, 2.0, 5.0) if step * size <= span)
-    everything = _seen(np.concatenate([numbers["lower"], [[0.0, 0.0, numbers["range"][0]]]]))
+    everything = seen(np.concatenate([numbers["lower"], [[0.0, 0.0, numbers["range"][0]]]]))
     start = np.array([everything[:, 0].min() - 0.75 * size, everything[:, 1].min() - 0.35 * span])
     for name, unit in zip("xyz", np.eye(3), strict=True):
-        ax.plot(*np.stack([start, start + 0.6 * size * _seen(unit)]).T, color=_EDGE, lw=1.2)
-        tip = start + 0.75 * size * _seen(unit)
+        ax.plot(*np.stack([start, start + 0.6 * size * seen(unit)]).T, color=_EDGE, lw=1.2)
+        tip = start + 0.75 * size * seen(unit)
         ax.text(tip[0], tip[1], name, ha="center", va="center", fontsize=8)
     left = np.array([-0.5 * size, start[1] - 0.1 * size])
     ax.plot([left[0], left[0] + size], [left[1]] * 2, color="black", lw=2.0, solid_capstyle="butt")

@@ -80,20 +80,19 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw body, wheels, normals, instant centre and forces."""
     spots, force = numbers["positions"], numbers["force"]
     middle = spots.mean(axis=0)
-    size = float(np.max(np.linalg.norm(spots - middle, axis=1))) or 4.0 * float(numbers["radius"].max())
+    size = size_of(spots, numbers["radius"])
     scale = _LIMIT * size / float(numbers["limit"].max())
     near = bool(np.all(np.isfinite(numbers["centre"]))) and np.linalg.norm(numbers["centre"] - middle) < _NEAR * size
     shown = np.concatenate([spots, numbers["centre"][None]]) if near else spots
     low, high = shown.min(axis=0) - 0.75 * size, shown.max(axis=0) + 0.75 * size
-    _body(ax, spots, size)
+    draw_body(ax, outline(spots, size))
     for place, (spot, heading) in enumerate(zip(spots, numbers["headings"], strict=True)):
         across = np.array([-heading[1], heading[0]])
         ends = spot + np.outer([-9.0 * size, 9.0 * size], across)
         ax.plot(*ends.T, color="#999999", lw=0.8, ls=(0, (4, 3)), zorder=1)
         rim = spot + scale * numbers["limit"][place] * np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
         ax.plot(*rim.T, color=_CONTACT, lw=0.8, ls=(0, (1, 2)), zorder=2)
-        wheel = spot + np.outer([-1.0, 1.0], numbers["radius"][place] * heading)
-        ax.plot(*wheel.T, color="black", lw=6.0, solid_capstyle="butt", zorder=3)
+        draw_wheel(ax, spot, numbers["radius"][place] * heading)
         _arrow(ax, spot, spot + scale * force[place], _CONTACT)
         out = (spot - middle) / (np.linalg.norm(spot - middle) or 1.0)
         words = f"wheel {place + 1}: {np.linalg.norm(force[place]):.3g} N,\n{100.0 * numbers['slip'][place]:.0f} % of slip limit"
@@ -128,13 +127,28 @@ def _far(centre: np.ndarray) -> str:
     return f"instant centre at ({centre[0]:.3g}, {centre[1]:.3g}) m"
 
 
-def _body(ax: Axes, spots: np.ndarray, size: float) -> None:
-    """Outline a little way around the wheels."""
+def size_of(spots: np.ndarray, radius: np.ndarray) -> float:
+    """Size of a body with wheels at spots (k, 2) of radii (k,)."""
+    return float(np.max(np.linalg.norm(spots - spots.mean(axis=0), axis=1))) or 4.0 * float(radius.max())
+
+
+def outline(spots: np.ndarray, size: float) -> np.ndarray:
+    """Outline of a body, a little way around its wheels. (m, 2)"""
     from scipy.spatial import ConvexHull
 
     ring = 0.12 * size * np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
     around = (spots[:, None] + ring).reshape(-1, 2)
-    ax.fill(*around[ConvexHull(around).vertices].T, facecolor="#E9ECEF", edgecolor="#555555", lw=1.0, zorder=0)
+    return around[ConvexHull(around).vertices]
+
+
+def draw_body(ax: Axes, around: np.ndarray) -> None:
+    """Fill an outline (m, 2)."""
+    ax.fill(*around.T, facecolor="#E9ECEF", edgecolor="#555555", lw=1.0, zorder=0)
+
+
+def draw_wheel(ax: Axes, spot: np.ndarray, half: np.ndarray, colour: str = "black") -> None:
+    """Draw a wheel at a spot (2,), with half its length (2,) along its heading."""
+    ax.plot(*(spot + np.outer([-1.0, 1.0], half)).T, color=colour, lw=6.0, solid_capstyle="butt", zorder=3)
 
 
 def _motion(ax: Axes, numbers: Mapping[str, Any], size: float, scale: float) -> None:

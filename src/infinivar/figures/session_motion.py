@@ -47,33 +47,47 @@ def data(run: Session) -> list[dict[str, Any]]:
 def _plane(run: Session, pair: list[int]) -> dict[str, Any]:
     moved = 1e3 * run.position[:, pair]
     every = [moved]
-    path = None
-    if run.path is not None and hasattr(run.path, "length"):
-        curve = 1e3 * np.asarray(run.path.at(np.linspace(0.0, run.path.length, 400))[0])
-        path = curve[:, pair] if curve.shape[1] == len(run.axes) else None
-        every += [] if path is None else [path]
-    low, high = np.min(np.concatenate(every), axis=0), np.max(np.concatenate(every), axis=0)
-    size = max(float(np.max(high - low)), 1e-3)
-    middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, 0.4 * size) + _AROUND * size
+    path = path_in(run, pair)
+    every += [] if path is None else [path]
+    low, high, size = bounds(np.concatenate(every))
     places = np.unique(np.linspace(0, len(run.time) - 1, _ARROWS).round().astype(int))
     return {
         "axes": [run.axes[one] for one in pair],
         "moved": moved,
         "path": path,
-        "wall": None if run.wall is None else _wall(run, pair, middle - half, middle + half),
+        "wall": wall_in(run, pair, low, high),
         "arrows": (moved[places], run.force[places][:, pair]),
         "size": size,
-        "bounds": (middle - half, middle + half),
+        "bounds": (low, high),
         "slips": _at(run, moved, run.slips),
         "touches": _at(run, moved, [touch.start for touch in run.touches]),
     }
+
+
+def bounds(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Corners of a drawing around points (n, 2), not too narrow, and the extent of the points."""
+    low, high = np.min(points, axis=0), np.max(points, axis=0)
+    size = max(float(np.max(high - low)), 1e-3)
+    middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, 0.4 * size) + _AROUND * size
+    return middle - half, middle + half, size
+
+
+def path_in(run: Session, pair: list[int]) -> np.ndarray | None:
+    """Path in the plane of two axes. (n, 2) [mm]"""
+    if run.path is None or not hasattr(run.path, "length"):
+        return None
+    curve = 1e3 * np.asarray(run.path.at(np.linspace(0.0, run.path.length, 400))[0])
+    return curve[:, pair] if curve.shape[1] == len(run.axes) else None
 
 
 def _at(run: Session, moved: np.ndarray, times: Any) -> np.ndarray:
     return np.array([[np.interp(time, run.time, column) for column in moved.T] for time in times]).reshape(-1, 2)
 
 
-def _wall(run: Session, pair: list[int], low: np.ndarray, high: np.ndarray) -> dict[str, Any]:
+def wall_in(run: Session, pair: list[int], low: np.ndarray, high: np.ndarray) -> dict[str, Any] | None:
+    """Distance from the wall in the plane of two axes, through the end of the session, between corners [mm]."""
+    if run.wall is None:
+        return None
     x, y = np.linspace(low[0], high[0], _GRID), np.linspace(low[1], high[1], _GRID)
     points = np.tile(run.position[-1], (_GRID, _GRID, 1))
     points[..., pair[0]], points[..., pair[1]] = np.meshgrid(1e-3 * x, 1e-3 * y)
@@ -84,14 +98,8 @@ def _wall(run: Session, pair: list[int], low: np.ndarray, high: np.ndarray) -> d
 
 def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
     """Draw one plane."""
-    wall, path, moved = numbers["wall"], numbers["path"], numbers["moved"]
-    if wall is not None and np.any(wall["distance"] < 0.0):
-        ax.contourf(wall["x"], wall["y"], wall["distance"], levels=[-1e9, 0.0], colors=["#E3E6EA"])
-        if np.any(wall["distance"] > 0.0):
-            ax.contour(wall["x"], wall["y"], wall["distance"], levels=[0.0], colors=["#6B7280"], linewidths=1.2)
-        ax.plot([], [], color="#6B7280", lw=1.2, label="wall")
-    if path is not None:
-        ax.plot(*path.T, color="#6B7280", ls="--", lw=1.2, label="path")
+    moved = numbers["moved"]
+    draw_guides(ax, numbers)
     ax.plot(*moved.T, color=style.COLOURS[0], label="handle")
     ax.plot(*moved[0], marker="o", ms=5, color="black", ls="none", label="start")
     tails, forces = numbers["arrows"]
@@ -114,12 +122,29 @@ def draw(ax: Axes, numbers: Mapping[str, Any]) -> None:
         if len(numbers[name]):
             words = "a wheel slips" if name == "slips" else "wall reached"
             ax.plot(*numbers[name][:1].T, marker=mark, ms=6, color="#B3400A", ls="none", label=words)
+    frame(ax, numbers)
+
+
+def frame(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    """Bound and label the plane of two axes."""
     low, high = numbers["bounds"]
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{numbers['axes'][0]} [mm]")
     ax.set_ylabel(f"{numbers['axes'][1]} [mm]")
+
+
+def draw_guides(ax: Axes, numbers: Mapping[str, Any]) -> None:
+    """Draw wall and path."""
+    wall, path = numbers["wall"], numbers["path"]
+    if wall is not None and np.any(wall["distance"] < 0.0):
+        ax.contourf(wall["x"], wall["y"], wall["distance"], levels=[-1e9, 0.0], colors=["#E3E6EA"], zorder=-1)
+        if np.any(wall["distance"] > 0.0):
+            ax.contour(wall["x"], wall["y"], wall["distance"], levels=[0.0], colors=["#6B7280"], linewidths=1.2)
+        ax.plot([], [], color="#6B7280", lw=1.2, label="wall")
+    if path is not None:
+        ax.plot(*path.T, color="#6B7280", ls="--", lw=1.2, label="path")
 
 
 def draw_all(run: Session) -> Figure | None:

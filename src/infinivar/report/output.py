@@ -83,6 +83,28 @@ def all_or_nothing(directory: Path, kind: str) -> Iterator[Path]:
             raise InputError(f"{printable(directory)}: cannot be written to: {problem.strerror}") from problem
 
 
+@contextlib.contextmanager
+def all_files_or_none(*files: Path) -> Iterator[tuple[Path, ...]]:
+    """Files of other names to write, in a scratch folder, which replace the files when the block ends without error.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be written.
+    """
+    for file in files:
+        check_file(file)
+    folder = files[0].parent
+    try:
+        with tempfile.TemporaryDirectory(dir=folder, prefix=".infinivar-") as scratch:
+            made = tuple(Path(scratch) / file.name for file in files)
+            yield made
+            for one, file in zip(made, files, strict=True):
+                one.replace(file)
+    except OSError as problem:
+        raise InputError(f"{printable(files[0])}: cannot be written: {problem.strerror}") from problem
+
+
 def check_inputs(directory: Path, kind: str, inputs: Mapping[Path, str], writes: Callable[[str], bool]) -> None:
     """Raise an error if results would replace or remove a file that they are computed from.
 

@@ -7,6 +7,12 @@ from __future__ import annotations
 
 from infinivar._core.presentation import register
 
+_IN_MOTION = {
+    "animation": "figures.moving_machine:animation",
+    "video": "report.video:save",
+    "scene": "report.scene.export:save",
+}
+
 _TYPES: dict[str, dict[str, str]] = {
     "analysis.compare.Comparison": {
         "plot": "figures.operating_map:draw_all",
@@ -38,6 +44,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.machine_run:draw_all",
         "save": "report.simulation:save",
         "dataset": "report.datasets:machine_run",
+        **_IN_MOTION,
     },
     "analysis.sessions.comparison.DisplayComparison": {
         "plot": "figures.displays:draw_all",
@@ -47,6 +54,7 @@ _TYPES: dict[str, dict[str, str]] = {
         "plot": "figures.session:draw_all",
         "save": "report.session:save",
         "dataset": "report.datasets:machine_run",
+        **_IN_MOTION,
     },
     "analysis.machines.MachineComparison": {
         "plot": "figures.machine_tasks:draw_all",

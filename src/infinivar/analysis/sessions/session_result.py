@@ -10,6 +10,7 @@ import numpy as np
 from infinivar._core.arrays import real_array
 from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis import run_limits
+from infinivar.analysis.animated import Animated
 from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE
@@ -39,7 +40,7 @@ class Touch(Frozen):
 
 
 @result
-class Session(Judged, Result):
+class Session(Judged, Animated, Result):
     """A session of a user at the handle of a machine, as returned by `session`; t instants.
 
     Attributes

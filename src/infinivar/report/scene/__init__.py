@@ -1,0 +1,1 @@
+"""Scenes of machines in motion for MuJoCo: bodies with their masses, what guides the handle, and the recorded motion."""

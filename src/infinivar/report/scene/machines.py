@@ -1,0 +1,281 @@
+"""Bodies of each machine: masses and moments of inertia are its own; bodies without mass in the machine have 1e-9 kg.
+
+A cylinder has its moment of inertia, and the mass of a solid cylinder with that. Wheels turn with the inertia of their servos.
+Heights of carriages and knobs, and widths of wheels, are for looking only.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+
+from infinivar._core.fields import given
+from infinivar.analysis.moving_parts import STICK_SPEED, Parts, link_positions, members_of, rods_of
+from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
+from infinivar.drivetrain.moving.rolling import PlanarMechanics
+from infinivar.drivetrain.moving.separate import SeparateMechanics
+from infinivar.drivetrain.moving.slides import SlideLoad
+from infinivar.errors import ParameterError
+from infinivar.figures import planar_cobot
+from infinivar.report.scene.elements import LEAST, Scene, text
+
+_X, _Y, _Z = np.eye(3)
+_NONE = (0.0, 0.0, 0.0)
+_WIDE = 0.25
+"""Half-width of a wheel over its radius."""
+
+
+class Extent(NamedTuple):
+    """What a camera looks at."""
+
+    centre: np.ndarray
+    """(3,) [m]"""
+    radius: float
+    """[m]"""
+
+
+def add_machine(scene: Scene, machine: Any, parts: Parts) -> Extent:
+    """Add the bodies of a machine with their joints."""
+    load, turning = parts.load, _servo_inertia(machine)
+    if isinstance(load, PlatformLoad):
+        return _platform(scene, parts, turning)
+    if isinstance(load, ArmLoad):
+        return _arm(scene, parts)
+    if isinstance(load, SlideLoad):
+        return _slide(scene, parts, turning)
+    return _planar(scene, parts, turning)
+
+
+def _servo_inertia(machine: Any) -> float:
+    """Of a wheel with what steers it, about the steering axis; 0 if it is not known. [kg m^2]"""
+    try:
+        servo = machine.servo(STICK_SPEED)
+    except ParameterError:
+        return 0.0
+    return 0.0 if servo is None else servo.inertia
+
+
+def _wheel(
+    scene: Scene, parent: Element, name: str, hub: Any, axes: Any, radius: float, angle: np.ndarray, turning: float
+) -> None:
+    """A wheel that steers about the third of its axes and rolls along the first; axes: the first two, in the parent."""
+    body = scene.body(parent, name, hub, 0.0, _NONE, axes=axes)
+    scene.joint(body, f"{name}_steering", "hinge", angle, _Z, turning)
+    scene.geom(body, "cylinder", "wheel", size=[radius, _WIDE * radius], zaxis=_Y)
+
+
+def _planar(scene: Scene, parts: Parts, turning: float) -> Extent:
+    """Heights are below the handle, which is at 0."""
+    assert isinstance(parts.mechanics, PlanarMechanics)
+    cobot = parts.mechanics.cobot
+    spots = np.array(cobot.positions)
+    radii = np.array([float(one.wheel_radius) for one in cobot.contacts])  # type: ignore[union-attr]
+    wide = float(radii.max())
+    size = planar_cobot.size_of(spots, radii)
+    around = planar_cobot.outline(spots, size)
+    mass = float(given(cobot.mass, 0.0)) - LEAST * len(spots)
+    moment = float(given(cobot.inertia, 0.0)) - LEAST * float(np.sum(spots**2))
+    centre = np.append(-LEAST * spots.sum(axis=0) / mass, 0.0)
+    body = scene.body(scene.world, "body", [0.0, 0.0, 0.0], mass, [0.5 * moment, 0.5 * moment, moment], centre=centre)
+    pose = parts.configuration
+    for place, (name, kind, axis) in enumerate((("x", "slide", _X), ("y", "slide", _Y), ("angle", "hinge", _Z))):
+        scene.joint(body, name, kind, pose[:, place], axis)
+    slab = np.concatenate([np.column_stack([around, np.full(len(around), height * wide)]) for height in (-2.6, -2.0)])
+    scene.mesh("slab", slab)
+    scene.geom(body, "mesh", "body", mesh="slab")
+    held = np.append(parts.held_at, 0.0)
+    scene.geom(body, "capsule", "link", fromto=[*held[:2], -2.0 * wide, *held], size=[0.2 * wide])
+    scene.handle(body, held, 0.45 * wide)
+    for place, (spot, radius) in enumerate(zip(spots, radii, strict=True)):
+        hub = [*spot, -4.2 * wide + radius]
+        _wheel(scene, body, f"wheel_{place + 1}", hub, [*_X, *_Y], float(radius), parts.steering[:, place], turning)
+    middle = 0.5 * (pose[:, :2].min(axis=0) + pose[:, :2].max(axis=0))
+    reach = 0.5 * float(np.max(np.ptp(pose[:, :2], axis=0))) + 1.2 * size
+    scene.geom(scene.world, "plane", "floor", pos=[*middle, -4.2 * wide], size=[3.0 * reach, 3.0 * reach, 0.1])
+    return Extent(np.append(middle, 0.0), reach)
+
+
+def _cylinder(scene: Scene, parts: Parts, middle: np.ndarray, axis: np.ndarray, half: float) -> tuple[float, float]:
+    """The cylinder about an axis, with two stripes that show it turn; returns its radius and that of its wheels."""
+    mechanics = parts.mechanics
+    assert isinstance(mechanics, LeggedMechanics)
+    assert parts.cylinder_angle is not None
+    radius = float(mechanics.transmission.cylinder_radius)
+    inertia = mechanics.cylinder_inertia
+    mass = 2.0 * inertia / radius**2
+    across = 0.5 * inertia + mass * half**2 / 3.0
+    first = _Y if axis[0] else _X
+    second = np.cross(axis, first)
+    body = scene.body(scene.world, "cylinder", middle, mass, [across, across, inertia], axes=[*first, *second])
+    scene.joint(body, "cylinder_turning", "hinge", parts.cylinder_angle, _Z)
+    scene.geom(body, "cylinder", "cylinder", size=[radius, half])
+    for sign in (1.0, -1.0):
+        scene.geom(body, "box", "stripe", pos=[sign * radius, 0.0, 0.0], size=[0.01 * radius, 0.12 * radius, half])
+    return radius, float(np.max(mechanics.transmission.wheel_radius))
+
+
+def _slide(scene: Scene, parts: Parts, turning: float) -> Extent:
+    """Links on a cylinder along x below the handle; on one axis the handle is on the link."""
+    load, mechanics = parts.load, parts.mechanics
+    masses, count = np.asarray(load.masses), len(load.masses)
+    steered = isinstance(mechanics, LeggedMechanics)
+    assert isinstance(mechanics, LeggedMechanics | SeparateMechanics)
+    position = link_positions(parts)
+    radius = float(mechanics.transmission.cylinder_radius) if steered else 0.02
+    wheel = float(np.max(mechanics.transmission.wheel_radius)) if steered else 0.01
+    middle = 0.5 * float(position.min() + position.max())
+    half = 0.5 * float(np.ptp(position)) + 2.0 * radius
+    below = (
+        -(radius + 6.0 * wheel)
+        if count == 1
+        else -(2.0 * radius + 6.0 * wheel + float(np.max(np.abs(parts.handle[:, 1:]))))
+    )
+    if steered:
+        _cylinder(scene, parts, np.array([middle, 0.0, below]), _X, half)
+    else:
+        for place in range(count):
+            _, out = _around(place, count)
+            rail = np.array([middle, 0.0, below]) + radius * out
+            scene.geom(scene.world, "box", "cylinder", pos=rail, size=[half, 0.15 * wheel, 0.15 * wheel])
+    for place in range(count):
+        name = f"link_{place + 1}"
+        along, out = _around(place, count)
+        own = mechanics.link_mass + (masses[place] if count == 1 or count > 3 else 0.0)
+        link = scene.body(scene.world, name, np.array([0.0, 0.0, below]), own, _NONE)
+        scene.joint(link, f"{name}_sliding", "slide", position[:, place], _X)
+        hub = (radius + wheel) * out
+        top = -below * _Z if count == 1 else (radius + 3.0 * wheel) * out
+        scene.geom(link, "capsule", "link", fromto=[*(hub + 1.2 * wheel * out), *top], size=[0.25 * wheel])
+        if steered:
+            angle = parts.steering[:, place]
+            _wheel(scene, link, f"wheel_{place + 1}", hub, [*along, *_X], wheel, angle, turning)
+        else:
+            scene.geom(link, "box", "link", pos=radius * out, size=[0.8 * wheel, 0.5 * wheel, 0.5 * wheel])
+        if count == 1:
+            scene.handle(link, top, 0.6 * wheel)
+    if 1 < count <= 3:
+        _carried(scene, parts, masses, 0.6 * wheel)
+    centre = np.array([middle, 0.0, 0.5 * below])
+    if 1 < count <= 3:
+        centre = centre + np.append(0.0, np.pad(parts.handle[:, 1:].mean(axis=0), (0, 3 - count)))
+    return Extent(centre, half + 0.5 * abs(below) + float(np.max(np.abs(parts.handle))))
+
+
+def _around(place: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Direction around the cylinder along x at a link, and outward, the first link on top."""
+    angle = 2.0 * np.pi * place / count
+    out = np.array([0.0, np.sin(angle), np.cos(angle)])
+    return np.cross(_X, out), out
+
+
+def _carried(scene: Scene, parts: Parts, masses: np.ndarray, size: float) -> None:
+    """The handle on its axes, heaviest first: each body adds what the axes outside it move more. Links follow the axes."""
+    order = np.argsort(-masses, kind="stable")
+    parent, place = scene.world, 0
+    while place < len(order):
+        together = [one for one in order[place:] if masses[one] == masses[order[place]]]
+        inner = order[place + len(together) :]
+        own = masses[order[place]] - (masses[inner[0]] if len(inner) else 0.0)
+        name = "carriage_" + "".join(parts.axes[one] for one in together)
+        parent = scene.body(parent, name, [0.0, 0.0, 0.0], float(own), _NONE)
+        for one in together:
+            scene.joint(parent, f"handle_{parts.axes[one]}", "slide", parts.handle[:, one], np.eye(3)[one])
+        place += len(together)
+    scene.handle(parent, [0.0, 0.0, 0.0], size)
+    for one, axis in enumerate(parts.axes):
+        ties = {"joint1": f"link_{one + 1}_sliding", "joint2": f"handle_{axis}", "polycoef": "0 1 0 0 0"}
+        SubElement(scene.equality, "joint", ties)
+
+
+def _platform(scene: Scene, parts: Parts, turning: float) -> Extent:
+    load, mechanics = parts.load, parts.mechanics
+    assert isinstance(load, PlatformLoad)
+    assert isinstance(mechanics, LeggedMechanics | SeparateMechanics)
+    platform, pose = load.platform, parts.configuration
+    rods = rods_of(load, pose)
+    links, length = rods.link_position, platform.rod_length
+    ends = np.array([min(links.min(), *(platform.stroke or ())), max(links.max(), *(platform.stroke or ()))])
+    steered = isinstance(mechanics, LeggedMechanics)
+    wheel = float(np.max(mechanics.transmission.wheel_radius)) if steered else 0.07 * length
+    low, high = float(np.mean(platform.base[:, 2])) + ends + np.array([-1.5, 1.5]) * wheel
+    radius = 0.0
+    if steered:
+        radius, wheel = _cylinder(scene, parts, np.array([0.0, 0.0, 0.5 * (low + high)]), _Z, 0.5 * (high - low))
+    for place, base in enumerate(platform.base):
+        name = f"link_{place + 1}"
+        scene.geom(scene.world, "capsule", "link", fromto=[*base[:2], low, *base[:2], high], size=[0.08 * wheel])
+        link = scene.body(scene.world, name, base, mechanics.link_mass, _NONE)
+        scene.joint(link, f"{name}_sliding", "slide", links[:, place], _Z)
+        scene.geom(link, "sphere", "link", size=[0.35 * wheel])
+        if steered:
+            out = np.array([*base[:2], 0.0]) / np.hypot(*base[:2])
+            hub = (radius + wheel) * out - np.array([*base[:2], 0.0])
+            scene.geom(link, "capsule", "link", fromto=[*(0.3 * hub), 0.0, 0.0, 0.0], size=[0.2 * wheel])
+            along = [*np.cross(_Z, out), *_Z]
+            _wheel(scene, link, f"wheel_{place + 1}", hub, along, wheel, parts.steering[:, place], turning)
+        rod = scene.body(link, f"rod_{place + 1}", [0.0, 0.0, 0.0], 0.0, _NONE, centre=[0.0, 0.0, 0.5 * length])
+        scene.joint(rod, f"rod_{place + 1}_joint", "ball", _from_z((rods.upper - rods.lower)[:, place] / length))
+        scene.geom(rod, "capsule", "rod", fromto=[0.0, 0.0, 0.0, 0.0, 0.0, length], size=[0.2 * wheel])
+        SubElement(rod, "site", name=f"rod_{place + 1}_end", pos=text([0.0, 0.0, length]), size=text(0.25 * wheel))
+    body = scene.body(scene.world, "platform", [0.0, 0.0, 0.0], load.mass, load.inertia)
+    scene.joint(body, "platform_pose", "free", np.concatenate([pose[:, :3], _turned(pose[:, 3:])], axis=1))
+    plate = np.concatenate([platform.joints + shift * _Z for shift in (-0.2 * wheel, 0.2 * wheel)])
+    scene.mesh("plate", plate)
+    scene.geom(body, "mesh", "body", mesh="plate")
+    scene.handle(body, [0.0, 0.0, 0.0], 0.5 * wheel)
+    for place, joint in enumerate(platform.joints):
+        SubElement(body, "site", name=f"joint_{place + 1}", pos=text(joint), size=text(0.25 * wheel))
+        ties = {"site1": f"rod_{place + 1}_end", "site2": f"joint_{place + 1}"}
+        SubElement(scene.equality, "connect", ties)
+    top = float(np.max(pose[:, 2]))
+    return Extent(
+        np.array([0.0, 0.0, 0.5 * (low + top)]), 0.6 * (top - low) + float(np.max(np.abs(platform.base[:, :2])))
+    )
+
+
+def _from_z(direction: np.ndarray) -> np.ndarray:
+    """Quaternions that turn z to unit vectors (t, 3) above the plane of x and y. (t, 4)"""
+    found = np.stack([1.0 + direction[:, 2], -direction[:, 1], direction[:, 0], 0.0 * direction[:, 0]], axis=-1)
+    return found / np.linalg.norm(found, axis=-1, keepdims=True)
+
+
+def _turned(rotation: np.ndarray) -> np.ndarray:
+    """Quaternions of rotation vectors (t, 3). (t, 4)"""
+    angle = np.linalg.norm(rotation, axis=-1, keepdims=True)
+    # sin(a/2)/a, with its series near 0.
+    share = np.where(angle > 1e-6, np.sin(0.5 * angle) / np.where(angle > 1e-6, angle, 1.0), 0.5 - angle**2 / 48.0)
+    return np.concatenate([np.cos(0.5 * angle), share * rotation], axis=-1)
+
+
+def _arm(scene: Scene, parts: Parts) -> Extent:
+    """Members with their joints; pulleys on the joints of legs, whose links count as inertia of the joints."""
+    load, mechanics = parts.load, parts.mechanics
+    assert isinstance(load, ArmLoad)
+    lengths = np.asarray(load.arm.lengths)
+    reach = float(np.sum(lengths))
+    thick = 0.02 * reach
+    link = mechanics.link_mass if isinstance(mechanics, LeggedMechanics | SeparateMechanics) else 0.0
+    parent, at = scene.world, np.zeros(3)
+    for place, (length, mass) in enumerate(zip(lengths, load.masses, strict=True)):
+        last = place == len(lengths) - 1
+        tip = load.tip_mass if last else 0.0
+        total = max(mass + tip, LEAST)
+        centre = (0.5 * mass + tip) * length / total
+        moment = mass * length**2 / 12.0 + mass * (0.5 * length - centre) ** 2 + tip * (length - centre) ** 2
+        moment += load.tip_inertia if last else 0.0
+        name = f"member_{place + 1}"
+        inertia = [0.5 * moment, moment, moment]
+        body = scene.body(parent, name, at, float(total), inertia, centre=[centre, 0.0, 0.0])
+        own = link * load.pulleys[place] ** 2
+        scene.joint(body, f"joint_{place + 1}", "hinge", parts.configuration[:, place], _Z, float(own))
+        scene.geom(body, "capsule", "link", fromto=[0.0, 0.0, 0.0, length, 0.0, 0.0], size=[0.7 * thick])
+        radius = float(load.pulleys[place]) if isinstance(mechanics, LeggedMechanics) else 1.2 * thick
+        scene.geom(body, "cylinder", "cylinder", pos=[0.0, 0.0, -1.2 * thick], size=[radius, 0.3 * thick])
+        parent, at = body, length * _X
+    scene.handle(parent, at, 1.2 * thick)
+    scene.geom(scene.world, "cylinder", "link", pos=[0.0, 0.0, -2.5 * thick], size=[2.0 * thick, thick])
+    points = members_of(load, parts.configuration).reshape(-1, 2)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Extent(np.append(0.5 * (low + high), 0.0), 0.5 * float(np.max(high - low)) + 0.15 * reach)
