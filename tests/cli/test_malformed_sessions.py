@@ -147,7 +147,11 @@ FAULTS = {
         ("user", {"type": "force", "x": {"shape": "file", "file": "no.csv"}}),
         "no.csv",
     ),
-    "arm of zero mass": ("path", ("user", ARM | {"mass": "0 kg"}), "tasks.path.user.mass = '0 kg' must be > 0 and <= 1000 kg"),
+    "arm of zero mass": (
+        "path",
+        ("user", ARM | {"mass": "0 kg"}),
+        "tasks.path.user.mass = '0 kg' must be > 0 and <= 1000 kg",
+    ),
     "arm of negative stiffness": (
         "path",
         ("user", ARM | {"stiffness": "-1 N/m"}),

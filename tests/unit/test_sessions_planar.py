@@ -331,7 +331,7 @@ def test_results_say_and_hold_what_happened():
         ({"rates": [0.0]}, "rates must be 3 finite numbers"),
         ({"handle": (0.0,)}, "handle must be x and y"),
         ({"controller": 3}, "controller must be a function"),
-        ({"controller": lambda measured: Commands(steering=np.zeros(4))}, "controller must be 1 finite angles"),
+        ({"controller": lambda measured: Commands(steering=np.zeros(4))}, "controller must command steering by 1 finite numbers"),
         ({"wall": 3}, "wall must have distance and normal"),
         ({"sensing": Sensing(sample_rate=500.0), "machine": replace(
             one_wheel(STIFF), control=CoboticControl(steering_bandwidth=80.0))},

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from annotated_types import Gt
-from scipy.linalg import null_space
 
 from infinivar._core.fields import check, component, quantity
 from infinivar.drivetrain.guidance.controller import Law, Measured, Plant
@@ -113,7 +112,8 @@ class PlanarFixtureGuide:
         if wheels > 1 and len(rows) == 1 and not np.any(np.abs(rows[0, :2]) > _STILL * abs(rows[0, 2])):
             return CasterGuide().begin(plant)
         if wheels > 1 and len(rows) == 2:
-            x, y, turn = null_space(rows)[:, 0]
+            free = np.cross(rows[0], rows[1])
+            x, y, turn = free / np.max(np.abs(free))
             pace = math.hypot(x, y)
             if abs(turn) <= _STILL * pace:
                 return self._along(np.array([x, y]), measured).begin(plant)
