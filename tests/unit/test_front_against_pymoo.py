@@ -135,7 +135,7 @@ def test_no_other_search_finds_better_cobotic_drives():
         return motors["mass"][motor] + gears["mass"][gear] + steering["mass"][turning], drive
 
     ends = np.log(list(ranges.values()))
-    theirs = searched(made, [0.0] * 4 + list(ends[:, 0]), [1.0] * 4 + list(ends[:, 1]), 25, seed=1)
+    theirs = searched(made, [0.0] * 4 + list(ends[:, 0]), [1.0] * 4 + list(ends[:, 1]), 40, seed=1)
     for mass, power in theirs:
         assert (front <= [mass * (1.0 + 1e-9), 1.01 * power]).all(axis=1).any(), (mass, power, front)
     assert theirs[:, 0].min() < 1.2 * front[:, 0].min()
