@@ -32,7 +32,7 @@ from .analysis.sessions.limits import GuidanceLimits, guidance_limits
 from .analysis.sessions.of_study import study_session
 from .analysis.sessions.passivity import Passivity, passivity
 from .analysis.sessions.session import session
-from .analysis.sessions.session_result import Session, Touch
+from .analysis.sessions.session_result import Overrun, Session, Touch
 from .analysis.sessions.stability import StabilityMap, least_stable_mass, stability_map, stiffest_wall
 from .analysis.sessions.z_width import ZWidth, swept_impedance, z_width
 from .analysis.shared_motor import SharedMotor, share_motor
@@ -256,6 +256,7 @@ __all__ = [
     "OnSurface",
     "OperatingPoint",
     "Output",
+    "Overrun",
     "ParameterError",
     "PartImport",
     "PartSearch",

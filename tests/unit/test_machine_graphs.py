@@ -13,11 +13,11 @@ from infinivar.bondgraph.model import model
 from infinivar.bondgraph.namespaces import FloatNamespace
 from infinivar.bondgraph.solver import solve
 from infinivar.drivetrain.graphs.machines import machine_graph
-from infinivar.drivetrain.moving.bodies import rotation_matrix
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.figures import bond_graph
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
+from infinivar.transmission.platform import rotation_matrix
 from machines_to_move import LEG, MACHINES
 from sampled import sampled
 
@@ -129,7 +129,7 @@ def test_graph_and_functions_have_the_same_accelerations_and_losses(name, change
         changes, sources, losses = graph_at(machine, name, state, angles, current, wrench)
         wanted = found.derivative[0, first:]
         assert_allclose(changes, wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
-        powers = dict(zip((*moved.sources, *moved.losses), found.power[0], strict=True))
+        powers = dict(zip((*moved.sources, *moved.losses), found.balance().power[0], strict=True))
         for title, loss in losses.items():
             assert_allclose(loss, powers[title], rtol=1e-9, atol=1e-12)
         assert sum(losses.values()) == pytest.approx(sum(powers[one] for one in moved.losses), rel=1e-9)

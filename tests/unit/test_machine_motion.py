@@ -31,6 +31,26 @@ from sampled import sampled
 # Coasting
 
 
+@pytest.mark.parametrize(("tolerance", "duration"), [(1e-3, 1.5), pytest.param(1e-4, 6.0, marks=pytest.mark.slow)])
+def test_balance_closes_where_energy_goes_to_and_fro(tolerance, duration):
+    # Without losses, what the user gives comes back in each cycle: little has passed in the end.
+    wheel = replace(IDEAL_WHEEL, creep_stiffness=2e4)
+    run = simulate_machine(
+        iv.PlanarMachine(cobot=iv.PlanarCobot(contacts=wheel, positions=[(0.0, 0.0)], mass=10.0, inertia=0.8)),
+        MachineScenario(
+            duration=duration,
+            source="none",
+            servos=False,
+            steering=lambda time: [0.5 * math.sin(2.0 * time)],
+            wrench=lambda time: [10.0 * math.sin(20.0 * time), 0.0, 0.0],
+            output_step=0.02,
+            tolerance=tolerance,
+        ),
+    )
+    assert run.complete
+    assert run.closure < 7e-7
+
+
 def test_coasting_leg_keeps_its_inertia_times_speed_squared():
     leg = ideal_leg()
     machine = one_joint(leg)

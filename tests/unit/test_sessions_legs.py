@@ -240,6 +240,35 @@ def test_wall_of_the_admittance_stops_the_handle():
     assert run.wall_force[-1] > 5.0
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_legs_stop_the_handle_at_the_ends_of_an_open_path(way):
+    machine = SlideMachine(leg=LEG, masses=[0.5, 0.5])
+    curve = iv.LineCurve(start=[-0.003, -0.003], end=[0.003, 0.003])
+    runs = {
+        ends: session(machine, iv.VirtualPath(curve=curve, ends=ends), user=[way * 10.0, 0.0], duration=0.15)
+        for ends in ("stop", "free")
+    }
+    assert max((one.distance for one in runs["stop"].overruns), default=0.0) < 1e-4
+    assert np.linalg.norm(runs["stop"].position[-1] - way * np.array([0.003, 0.003])) < 3e-4
+    assert runs["free"].overruns[0].distance > 5e-3
+    assert "past the end" in runs["free"].verdict
+    with pytest.raises(iv.ParameterError, match="ends must be a curve"):
+        AdmittanceGuide(ends="stop")
+
+
+@pytest.mark.parametrize(
+    ("machine", "user"), [(HEXAPOD, [5.0, 0.0, -20.0]), (SLIDE, [25.0]), (SLIDE, lambda time: [25.0 * (time > 0.02)])]
+)
+def test_held_handle_does_not_jump(machine, user):
+    held, strict = (
+        session(machine, iv.HoldingTask(stop_cylinder=True), user=user, duration=0.05, **usual)
+        for usual in ({}, {"tolerance": 1e-7})
+    )
+    moved = np.linalg.norm(held.position - held.position[0], axis=-1)
+    assert np.max(moved) < 1e-8
+    assert_allclose(held.position, strict.position, atol=2e-9)
+
+
 @pytest.mark.slow
 def test_speed_of_the_cylinder_follows_what_the_legs_need():
     slow = session(
@@ -289,7 +318,7 @@ def test_arms_have_a_handle_at_their_end_point():
     velocity = held.jacobian[0] @ nu[0]
     assert_allclose((ahead.position - behind.position)[0] / (2 * step), velocity, rtol=1e-6)
     change = (ahead.jacobian @ nu[0] - behind.jacobian @ nu[0])[0] / (2 * step)
-    assert_allclose(change, held.bias[0], rtol=1e-6)
+    assert_allclose(change, held.bias()[0], rtol=1e-6)
 
 
 # Audit

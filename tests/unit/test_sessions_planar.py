@@ -125,6 +125,32 @@ def test_round_path_with_real_servos(machine):
     assert "offset from the path" in run.verdict
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_handle_goes_straight_on_past_the_end_of_an_open_path(way):
+    curve = iv.ArcCurve(centre=[0.0, 0.3], radius=0.3, start_angle=-0.5 * math.pi, turn=0.5)
+    at = curve.length if way > 0 else 0.0
+    (point, tangent, _), speed = curve.at(0.5 * curve.length), 0.4
+    run = session(
+        one_wheel(IDEAL_WHEEL),
+        iv.VirtualPath(curve=curve),
+        duration=0.4,
+        pose=[*point, 0.0],
+        rates=[*(way * speed * tangent), 0.0],
+        servos="ideal",
+    )
+    end, along, _ = curve.at(at)
+    assert np.max(np.abs(run.path_offset)) < 2e-5
+    (passed,) = run.overruns
+    expected = 0.5 * curve.length / speed
+    assert passed.start == pytest.approx(expected, abs=2e-3)
+    assert passed.end == run.time[-1]
+    assert passed.distance == pytest.approx(way * (run.position[-1] - end) @ along, rel=1e-9)
+    assert passed.distance == pytest.approx(speed * (0.4 - expected), rel=1e-3)
+    assert "mm past the end of the path" in run.verdict
+    assert str(passed) in run.event_lines
+    assert run.to_dict()["overruns"] == [{"start_s": passed.start, "end_s": passed.end, "distance_m": passed.distance}]
+
+
 def test_handle_beside_the_centre_follows_the_path():
     run = session(
         cart(STIFF),

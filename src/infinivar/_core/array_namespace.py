@@ -20,8 +20,8 @@ _LEAST_MOVE = 1e-7
 _Bracket = tuple[Any, Any, Any, Any]
 """Lower and upper end, place, and size of the last move."""
 
-_PLAIN = frozenset({float, int, str, bool, type(None)})
-"""Types of no array library: most fields of a part are of these."""
+_PLAIN = {float, int, str, bool, type(None)}
+"""Types of no array library, and those of NumPy as they are met: most fields of a part are of these."""
 
 Array = Any
 """A float, or an array of any library that follows the Python array API standard."""
@@ -35,13 +35,23 @@ def namespace(*arguments: Array) -> Any:
     TypeError
         If arguments of two array libraries are mixed.
     """
+    for argument in arguments:
+        if type(argument) not in _PLAIN:
+            break
+    else:
+        import numpy
+
+        return numpy
     found = None
     rest = list(arguments)
     while rest:
         argument = rest.pop()
         kind = type(argument)
+        if kind in _PLAIN:
+            continue
         # Constants are NumPy arrays, so that these mix with those of any other library.
-        if kind in _PLAIN or kind.__module__ == "numpy":
+        if kind.__module__ == "numpy":
+            _PLAIN.add(kind)
             continue
         names = getattr(kind, "__dataclass_fields__", None)
         if names is not None:

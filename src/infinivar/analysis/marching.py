@@ -121,7 +121,15 @@ class March:
         ends, kept = self._segments()
         if system.angles is not None:
             check_continuous("steering", system.angles, [0.0, *ends])
-        marching = Collocation(rates, system.balance, self._scale(), self.tolerance, len(ends))
+        marching = Collocation(
+            rates,
+            system.balance,
+            self._scale(),
+            self.tolerance,
+            segments=len(ends),
+            closure=0.5 * CLOSURE,
+            placed=system.places[0],
+        )
 
         def accept(step: Step) -> None:
             total[:] += step.energy
@@ -187,7 +195,7 @@ class March:
             for _ in range(_HALVINGS):
                 middle = 0.5 * (low + high)
                 time = step.begin + middle * (step.end - step.begin)
-                demand = rates(np.array([time]), step.at(middle)[None]).demand[0]
+                demand = rates(np.array([time]), step.at(np.array([middle]))).balance().demand[0]
                 low, high = (low, middle) if (demand[place] > 1.0) == rises else (middle, high)
             demand = np.where(np.arange(len(demand)) == place, 1.0, demand)
             found.append((step.begin + high * (step.end - step.begin), demand))

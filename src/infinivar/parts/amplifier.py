@@ -61,7 +61,7 @@ class Amplifier:
 
         Source: faulring2006, section VI-C (regenerative resistor); store and none: energy balance.
         """
-        xp = namespace(self, motor_power)
+        xp = namespace(motor_power, self.efficiency, self.storage_efficiency, self.standby_power)
         drawn, returned = xp.clip(motor_power, 0.0, xp.inf), xp.clip(-motor_power, 0.0, xp.inf)
         kept = self.efficiency * given(self.storage_efficiency, 0.0) if self.regeneration == "store" else 0.0
         power_in = drawn / self.efficiency - kept * returned + self.standby_power

@@ -30,15 +30,12 @@ from infinivar.errors import InputError, ParameterError, require
 from infinivar.motion.users import AXES, USERS, PushingUser, ReachingUser
 from infinivar.motion.vectors import Point, Pose, Twist
 from infinivar.motion.virtual.meshes import MeshFile
-from infinivar.motion.virtual.tasks import TASKS, Fixture, HandleTask, HoldingTask, VirtualPath, VirtualWall
+from infinivar.motion.virtual.tasks import TASKS, Fixture, HandleTask, VirtualPath, VirtualWall
 from infinivar.motion.waypoints import RecordedForce
 from infinivar.study.layers import Raw
 from infinivar.units import plain
 
 _STICK_SPEED = 1e-4
-
-_TOLERANCE, _HELD = 1e-4, 1e-7
-"""Relative, of states and energies: of a motion, and of a machine that is held."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -260,8 +257,6 @@ def prepared(one: SessionTask, drive: Any, where: str, drive_where: str) -> Prep
         "pose": pose,
         "rates": _rates(one, machine, where),
         "output_step": one.output_step,
-        # What is held moves by less than the usual tolerance of its position.
-        "tolerance": _HELD if isinstance(one.task, HoldingTask) else _TOLERANCE,
         "wall": surface_of(one.task),
         "path": curve_of(one.task),
     }

@@ -139,6 +139,8 @@ class Mechanism:
     """Contacts that differ, with their wheels."""
     rows: Array = field(init=False, repr=False, default=None)
     """Rows of all x, of all y and of all spins: (..., 2 k or 3 k, n)."""
+    columns: Array = field(init=False, repr=False, default=None)
+    """The same transposed: (..., n, 2 k or 3 k)."""
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -176,6 +178,7 @@ class Mechanism:
         if any(part.shape != parts[0].shape for part in parts):
             parts = list(xp.broadcast_arrays(*parts))
         object.__setattr__(self, "rows", xp.concat(parts, axis=-2))
+        object.__setattr__(self, "columns", xp.matrix_transpose(self.rows))
 
     @property
     def wheels(self) -> int:
@@ -291,7 +294,9 @@ class Mechanism:
         spin = self.spins(motion, steering_rate)
         found = self.by_contact(xp, _act(stick_speed), motion[..., :k], motion[..., k : 2 * k], *heading, spin, speed)
         parts = [found.x, found.y] + ([-found.moment] if self.spin is not None else [])
-        return found, -applied_to(xp.matrix_transpose(self.rows), xp.concat(xp.broadcast_arrays(*parts), axis=-1))
+        if any(part.shape != parts[0].shape for part in parts):
+            parts = list(xp.broadcast_arrays(*parts))
+        return found, -applied_to(self.columns, xp.concat(parts, axis=-1))
 
     def spins(self, motion: Array, steering_rate: Array) -> Array | None:
         """psi of every wheel, (..., k), from `velocities`; None where nothing turns."""

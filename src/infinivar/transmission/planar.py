@@ -46,8 +46,8 @@ def drift(contact: RollingContact, side_load: Array) -> Array:
 
     Source: creep law, inverted.
     """
-    xp = namespace(contact, side_load)
-    return xp.atan(contact.creepage(*as_floats(xp, side_load)))
+    creepage = contact.creepage(*as_floats(namespace(side_load), side_load))
+    return namespace(creepage).atan(creepage)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -248,7 +248,13 @@ class Platform:
 
 
 def rotated(rotation: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Components, (..., n) each, of vectors (n, 3) turned by rotation vectors (..., 3). Source: Rodrigues' formula."""
+    """Components, (..., n) each, of vectors (n, 3) turned by rotation vectors (..., 3)."""
+    turned = np.matmul(rotation_matrix(rotation), np.asarray(vectors, dtype=float).T)
+    return turned[..., 0, :], turned[..., 1, :], turned[..., 2, :]
+
+
+def rotation_matrix(rotation: np.ndarray) -> np.ndarray:
+    """Rotation by a vector, axis times angle. (..., 3) to (..., 3, 3). Source: Rodrigues' formula."""
     square = rotation[..., 0] ** 2 + rotation[..., 1] ** 2 + rotation[..., 2] ** 2
     angle = np.sqrt(square)
     turns = angle > _STILL
@@ -257,16 +263,16 @@ def rotated(rotation: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.n
     # The half angle: 1 - cos would cancel.
     two = np.where(turns, 2.0 * (np.sin(0.5 * angle) / safe) ** 2, 0.5)
     x, y, z = (rotation[..., axis] for axis in range(3))
-    first, second, third = (np.asarray(vectors)[:, axis] for axis in range(3))
-
-    def turned(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-        return a[..., None] * first + b[..., None] * second + c[..., None] * third
-
-    return (
-        turned(1.0 - two * (y * y + z * z), two * x * y - one * z, two * x * z + one * y),
-        turned(two * x * y + one * z, 1.0 - two * (x * x + z * z), two * y * z - one * x),
-        turned(two * x * z - one * y, two * y * z + one * x, 1.0 - two * (x * x + y * y)),
+    found = two[..., None, None] * (rotation[..., :, None] * rotation[..., None, :])
+    across = one[..., None] * rotation
+    found[..., 0, 0], found[..., 1, 1], found[..., 2, 2] = (
+        1.0 - two * (y * y + z * z),
+        1.0 - two * (x * x + z * z),
+        1.0 - two * (x * x + y * y),
     )
+    found[..., (1, 2, 0), (2, 0, 1)] -= across
+    found[..., (2, 0, 1), (1, 2, 0)] += across
+    return found
 
 
 def _three(value: Array, name: str) -> np.ndarray:

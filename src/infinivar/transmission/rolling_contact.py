@@ -119,7 +119,7 @@ class RollingContact:
     steering_model: SteeringModel | None = component(STEERING_MODEL, default=None)
     contact: PressedContact | None = field(init=False, repr=False, compare=False, default=None)
     _yielding: tuple[Array, Array] | None = field(init=False, repr=False, compare=False, default=None)
-    _memo: dict[float, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
+    _memo: dict[float | None, LossGroups] = field(init=False, repr=False, compare=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         """Validate the fields and compute the static contact."""
@@ -222,15 +222,19 @@ class RollingContact:
                 self._memo.clear()
                 self._memo[surface_speed] = groups
             return groups
-        return LossGroups(
-            slip_force=self.slip_force,
-            creep_stiffness=self.creep_stiffness,
-            rolling_torque=self.rolling_torque,
-            bearing_torque=self.bearing_torque,
-            wheel_radius=self.wheel_radius,
-            full_slip=MEASURED_FULL_SLIP,
-            yielding=self._yielding,
-        )
+        measured = self._memo.get(None)
+        if measured is None:
+            measured = LossGroups(
+                slip_force=self.slip_force,
+                creep_stiffness=self.creep_stiffness,
+                rolling_torque=self.rolling_torque,
+                bearing_torque=self.bearing_torque,
+                wheel_radius=self.wheel_radius,
+                full_slip=MEASURED_FULL_SLIP,
+                yielding=self._yielding,
+            )
+            self._memo[None] = measured
+        return measured
 
     def slip_demand(self, groups: LossGroups, ratio: Array, creep_speed: Array, rolling_speed: Array) -> Array:
         """Demand over allowance for slip: the larger of lateral force and creepage relative to slip; 1 is the slip limit.
@@ -290,8 +294,8 @@ class RollingContact:
         ContactForces   Inputs broadcast. A wheel that slides has the forces of gross sliding and a slip demand above 1. Without
             a stick speed, the rolling resistance of a wheel that slides or turns without rolling at all counts as zero.
         """
-        xp = namespace(self, *velocity, *heading, spin)
         u, v, groups = self.at(velocity, heading, surface_speed)
+        xp = namespace(u, v, spin, *groups[:-1])  # the groups are of what the fields of the contact are
         law = groups.formulas(self.creep_law)
         turns = spin is not None and self.turns_with_spin
         moment = 0.0 * u
@@ -306,12 +310,13 @@ class RollingContact:
                 / groups.slip_force
             )
             demand = self.slip_demand(groups, ratio, u, xp.sqrt(v * v + stick_speed * stick_speed))
-        lateral, rolling = ratio * groups.slip_force, coulomb(v, groups.rolling_force, stick_speed)
+        way = coulomb(v, 1.0, stick_speed)
+        lateral, rolling = ratio * groups.slip_force, groups.rolling_force * way
         if stick_speed is None:
             rests = (u == 0) & (v == 0)
             rests = rests & (spin == 0) if turns else rests
             lateral = xp.where(rests, xp.nan, lateral)
-        losses = self.losses(groups, lateral, u, coulomb(v, 1.0, stick_speed) * v)
+        losses = self.losses(groups, lateral, u, way * v)
         if turns:
             losses["creep"], losses["spin"] = spin_law.shares(losses["creep"], moment * spin)
         cosine, sine = heading
@@ -382,7 +387,7 @@ class RollingContact:
             turned = groups.creep_group * patch.lever * spin / rolling_speed
             found = known.lateral_creepage(ratio, turned / (known.scale.c22 * known.scale.lever))
             return known.scale.c22 * found / groups.creep_group
-        xp = namespace(self, ratio)
+        xp = namespace(ratio, *groups[:-1])
         rolls = xp.abs(ratio) <= 1.0
         found = groups.formulas(self.creep_law).creepage(xp.where(rolls, ratio, 0.0)) / groups.creep_group
         return xp.where(rolls, found, xp.nan)

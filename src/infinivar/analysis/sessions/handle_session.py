@@ -268,7 +268,8 @@ def geared_part(
     if friction_helps and part in HELD:
         rendered = np.maximum(rendered - friction, 0.0)
     current = (rendered + compensation * friction * np.sign(speed)) / motors.gain
-    force, powers = motors.act(current[:, None], speed[:, None])
+    force, electric = motors.act(current[:, None], speed[:, None])
+    powers = electric()
     push = (motors.moved_mass + handle_mass) * np.asarray(course.acceleration) - force[:, 0]
     voltage = drive.motor.resistance * current + drive.motor.torque_constant * motors.ratio * speed
     demands = {

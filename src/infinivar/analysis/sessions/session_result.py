@@ -20,8 +20,8 @@ from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
 from infinivar.units import plain
 
-_BEYOND = 1e-9
-"""Depth at the start that is more than rounding. [m]"""
+_ROUNDED = 1e-9
+"""Depth beyond a wall at the start, or distance past the end of a path, that counts as rounding. [m]"""
 
 
 @result
@@ -37,6 +37,22 @@ class Touch(Frozen):
     def __str__(self) -> str:
         """One-line description."""
         return f"wall penetrated from {plain(self.start)} s to {plain(self.end)} s, up to {plain(1e3 * self.depth)} mm"
+
+
+@result
+class Overrun(Frozen):
+    """Time interval in which the handle was past an end of an open path."""
+
+    start: float
+    end: float
+    """First and last result past the end. [s]"""
+    distance: float
+    """Farthest along the tangent at the end. [m]"""
+
+    def __str__(self) -> str:
+        """One-line description."""
+        until = f"{plain(self.start)} s to {plain(self.end)} s"
+        return f"past the end of the path from {until}, up to {plain(1e3 * self.distance)} mm"
 
 
 @result
@@ -85,8 +101,8 @@ class Session(Judged, Animated, Result):
 
     @property
     def event_lines(self) -> tuple[str, ...]:
-        """Demands beyond their allowance, then penetrations of the wall."""
-        return (*run_limits.lines(self.events, self.root_mean_squares), *map(str, self.touches))
+        """Demands beyond their allowance, then penetrations of the wall and ends of the path that were passed."""
+        return (*run_limits.lines(self.events, self.root_mean_squares), *map(str, (*self.touches, *self.overruns)))
 
     @property
     def position(self) -> np.ndarray:
@@ -126,12 +142,32 @@ class Session(Judged, Animated, Result):
         ParameterError
             If the session has no path.
         """
+        return self._beside_path()[:, 0]
+
+    @property
+    def overruns(self) -> tuple[Overrun, ...]:
+        """Intervals in which the handle is past an end of an open path; none without a path."""
+        if self.path is None:
+            return ()
+        past = np.abs(self._beside_path()[:, 1])
+        outside = np.concatenate([[False], past > _ROUNDED, [False]])
+        starts, ends = np.flatnonzero(outside[1:] & ~outside[:-1]), np.flatnonzero(~outside[1:] & outside[:-1])
+        return tuple(
+            Overrun(
+                start=float(self.time[first]), end=float(self.time[last - 1]), distance=float(np.max(past[first:last]))
+            )
+            for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
+        )
+
+    def _beside_path(self) -> np.ndarray:
+        """Offset from the path, and distance past an end of it. (t, 2) [m]"""
         if self.path is None:
             raise ParameterError("path is missing: the session has none to measure offsets from")
-        near, found = None, np.empty(len(self.time))
-        for row, point in enumerate(self.position):
+        near, found = None, np.empty((len(self.time), 2))
+        for row, point in enumerate(self.position[:, : getattr(self.path, "dimension", None)]):
             there = self.path.nearest(point, near)
-            near, found[row] = float(there.arc_length), float(there.offset)
+            near = float(there.arc_length)
+            found[row] = float(there.offset), float(getattr(there, "beyond", 0.0))
         return found
 
     @property
@@ -236,10 +272,13 @@ class Session(Judged, Animated, Result):
         said = [run_limits.verdict(self.events, self.root_mean_squares, float(self.time[-1]), None)]
         if self.path is not None:
             said.append(f"offset from the path {plain(1e3 * float(np.max(np.abs(self.path_offset))), 2)} mm at most")
+            farthest = max((one.distance for one in self.overruns), default=0.0)
+            if farthest:
+                said.append(f"{plain(1e3 * farthest, 2)} mm past the end of the path")
         if self.wall is not None:
             deepest = max((touch.depth for touch in self.touches), default=0.0)
             first = float(np.ravel(self.penetration)[0])
-            if first > _BEYOND:
+            if first > _ROUNDED:
                 said.append(f"the handle begins {plain(1e3 * first, 2)} mm beyond the wall")
             said.append(
                 f"wall penetrated by {plain(1e3 * deepest, 2)} mm at most" if self.touches else "wall not penetrated"
@@ -272,6 +311,7 @@ class Session(Judged, Animated, Result):
                 for event in self.events
             ],
             "touches": [{"start_s": one.start, "end_s": one.end, "depth_m": one.depth} for one in self.touches],
+            "overruns": [{"start_s": one.start, "end_s": one.end, "distance_m": one.distance} for one in self.overruns],
         }
 
 

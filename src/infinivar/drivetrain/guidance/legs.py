@@ -27,6 +27,7 @@ from infinivar.drivetrain.moving.control import Commands
 from infinivar.drivetrain.moving.legged import LeggedMechanics, PlatformLoad
 from infinivar.errors import ParameterError
 from infinivar.motion.virtual.constrained import free_basis
+from infinivar.motion.virtual.curves import Curve
 from infinivar.transmission.legs import least_creep_speed, least_surface_speed
 
 _NEVER_SLIPS = 0.95
@@ -102,8 +103,9 @@ class AdmittanceGuide:
     turning_damping: float = quantity("N m s/rad", Ge(0), "Virtual damping of its turning", default=0.0)
     constraint: Constraint | None = component("Fixture: with rows(coordinates, position, twist)", default=None)
     wall: Surface | None = component("One-sided wall: with distance(point) and normal(point)", default=None)
+    ends: Curve | None = component("Open curve at whose ends the handle stops; None: it moves on", default=None)
     wall_time: float = quantity(
-        "s", Gt(0), "Time constant with which the handle is slowed down to a wall", default=0.02
+        "s", Gt(0), "Time constant with which the handle is slowed down to a wall or an end", default=0.02
     )
     gain: float | None = quantity(
         "1/s", Ge(0), "Gain of the pose error; by default 2 pi times control.link_bandwidth", default=None
@@ -121,6 +123,8 @@ class AdmittanceGuide:
         check(self)
         if self.constraint is not None and not hasattr(self.constraint, "rows"):
             raise ParameterError(f"constraint must have rows(coordinates, position, twist), got {self.constraint!r}")
+        if self.ends is not None and not isinstance(self.ends, Curve):
+            raise ParameterError(f"ends must be a curve, such as a PointCurve, got {self.ends!r}")
         for name in ("distance", "normal"):
             if self.wall is not None and not hasattr(self.wall, name):
                 raise ParameterError(
@@ -217,11 +221,11 @@ class _Admittance:
         back: np.ndarray,
         surface: float,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and least values for the free twist: speeds of the links, and a wall."""
+        """Rows and least values for the free twist: speeds of the links, a wall, and ends of a path."""
         fastest = abs(surface) * math.tan(_NEVER_SLIPS * self.mechanics.transmission.steering_range)
         links = jacobian @ free
-        there = jacobian @ back
-        rows, least = [links, -links], [-fastest - there, there - fastest]
+        drawn = jacobian @ back
+        rows, least = [links, -links], [-fastest - drawn, drawn - fastest]
         wall = self.settings.wall
         if wall is not None:
             dimension = getattr(wall, "dimension", len(measured.position))
@@ -230,6 +234,17 @@ class _Admittance:
             into = np.asarray(wall.normal(at)) @ grip[:dimension]
             rows.append((into @ free)[None])
             least.append(np.array([-float(wall.distance(at)) / self.settings.wall_time - float(into @ back)]))
+        ends = self.settings.ends
+        if ends is not None and not ends.is_closed:
+            dimension = ends.dimension
+            here = ends.nearest((measured.position + self.plant.period * measured.velocity)[:dimension])
+            along = here.tangent @ grip[:dimension]
+            # What is past an end stays there, but moves no further.
+            before = max(float(here.arc_length + here.beyond), 0.0)
+            after = max(float(ends.length - here.arc_length - here.beyond), 0.0)
+            rows.append(np.stack([along @ free, -along @ free]))
+            there = float(along @ back)
+            least.append(np.array([-before / self.settings.wall_time - there, there - after / self.settings.wall_time]))
         return np.concatenate(rows), np.concatenate(least)
 
     def _apart(self, pose: np.ndarray) -> np.ndarray:

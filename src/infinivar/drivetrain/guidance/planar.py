@@ -151,9 +151,11 @@ class _Steering:
     direction: float = math.nan
     orientation: float = 0.0
     mass: float = field(init=False)
+    inertia: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         self.mass = float(self.machine.cobot.mass)  # type: ignore[arg-type]
+        self.inertia = np.diag([self.mass, self.mass, float(self.machine.cobot.inertia)])  # type: ignore[arg-type]
 
     def commands(self, measured: Measured) -> Commands:
         """Angles and rates of the wheels."""
@@ -219,25 +221,23 @@ class _Steering:
         """What the wheels' headings have beyond the directions of their carriers. (k,)"""
         cobot = self.machine.cobot
         count = cobot.mechanism.wheels
+        found = np.zeros(count)
         if not self.settings.slip_feedforward:
-            return np.zeros(count)
+            return found
         angle = float(measured.configuration[2])
         if count == 1:
             load = float(going.force @ going.left) - self.mass * going.speed * rate
             carried, ways = np.array([load]), np.array([going.speed])
         else:
             carried, ways = self._carried(going, rate, spin, angle)
-        found = np.empty(count)
-        for place, contact in enumerate(cobot.contacts):  # type: ignore[arg-type]
-            most = _NEVER_SLIPS * contact.slip_force
-            load = min(max(float(carried[place]), -most), most)
-            found[place] = -math.copysign(1.0, ways[place]) * float(drift(contact, load))
-        return found
+        for contact, wheels in cobot.mechanism.kinds:
+            places, most = list(wheels), _NEVER_SLIPS * contact.slip_force
+            found[places] = drift(contact, np.clip(carried[places], -most, most))
+        return -np.copysign(1.0, ways) * found
 
     def _carried(self, going: Going, rate: float, spin: float, angle: float) -> tuple[np.ndarray, np.ndarray]:
         """Load of the body on each wheel across its heading, the least that balances the motion, and how fast it rolls. (k,)"""
-        cobot = self.machine.cobot
-        inertia = np.diag([self.mass, self.mass, float(cobot.inertia)])  # type: ignore[arg-type]
+        inertia = self.inertia
         unit = self._twist(going.direction, spin, angle)
         turned = self._twist(going.direction + 0.5 * math.pi, 0.0, angle)
         changing = going.speed * (rate - going.speed * spin) * turned
@@ -248,12 +248,11 @@ class _Steering:
         wrench = np.array([x, y, self.grip.point[0] * y - self.grip.point[1] * x])
         gained = float(unit @ (wrench - bias - inertia @ changing)) / float(unit @ inertia @ unit)
         needed = inertia @ (gained * unit + changing) + bias - wrench
-        rows = cobot.mechanism.jacobian
+        rows = self.machine.cobot.mechanism.jacobian
         moves = rows @ unit
         size = np.maximum(np.hypot(moves[:, 0], moves[:, 1]), 1e-9)
-        lateral = np.stack([-moves[:, 1], moves[:, 0]], axis=-1) / size[:, None]
-        across = np.einsum("kin,ki->nk", rows, lateral)
-        shares = np.linalg.lstsq(across, needed, rcond=1e-9)[0]
+        across = (moves[:, :1] * rows[:, 1] - moves[:, 1:] * rows[:, 0]) / size[:, None]
+        shares = np.linalg.lstsq(across.T, needed, rcond=1e-9)[0]
         return -shares, going.speed * size
 
 
@@ -268,7 +267,8 @@ def _along(vector: np.ndarray) -> float:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class PathGuide(_Guided):
-    """Guides the handle along a path in the plane; the user gives the speed, forwards or backwards.
+    """Guides the handle along a path in the plane; the user gives the speed, forwards or backwards. Past the ends of an open
+    path, the handle is guided along its tangent there.
 
     Raises
     ------
@@ -306,7 +306,9 @@ class PathGuide(_Guided):
             back = -1.0 if abs(off) > 0.5 * math.pi else 1.0
             off = math.remainder(off, math.pi)
             sense = way * back
-            by_metre = path_turning(sense * float(there.curvature), sense * float(there.offset), off, self.k1, k2)
+            # Wheels cannot stop the handle: past an end of an open path it goes straight on.
+            bend = 0.0 if getattr(there, "beyond", 0.0) else float(there.curvature)
+            by_metre = path_turning(sense * bend, sense * float(there.offset), off, self.k1, k2)
             return abs(going.speed) * by_metre
 
         def usual(measured: Measured) -> float:

@@ -102,6 +102,8 @@ class Sensors:
     system: System
     steps: np.ndarray = field(init=False)
     """Resolution of each component of the configuration. (c,)"""
+    stepped: bool = field(init=False)
+    """Whether one of them is not exact."""
     read: np.ndarray | None = field(init=False, default=None)
     turned: np.ndarray | None = field(init=False, default=None)
     filters: dict[str, _Filter] = field(init=False, default_factory=dict)
@@ -114,6 +116,7 @@ class Sensors:
         self.steps = np.array(
             [sensing.position_resolution if name.endswith("_m") else sensing.angle_resolution for name in names]
         )
+        self.stepped = bool(np.any(self.steps > 0.0))
         for name, cut_off in (
             ("speed", sensing.speed_filter),
             ("steering", sensing.speed_filter),
@@ -127,9 +130,11 @@ class Sensors:
         system, sensing = self.system, self.sensing
         first, second, _ = system.places
         c, nu = state[:first], state[first:second]
-        position = quantised(c, self.steps)
-        angles, turning = (row[0] for row in np.broadcast_arrays(*system.steering(np.array([time]), state[None])))
-        heading = quantised(angles, np.full(len(angles), sensing.steering_resolution))
+        position = quantised(c, self.steps) if self.stepped else c
+        angles, turning = (row[0] for row in system.steering(np.array([time]), state[None]))
+        heading = angles
+        if sensing.steering_resolution > 0.0:
+            heading = quantised(angles, np.full(len(angles), sensing.steering_resolution))
         speeds = nu
         if sensing.differenced:
             before = position if self.read is None else self.read

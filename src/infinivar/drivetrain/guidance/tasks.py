@@ -108,7 +108,7 @@ def _of_planar(task: HandleTask) -> Any:
 
 def _of_legs(task: HandleTask) -> Any:
     if isinstance(task, VirtualPath):
-        return AdmittanceGuide(constraint=OnCurve(curve=task.curve))
+        return AdmittanceGuide(constraint=OnCurve(curve=task.curve), ends=task.curve if task.ends == "stop" else None)
     if isinstance(task, VirtualWall):
         if task.sides == "two":
             return AdmittanceGuide(constraint=OnSurface(surface=task.surface))

@@ -6,17 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from infinivar.transmission.platform import rotated
+from infinivar.transmission.platform import rotation_matrix
 
 _NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
 
 _STILL = 1e-4
 """Angle [rad] below which the series of a coefficient is exact to rounding."""
-
-
-def rotation_matrix(vector: np.ndarray) -> np.ndarray:
-    """Rotation by a vector, axis times angle. (..., 3) to (..., 3, 3)"""
-    return np.stack(rotated(vector, np.eye(3)), axis=-2)
 
 
 def rotation_rate(vector: np.ndarray, turning: np.ndarray) -> np.ndarray:

@@ -34,8 +34,8 @@ class Held(NamedTuple):
     """x. (m, d) [m]"""
     jacobian: np.ndarray
     """G. (m, d, N)"""
-    bias: np.ndarray
-    """Acceleration of the handle without one of the rates. (m, d) [m s^-2]"""
+    bias: Callable[[], np.ndarray]
+    """Computes the acceleration of the handle without one of the rates. (m, d) [m s^-2]"""
 
 
 class Grip(Protocol):
@@ -62,16 +62,22 @@ class BodyGrip:
     def at(self, configuration: np.ndarray, rates: np.ndarray) -> Held:
         """The handle in fixed axes."""
         cosine, sine = np.cos(configuration[:, 2]), np.sin(configuration[:, 2])
-        x = cosine * self.point[0] - sine * self.point[1]
-        y = sine * self.point[0] + cosine * self.point[1]
+        arm = np.empty((len(rates), 2))
+        arm[:, 0] = cosine * self.point[0] - sine * self.point[1]
+        arm[:, 1] = sine * self.point[0] + cosine * self.point[1]
         jacobian = np.empty((len(rates), 2, 3))
-        jacobian[:, 0, 0], jacobian[:, 0, 1], jacobian[:, 0, 2] = cosine, -sine, -y
-        jacobian[:, 1, 0], jacobian[:, 1, 1], jacobian[:, 1, 2] = sine, cosine, x
-        turning = rates[:, 2]
-        along = cosine * rates[:, 0] - sine * rates[:, 1]
-        across = sine * rates[:, 0] + cosine * rates[:, 1]
-        bias = np.stack([-turning * across - turning**2 * x, turning * along - turning**2 * y], axis=-1)
-        return Held(configuration[:, :2] + np.stack([x, y], axis=-1), jacobian, bias)
+        jacobian[:, 0, 0] = jacobian[:, 1, 1] = cosine
+        jacobian[:, 1, 0] = sine
+        jacobian[:, 0, 1] = -sine
+        jacobian[:, 0, 2], jacobian[:, 1, 2] = -arm[:, 1], arm[:, 0]
+
+        def bias() -> np.ndarray:
+            turning = rates[:, 2]
+            along = cosine * rates[:, 0] - sine * rates[:, 1]
+            across = sine * rates[:, 0] + cosine * rates[:, 1]
+            return np.stack([-turning * across, turning * along], axis=-1) - (turning * turning)[:, None] * arm
+
+        return Held(configuration[:, :2] + arm, jacobian, bias)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +92,7 @@ class PointGrip:
         """The handle in fixed axes."""
         count = len(self.axes)
         jacobian = np.broadcast_to(np.eye(count, self.coordinates), (len(rates), count, self.coordinates))
-        return Held(configuration[:, :count], jacobian, np.zeros((len(rates), count)))
+        return Held(configuration[:, :count], jacobian, lambda: np.zeros((len(rates), count)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,9 +109,12 @@ class ArmGrip:
         joints = self.arm.joints
         jacobian = np.zeros((len(rates), 2, self.coordinates))
         jacobian[:, :, :joints] = self.arm.jacobian(configuration)[:, :2]
-        absolute, turning = np.cumsum(configuration, axis=-1), np.cumsum(rates[:, :joints], axis=-1)
-        pulled = np.asarray(self.arm.lengths) * turning * turning
-        bias = -np.stack([np.sum(pulled * np.cos(absolute), -1), np.sum(pulled * np.sin(absolute), -1)], axis=-1)
+
+        def bias() -> np.ndarray:
+            absolute, turning = np.cumsum(configuration, axis=-1), np.cumsum(rates[:, :joints], axis=-1)
+            pulled = np.asarray(self.arm.lengths) * turning * turning
+            return -np.stack([np.sum(pulled * np.cos(absolute), -1), np.sum(pulled * np.sin(absolute), -1)], axis=-1)
+
         return Held(np.asarray(self.arm.end_point(configuration))[:, :2], jacobian, bias)
 
 
@@ -130,19 +139,26 @@ class GrippingArm:
         return at_times(self.intention, time), rate / (2.0 * _STEP)
 
 
+class HandPowers(NamedTuple):
+    """Powers of a hand and its energy at m rows."""
+
+    user: np.ndarray
+    """(m,) [W]"""
+    arm: np.ndarray
+    """Lost in the arm. (m,) [W]"""
+    wound: np.ndarray
+    """Energy in the arm's spring. (m,) [J]"""
+
+
 class Grasp(NamedTuple):
     """What a hand does to a machine at m rows."""
 
     generalised: np.ndarray
     """Force on the coordinates, but that of the arm's mass with an acceleration of the rates. (m, N)"""
-    inertia: np.ndarray
+    inertia: np.ndarray | None
     """Of the arm, about the coordinates. (m, N, N)"""
-    power: np.ndarray
-    """Of the user. (m,) [W]"""
-    loss: np.ndarray
-    """In the arm. (m,) [W]"""
-    wound: np.ndarray
-    """Energy in the arm's spring. (m,) [J]"""
+    powers: Callable[[], HandPowers]
+    """Computes powers and energy."""
     position: np.ndarray
     """Of the handle. (m, d) [m]"""
     force: np.ndarray
@@ -158,48 +174,58 @@ class Hand:
     """In the directions of the handle, by time. (d,) [N]"""
     arm: GrippingArm | None = None
 
+    def _pushed(self, time: np.ndarray) -> np.ndarray:
+        """Force over time alone. (m, d) [N]"""
+        return np.zeros((len(time), len(self.grip.axes))) if self.force is None else at_times(self.force, time)
+
     def act(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> Grasp:
         """Forces, inertia and powers at rows."""
         held = self.grip.at(configuration, rates)
-        velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
-        force = np.zeros_like(velocity) if self.force is None else at_times(self.force, time)
-        power = np.sum(force * velocity, axis=-1)
-        across = np.swapaxes(held.jacobian, -1, -2)
-        if self.arm is None:
-            generalised = np.matmul(across, force[..., None])[..., 0]
-            nothing = 0.0 * power
-            inertia = np.zeros((1, rates.shape[-1], rates.shape[-1]))
-            return Grasp(generalised, inertia, power, nothing, nothing, held.position, force)
+        pushed = self._pushed(time)
         arm = self.arm
+        if arm is None:
+            generalised = np.matmul(pushed[:, None, :], held.jacobian)[:, 0]
+
+            def of_force() -> HandPowers:
+                velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
+                power = (pushed * velocity).sum(axis=-1)
+                return HandPowers(power, 0.0 * power, 0.0 * power)
+
+            return Grasp(generalised, None, of_force, held.position, pushed)
+        velocity = np.matmul(held.jacobian, rates[..., None])[..., 0]
         wanted, moving = arm.wanted(time)
         apart, slower = wanted - held.position, moving - velocity
         drawn = arm.stiffness * apart + arm.damping * slower
-        force = force + drawn
-        generalised = np.matmul(across, (force - arm.mass * held.bias)[..., None])[..., 0]
-        return Grasp(
-            generalised,
-            np.matmul(across * arm.mass, held.jacobian),
-            power + np.sum(drawn * moving, axis=-1),
-            np.sum(arm.damping * slower * slower, axis=-1),
-            0.5 * np.sum(arm.stiffness * apart * apart, axis=-1),
-            held.position,
-            force,
-        )
+        force = pushed + drawn
+        across = np.swapaxes(held.jacobian, -1, -2)
+        generalised = np.matmul(across, (force - arm.mass * held.bias())[..., None])[..., 0]
+
+        def powers() -> HandPowers:
+            return HandPowers(
+                (pushed * velocity + drawn * moving).sum(axis=-1),
+                (arm.damping * slower * slower).sum(axis=-1),
+                0.5 * (arm.stiffness * apart * apart).sum(axis=-1),
+            )
+
+        return Grasp(generalised, np.matmul(across * arm.mass, held.jacobian), powers, held.position, force)
 
     def energy(self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray) -> np.ndarray:
         """Energy of the arm's mass and spring. (m,) [J]"""
         grasp = self.act(time, configuration, rates)
-        return grasp.wound + 0.5 * np.sum(rates * np.matmul(grasp.inertia, rates[..., None])[..., 0], axis=-1)
+        wound = grasp.powers().wound
+        if grasp.inertia is None:
+            return wound
+        return wound + 0.5 * np.sum(rates * np.matmul(grasp.inertia, rates[..., None])[..., 0], axis=-1)
 
     def felt(
         self, time: np.ndarray, configuration: np.ndarray, rates: np.ndarray, accelerations: np.ndarray
     ) -> np.ndarray:
         """Force between hand and handle, on the handle, as a sensor there measures it. (m, d) [N]"""
-        force = self.act(time, configuration, rates).force
         if self.arm is None:
-            return force
+            return self._pushed(time)
+        force = self.act(time, configuration, rates).force
         held = self.grip.at(configuration, rates)
-        return force - self.arm.mass * (np.matmul(held.jacobian, accelerations[..., None])[..., 0] + held.bias)
+        return force - self.arm.mass * (np.matmul(held.jacobian, accelerations[..., None])[..., 0] + held.bias())
 
 
 def at_times(function: Callable[[float], Any], time: np.ndarray) -> np.ndarray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
@@ -9,11 +11,11 @@ import numpy as np
 
 from infinivar.contact import creep
 from infinivar.contact.friction import coulomb
-from infinivar.drivetrain.moving.bodies import Moved, planar_arm, rigid_body, rotation_matrix, rotation_rate
+from infinivar.drivetrain.moving.bodies import Moved, planar_arm, rigid_body, rotation_rate
 from infinivar.drivetrain.moving.system import Forces, Place
 from infinivar.limits import Limit
 from infinivar.transmission.arm import PlanarArm
-from infinivar.transmission.platform import Platform
+from infinivar.transmission.platform import Platform, rotation_matrix
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
 
@@ -207,23 +209,37 @@ class LeggedMechanics:
         rubbing = coulomb(link.speed, self.guideway_friction, self.stick_speed)
         on_links = found.x - rubbing
         generalised = np.empty_like(rates)
-        generalised[:, :-1] = np.matmul(np.swapaxes(link.jacobian, -1, -2), on_links[..., None])[..., 0]
-        generalised[:, -1] = -radius * np.sum(found.y, axis=-1)
+        generalised[:, :-1] = np.matmul(on_links[:, None, :], link.jacobian)[:, 0]
+        generalised[:, -1] = -radius * found.y.sum(axis=-1)
         resisting = -found.moment + 0.0 * angles
-        demand = [found.slip_demand]
-        if self._steers_to_an_end:
-            demand.append(np.abs(angles) / self.transmission.steering_range + 0.0 * found.slip_demand)
-        losses = contact_losses(found.losses, found.slip_demand)
-        losses["guideway"] = np.sum(rubbing * link.speed, axis=-1)
-        return Forces(generalised, resisting, losses, np.concatenate([*demand, link.demand], axis=-1))
+
+        def losses() -> dict[str, np.ndarray]:
+            lost = contact_losses(found.losses, found.slip_demand)
+            lost["guideway"] = (rubbing * link.speed).sum(axis=-1)
+            return lost
+
+        def demand() -> np.ndarray:
+            parts = [found.slip_demand]
+            if self._steers_to_an_end:
+                parts.append(np.abs(angles) / self.transmission.steering_range + 0.0 * found.slip_demand)
+            return np.concatenate([*parts, link.demand], axis=-1)
+
+        return Forces(generalised, resisting, losses, demand)
+
+
+def judged(
+    by_wheel: dict[str, np.ndarray], slip_demand: np.ndarray
+) -> tuple[Callable[[], dict[str, np.ndarray]], Callable[[], np.ndarray]]:
+    """Functions for the losses of all wheels, and for their demands, as in `Forces`."""
+    return functools.partial(contact_losses, by_wheel, slip_demand), lambda: slip_demand
 
 
 def contact_losses(by_wheel: dict[str, np.ndarray], slip_demand: np.ndarray) -> dict[str, np.ndarray]:
     """Losses of all wheels, with the creep of those that slide as "slip". (m,) each [W]"""
-    found = {name: np.sum(loss, axis=-1) for name, loss in by_wheel.items()}
+    found = {name: loss.sum(axis=-1) for name, loss in by_wheel.items()}
     slides = slip_demand > 1.0
     found["slip"] = 0.0 * found["creep"]
-    if np.any(slides):
+    if slides.any():
         found["slip"] = np.sum(np.where(slides, by_wheel["creep"], 0.0), axis=-1)
         found["creep"] = found["creep"] - found["slip"]
     return found

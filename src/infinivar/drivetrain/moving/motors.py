@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +15,9 @@ from infinivar.errors import ParameterError
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead, proportional_friction
 from infinivar.parts.motor import Motor
+
+Powers = Callable[[], dict[str, np.ndarray]]
+"""Computes powers by name, (m,) each, when they are asked for. [W]"""
 
 POWER_LOSSES = ("winding", "motor friction", "motor iron", "gearhead", "amplifier")
 STEERING_LOSSES = ("winding", "motor friction", "motor iron", "bearing", "patch", "amplifier")
@@ -103,9 +107,9 @@ class PowerMotor:
         passed = balance / (1.0 + way * share * (1.0 - self.rotor * unit))
         return share * np.abs(passed)
 
-    def act(self, currents: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Torque on each coordinate, (m, k), and the power that the motors take ("supply") with their losses, of all together;
-        without friction that depends on the load.
+    def act(self, currents: np.ndarray, speeds: np.ndarray) -> tuple[np.ndarray, Powers]:
+        """Torque on each coordinate, (m, k), and a function for the power that the motors take ("supply") with their losses, of
+        all together; without friction that depends on the load.
 
         Parameters
         ----------
@@ -113,21 +117,25 @@ class PowerMotor:
         speeds : (m, k) float    Of the coordinates.
         """
         shaft, motor = self.reduction * speeds, self.motor
-        rubbing = coulomb(shaft, motor.friction_torque, self.stick_speed)
+        way = coulomb(shaft, 1.0, self.stick_speed)
         iron = given(motor.viscous_friction, 0.0) * shaft
-        gear = coulomb(shaft, self.gear_friction, self.stick_speed)
         driven = motor.torque_constant * currents
-        torque = self.reduction * (driven - rubbing - iron - gear)
-        winding = motor.resistance * currents * currents + 0.0 * shaft
-        taken, burnt, _ = self.amplifier.supply(winding + driven * shaft)
-        return torque, {
-            "supply": np.sum(taken, axis=-1),
-            "winding": np.sum(winding, axis=-1),
-            "motor friction": np.sum(rubbing * shaft, axis=-1),
-            "motor iron": np.sum(iron * shaft, axis=-1),
-            "gearhead": np.sum(gear * shaft, axis=-1),
-            "amplifier": np.sum(burnt + 0.0 * shaft, axis=-1),
-        }
+        torque = self.reduction * (driven - (motor.friction_torque + self.gear_friction) * way - iron)
+
+        def powers() -> dict[str, np.ndarray]:
+            winding = motor.resistance * currents * currents + 0.0 * shaft
+            taken, burnt, _ = self.amplifier.supply(winding + driven * shaft)
+            slid = (way * shaft).sum(axis=-1)
+            return {
+                "supply": taken.sum(axis=-1),
+                "winding": winding.sum(axis=-1),
+                "motor friction": motor.friction_torque * slid,
+                "motor iron": (iron * shaft).sum(axis=-1),
+                "gearhead": self.gear_friction * slid,
+                "amplifier": (burnt + 0.0 * shaft).sum(axis=-1),
+            }
+
+        return torque, powers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,37 +157,39 @@ class SteeringServo:
     """Of the bell. [rad s^-1]"""
     inertia: float = field(init=False, default=0.0)
     """Of bell and rotor about the steering axis. [kg m^2]"""
+    gain: float = field(init=False, default=0.0)
+    """Torque at the bell per current. [N m A^-1]"""
+    friction: float = field(init=False, default=0.0)
+    """Coulomb friction at the bell: of patch, bell and motor. [N m]"""
 
     def __post_init__(self) -> None:
         """Compute what does not change."""
+        ratio, motor = self.plant.ratio, self.plant.motor
+        object.__setattr__(self, "gain", ratio * motor.torque_constant)
+        object.__setattr__(self, "friction", self.patch_friction + self.bell_friction + ratio * motor.friction_torque)
         rotor = needed(self.plant.motor.rotor_inertia, "steering.motor.rotor_inertia")
         object.__setattr__(self, "inertia", self.plant.bell_inertia + self.plant.ratio**2 * rotor)
 
-    @property
-    def gain(self) -> float:
-        """Torque at the bell per current. [N m A^-1]"""
-        return self.plant.ratio * self.plant.motor.torque_constant
-
-    @property
-    def friction(self) -> float:
-        """Coulomb friction at the bell: of patch, bell and motor. [N m]"""
-        return self.patch_friction + self.bell_friction + self.plant.ratio * self.plant.motor.friction_torque
-
-    def act(self, currents: np.ndarray, turning: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Torque at each bell but that of its contact, (m, s), and the powers of all together as in `PowerMotor`."""
+    def act(self, currents: np.ndarray, turning: np.ndarray) -> tuple[np.ndarray, Powers]:
+        """Torque at each bell but that of its contact, (m, s), and a function for the powers of all as in `PowerMotor`."""
         motor, ratio = self.plant.motor, self.plant.ratio
         share = coulomb(turning, 1.0, self.stick_speed)
         iron = given(motor.viscous_friction, 0.0) * ratio * ratio * turning
-        torque = self.gain * currents - self.friction * share - iron
-        winding = np.broadcast_to(motor.resistance * currents * currents, turning.shape)
-        taken, burnt, _ = self.amplifier.supply(winding + self.gain * currents * turning)
-        slid = np.sum(share * turning, axis=-1)
-        return torque, {
-            "steering supply": np.sum(taken, axis=-1),
-            "steering winding": np.sum(winding, axis=-1),
-            "steering motor friction": ratio * motor.friction_torque * slid,
-            "steering motor iron": np.sum(iron * turning, axis=-1),
-            "steering bearing": self.bell_friction * slid,
-            "steering patch": self.patch_friction * slid,
-            "steering amplifier": np.sum(burnt + 0.0 * turning, axis=-1),
-        }
+        driven = self.gain * currents
+        torque = driven - self.friction * share - iron
+
+        def powers() -> dict[str, np.ndarray]:
+            winding = motor.resistance * currents * currents + 0.0 * turning
+            taken, burnt, _ = self.amplifier.supply(winding + driven * turning)
+            slid = (share * turning).sum(axis=-1)
+            return {
+                "steering supply": taken.sum(axis=-1),
+                "steering winding": winding.sum(axis=-1),
+                "steering motor friction": ratio * motor.friction_torque * slid,
+                "steering motor iron": (iron * turning).sum(axis=-1),
+                "steering bearing": self.bell_friction * slid,
+                "steering patch": self.patch_friction * slid,
+                "steering amplifier": (burnt + 0.0 * turning).sum(axis=-1),
+            }
+
+        return torque, powers

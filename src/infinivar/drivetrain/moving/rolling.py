@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from infinivar.drivetrain.moving.legged import ArmLoad, contact_losses
+from infinivar.drivetrain.moving.legged import ArmLoad, judged
 from infinivar.drivetrain.moving.system import Forces, Place
 from infinivar.limits import Limit
 from infinivar.transmission.mechanism import Mechanism
@@ -30,6 +30,12 @@ class PlanarMechanics:
     coordinates: tuple[str, ...] = ("v_x_m_s", "v_y_m_s", "w_rad_s")
     configuration: tuple[str, ...] = ("x_m", "y_m", "angle_rad")
     losses: tuple[str, ...] = _LOSSES
+    _inertia: np.ndarray = field(init=False, repr=False, compare=False, default_factory=lambda: np.zeros((1, 3, 3)))
+
+    def __post_init__(self) -> None:
+        """Compute what does not change."""
+        mass, moment = float(self.cobot.mass), float(self.cobot.inertia)  # type: ignore[arg-type]
+        object.__setattr__(self, "_inertia", np.diag([mass, mass, moment])[None])
 
     @property
     def steered(self) -> tuple[str, ...]:
@@ -45,18 +51,18 @@ class PlanarMechanics:
         """Inertia, and the force that turns a velocity in turning axes."""
         cosine, sine = np.cos(configuration[:, 2]), np.sin(configuration[:, 2])
         x, y, turning = rates[:, 0], rates[:, 1], rates[:, 2]
-        mass, moment = float(self.cobot.mass), float(self.cobot.inertia)  # type: ignore[arg-type]
-        changes = np.stack([cosine * x - sine * y, sine * x + cosine * y, turning], axis=-1)
-        inertia = np.broadcast_to(np.diag([mass, mass, moment]), (len(rates), 3, 3))
-        bias = np.stack([-mass * turning * y, mass * turning * x, 0.0 * turning], axis=-1)
-        return Place(changes, inertia, bias, None)
+        changes, bias = np.empty_like(rates), np.zeros_like(rates)
+        changes[:, 0], changes[:, 1], changes[:, 2] = cosine * x - sine * y, sine * x + cosine * y, turning
+        whirled = self._inertia[0, 0, 0] * turning
+        bias[:, 0], bias[:, 1] = -whirled * y, whirled * x
+        return Place(changes, self._inertia, bias, None)
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """Forces of the wheels."""
         heading = np.cos(angles), np.sin(angles)
         found, applied = self.cobot.mechanism.forces(rates, heading, turning, self.stick_speed)
         resisting = found.moment + 0.0 * angles
-        return Forces(-applied, resisting, contact_losses(found.losses, found.slip_demand), found.slip_demand)
+        return Forces(-applied, resisting, *judged(found.losses, found.slip_demand))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +96,7 @@ class SphereMechanics:
         found, applied, losses, turned = self.ivt.moving(
             rates, angles[:, 0], turning[:, 0] if np.ndim(turning) else 0.0, self.stick_speed
         )
-        return Forces(-applied, turned[:, None], contact_losses(losses, found.slip_demand), found.slip_demand)
+        return Forces(-applied, turned[:, None], *judged(losses, found.slip_demand))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -131,4 +137,4 @@ class SerialArmMechanics:
         """Forces of the wheels."""
         found, applied = self.mechanism.forces(rates, (np.sin(angles), np.cos(angles)), -turning, self.stick_speed)
         resisting: Any = -found.moment + 0.0 * angles
-        return Forces(-applied, resisting, contact_losses(found.losses, found.slip_demand), found.slip_demand)
+        return Forces(-applied, resisting, *judged(found.losses, found.slip_demand))

@@ -18,6 +18,7 @@ from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.bodies import rotation_between
 from infinivar.drivetrain.moving.control import around, pose_twist
 from infinivar.drivetrain.moving.legged import Linkage, Load, PlatformLoad
+from infinivar.drivetrain.moving.motors import Powers
 from infinivar.drivetrain.moving.system import Forces, Place
 from infinivar.errors import ParameterError
 from infinivar.limits import Limit
@@ -91,17 +92,22 @@ class LinkMotors:
         """Names of the losses; the four of friction first."""
         return ("motor friction", "gearhead", self.drive.stage.title, "guideway", "winding", "motor iron", "amplifier")
 
-    def act(self, currents: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        """Forces on the links, (m, n), and the powers of all motors together, (m,), at link speeds (m, n)."""
+    def act(self, currents: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, Powers]:
+        """Forces on the links, (m, n), and a function for the powers of all motors together, at link speeds (m, n)."""
         motor = self.drive.motor
-        rubbing = [coulomb(speed, friction, self.stick_speed) for friction in self.frictions]
+        way = coulomb(speed, 1.0, self.stick_speed)
         iron = given(motor.viscous_friction, 0.0) * self.ratio**2 * speed
-        force = self.gain * currents - sum(rubbing) - iron
-        winding = np.broadcast_to(motor.resistance * currents * currents, speed.shape)
-        taken, burnt, _ = self.drive.amplifier.supply(winding + self.gain * currents * speed)
-        lost = [*(one * speed for one in rubbing), winding, iron * speed, burnt + 0.0 * speed]
-        powers = {name: np.sum(one, axis=-1) for name, one in zip(self.losses, lost, strict=True)}
-        return force, {"supply": np.sum(taken, axis=-1), **powers}
+        driven = self.gain * currents
+        force = driven - sum(self.frictions) * way - iron
+
+        def powers() -> dict[str, np.ndarray]:
+            winding = motor.resistance * currents * currents + 0.0 * speed
+            taken, burnt, _ = self.drive.amplifier.supply(winding + driven * speed)
+            lost = [*(one * way * speed for one in self.frictions), winding, iron * speed, burnt + 0.0 * speed]
+            found = {name: one.sum(axis=-1) for name, one in zip(self.losses, lost, strict=True)}
+            return {"supply": taken.sum(axis=-1), **found}
+
+        return force, powers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,7 +147,7 @@ class SeparateMechanics:
 
     def act(self, place: Place, rates: np.ndarray, angles: np.ndarray, turning: np.ndarray) -> Forces:
         """None: the motors act on the links, see `LinkMotors`."""
-        return Forces(0.0 * rates, 0.0 * angles, {}, place.kinematics.demand)
+        return Forces(0.0 * rates, 0.0 * angles, dict, lambda: place.kinematics.demand)
 
 
 @dataclass(slots=True)

@@ -12,15 +12,16 @@ Source: faulring2006, Fig 11 and Fig 12, for the motors; Newton and Euler.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from infinivar._core.collocation import Rates
-from infinivar.drivetrain.moving.hand import Hand, at_times
-from infinivar.drivetrain.moving.motors import POWER_LOSSES, STEERING_LOSSES, PowerMotor, SteeringServo
+from infinivar._core.collocation import Balance, Rates
+from infinivar.drivetrain.moving.hand import Grasp, Hand, at_times
+from infinivar.drivetrain.moving.motors import POWER_LOSSES, STEERING_LOSSES, PowerMotor, Powers, SteeringServo
 from infinivar.limits import Limit
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class Place(NamedTuple):
     changes: np.ndarray
     """Time derivative of the configuration. (m, c)"""
     inertia: np.ndarray
-    """M. (m, N, N)"""
+    """M. (m, N, N), or (1, N, N) where it is constant"""
     bias: np.ndarray
     """h. (m, N)"""
     kinematics: Any
@@ -53,10 +54,10 @@ class Forces(NamedTuple):
     """On the coordinates. (m, N)"""
     resisting: np.ndarray
     """Moments of the contacts against steering. (m, s) [N m]"""
-    losses: Mapping[str, np.ndarray]
-    """(m,) each. [W]"""
-    demand: np.ndarray
-    """Demand over allowance. (m, k) [-]"""
+    losses: Callable[[], Mapping[str, np.ndarray]]
+    """Computes (m,) each. [W]"""
+    demand: Callable[[], np.ndarray]
+    """Computes demand over allowance. (m, k) [-]"""
 
 
 class Mechanics(Protocol):
@@ -114,6 +115,25 @@ class Inputs:
         return Inputs(self.currents.copy(), self.steering.copy(), self.turning.copy(), self.links.copy())
 
 
+class _Acting(NamedTuple):
+    """What acts on a machine at m rows, from which powers and energies follow."""
+
+    rates: np.ndarray
+    """(m, N)"""
+    turning: np.ndarray
+    """Of the steered axes."""
+    inertia: np.ndarray
+    """With those of motors and arm."""
+    forces: Forces
+    pushed: np.ndarray | None
+    """Wrench of a user without a hand. (m, N)"""
+    grasp: Grasp | None
+    electric: list[Powers]
+    """Of motors and servos."""
+    gearing: np.ndarray | None
+    """Loss of gearheads that depends on the load. (m,) [W]"""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class System:
     """A machine: mechanics with optional power motors and steering by servos or as prescribed, or with motors of links; and a
@@ -135,9 +155,11 @@ class System:
     """Further demands by the position of the handle, (m, k) to (m, w). Needs a hand."""
     sources: tuple[str, ...] = field(init=False, default=())
     losses: tuple[str, ...] = field(init=False, default=())
+    places: tuple[int, int, int] = field(init=False, default=(0, 0, 0))
+    """Ends of configuration, rates and steering angles in a state."""
 
     def __post_init__(self) -> None:
-        """Name the powers, in the order of `rates`."""
+        """Name the powers, in the order of `rates`, and count the states."""
         losses = list(self.mechanics.losses)
         sources = ["user"]
         if self.motor is not None:
@@ -155,14 +177,10 @@ class System:
             losses.append("arm")
         object.__setattr__(self, "sources", tuple(sources))
         object.__setattr__(self, "losses", tuple(losses))
-
-    @property
-    def places(self) -> tuple[int, int, int]:
-        """Ends of configuration, rates and steering angles in a state."""
         first = len(self.mechanics.configuration)
         second = first + len(self.mechanics.coordinates)
         steers = self.servo is not None or self.turns_as_told
-        return first, second, second + (len(self.mechanics.steered) if steers else 0)
+        object.__setattr__(self, "places", (first, second, second + (len(self.mechanics.steered) if steers else 0)))
 
     @property
     def balance(self) -> np.ndarray:
@@ -210,73 +228,86 @@ class System:
         return found
 
     def rates(self, inputs: Inputs, time: np.ndarray, state: np.ndarray) -> Rates:
-        """Derivatives of states, powers of sources and losses, demands."""
+        """Derivatives of states; powers of sources and losses, stored energy and demands when they are asked for."""
         first, second, _ = self.places
         c, nu = state[:, :first], state[:, first:second]
         angles, turning = self.steering(time, state, inputs.turning)
         place = self.mechanics.at(c, nu)
         forces = self.mechanics.act(place, nu, angles, turning)
-        total = forces.generalised - place.bias
-        powers: dict[str, Any] = dict(forces.losses)
-        powers["user"] = 0.0
-        demand, wound = forces.demand, 0.0
+        total, inertia = forces.generalised - place.bias, place.inertia
+        electric: list[Powers] = []
+        pushed, grasp, gearing = None, None, None
         if self.wrench is not None:
             pushed = self.user(time)
             total += pushed
-            powers["user"] = np.sum(pushed * nu, axis=-1)
-        inertia = place.inertia
         if self.hand is not None:
             grasp = self.hand.act(time, c, nu)
             total += grasp.generalised
-            inertia = inertia + grasp.inertia
-            powers["user"] = powers["user"] + grasp.power
-            powers["arm"], wound = grasp.loss, grasp.wound
-            if self.watch is not None:
-                demand = np.concatenate([demand, self.watch(grasp.position)], axis=-1)
+            if grasp.inertia is not None:
+                inertia = inertia + grasp.inertia
         if self.links is not None:
             link = place.kinematics
-            onto, electric = self.links.act(inputs.links, link.speed)
-            total += np.matmul(np.swapaxes(link.jacobian, -1, -2), onto[..., None])[..., 0]
-            powers |= electric
+            onto, powers = self.links.act(inputs.links, link.speed)
+            electric.append(powers)
+            total += np.matmul(onto[:, None, :], link.jacobian)[:, 0]
         if self.motor is None:
             accelerations = np.linalg.solve(inertia, total[..., None])[..., 0]
         else:
             columns = list(self.motor.coordinates)
-            torque, electric = self.motor.act(inputs.currents, nu[:, columns])
+            torque, powers = self.motor.act(inputs.currents, nu[:, columns])
+            electric.append(powers)
             total[:, columns] += torque
             inertia = inertia.copy()
             inertia[:, columns, columns] += self.motor.inertia
-            powers |= electric
-            accelerations = self._driven(self.motor, inertia, total, torque, nu[:, columns], powers)
-        stored = wound + 0.5 * np.sum(nu * np.matmul(inertia, nu[..., None])[..., 0], axis=-1)
-        parts = [place.changes, accelerations]
+            accelerations, gearing = self._driven(self.motor, inertia, total, torque, nu[:, columns])
+        derivative = np.empty(state.shape)
+        derivative[:, :first], derivative[:, first:second] = place.changes, accelerations
+        if self.servo is not None:
+            torque, powers = self.servo.act(inputs.steering, turning)
+            electric.append(powers)
+            count = turning.shape[-1]
+            derivative[:, second : second + count] = turning
+            derivative[:, second + count :] = (torque - forces.resisting) / self.servo.inertia
+        elif self.turns_as_told:
+            derivative[:, second:] = turning
+
+        acting = _Acting(nu, turning, inertia, forces, pushed, grasp, electric, gearing)
+        return Rates(derivative, functools.partial(self._balance, acting))
+
+    def _balance(self, acting: _Acting) -> Balance:
+        """Powers in the order of sources and losses, stored energy, and demands."""
+        nu, turning, inertia, forces, pushed, grasp, electric, gearing = acting
+        known: dict[str, Any] = dict(forces.losses())
+        for one in electric:
+            known |= one()
+        known["user"] = 0.0 if pushed is None else (pushed * nu).sum(axis=-1)
+        stored = 0.5 * (nu * np.matmul(inertia, nu[..., None])[..., 0]).sum(axis=-1)
+        demand = forces.demand()
+        if grasp is not None:
+            held = grasp.powers()
+            known["user"], known["arm"] = known["user"] + held.user, held.arm
+            stored = stored + held.wound
+            if self.watch is not None:
+                demand = np.concatenate([demand, self.watch(grasp.position)], axis=-1)
+        if gearing is not None:
+            known["gearhead"] = known["gearhead"] + gearing
         if self.servo is None:
-            powers["steering"] = np.sum(forces.resisting * turning, axis=-1)
-            if self.turns_as_told:
-                parts.append(turning)
+            known["steering"] = (forces.resisting * turning).sum(axis=-1)
         else:
-            torque, electric = self.servo.act(inputs.steering, turning)
-            powers |= electric
-            parts += [turning, (torque - forces.resisting) / self.servo.inertia]
-            stored = stored + 0.5 * self.servo.inertia * np.sum(turning * turning, axis=-1)
-        passed = np.zeros((len(state), len(self.sources) + len(self.losses)))
-        for place_of, name in enumerate((*self.sources, *self.losses)):
-            if name in powers:
-                passed[:, place_of] = powers[name]
-        return Rates(np.concatenate(parts, axis=-1), passed, stored, demand)
+            stored = stored + 0.5 * self.servo.inertia * (turning * turning).sum(axis=-1)
+        passed = np.zeros((len(nu), len(self.sources) + len(self.losses)))
+        for column, name in enumerate((*self.sources, *self.losses)):
+            if name in known:
+                passed[:, column] = known[name]
+        return Balance(passed, stored, demand)
 
     @staticmethod
     def _driven(
-        motor: PowerMotor,
-        inertia: np.ndarray,
-        total: np.ndarray,
-        torque: np.ndarray,
-        speeds: np.ndarray,
-        powers: dict[str, Any],
-    ) -> np.ndarray:
-        """Accelerations with motors; adds the loss of gearheads that depends on the load."""
+        motor: PowerMotor, inertia: np.ndarray, total: np.ndarray, torque: np.ndarray, speeds: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray | None]:
+        """Accelerations with motors, and the loss of gearheads that depends on the load, (m,), where it does."""
         if not motor.loaded:
-            return np.linalg.solve(inertia, total[..., None])[..., 0]
+            return np.linalg.solve(inertia, total[..., None])[..., 0], None
         columns = list(motor.coordinates)
         sides = np.zeros((*total.shape, 1 + len(columns)))
         sides[:, :, 0] = total
@@ -286,8 +317,8 @@ class System:
         own = np.diagonal(unit[:, columns, :], axis1=-2, axis2=-1)
         shaft = motor.reduction * speeds
         friction = motor.load_friction(shaft, torque, free[:, columns], own)
-        powers["gearhead"] = powers["gearhead"] + np.sum(friction * shaft, axis=-1)
-        return free - np.matmul(unit, (motor.reduction * friction)[..., None])[..., 0]
+        lost = (friction * shaft).sum(axis=-1)
+        return free - np.matmul(unit, (motor.reduction * friction)[..., None])[..., 0], lost
 
     def energies(self, time: np.ndarray, state: np.ndarray) -> np.ndarray:
         """Energies stored in machine, power motors and steering, and in the arm of a hand; columns as `storages`. [J]"""

@@ -52,7 +52,9 @@ class VirtualPath(HandleTask):
     settling_length: float | None = quantity(
         "m", Gt(0), "Distance along the path over which an offset decays; None: the controller's choice", default=None
     )
-    ends: Literal["stop", "free"] = component("Whether an open path stops the handle at its ends", default="stop")
+    ends: Literal["stop", "free"] = component(
+        "Whether a machine whose motors move the handle stops it at the ends of an open path", default="stop"
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
