@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from infinivar._core import collocation
 from infinivar.analysis.sessions.measures import measures
 from infinivar.drivetrain.guidance.controller import Commands
 from machines_to_move import HEXAPOD, LEG, REAL_WHEEL, cart
@@ -63,6 +64,21 @@ def test_what_a_controller_returns_is_checked(machine, said, message):
 def test_odd_arguments_are_named(call, message):
     with pytest.raises(iv.ParameterError, match=message):
         call()
+
+
+def test_users_whose_functions_go_wrong_are_named():
+    with pytest.raises(iv.ParameterError, match=r"user must be finite numbers at each instant, got .*nan.* at 0\.0"):
+        iv.session(CART, iv.Caster(), user=lambda time: [1.0 if time < 0.01 else math.nan, 0.0], duration=0.02)
+    with pytest.raises(iv.ParameterError, match="user must be as many numbers at each instant"):
+        iv.session(CART, iv.Caster(), user=lambda time: [1.0, 0.0][: 2 if time < 0.0104 else 1], duration=0.02)
+
+
+def test_a_session_that_needs_endless_steps_ends_and_says_why(monkeypatch):
+    monkeypatch.setattr(collocation, "_CALLS", 40)
+    monkeypatch.setattr(collocation, "_CALLS_EACH", 1)
+    run = iv.session(CART, iv.Caster(), user=[3.0, 1.0], duration=0.1)
+    assert not run.complete
+    assert "the integration takes too many steps" in run.verdict
 
 
 def test_leak_without_a_force_is_unknown():

@@ -73,6 +73,9 @@ _MOVED = 1e-5
 _SMALLEST = 1e-12
 """Shortest step. [s]"""
 
+_CALLS, _CALLS_EACH = 20_000, 1_000
+"""Calls of the rates in all that are few enough to go on, and more for each segment so far; usual are ten to fifty a segment."""
+
 _GROWTH, _SHRINKING, _SAFETY = 6.0, 0.1, 0.9
 
 
@@ -97,7 +100,7 @@ class Rates(NamedTuple):
 
 
 class StuckError(Exception):
-    """No step is short enough; the argument is the time that was reached."""
+    """No step is short enough, or too many are needed: the time that was reached, and whether they are too many."""
 
 
 class _End(NamedTuple):
@@ -168,7 +171,7 @@ class Collocation:
         self.closure, self.spent, self.owed, self.most = closure, np.zeros(len(balance)), 0.0, 0.0
         self.slopes: np.ndarray | None = None
         self.factors: tuple[float, Any, Any] | None = None
-        self.calls = 0
+        self.calls = self.done = 0
 
     def over(self, begin: float, end: float, state: np.ndarray, accept: Callable[[Step], None]) -> np.ndarray:
         """Integrate one segment without jumps of the inputs; returns the state at its end.
@@ -176,7 +179,7 @@ class Collocation:
         Raises
         ------
         StuckError
-            If no step is short enough.
+            If no step is short enough, or far more are needed than motions of machines take.
         """
         # The rates at the start are found with those at the first points: a call costs much the same for four rows.
         time, first = begin, None
@@ -186,7 +189,10 @@ class Collocation:
         growth = _GROWTH
         fresh, least = False, max(_SMALLEST, 1e-9 * (end - begin))
         self.step = min(self.step, end - begin)
+        self.done += 1
         while end - time > 1e-9 * (end - begin):
+            if self.calls > _CALLS + _CALLS_EACH * self.done:
+                raise StuckError(time, True)
             left = end - time
             # The last steps of a segment are of one length.
             step = left / max(1.0, np.ceil(left / self.step - 1e-9))
@@ -198,14 +204,14 @@ class Collocation:
                     self.slopes = None
                     continue
                 if step <= least:
-                    raise StuckError(time)
+                    raise StuckError(time, False)
                 self.step, growth = 0.3 * step, 1.5
                 continue
             error, made, after, reached, rate = found
             factor = min(growth, max(_SHRINKING, _SAFETY * max(error, 1e-12) ** -0.25))
             if error > 1.0:
                 if step <= least:
-                    raise StuckError(time)
+                    raise StuckError(time, False)
                 self.step = min(factor, 0.7) * step
                 if not fresh:
                     self.slopes = None

@@ -151,7 +151,9 @@ class March:
             try:
                 state = marching.over(begin, end, state, accept)
             except StuckError as problem:
-                outcome = f"stopped at {float(problem.args[0]):.6g} s: {self._why(marching.last, state)}"
+                outcome = (
+                    f"stopped at {float(problem.args[0]):.6g} s: {self._why(problem.args[1], marching.last, state)}"
+                )
                 break
             if place + 1 in kept:
                 keep(end)
@@ -207,13 +209,15 @@ class March:
             log.instants.append(step.end)
             log.demands.append(step.demand)
 
-    def _why(self, last: Step | None, state: np.ndarray) -> str:
+    def _why(self, many: bool, last: Step | None, state: np.ndarray) -> str:
         if isinstance(self.system.mechanics, LeggedMechanics):
             first, second, _ = self.system.places
             at = (state if last is None else last.points[-1])[None]
             place = self.system.mechanics.load.at(at[:, :first], at[:, first : second - 1])
             if place.demand.size and not place.demand[0, 0] < _NEARLY:
                 return "a rod is at the end of its reach"
+        if many:
+            return "the integration takes too many steps; contacts or forces are too stiff or large for the masses they move"
         return "the integration fails; try a larger stick_speed"
 
     def _record(self, outcome: str) -> Record:

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from infinivar.errors import ParameterError
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.arm import PlanarArm
 
@@ -229,11 +230,21 @@ class Hand:
 
 
 def at_times(function: Callable[[float], Any], time: np.ndarray) -> np.ndarray:
-    """Values of a function at rows of time, many of which are alike. (m, d)"""
+    """Values of a function at rows of time, many of which are alike. (m, d)
+
+    Raises
+    ------
+    ParameterError
+        If a value is not finite, or has another shape than the others.
+    """
     known: dict[float, Any] = {}
     rows = []
     for one in time.tolist():
         if one not in known:
-            known[one] = function(one)
+            known[one] = value = np.asarray(function(one), dtype=float)
+            if not np.isfinite(value).all():
+                raise ParameterError(f"user must be finite numbers at each instant, got {value} at {one:.6g} s")
         rows.append(known[one])
-    return np.array(rows, dtype=float)
+    if len({row.shape for row in rows}) > 1:
+        raise ParameterError(f"user must be as many numbers at each instant, got {rows[0]} and {rows[-1]}")
+    return np.array(rows)
