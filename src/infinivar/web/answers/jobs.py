@@ -1,0 +1,63 @@
+"""Long computations that the page asks for: sizing and the full comparison, with progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import infinivar as iv
+from infinivar.errors import InputError
+from infinivar.web.answers.answer import Answer, FaultyError, plain
+from infinivar.web.answers.document import study_of
+from infinivar.web.answers.payload import whole, word
+
+JOBS = frozenset({"job"})
+"""Names under which a process is asked for a long computation."""
+
+_KINDS = ("size", "compare")
+_MOST_DESIGNS = 50
+_MOST_GENERATIONS = 100
+
+Report = Callable[[float, str], None]
+
+
+def worked(payload: Mapping[str, Any], report: Report) -> Answer:
+    """Do the work; `report` is told the share done and what is being done."""
+    kind = word(payload, "job", _KINDS)
+    try:
+        study = study_of(payload)
+        if kind == "size":
+            return _sized(study, payload, report)
+        return _compared(study, report)
+    except FaultyError as found:
+        return Answer(header={"faults": found.faults})
+    except InputError as problem:
+        return Answer(header={"faults": [{"at": "", "message": line} for line in str(problem).split("\n")]})
+
+
+def _compared(study: Any, report: Report) -> Answer:
+    """The full comparison, with sampled builds and simulated duty cycles."""
+    found = iv.compare(study, progress=lambda title, share: report(share, title))
+    return Answer(header={"job": "compare", "verdict": found.verdict, "result": plain(found.to_dict())})
+
+
+def _sized(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
+    """The best drives among all parts of the catalogue."""
+    found = iv.size(
+        study,
+        top=whole(payload, "top", 1, _MOST_DESIGNS, 10),
+        generations=whole(payload, "generations", 1, _MOST_GENERATIONS, 20),
+        progress=lambda words, share: report(share, words),
+    )
+    designs = [{"title": found.named(one), "verdict": found.words_of(one)} for one in found.designs]
+    return Answer(
+        header={
+            "job": "size",
+            "feasible": found.feasible,
+            "verdict": found.verdict,
+            "designs": designs,
+            "searched": found.searched,
+            "notes": list(found.notes),
+            "result": plain(found.to_dict()),
+        }
+    )
