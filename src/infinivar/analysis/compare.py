@@ -270,7 +270,7 @@ def evaluate(
 
 
 def against(name: str, drive: Drive, requirement: Requirement) -> tuple[dict[str, Any], np.ndarray, float]:
-    """Evaluate a drive on a requirement: fields of `DriveResult`, efficiencies over the region, and the largest residual there."""
+    """Evaluate a drive on a requirement: fields of `DriveResult`, efficiencies over the region, largest residual there."""
     speed, force, weight = requirement.sample()
     point = operated(drive, speed=speed, force=force)
     limit, margin = (np.broadcast_to(part, speed.shape) for part in binding(point.utilisation))

@@ -30,6 +30,7 @@ ANSWERS: dict[str, str] = {
     "toml": "infinivar.web.answers.studies:toml",
     "parts": "infinivar.web.answers.catalogue:parts",
     "maps": "infinivar.web.answers.maps:maps",
+    "judge": "infinivar.web.answers.maps:judge",
     "tasks": "infinivar.web.answers.tasks:tasks",
     "export": "infinivar.web.answers.export:export",
     "point": "infinivar.web.answers.point:point",
@@ -52,6 +53,7 @@ class FaultyError(Exception):
     """A study with faults: where each is, as a path such as "drives.cobotic.transmission", and what is wrong, in words."""
 
     def __init__(self, faults: list[dict[str, str]]) -> None:
+        """State the faults."""
         super().__init__("; ".join(fault["message"] for fault in faults))
         self.faults = faults
 

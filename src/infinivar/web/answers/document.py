@@ -11,6 +11,7 @@ import contextlib
 import functools
 import hashlib
 import json
+import pickle
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
@@ -61,7 +62,7 @@ class Source:
 
 
 _sources: list[Source] = []
-_studies: collections.OrderedDict[str, Study] = collections.OrderedDict()
+_studies: collections.OrderedDict[str, tuple[Study, Mapping[str, str]]] = collections.OrderedDict()
 
 
 def begin(path: str | None = None) -> Study:
@@ -160,9 +161,9 @@ def _check_files(tables: Tables) -> None:
         if not NAME.fullmatch(name.partition(":")[0]):
             faults.append(_fault(path, f"{path} = {_short(name)}: a set of parts must be named, not given as a file"))
     named = tables.get("parts", [])
-    for name in named if isinstance(named, list) else [named]:
-        if isinstance(name, str) and name not in known.parts:
-            faults.append(_fault("parts", f"parts = {_short(name)}: {own}, and it names no such sets of parts"))
+    listed = [one for one in (named if isinstance(named, list) else [named]) if isinstance(one, str)]
+    others = [one for one in listed if one not in known.parts]
+    faults += [_fault("parts", f"parts = {_short(name)}: {own}, and it names no such sets of parts") for name in others]
     if faults:
         raise FaultyError(faults)
 
@@ -200,12 +201,19 @@ def study_of(payload: Mapping[str, Any]) -> Study:
     FaultyError
         If the tables are invalid.
     """
+    return with_keys(payload)[0]
+
+
+def with_keys(payload: Mapping[str, Any]) -> tuple[Study, Mapping[str, str]]:
+    """The study of a request, and of each of its drives a text that is the same as long as all its values are.
+
+    Raises as `study_of`.
+    """
     name, tables = name_and_tables(payload)
     try:
-        content = json.dumps([name, tables]).encode()
+        key = key_of(json.dumps([name, tables]))
     except RecursionError as problem:
         raise RefusedError("the tables are nested too deeply") from problem
-    key = hashlib.sha256(content).hexdigest()
     if key in _studies:
         _studies.move_to_end(key)
         return _studies[key]
@@ -213,10 +221,17 @@ def study_of(payload: Mapping[str, Any]) -> Study:
         _check_files(tables)
         parts = {"parts": []} if "parts" not in tables and not source().parts else {}
         made = study_from_dict({**tables, **parts}, name=name, folder=source().folder)
-    _studies[key] = made
+    # At once: drives keep what they have computed, and would be written otherwise later.
+    keys = {one: key_of(type(drive).__qualname__, drive, made.requirement) for one, drive in made.drives.items()}
+    _studies[key] = made, keys
     while len(_studies) > _KEPT:
         _studies.popitem(last=False)
-    return made
+    return _studies[key]
+
+
+def key_of(*values: Any) -> str:
+    """The same text for the same values."""
+    return hashlib.sha256(pickle.dumps(values, protocol=5)).hexdigest()[:24]
 
 
 @contextlib.contextmanager

@@ -6,15 +6,17 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import infinivar as iv
+from infinivar.analysis.sessions.measures import measures
 from infinivar.errors import InputError
+from infinivar.report.session import to_dict
 from infinivar.web.answers.answer import Answer, FaultyError, plain
 from infinivar.web.answers.document import study_of
-from infinivar.web.answers.payload import whole, word
+from infinivar.web.answers.payload import text, whole, word
 
 JOBS = frozenset({"job"})
 """Names under which a process is asked for a long computation."""
 
-_KINDS = ("size", "compare")
+_KINDS = ("size", "compare", "session")
 _MOST_DESIGNS = 50
 _MOST_GENERATIONS = 100
 
@@ -28,6 +30,8 @@ def worked(payload: Mapping[str, Any], report: Report) -> Answer:
         study = study_of(payload)
         if kind == "size":
             return _sized(study, payload, report)
+        if kind == "session":
+            return _session(study, payload, report)
         return _compared(study, report)
     except FaultyError as found:
         return Answer(header={"faults": found.faults})
@@ -59,5 +63,22 @@ def _sized(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
             "searched": found.searched,
             "notes": list(found.notes),
             "result": plain(found.to_dict()),
+        }
+    )
+
+
+def _session(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
+    """A user at the handle of a machine, in one of the study's sessions."""
+    task, drive = (text(payload, key, "") or None for key in ("task", "drive"))
+    found = iv.study_session(study, task, drive, progress=lambda share: report(share, task or "session"))
+    return Answer(
+        header={
+            "job": "session",
+            "title": found.title,
+            "feasible": found.feasible,
+            "verdict": found.verdict,
+            "measures": [str(one) for one in measures(found)],
+            "events": list(found.event_lines),
+            "result": plain(to_dict(found)),
         }
     )

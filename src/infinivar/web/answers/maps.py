@@ -3,21 +3,20 @@
 Arrays of drive D, each (count, count), first index force, second index speed, from the low to the high end of the plane:
 `D/efficiency` float32, nan where it is undefined; `D/limit` uint8, an index of the header's `limits`; and, where the load drives
 and the supply gets nothing back, `D/loss` float32 in W, nan elsewhere. `speed` and `force` float64 are the centres of the cells.
-A drive whose tag the page knows has not changed: its arrays are not computed and not sent again.
+A drive whose tag the page knows has not changed: its arrays are not computed and not sent again. Verdicts on the requirement are
+in the header if they are known already; `judge` computes them.
 """
 
 from __future__ import annotations
 
 import collections
-import hashlib
-import pickle
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from infinivar.analysis.compare import DriveResult, against
-from infinivar.analysis.plane import of_study
+from infinivar.analysis.plane import of_requirement, of_study
 from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import InfinivarError
@@ -25,7 +24,7 @@ from infinivar.figures import operating_map
 from infinivar.limits import Limit
 from infinivar.study.study import Study
 from infinivar.web.answers.answer import Answer
-from infinivar.web.answers.document import study_of
+from infinivar.web.answers.document import key_of, with_keys
 from infinivar.web.answers.payload import MOST_CELLS, texts, whole, words
 from infinivar.web.answers.studies import ends_of
 
@@ -36,17 +35,18 @@ _SMALLEST_SHARE = 0.004
 """Regions of a limit below this share of the map get no label."""
 
 _KEPT = 48
-"""Maps kept."""
+"""Maps, and verdicts, kept."""
 
+_verdicts: collections.OrderedDict[str, dict[str, Any]] = collections.OrderedDict()
 _maps: collections.OrderedDict[str, tuple[dict[str, Any], dict[str, np.ndarray]]] = collections.OrderedDict()
 
 
 def maps(payload: Mapping[str, Any]) -> Answer:
     """Maps of the drives asked for, by default of all."""
-    study = study_of(payload)
+    study, keys = with_keys(payload)
     count = whole(payload, "count", 8, MOST_CELLS, 60)
-    flat = {name: drive for name, drive in study.drives.items() if not is_machine(drive)}
-    wanted, known = words(payload, "drives", list(flat)), texts(payload, "known")
+    flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
+    wanted, known = words(payload, "drives", flat), texts(payload, "known")
     if not (study.duty or study.requirement):
         return Answer(header={"drives": {}, "reason": "machines have tasks instead of maps"})
     plane = of_study(study)
@@ -54,21 +54,15 @@ def maps(payload: Mapping[str, Any]) -> Answer:
     found: dict[str, Any] = {}
     arrays: dict[str, np.ndarray] = {"speed": axes[0], "force": axes[1]}
     for name in wanted:
-        tag = _tag(flat[name], axes, study)
+        tag = key_of(keys[name], *axes)
         if known.get(name) == tag:
             found[name] = {"tag": tag, "same": True}
             continue
         header, made = _kept(tag, name, study, axes)
-        found[name] = {"tag": tag, "same": False, **header}
+        found[name] = {"tag": tag, "same": False, "requirement": _verdicts.get(keys[name]), **header}
         arrays |= {f"{name}/{key}": array for key, array in made.items()}
     speed, force = ends_of(plane)
     return Answer(header={"count": count, "speed": speed, "force": force, "drives": found}, arrays=arrays)
-
-
-def _tag(drive: Any, axes: tuple[np.ndarray, np.ndarray], study: Study) -> str:
-    """What tells one map from another: the values of the drive and of the requirement, and the axes."""
-    content = pickle.dumps((type(drive).__qualname__, drive, study.requirement, *axes), protocol=5)
-    return hashlib.sha256(content).hexdigest()[:24]
 
 
 def _kept(
@@ -106,42 +100,66 @@ def _computed(
         "limits": [limit.words for limit in limits],
         "limit_names": [limit.name for limit in limits],
         "labels": _labels(steady, limits),
-        "coverage": None,
         "engine": steady.engine,
         "audit_residual": steady.audit_residual,
-        "requirement": None,
         "largest_loss": shown["largest_loss"],
     }
-    if required is not None:
-        values, _, residual = against(name, drive, required)
-        result = DriveResult(
-            name=name,
-            title=study.titles[name],
-            drive=drive,
-            peak_efficiency=float("nan"),
-            map=steady,
-            audit_residual=max(residual, steady.audit_residual),
-            **values,
-        )
-        tight = result.tightest
-        header["coverage"] = result.coverage
-        header["requirement"] = {
-            "covers": result.covers,
-            "coverage": result.coverage,
-            "verdict": result.verdict,
-            "mean_loss": result.mean_loss,
-            "peak_efficiency_in_region": result.peak_efficiency_in_region,
-            "tightest": None
-            if tight is None
-            else {
-                "limit": tight.limit.name,
-                "words": tight.limit.words,
-                "margin": tight.value,
-                "force": tight.force,
-                "speed": tight.speed,
-            },
-        }
     return header, arrays
+
+
+def judge(payload: Mapping[str, Any]) -> Answer:
+    """Drives against the requirement: the numbers and the verdict of `compare`; empty without a requirement.
+
+    Apart from the maps, which must follow a slider: the required region is sampled far more finely than a map.
+    """
+    study, keys = with_keys(payload)
+    flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
+    wanted = words(payload, "drives", flat) if study.requirement is not None else []
+    found: dict[str, Any] = {}
+    for name in wanted:
+        try:
+            found[name] = _judged(name, study, keys[name])
+        except InfinivarError as problem:
+            found[name] = {"fault": str(problem)}
+    return Answer(header={"drives": found})
+
+
+def _judged(name: str, study: Study, key: str) -> dict[str, Any]:
+    """One drive against the requirement, as `compare` judges it."""
+    drive, required = study.drives[name], study.required("judge")
+    if key in _verdicts:
+        return _verdicts[key]
+    values, _, residual = against(name, drive, required)
+    few = steady_map(drive, *of_requirement(required).axes(2))
+    result = DriveResult(
+        name=name,
+        title=study.titles[name],
+        drive=drive,
+        peak_efficiency=float("nan"),
+        map=few,
+        audit_residual=max(residual, few.audit_residual),
+        **values,
+    )
+    tight = result.tightest
+    tightest = tight and {
+        "limit": tight.limit.name,
+        "words": tight.limit.words,
+        "margin": tight.value,
+        "force": tight.force,
+        "speed": tight.speed,
+    }
+    found = {
+        "covers": result.covers,
+        "coverage": result.coverage,
+        "verdict": result.verdict,
+        "mean_loss": result.mean_loss,
+        "peak_efficiency_in_region": result.peak_efficiency_in_region,
+        "tightest": tightest,
+    }
+    _verdicts[key] = found
+    while len(_verdicts) > _KEPT:
+        _verdicts.popitem(last=False)
+    return found
 
 
 def _labels(steady: SteadyMap, limits: list[Limit]) -> list[dict[str, Any]]:

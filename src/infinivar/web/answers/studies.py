@@ -166,10 +166,10 @@ def toml(payload: Mapping[str, Any]) -> Answer:
         raise FaultyError([{"at": "", "message": str(problem)}]) from None
     with faults_by_field(name):
         tables_of(content, name)
-    return Answer(header={"name": name, "text": content, "file": f"{_file_stem(name)}.toml"})
+    return Answer(header={"name": name, "text": content, "file": f"{file_stem(name)}.toml"})
 
 
-def _file_stem(name: str) -> str:
+def file_stem(name: str) -> str:
     """A name as the name of a file."""
     return "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in name)[:64] or "study"
 

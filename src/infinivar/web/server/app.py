@@ -6,6 +6,7 @@ import asyncio
 import json
 import mimetypes
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -35,19 +36,23 @@ LARGEST_BODY = 1_000_000
 BODY_SECONDS = 10.0
 """Longest that a request may take to arrive. [s]"""
 
-LONG = frozenset({"contact", "motion", "plane", "tasks", "export"})
+LONG = frozenset({"judge", "contact", "motion", "plane", "tasks", "export"})
 """Answers that may take seconds: they have processes of their own, so that maps do not wait for them."""
 
 _NAME = re.compile(r"[a-z_]{1,32}")
 _CLIENT = re.compile(r"[A-Za-z0-9_-]{1,64}")
+_LANE = re.compile(r"[A-Za-z0-9_. -]{1,64}")
 _SEQUENCE = re.compile(r"[0-9]{1,15}")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Explorer:
     """What the routes share: the processes that answer, long computations, and the studies last sent."""
 
-    def __init__(self, quick: Lane, long: Lane, jobs: Jobs, recovery: Recovery) -> None:
-        self.quick, self.long, self.jobs, self.recovery = quick, long, jobs, recovery
+    quick: Lane
+    long: Lane
+    jobs: Jobs
+    recovery: Recovery
 
     async def index(self, request: Request) -> Response:
         """The page."""
@@ -58,7 +63,7 @@ class Explorer:
         name = request.path_params["name"]
         if not _NAME.fullmatch(name):
             raise HTTPException(404, "no such answer")
-        client, sequence = _asking(request)
+        client, sequence, kind = _asking(request)
         body, payload = await _json_body(request)
         if name == "start":
             body = json.dumps({"recovered": self.recovery.found}).encode()
@@ -66,7 +71,7 @@ class Explorer:
             self.recovery.sent(client, payload["name"], payload["tables"])
         lane = self.long if name in LONG else self.quick
         try:
-            return _packed(await lane.call(client, sequence, name, body))
+            return _packed(await lane.call(client, sequence, name, body, kind and f"{name} {kind}"))
         except StaleError:
             raise HTTPException(409, "a newer request has taken the place of this one") from None
         except BusyError as problem:
@@ -78,7 +83,7 @@ class Explorer:
 
     async def job(self, request: Request) -> Response:
         """Begin a long computation."""
-        client, _ = _asking(request)
+        client, _, _ = _asking(request)
         body, _ = await _json_body(request)
         try:
             return JSONResponse({"id": self.jobs.begin(client or "", body)})
@@ -145,14 +150,16 @@ def _packed(content: bytes) -> Response:
     return Response(content, media_type="application/octet-stream", headers={"Cache-Control": "no-store"})
 
 
-def _asking(request: Request) -> tuple[str | None, int | None]:
-    """Who asks, and the number of the request, if the page states them."""
-    client, sequence = request.headers.get("x-client"), request.headers.get("x-sequence")
+def _asking(request: Request) -> tuple[str | None, int | None, str | None]:
+    """Who asks, the number of the request and its lane - requests of one lane replace each other - if the page states them."""
+    client, sequence, lane = (request.headers.get(name) for name in ("x-client", "x-sequence", "x-lane"))
+    if lane is not None and not _LANE.fullmatch(lane):
+        raise HTTPException(400, "X-Lane must have 1 to 64 letters, digits, spaces and . - _")
     if client is not None and not _CLIENT.fullmatch(client):
         raise HTTPException(400, "X-Client must have 1 to 64 letters, digits, - and _")
     if sequence is not None and (client is None or not _SEQUENCE.fullmatch(sequence)):
         raise HTTPException(400, "X-Sequence must be a whole number, beside X-Client")
-    return client, None if sequence is None else int(sequence)
+    return client, None if sequence is None else int(sequence), lane
 
 
 async def _json_body(request: Request) -> tuple[bytes, dict[str, Any]]:

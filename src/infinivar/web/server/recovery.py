@@ -38,6 +38,7 @@ class Recovery:
     """The file of one server. Where none can be written, nothing is kept."""
 
     def __init__(self, study: str | None, folder: Path | None = None) -> None:
+        """Begin a file for the study with which the server was started, in a folder, by default that of the user's state."""
         self._folder = (state_folder() if folder is None else folder) / "explorer"
         path = "" if study is None else str(Path(study).absolute())
         self._study = hashlib.sha256(path.encode("utf-8", "replace")).hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""Who may ask the server: checks of Host, Origin and token before any route, headers on every reply, and patience with slow peers.
+"""Who may ask the server: checks of Host, Origin and token before any route, and headers on every reply.
 
 A page of another site cannot read replies, but it can send requests to a server on this machine, and with a name that it resolves
 to 127.0.0.1 it could even read. So the Host must be one of the server's own names and the Origin, where a browser states one, the
@@ -60,6 +60,7 @@ class Guard:
     """Lets only requests through that this server's own page, or a program on this machine, can send."""
 
     def __init__(self, app: App, *, host: str, port: int, token: str | None) -> None:
+        """Guard an app that listens at a host and port; with a token, only for those who know it."""
         self._app, self._port, self._token = app, port, token
         self._wide = not is_loopback(host)
         own = {host.lower(), f"[{host.lower()}]"} if self._wide else set()

@@ -134,7 +134,7 @@ async def _started(lane: Lane) -> None:
 def _app(quick: Lane, long: Lane, jobs: Jobs, recovery: Recovery) -> Any:
     from infinivar.web.server.app import Explorer, made_app
 
-    return made_app(Explorer(quick, long, jobs, recovery))
+    return made_app(Explorer(quick=quick, long=long, jobs=jobs, recovery=recovery))
 
 
 def _server(app: Any) -> Any:
@@ -153,7 +153,7 @@ def _server(app: Any) -> Any:
         http=PatientProtocol,
         ws="none",
         lifespan="off",
-        log_level="critical",
+        log_level="error",
         access_log=False,
         server_header=False,
         proxy_headers=False,

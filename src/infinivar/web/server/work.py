@@ -29,6 +29,9 @@ MOST_WAITING = 400
 MOST_JOBS, JOBS_KEPT = 2, 24
 """Jobs that run at a time; the results that are kept."""
 
+_MOST_KINDS = 64
+"""Kinds of requests of one client that are told apart."""
+
 _START_SECONDS = 60.0
 _LARGEST_REPLY = 256 << 20
 _BUFFER = 1 << 20
@@ -58,6 +61,7 @@ class Worker:
     """A process that answers one request at a time."""
 
     def __init__(self, study: str | None) -> None:
+        """Prepare a process that answers about a study file or shipped study, by default the first one."""
         self._study = study
         self._process: asyncio.subprocess.Process | None = None
         self.title = ""
@@ -72,7 +76,7 @@ class Worker:
         FailedError
             If the process does not start.
         """
-        single = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+        single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         given = [] if self._study is None else [self._study]
         self._process = await asyncio.create_subprocess_exec(
             *(sys.executable, "-P", "-m", "infinivar.web.server.worker", *given),
@@ -169,7 +173,7 @@ class _Waiting:
 
 @dataclass(slots=True)
 class _Client:
-    """What a client asks of one lane: its newest request of each name, and the last sequence number of each."""
+    """What a client asks: its newest request of each kind, and the last sequence number of each."""
 
     waiting: dict[str, _Waiting] = field(default_factory=dict)
     newest: dict[str, int] = field(default_factory=dict)
@@ -183,6 +187,7 @@ class Lane:
     _MOST_CLIENTS = 512
 
     def __init__(self, workers: list[Worker], seconds: float) -> None:
+        """Share these processes; each answer may take some seconds."""
         self._workers, self._seconds = workers, seconds
         self._idle: list[Worker] = []
         self._clients: collections.OrderedDict[str, _Client] = collections.OrderedDict()
@@ -213,8 +218,16 @@ class Lane:
                 self._next()
                 return
 
-    async def call(self, client: str | None, sequence: int | None, name: str, body: bytes) -> bytes:
+    async def call(
+        self, client: str | None, sequence: int | None, name: str, body: bytes, kind: str | None = None
+    ) -> bytes:
         """Answer a request as soon as a process is free and it is the client's turn.
+
+        Parameters
+        ----------
+        client, sequence   Who asks, and a number that rises with its requests, if it states them.
+        name, body         Of the answer, and the payload.
+        kind               Requests of one kind replace each other; by default those of the same name.
 
         Raises
         ------
@@ -228,21 +241,25 @@ class Lane:
         key = f"anonymous {next(self._anonymous)}" if client is None else client
         asks = self._clients.setdefault(key, _Client())
         self._forget()
+        kind = name if kind is None else kind
+        if kind not in asks.newest and len(asks.newest) >= _MOST_KINDS:
+            raise BusyError("the page asks for too many kinds of answers")
+        newest = asks.newest.setdefault(kind, -1)
         if sequence is not None:
-            if sequence < asks.newest.get(name, -1):
+            if sequence < newest:
                 raise StaleError
-            asks.newest[name] = sequence
-        replaced = asks.waiting.pop(name, None)
+            asks.newest[kind] = sequence
+        replaced = asks.waiting.pop(kind, None)
         if replaced is not None and not replaced.future.done():
             replaced.future.set_exception(StaleError())
         waiting = _Waiting(name, body, asyncio.get_running_loop().create_future())
-        asks.waiting[name] = waiting
+        asks.waiting[kind] = waiting
         self._next()
         try:
             return await waiting.future
         finally:
-            if asks.waiting.get(name) is waiting:
-                del asks.waiting[name]
+            if asks.waiting.get(kind) is waiting:
+                del asks.waiting[kind]
             if client is None:
                 self._clients.pop(key, None)
 
@@ -312,6 +329,7 @@ class Jobs:
     """Long computations, each in a process of its own; a few at a time, one a client."""
 
     def __init__(self, study: str | None) -> None:
+        """Prepare for computations on the study with which the explorer was started."""
         self._study = study
         self._room = asyncio.Semaphore(MOST_JOBS)
         self._jobs: collections.OrderedDict[str, Job] = collections.OrderedDict()

@@ -1,8 +1,8 @@
 """A process that answers: it reads requests from its standard input and writes replies to its standard output.
 
-A request is a frame: its length as 4 bytes, little endian, the name of the answer, a line feed, and the payload as JSON. A reply is
-a frame as well; its first byte says what follows: A an answer, R why a request is refused, F what is wrong with the program, P
-progress of a job as JSON. The first reply, without a request, says that the study is loaded, or what is wrong with it.
+A request is a frame: its length as 4 bytes, little endian, the name of the answer, a line feed, and the payload as JSON. A reply
+is a frame as well; its first byte says what follows: A an answer, R why a request is refused, F what is wrong with the program,
+P progress of a job as JSON. The first reply, without a request, says that the study is loaded, or what is wrong with it.
 """
 
 from __future__ import annotations
