@@ -42,7 +42,7 @@ def point(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        drive, title, place: words; feasible; verdict; limit: None or name, words and share of the tightest; efficiency, power_in,
+        drive, title, place: words; feasible; verdict; limit: None or limit, words and share of the tightest; efficiency, power_in,
         power_out, loss [W]; utilisation: rows of limit, words, share, from the largest; stages: from supply to load; flows: rows
         of from, to, watts, label, colour, kind ("power" between neighbours, "loss" out of a stage), all watts >= 0, in the
         direction in which power flows; balance_residual [-]; state: rows of label and text; parts: rows, of machines.
