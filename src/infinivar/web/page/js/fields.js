@@ -296,6 +296,7 @@ export function createFields({ store, onOwner, onShow, onPart }) {
       input.setAttribute("aria-describedby", place);
       const details = box.closest("details");
       if (details && !details.open) details.open = true;
+      if (box.contains(document.activeElement)) message.scrollIntoView({ block: "nearest" });
     }
     byId("study-faults").replaceChildren(...rest.map((text) => make("p", {}, text)));
   }

@@ -42,7 +42,6 @@ const panes = createPanes({ theme, host: { call: transport.call, plain: transpor
 const tour = createTour();
 
 const payload = () => ({ name: store.document.name, tables: store.document.tables });
-const driveNames = () => Object.keys(store.document.tables.drives ?? {});
 
 // --- asking -----------------------------------------------------------------------------------------------------------------
 
@@ -98,8 +97,9 @@ async function askJudge() {
   plots.setMaps(maps);
 }
 
-function status(text, busy) {
+function status(text, busy, bad = false) {
   byId("status").textContent = text;
+  byId("status").classList.toggle("bad", bad);
   byId("maps").setAttribute("aria-busy", String(busy));
 }
 
@@ -158,7 +158,7 @@ function welcome() {
 function faulty(found) {
   fields.setFaults(found);
   plots.setStale(true);
-  status("last valid state", false);
+  status("maps of the last valid state", false, true);
 }
 
 function failed(problem) {
@@ -206,7 +206,7 @@ function arrange() {
   view.shown = view.shown.filter((name) => names.includes(name));
   if (!view.shown.length) view.shown = firstShown(drives.filter((drive) => !drive.machine).map((drive) => drive.name));
   const flat = model.plane !== null;
-  byId("maps-title").textContent = flat ? "Efficiency maps" : "Tasks";
+  byId("maps-title").textContent = flat ? "Efficiency" : model.sessions.length && !model.tasks.length ? "Sessions" : "Tasks";
   for (const id of ["scale", "where"]) byId(id).hidden = !flat;
   byId("pin").disabled = !flat;
   document.querySelector(".fine").hidden = !flat;
@@ -242,13 +242,12 @@ function tellNotes() {
 }
 
 function tellSessions() {
-  const [first] = model.sessions ?? [];
   status("", false);
-  if (first === undefined) { plots.blank("This study has nothing to draw: add a [requirement], a motion [duty.NAME] or a task [tasks.NAME]."); return; }
+  if (!model.sessions.length) { plots.blank("This study has nothing to draw: add a [requirement], a motion [duty.NAME] or a task [tasks.NAME]."); return; }
   plots.blank(
     make("p", {}, make("strong", {}, "This study is made of sessions: a user moves the machine and a controller guides it.")),
     make("p", {}, "They are simulated over time on the command line. Save the study, then run:"),
-    ...model.sessions.map((one) => make("p", {}, make("code", {}, `infinivar session ${store.document.name} --task ${one.name} --out out`), ` – ${one.title}`)));
+    make("ul", {}, ...model.sessions.map((one) => make("li", {}, make("code", {}, `infinivar session ${store.document.name}.toml --task ${one.name} --out out`), ` – ${one.title}`))));
 }
 
 function tellTools() {

@@ -95,13 +95,13 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   function createFigure({ name, title }) {
     const now = createPlot(name);
     const then = createPlot(name);
-    const heading = make("button", { type: "button", title: "Show this drive in the views and edit it", on: { click: () => onDrive(name, true) } }, title);
+    const heading = make("button", { type: "button", title: `${title}: show this drive in the views and edit it`, on: { click: () => onDrive(name, true) } }, title);
     const cover = make("span", { className: "cover" });
     const pair = [make("div", { className: "one" }, make("span", {}, "before"), then.holder), make("div", { className: "one" }, make("span", {}, "now"), now.holder)];
     const pairs = make("div", { className: "pairs" }, ...pair);
     const readout = make("p", { className: "readout" });
     const legend = make("ul", { className: "legend", aria: { label: `Limits on the map of ${title}` } });
-    const figure = make("figure", { className: "map", data: { drive: name } }, make("figcaption", {}, heading), pairs, make("div", { className: "told" }, readout, cover), legend);
+    const figure = make("figure", { className: "map", data: { drive: name } }, make("figcaption", {}, heading, cover), pairs, readout, legend);
     return { name, title, figure, now, then, pair, cover, readout, legend };
   }
 
@@ -111,9 +111,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     return { force: end(plane.force, requirement?.force), speed: end(plane.speed, requirement?.speed) };
   }
 
-  function layOut(plot, width) {
+  function layOut(plot, width, beside) {
     const low = innerWidth <= 900 ? 0.3 * innerHeight : 0.43 * innerHeight;
-    const height = Math.round(Math.min(Math.max(0.78 * width, 190), Math.max(200, low), 430));
+    const height = Math.round(Math.min(Math.max((beside ? 1.15 : 0.78) * width, 190), Math.max(200, low), 430));
     const ratio = window.devicePixelRatio || 1;
     plot.holder.style.height = `${height}px`;
     for (const canvas of [plot.base, plot.over]) {
@@ -137,7 +137,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const counts = paintCells(context, plot.box, map, { dark: theme.dark, surface: colours.surface, ...options });
     paintEdges(context, plot.box, map, colours.edge, colours.muted);
     if (!options.before) paintContours(context, plot.box, map);
-    paintNames(context, plot.box, own, map.header.labels, theme.dark, colours.outsideText);
+    paintNames(context, plot.box, own, map, theme.dark, colours.outsideText);
     if (requirement !== null) paintRequired(context, plot.box, own, requirement, colours.required);
     paintAxes(context, plot.box, own, { text: colours.text, muted: colours.muted, line: colours.line });
     return counts;
@@ -174,10 +174,10 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       figure.pair[1].firstChild.hidden = !beside;
       if (map === undefined || map.header.fault) { tellFault(figure, map); continue; }
       const width = beside ? (figure.figure.clientWidth - 8) / (innerWidth <= 560 ? 1 : 2) : figure.figure.clientWidth;
-      layOut(figure.now, Math.floor(width));
+      layOut(figure.now, Math.floor(width), beside);
       const subtract = difference && comparable(map, old);
       const counts = paintMap(figure.now, map, colours, subtract ? { before: old, reach } : {});
-      if (beside) { layOut(figure.then, Math.floor(width)); paintMap(figure.then, old, colours); }
+      if (beside) { layOut(figure.then, Math.floor(width), beside); paintMap(figure.then, old, colours); }
       tellLimits(figure, map, counts, subtract);
     }
     tellScale(difference, reach);
@@ -195,7 +195,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   function tellLimits(figure, map, counts, subtract) {
     const { requirement: required } = map.header;
     const total = counts.reduce((sum, one) => sum + one, 0);
-    figure.cover.textContent = required ? (required.covers ? "covers the requirement" : `covers ${digits(100 * required.coverage, 3)} % of the requirement`) : "";
+    const words = required ? (required.covers ? "✓ covers the requirement" : `✗ covers ${digits(100 * required.coverage, 3)} % of it`) : requirement === null ? "" : "judging …";
+    figure.cover.textContent = words;
+    figure.cover.title = required?.verdict ?? "";
     figure.cover.className = `cover ${required ? (required.covers ? "yes" : "no") : ""}`;
     const rows = map.header.limit_names.map((name, code) => ({ name, words: map.header.limits[code], part: counts[code] / total }));
     const items = rows.slice(1).filter((row) => row.part > 0).sort((one, other) => other.part - one.part)
@@ -203,9 +205,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     if (subtract) items.unshift(swatch(changed(theme.dark).better, "now within limits"), swatch(changed(theme.dark).worse, "now beyond a limit"));
     figure.legend.replaceChildren(...items);
     const where = `${plane.force_name} to the right, ${plane.speed_name} up`;
-    const words = items.map((item) => item.textContent).join(", ");
+    const beyond = items.map((item) => item.textContent).join(", ");
     for (const [plot, state] of [[figure.now, ""], [figure.then, "before, "]]) {
-      plot.over.setAttribute("aria-label", `Efficiency map of ${figure.title}, ${state}${where}. Beyond limits: ${words || "nowhere"}. Arrow keys move the point, with Shift faster, Home resets it.`);
+      plot.over.setAttribute("aria-label", `Efficiency map of ${figure.title}, ${state}${where}. Beyond limits: ${beyond || "nowhere"}. Arrow keys move the point, with Shift faster, Home resets it.`);
     }
   }
 

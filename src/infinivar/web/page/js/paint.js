@@ -223,30 +223,58 @@ function wrapped(context, text, width) {
   return lines;
 }
 
-/** Name each limit within its region, where the name has room. */
-export function paintNames(context, box, plane, labels, dark, colour) {
+/** How far the region of a label reaches from it to the left, right, down and up. [cells] */
+function runs({ limit, count }, i, j) {
+  const code = limit[i * count + j];
+  const along = (di, dj) => {
+    let steps = 0;
+    for (let [k, l] = [i + di, j + dj]; k >= 0 && l >= 0 && k < count && l < count && limit[k * count + l] === code; k += di, l += dj) steps += 1;
+    return steps;
+  };
+  return [along(-1, 0), along(1, 0), along(0, -1), along(0, 1)];
+}
+
+/** Name each limit within its region: level, upright in a narrow one, and not where it has no room; the legend names it anyway. */
+export function paintNames(context, box, plane, map, dark, colour) {
   context.textAlign = "center";
   context.textBaseline = "middle";
-  for (const label of labels) {
-    const room = Math.max(56, 2 * (label.depth ?? 0.2) * box.width);
-    const size = 11.5;
-    context.font = `600 ${size}px system-ui, sans-serif`;
-    const lines = wrapped(context, `beyond ${label.words}`, room - 4);
-    const width = Math.max(...lines.map((line) => context.measureText(line).width));
-    const height = lines.length * (size + 2);
-    if (width > room + 30 || height > 2.6 * (label.depth ?? 0.2) * box.height + 18) continue;
-    const inside = (value, low, high) => Math.min(Math.max(value, low), high);
-    const x = inside(box.left + box.width * share(plane.force, label.force), box.left + width / 2 + 5, box.left + box.width - width / 2 - 5);
-    const y = inside(box.top + box.height * (1 - share(plane.speed, label.speed)), box.top + height / 2 + 4, box.top + box.height - height / 2 - 4);
-    lines.forEach((line, index) => {
-      const at = y + (index - (lines.length - 1) / 2) * (size + 2);
+  context.lineJoin = "round";
+  const size = box.width < 260 ? 10.5 : 11.5;
+  const [across, up] = [box.width / map.count, box.height / map.count];
+  context.font = `600 ${size}px system-ui, sans-serif`;
+  for (const label of map.header.labels) {
+    const index = (ends, value) => Math.min(Math.max(Math.floor(share(ends, value) * map.count), 0), map.count - 1);
+    const [i, j] = [index(plane.force, label.force), index(plane.speed, label.speed)];
+    const [left, right, down, above] = runs(map, i, j);
+    const room = [2 * Math.min(left, right) * across, 2 * Math.min(down, above) * up];
+    const whole = [(left + right) * across, (down + above) * up];
+    const text = `beyond ${label.words}`;
+    const fit = (width) => {
+      const lines = wrapped(context, text, width);
+      return { lines, width: Math.max(...lines.map((line) => context.measureText(line).width)), height: lines.length * (size + 2) };
+    };
+    const level = fit(Math.max(room[0], 0.8 * whole[0]) - 8);
+    const upright = fit(0.85 * whole[1]);
+    const isLevel = level.width <= whole[0] - 4 && level.height <= whole[1] - 2;
+    if (!isLevel && !(upright.width <= whole[1] - 8 && upright.height <= whole[0] - 2)) continue;
+    const { lines, width, height } = isLevel ? level : upright;
+    const half = isLevel ? [width / 2, height / 2] : [height / 2, width / 2];
+    const held = (value, low, high) => (low <= high ? Math.min(Math.max(value, low), high) : (low + high) / 2);
+    const [x0, y0] = [box.left + (i + 0.5) * across, box.top + box.height - (j + 0.5) * up];
+    const x = held(x0, x0 - left * across + half[0] + 3, x0 + right * across - half[0] - 3);
+    const y = held(y0, y0 - above * up + half[1] + 3, y0 + down * up - half[1] - 3);
+    context.save();
+    context.translate(x, y);
+    if (!isLevel) context.rotate(-Math.PI / 2);
+    lines.forEach((line, k) => {
+      const at = (k - (lines.length - 1) / 2) * (size + 2);
       context.lineWidth = 3;
-      context.lineJoin = "round";
       context.strokeStyle = tint(label.limit, dark);
-      context.strokeText(line, x, at);
+      context.strokeText(line, 0, at);
       context.fillStyle = colour;
-      context.fillText(line, x, at);
+      context.fillText(line, 0, at);
     });
+    context.restore();
   }
 }
 
