@@ -34,6 +34,7 @@ let judgeTimer = 0;
 let firstPainted = false;
 let broken = false;
 let welcomed = false;
+let asked = 0;
 
 tooltips();
 const fields = createFields({ store, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
@@ -52,6 +53,7 @@ async function askMaps(stamp = performance.now()) {
   const known = {};
   for (const name of view.shown) if (maps.has(name)) known[name] = maps.get(name).tag;
   status("computing …", true);
+  const mine = (asked += 1);
   let reply;
   try {
     reply = await transport.call("maps", { ...payload(), count: view.count, drives: view.shown, known });
@@ -66,16 +68,16 @@ async function askMaps(stamp = performance.now()) {
   plots.setMaps(maps);
   plots.painted(() => {
     const channel = new MessageChannel();  // runs after the frame is handed over
-    channel.port1.onmessage = () => painted(performance.now() - stamp);
+    channel.port1.onmessage = () => painted(performance.now() - stamp, mine !== asked);
     channel.port2.postMessage(null);
   });
   await askBefore();
   speakSoon();
 }
 
-function painted(took) {
+function painted(took, more) {
   const place = byId("status");
-  status(`${Math.max(1, Math.round(took))} ms`, false);
+  status(`${Math.max(1, Math.round(took))} ms`, more);
   place.title = "From the change to the painted maps";
   place.dataset.took = took.toFixed(1);
   place.dataset.paints = String(Number(place.dataset.paints ?? 0) + 1);
@@ -89,10 +91,10 @@ function painted(took) {
 /** Ask how the drives shown stand against the requirement, once maps rest: it is sampled far more finely than a map. */
 async function askJudge() {
   if (!model?.requirement || !view.shown.length) return;
-  const asked = maps;
+  const judged = maps;
   let header;
   try { ({ header } = await transport.call("judge", { ...payload(), drives: view.shown })); } catch (problem) { failed(problem); return; }
-  if (asked !== maps || header.faults?.length) return;
+  if (judged !== maps || header.faults?.length) return;
   for (const [name, found] of Object.entries(header.drives)) if (maps.has(name) && !found.fault) maps.get(name).header.requirement = found;
   plots.setMaps(maps);
 }
@@ -137,6 +139,7 @@ async function askStudy() {
     ({ header } = await transport.call("study", payload()));
   } catch (problem) { failed(problem); return; }
   answered();
+  byId("study").setAttribute("aria-busy", "false");
   if (header.faults?.length) { faulty(header.faults); return; }
   const began = model === null;
   const flat = model?.plane === null;
@@ -187,6 +190,7 @@ function askView() {
 /** The document is another one: first the maps, then all that follows. */
 async function changed(stamp = performance.now(), wait = 0) {
   tellTools();
+  byId("study").setAttribute("aria-busy", "true");
   clearTimeout(studyTimer);
   studyTimer = setTimeout(askStudy, wait);
   await askMaps(stamp);
@@ -345,6 +349,7 @@ function open(document, state = {}) {
   model = null;
   maps = new Map();
   fields.reset();
+  panes.reset();
   fields.setOwner(null);
   Object.assign(view, { drive: null, shown: [], point: null, looked: null, task: null }, state);
   if (!view.shown.length) view.shown = firstShown(Object.keys(document.tables.drives ?? {}));

@@ -1,6 +1,6 @@
 // The maps of the drives side by side: one figure a drive, with the pinned state beside it or as the difference to it.
 import { byId, digits, make } from "./dom.js";
-import { changed, paintAxes, paintCells, paintContours, paintEdges, paintNames, paintPoint, paintRequired, paintScale, reachOf, share, tint } from "./paint.js";
+import { changed, lossReachOf, paintAxes, paintCells, paintContours, paintEdges, paintNames, paintPoint, paintRequired, paintScale, reachOf, share, tint } from "./paint.js";
 import { colour } from "./theme.js";
 
 const MARGIN = { left: 50, right: 10, top: 6, bottom: 38 };
@@ -166,6 +166,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     const colours = { text: colour("text"), muted: colour("muted"), line: colour("line"), surface: colour("surface"), required: theme.dark ? "#ff8a3d" : "#D55E00", edge: theme.dark ? "#f2f4f6" : "#15181b", outsideText: colour("outside-text") };
     const difference = compared() && mode === "difference";
     const reach = difference ? reachOf(largestChange()) : 0;
+    const lossReach = lossReachOf([...figures.keys()].map((name) => maps.get(name)).filter((map) => map !== undefined));
     for (const figure of figures.values()) {
       const map = maps.get(figure.name);
       const old = compared() ? before.get(figure.name) : undefined;
@@ -176,11 +177,11 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       const width = beside ? (figure.figure.clientWidth - 8) / (innerWidth <= 560 ? 1 : 2) : figure.figure.clientWidth;
       layOut(figure.now, Math.floor(width), beside);
       const subtract = difference && comparable(map, old);
-      const counts = paintMap(figure.now, map, colours, subtract ? { before: old, reach } : {});
-      if (beside) { layOut(figure.then, Math.floor(width), beside); paintMap(figure.then, old, colours); }
+      const counts = paintMap(figure.now, map, colours, subtract ? { before: old, reach } : { lossReach });
+      if (beside) { layOut(figure.then, Math.floor(width), beside); paintMap(figure.then, old, colours, { lossReach }); }
       tellLimits(figure, map, counts, subtract);
     }
-    tellScale(difference, reach);
+    tellScale(difference, reach, lossReach);
     paintOver();
     for (const then of afterPaint.splice(0)) then();
   }
@@ -218,15 +219,19 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   }
 
   let scaleShown = "";
-  function tellScale(difference, reach) {
-    const wanted = `${difference}${reach}`;
+  function tellScale(difference, reach, lossReach) {
+    const wanted = `${difference}${reach}/${digits(lossReach, 2)}`;
     if (scaleShown === wanted) return;
     scaleShown = wanted;
-    const canvas = make("canvas", { role: "img", aria: { label: difference ? "Colours of the change of efficiency" : "Colours of the efficiency" } });
-    paintScale(canvas, difference ? "change" : "efficiency");
-    const ends = difference ? [`−${digits(100 * reach)}`, `+${digits(100 * reach)} points`] : ["0", "100 %"];
-    const lines = difference ? [] : [make("span", { className: "required" }, "╌╌ required")];
-    byId("scale").replaceChildren(make("span", {}, ends[0]), canvas, make("span", {}, ends[1]), ...lines);
+    const scale = (kind, label, low, high) => {
+      const canvas = make("canvas", { role: "img", aria: { label } });
+      paintScale(canvas, kind);
+      return [make("span", {}, low), canvas, make("span", {}, high)];
+    };
+    const shown = difference ? scale("change", "Colours of the change of efficiency", `−${digits(100 * reach)}`, `+${digits(100 * reach)} points`) : scale("efficiency", "Colours of the efficiency", "0", "100 %");
+    if (!difference && lossReach > 0) shown.push(...scale("loss", "Colours of the loss where the load drives", "loss where the load drives 0", `${digits(lossReach, 2)} W`));
+    if (requirement !== null) shown.push(make("span", { className: "required" }, "╌╌ required"));
+    byId("scale").replaceChildren(...shown);
   }
 
   const shown = () => looked ?? chosen;
@@ -243,9 +248,13 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
         paintPoint(cleared(plot.over, plot), plot.box, plane, point, looked === null);
       }
       const old = compared() ? before.get(figure.name) : undefined;
-      figure.readout.replaceChildren(...told(cellAt(map, point), old === undefined ? null : cellAt(old, point)));
+      const cell = cellAt(map, point);
+      figure.readout.dataset.efficiency = String(cell?.efficiency);
+      figure.readout.replaceChildren(...told(cell, old === undefined ? null : cellAt(old, point)));
     }
-    if (plane !== null && point !== null) byId("where").textContent = `${looked === null ? "At" : "Under the cursor"}: ${placeWords(point)}. Move over a map to look, click to stay there.`;
+    if (plane === null || point === null) return;
+    Object.assign(byId("where").dataset, { speed: point.speed, force: point.force });
+    byId("where").textContent = `${looked === null ? "At" : "Under the cursor"}: ${placeWords(point)}. Move over a map to look, click to stay there.`;
   }
 
   function placeWords(point) {

@@ -6,7 +6,6 @@ const EFFICIENCY = table("440154470d6048186a482374472e7c4538824241863e4a893a548c
 const CHANGE = table("67001f960f27bb2a34d25849e58368f5ac8bfbceb7fbe6daf6f7f7deebf2c0dceb98c8e068abd03e8cbf2870b115508d053061");
 const LOSS = table("fffedffff9c6fff0adfee493fed26dfebd49fea332f88a21ed7215");
 const LEVELS = [0.2, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
-const LOSS_REACH = 1.5;
 
 const TINTS = {
   light: { SLIP: "#dfe6ee", THERMAL: "#f4e3da", VOLTAGE: "#e7e2f3", STEERING: "#deecdc", SPEED: "#efe9d2", GEAR: "#f3dfe8", REGENERATION: "#d9eaea", PEAK: "#eedfd0", other: "#e8e8ea" },
@@ -48,6 +47,11 @@ export function paintScale(canvas, kind) {
   canvas.getContext("2d").putImageData(image, 0, 0);
 }
 
+/** Upper end of the scale of losses that maps share, by the largest in their required regions; 0 if none is drawn. [W] */
+export function lossReachOf(maps) {
+  return 1.5 * Math.max(0, ...maps.filter((map) => map.loss !== undefined).map((map) => map.header.largest_loss));
+}
+
 /** An even end of a scale of changes that holds the largest one. [1] */
 export function reachOf(largest) {
   return [0.01, 0.02, 0.05, 0.1, 0.2, 0.5].find((end) => largest <= end) ?? 1;
@@ -56,14 +60,14 @@ export function reachOf(largest) {
 const scratch = document.createElement("canvas");
 
 /** Paint the cells of a map in one pass, scaled to a box; returns how many cells each limit has. */
-export function paintCells(context, box, map, { dark, surface, before = null, reach = 0.1 }) {
+export function paintCells(context, box, map, { dark, surface, before = null, reach = 0.1, lossReach = 0 }) {
   const { efficiency, limit, loss, count } = map;
-  const { limit_names: names, largest_loss: largest } = map.header;
+  const { limit_names: names } = map.header;
   const image = new ImageData(count, count);
   const pixels = new Uint32Array(image.data.buffer);
   const tints = names.map((name) => ofHex(tint(name, dark)));
   const blank = ofHex(surface);
-  const lossScale = largest > 0 ? 255 / (LOSS_REACH * largest) : 0;
+  const lossScale = lossReach > 0 ? 255 / lossReach : 0;
   const counts = new Uint32Array(names.length);
   const better = ofHex(changed(dark).better);
   const worse = ofHex(changed(dark).worse);

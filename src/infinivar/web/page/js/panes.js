@@ -109,6 +109,8 @@ export function createPanes({ host, theme }) {
       for (const pane of panes) pane.tab.hidden = !ids.includes(pane.id);
       if (chosen.tab.hidden) choose(ids[0]);
     },
+    /** Forget what was chosen in the views: another study. */
+    reset() { context = null; for (const pane of panes) { pane.more = {}; pane.shown = null; } },
     choose,
     focus() { chosen.tab.focus(); },
     get chosen() { return chosen.id; },
