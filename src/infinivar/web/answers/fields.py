@@ -13,11 +13,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from annotated_types import Gt
+
 from infinivar import units
-from infinivar._core.bounds import Bound, Interval, NonZero, permitted, words
-from infinivar._core.fields import hints
+from infinivar._core.bounds import Bound, NonZero, permitted, words
+from infinivar._core.fields import hints, quantity
 from infinivar.errors import InputError
-from infinivar.study.provenance import DEFAULT, GIVEN, by_field, recorded, same, text_of
+from infinivar.parts.motor import Motor
+from infinivar.study.provenance import DEFAULT, GIVEN, Rows, by_field, recorded, same, text_of, unscaled
 from infinivar.study.schema import CATALOGUES, SHAPE, described, in_kinds, part_of, table_keys
 from infinivar.study.study import Study
 
@@ -29,7 +32,7 @@ _KELVINS = 60.0
 
 _SPLIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*$")
 
-_OWNERS = ("requirement", "rig")
+_SCALE: Any = quantity("1", Gt(0), "Number of identical motors on one shaft (may be fractional)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,15 +63,12 @@ def fields_of(study: Study) -> list[dict[str, Any]]:
     known = by_field(study.provenance)
     found = []
     for owner, at, instance in _owners(study):
-        for one in _values(instance, ""):
+        for one in _values(instance, owner, "", known):
             row = known.get((owner, one.path))
             if one.field.metadata.get("part of catalogue"):
                 found.append(_part(owner, at, one, row))
             else:
                 found.append(_field(owner, at, one, row, study.name))
-        scale = known.get((owner, "motor.scale"))
-        if scale is not None:
-            found.append({**_row(owner, at, scale.path if hasattr(scale, "path") else scale.field), **_scale(scale)})
     return found
 
 
@@ -87,11 +87,15 @@ def _owners(study: Study) -> Iterator[tuple[str, list[str], Any]]:
         yield "rig", ["rig"], study.rig
 
 
-def _values(instance: Any, prefix: str) -> Iterator[_Value]:
-    """Yield the values of an instance and of its parts, in the order of the fields."""
+def _values(instance: Any, owner: str, prefix: str, known: Rows) -> Iterator[_Value]:
+    """Yield the values of an instance and of its parts, in the order of the fields; of several motors those of one."""
     part = type(instance)
     if not dataclasses.is_dataclass(part):
         return
+    single = unscaled(instance, known, owner, prefix) if isinstance(instance, Motor) else None
+    if single is not None:
+        yield _Value(f"{prefix}scale", part, _SCALE, known[owner, f"{prefix}scale"].value)
+        instance = single
     for field in described(part):
         value = getattr(instance, field.name)
         if value is None:
@@ -105,7 +109,7 @@ def _values(instance: Any, prefix: str) -> Iterator[_Value]:
         if stock is not None:
             marked = dataclasses.field(metadata={**field.metadata, "part of catalogue": CATALOGUES[stock]})
             yield _Value(prefix + field.name, part, marked, getattr(value, "name", ""))
-        yield from _values(value, f"{prefix}{field.name}.")
+        yield from _values(value, owner, f"{prefix}{field.name}.", known)
     for field in in_kinds(part):
         value = getattr(instance, field.name)
         if value is None:
@@ -114,7 +118,7 @@ def _values(instance: Any, prefix: str) -> Iterator[_Value]:
         key = field.metadata["key"]
         word = getattr(type(value), SHAPE if key == SHAPE else "word", type(value).__name__)
         yield _Value(f"{inside}{key}", part, field, word, key)
-        yield from _values(value, inside)
+        yield from _values(value, owner, inside, known)
 
 
 def _row(owner: str, at: list[str], path: str) -> dict[str, Any]:
@@ -181,14 +185,6 @@ def _field(owner: str, at: list[str], one: _Value, row: Any, study: str) -> dict
     if "unit" in metadata and isinstance(one.value, int | float):
         return made | _quantity(float(one.value), metadata["unit"], metadata["bound"], made["written"])
     return made | {"value": _shown_value(one.value), "type": _type_of(one), "choices": _choices(one)}
-
-
-def _scale(row: Any) -> dict[str, Any]:
-    """Number of identical motors on one shaft."""
-    bound = Interval(gt=0)
-    meaning = "Number of identical motors on one shaft (may be fractional)"
-    found = {"meaning": meaning, "written": row.written, "kind": row.kind, "where": row.where}
-    return found | _quantity(float(row.value), "1", bound, row.written)
 
 
 def _shown_value(value: Any) -> Any:

@@ -6,6 +6,7 @@ import asyncio
 import json
 import mimetypes
 import re
+import struct
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -91,16 +92,11 @@ class Explorer:
             raise HTTPException(429, str(problem)) from None
 
     async def progress(self, request: Request) -> Response:
-        """How far a long computation is; its result is taken with /api/result."""
+        """How far a long computation is, and its result once it is done."""
         job = await self._job_of(request)
-        return JSONResponse({"share": job.share, "words": job.words, "done": job.done, "error": job.error})
-
-    async def result(self, request: Request) -> Response:
-        """The answer of a long computation that is done."""
-        job = await self._job_of(request)
-        if job.result is None:
-            raise HTTPException(400, job.error or "the computation is not done")
-        return _packed(job.result)
+        result = None if job.result is None else _header_of(job.result)
+        state = {"share": job.share, "words": job.words, "done": job.done, "error": job.error, "result": result}
+        return JSONResponse(state, headers={"Cache-Control": "no-store"})
 
     async def cancel(self, request: Request) -> Response:
         """End a long computation."""
@@ -124,7 +120,6 @@ def made_app(explorer: Explorer) -> Starlette:
             Route("/", explorer.index),
             Route("/api/job", explorer.job, methods=["POST"]),
             Route("/api/progress", explorer.progress, methods=["POST"]),
-            Route("/api/result", explorer.result, methods=["POST"]),
             Route("/api/cancel", explorer.cancel, methods=["POST"]),
             Route("/api/{name}", explorer.answer, methods=["POST"]),
             Mount("/page", _Files(directory=PAGE)),
@@ -144,6 +139,12 @@ class _Files(StaticFiles):
         response = super().file_response(*args, **options)
         response.headers["Cache-Control"] = "no-cache"
         return response
+
+
+def _header_of(content: bytes) -> Any:
+    """The header of a packed answer."""
+    (length,) = struct.unpack_from("<I", content)
+    return json.loads(content[4 : 4 + length])
 
 
 def _packed(content: bytes) -> Response:

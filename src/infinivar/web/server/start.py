@@ -89,8 +89,7 @@ async def _serve(
     say: Callable[[str], None],
     opened: Callable[[str], Any] | None,
 ) -> None:
-    cores = os.cpu_count() or 1
-    quick = Lane([Worker(study) for _ in range(min(_MOST_QUICK, max(1, cores)))], QUICK_SECONDS)
+    quick = Lane([Worker(study) for _ in range(min(_MOST_QUICK, _cores()))], QUICK_SECONDS)
     long, jobs = Lane([Worker(study)], LONG_SECONDS), Jobs(study)
     loading = asyncio.create_task(quick.start())
     await asyncio.sleep(0)  # the processes load the study while this one imports its libraries
@@ -108,8 +107,7 @@ async def _serve(
                 await serving
                 raise InputError(str(problem)) from None
             background = asyncio.create_task(_started(long))
-            shown = f"[{host}]" if ":" in host else host
-            address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+            address = f"http://{_shown(host)}:{port}/" + (f"?token={token}" if token else "")
             say(f"{title}: {address}")
             if token:
                 say("Anyone with this address can use the page; it is not encrypted. Ctrl-C stops it.")
@@ -124,6 +122,20 @@ async def _serve(
         loading.cancel()
         await jobs.stop()
         await asyncio.gather(quick.stop(), long.stop())
+
+
+def _cores() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _shown(host: str) -> str:
+    """The host as an address has it: this machine's name, if it listens on all addresses."""
+    if host in ("0.0.0.0", "::"):
+        return socket.gethostname()
+    return f"[{host}]" if ":" in host else host
 
 
 async def _started(lane: Lane) -> None:
