@@ -215,16 +215,17 @@ function arrange() {
   byId("pin").disabled = !flat;
   document.querySelector(".fine").hidden = !flat;
   fields.setShown(view.shown);
+  const moves = model.motions.length || model.paths.length ? ["motion"] : [];
   if (flat) {
     plots.setPlane(model.plane, model.requirement);
     if (view.point === null || !inside(view.point)) view.point = plots.startOf();
     plots.setDrives(view.shown.map((name) => ({ name, title: drives.find((drive) => drive.name === name).title })));
     plots.setPoint(view.point, view.looked, view.drive);
-    panes.offer(["balance", "contact", "motion", "plane", "machine", "work"]);
+    panes.offer(["balance", "contact", ...moves, "plane", "machine", "work"]);
   } else {
     if (!model.tasks.some((task) => task.name === view.task)) view.task = model.tasks[0]?.name ?? null;
     if (!model.tasks.length) tellSessions();
-    panes.offer(["machine", "balance", "contact", "motion", "work"]);
+    panes.offer(["machine", "balance", "contact", ...moves, "work"]);
   }
   byId("views").hidden = !flat && !model.tasks.length;
   if (fields.owner === null || !(names.includes(fields.owner) || model.fields.some((field) => field.owner === fields.owner))) fields.setOwner(view.drive);

@@ -100,57 +100,74 @@ export function paintCells(context, box, map, { dark, surface, before = null, re
   return counts;
 }
 
-/** The share of cells within limits around each cell, so that the line where a limit is reached does not follow their corners. */
-function smoothed(limit, count, reach = 2) {
-  const rows = new Float32Array(count * count);
-  const found = new Float32Array(count * count);
-  const width = 2 * reach + 1;
-  const along = (source, target, step, start) => {
-    let sum = 0;
-    const at = (k) => source[start + step * Math.min(Math.max(k, 0), count - 1)];
-    for (let k = -reach; k <= reach; k += 1) sum += at(k);
+/** How many cells within limits are around each cell, so that the line where a limit is reached does not follow their corners. */
+function smoothed(limit, count, reach) {
+  const rows = new Uint8Array(count * count);
+  const found = new Uint16Array(count * count);
+  for (let i = 0; i < count; i += 1) {
+    const start = i * count;
+    let sum = (reach + 1) * (limit[start] === 0);
+    for (let k = 1; k <= reach; k += 1) sum += limit[start + k] === 0;
     for (let k = 0; k < count; k += 1) {
-      target[start + step * k] = sum / width;
-      sum += at(k + reach + 1) - at(k - reach);
+      rows[start + k] = sum;
+      sum += (limit[start + Math.min(k + reach + 1, count - 1)] === 0) - (limit[start + Math.max(k - reach, 0)] === 0);
     }
-  };
-  const inside = Float32Array.from(limit, (code) => (code === 0 ? 1 : 0));
-  for (let k = 0; k < count; k += 1) along(inside, rows, 1, k * count);
-  for (let k = 0; k < count; k += 1) along(rows, found, count, k);
+  }
+  const sums = new Uint16Array(count);
+  for (let j = 0; j < count; j += 1) sums[j] = (reach + 1) * rows[j];
+  for (let k = 1; k <= reach; k += 1) for (let j = 0; j < count; j += 1) sums[j] += rows[k * count + j];
+  for (let i = 0; i < count; i += 1) {
+    const [here, after, before] = [i * count, Math.min(i + reach + 1, count - 1) * count, Math.max(i - reach, 0) * count];
+    for (let j = 0; j < count; j += 1) {
+      found[here + j] = sums[j];
+      sums[j] += rows[after + j] - rows[before + j];
+    }
+  }
   return found;
 }
 
-/** Call `line(x0, y0, x1, y1)`, in cells, for each piece of the line where values pass a level. */
-function trace(values, count, level, line) {
-  const points = [];
-  for (let i = 0; i < count - 1; i += 1) {
-    for (let j = 0; j < count - 1; j += 1) {
-      const at = i * count + j;
-      const [a, b, c, d] = [values[at], values[at + count], values[at + count + 1], values[at + 1]];
-      const above = a >= level;
-      if (above === b >= level && above === c >= level && above === d >= level) continue;
-      points.length = 0;
-      if (above !== b >= level) points.push(i + (level - a) / (b - a), j);
-      if (b >= level !== c >= level) points.push(i + 1, j + (level - b) / (c - b));
-      if (c >= level !== d >= level) points.push(i + (level - d) / (c - d), j + 1);
-      if (d >= level !== above) points.push(i, j + (level - a) / (d - a));
-      for (let k = 0; k + 3 < points.length; k += 4) line(points[k], points[k + 1], points[k + 2], points[k + 3]);
+/** Add the line where values pass a level to a path, and call `seen` with a point of each piece; values that are nan have none. */
+function trace(path, values, count, step, level, x, y, seen = null) {
+  for (let i = 0; i + step < count; i += step) {
+    for (let j = 0, at = i * count; j + step < count; j += step, at += step) {
+      const a = values[at];
+      const b = values[at + step * count];
+      const c = values[at + step * count + step];
+      const d = values[at + step];
+      const kinds = (a >= level) + 2 * (b >= level) + 4 * (c >= level) + 8 * (d >= level);
+      if (kinds === 0 || kinds === 15 || a + b + c + d !== a + b + c + d) continue;
+      let open = false;
+      const put = (p, q) => {
+        if (open) path.lineTo(x(p), y(q)); else path.moveTo(x(p), y(q));
+        open = !open;
+      };
+      if ((kinds & 1) !== (kinds & 2) >> 1) put(i + (step * (level - a)) / (b - a), j);
+      if ((kinds & 2) >> 1 !== (kinds & 4) >> 2) put(i + step, j + (step * (level - b)) / (c - b));
+      if ((kinds & 4) >> 2 !== (kinds & 8) >> 3) put(i + (step * (level - d)) / (c - d), j + step);
+      if ((kinds & 8) >> 3 !== (kinds & 1)) put(i, j + (step * (level - a)) / (d - a));
+      if (seen !== null) seen(i, j);
     }
   }
 }
+
+const placesOf = (box, count) => [
+  (i) => box.left + (box.width * (i + 0.5)) / count,
+  (j) => box.top + box.height - (box.height * (j + 0.5)) / count,
+];
 
 /** Lines between the regions of limits: bold where a limit is reached, dotted between two limits. */
 export function paintEdges(context, box, { limit, count }, colour, faint) {
   const bold = new Path2D();
   const thin = new Path2D();
-  const x = (i) => box.left + (box.width * (i + 0.5)) / count;
-  const y = (j) => box.top + box.height - (box.height * (j + 0.5)) / count;
-  trace(smoothed(limit, count), count, 0.5, (i, j, k, l) => { bold.moveTo(x(i), y(j)); bold.lineTo(x(k), y(l)); });
+  const [x, y] = placesOf(box, count);
+  const reach = Math.max(1, Math.round(count / 80));
+  trace(bold, smoothed(limit, count, reach), count, 1, 0.5 * (2 * reach + 1) ** 2, x, y);
   for (let i = 0; i < count - 1; i += 1) {
-    for (let j = 0; j < count - 1; j += 1) {
-      const at = i * count + j;
-      const [a, b, c, d] = [limit[at], limit[at + count], limit[at + count + 1], limit[at + 1]];
-      if ((a === b && b === c && c === d) || a * b * c * d === 0 || (i + j) % 2) continue;
+    for (let j = 0, at = i * count; j < count - 1; j += 1, at += 1) {
+      const a = limit[at];
+      const b = limit[at + count];
+      const d = limit[at + 1];
+      if (a === 0 || b === 0 || d === 0 || (a === b && a === d) || (i + j) % 2) continue;
       thin.rect(x(i + 0.5) - 0.5, y(j + 0.5) - 0.5, 1, 1);
     }
   }
@@ -165,38 +182,16 @@ export function paintEdges(context, box, { limit, count }, colour, faint) {
 /** Lines of equal efficiency with their percentages. */
 export function paintContours(context, box, { efficiency, count }) {
   const path = new Path2D();
-  const marks = LEVELS.map(() => null);
-  const x = (i) => box.left + (box.width * (i + 0.5)) / count;
-  const y = (j) => box.top + box.height - (box.height * (j + 0.5)) / count;
-  const corners = [[0, 0], [1, 0], [1, 1], [0, 1]];
-  const values = [0, 0, 0, 0];
-  const points = [];
-  for (let i = 0; i < count - 1; i += 1) {
-    for (let j = 0; j < count - 1; j += 1) {
-      const at = i * count + j;
-      values[0] = efficiency[at]; values[1] = efficiency[at + count]; values[2] = efficiency[at + count + 1]; values[3] = efficiency[at + 1];
-      const low = Math.min(...values);
-      const high = Math.max(...values);
-      if (!(high > LEVELS[0]) || !(low < 0.9)) continue;  // also where one is undefined
-      for (let index = 0; index < LEVELS.length; index += 1) {
-        const level = LEVELS[index];
-        if (level < low || level >= high) continue;
-        points.length = 0;
-        for (let k = 0; k < 4; k += 1) {
-          const [from, to] = [values[k], values[(k + 1) % 4]];
-          if (from < level === to < level) continue;
-          const share = (level - from) / (to - from);
-          const [p, q] = [corners[k], corners[(k + 1) % 4]];
-          points.push([i + p[0] + share * (q[0] - p[0]), j + p[1] + share * (q[1] - p[1])]);
-        }
-        for (let k = 0; k + 1 < points.length; k += 2) {
-          path.moveTo(x(points[k][0]), y(points[k][1]));
-          path.lineTo(x(points[k + 1][0]), y(points[k + 1][1]));
-        }
-        const off = Math.abs(i - j - 0.08 * count) + (Math.min(i, j) < 0.06 * count ? count : 0);
-        if (points.length && (marks[index] === null || off < marks[index].off)) marks[index] = { off, x: x(points[0][0]), y: y(points[0][1]) };
-      }
-    }
+  const [x, y] = placesOf(box, count);
+  const step = Math.max(1, Math.round(count / 100));
+  const marks = [];
+  for (const level of LEVELS) {
+    let mark = null;
+    trace(path, efficiency, count, step, level, x, y, (i, j) => {
+      const off = Math.abs(i - j - 0.08 * count) + (Math.min(i, j) < 0.06 * count ? count : 0);
+      if (off < (mark?.off ?? 0.25 * count)) mark = { off, level, x: x(i), y: y(j) };
+    });
+    if (mark !== null && marks.every((other) => Math.hypot(other.x - mark.x, other.y - mark.y) > 22)) marks.push(mark);
   }
   context.strokeStyle = "rgb(255 255 255 / 70%)";
   context.lineWidth = 0.8;
@@ -205,16 +200,13 @@ export function paintContours(context, box, { efficiency, count }) {
   context.textAlign = "center";
   context.textBaseline = "middle";
   context.lineJoin = "round";
-  const taken = [];
-  marks.forEach((mark, index) => {
-    if (mark === null || mark.off > 0.25 * count || taken.some((other) => Math.hypot(other.x - mark.x, other.y - mark.y) < 22)) return;
-    taken.push(mark);
+  for (const mark of marks) {
     context.lineWidth = 3;
     context.strokeStyle = "rgb(20 30 60 / 55%)";
-    context.strokeText(`${Math.round(100 * LEVELS[index])} %`, mark.x, mark.y);
+    context.strokeText(`${Math.round(100 * mark.level)} %`, mark.x, mark.y);
     context.fillStyle = "#fff";
-    context.fillText(`${Math.round(100 * LEVELS[index])} %`, mark.x, mark.y);
-  });
+    context.fillText(`${Math.round(100 * mark.level)} %`, mark.x, mark.y);
+  }
 }
 
 function wrapped(context, text, width) {

@@ -3,14 +3,14 @@
 import { byId, make } from "./dom.js";
 import { Superseded } from "./transport.js";
 
-/** The views of drives: tab, module, and the answer that they show. */
+/** The views of drives: tab, module, the answer that they show, and whether it depends on the point. */
 export const VIEWS = [
-  { id: "balance", title: "Power balance", answer: "point" },
-  { id: "contact", title: "Rolling contact", answer: "contact" },
-  { id: "motion", title: "Motion", answer: "motion" },
-  { id: "plane", title: "Frequency and power", answer: "plane" },
-  { id: "machine", title: "Machine", answer: "drawing" },
-  { id: "work", title: "Compare and size", answer: null },
+  { id: "balance", title: "Power balance", answer: "point", point: true },
+  { id: "contact", title: "Rolling contact", answer: "contact", point: true },
+  { id: "motion", title: "Motion", answer: "motion", point: false },
+  { id: "plane", title: "Frequency and power", answer: "plane", point: false },
+  { id: "machine", title: "Machine", answer: "drawing", point: true },
+  { id: "work", title: "Compare and size", answer: null, point: false },
 ];
 
 export function createPanes({ host, theme }) {
@@ -21,7 +21,7 @@ export function createPanes({ host, theme }) {
     const body = make("div", { className: "view" });
     const why = make("p", { className: "why", role: "status", hidden: true });
     const panel = make("div", { className: "panel", role: "tabpanel", id: `panel-${view.id}`, tabIndex: 0, aria: { labelledby: `tab-${view.id}` }, hidden: true }, why, body);
-    const pane = { ...view, tab, panel, body, why, made: null, shown: null };
+    const pane = { ...view, tab, panel, body, why, made: null, shown: null, asked: null };
     tab.addEventListener("click", () => choose(pane.id, true));
     return pane;
   });
@@ -42,7 +42,7 @@ export function createPanes({ host, theme }) {
   });
 
   function tell(pane, text) {
-    pane.why.textContent = text;
+    pane.why.textContent = text.slice(0, 1).toUpperCase() + text.slice(1);
     pane.why.hidden = text === "";
     pane.body.hidden = text !== "";
   }
@@ -57,25 +57,37 @@ export function createPanes({ host, theme }) {
     return { ...host, get document() { return context?.payload; }, ask(more) { pane.more = { ...pane.more, ...more }; return show(pane); } };
   }
 
+  /** What a view asks: those that show no point do not ask anew when it moves. */
+  function questionOf(pane) {
+    const { speed, force, ...rest } = context.payload;
+    return { ...(pane.point ? context.payload : rest), ...pane.more };
+  }
+
+  const sameQuestion = (one, other) => one !== null && one.tables === other.tables && JSON.stringify({ ...one, tables: null }) === JSON.stringify({ ...other, tables: null });
+
   async function show(pane) {
     if (context === null) return;
-    const own = context;
+    const own = { ...context, payload: questionOf(pane) };
+    if (sameQuestion(pane.asked, own.payload)) return;
+    pane.asked = own.payload;
     let view;
     try {
       view = await ready(pane);
     } catch (problem) {
       pane.made = null;
+      pane.asked = null;
       console.error(problem);
       tell(pane, `This view could not be loaded (${problem.message}). The other views and the maps work without it.`);
       return;
     }
     try {
-      const { header, arrays } = pane.answer === null ? { header: {}, arrays: {} } : await host.call(pane.answer, { ...own.payload, ...pane.more });
+      const { header, arrays } = pane.answer === null ? { header: {}, arrays: {} } : await host.call(pane.answer, own.payload);
       if (header.faults?.length) { tell(pane, header.faults.map((fault) => fault.message).join(" ")); return; }
       tell(pane, "");
       pane.shown = { header, arrays, drive: own.payload.drive, theme: { dark: theme.dark }, study: own.study };
       view.update(pane.shown);
     } catch (problem) {
+      pane.asked = null;
       if (problem instanceof Superseded) return;
       console.error(problem);
       tell(pane, `This view failed: ${problem.message}`);
@@ -110,7 +122,7 @@ export function createPanes({ host, theme }) {
       if (chosen.tab.hidden) choose(ids[0]);
     },
     /** Forget what was chosen in the views: another study. */
-    reset() { context = null; for (const pane of panes) { pane.more = {}; pane.shown = null; } },
+    reset() { context = null; for (const pane of panes) { pane.more = {}; pane.shown = pane.asked = null; } },
     choose,
     focus() { chosen.tab.focus(); },
     get chosen() { return chosen.id; },
