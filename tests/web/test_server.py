@@ -287,7 +287,7 @@ def sliders(served, asked, clients, seconds):
 def test_many_clients_at_once(served, asked):
     times, wrong = sliders(served, asked, 20, 2.0)
     assert not wrong
-    assert len(times) > 20
+    assert len(times) >= 20
 
 
 @pytest.mark.slow

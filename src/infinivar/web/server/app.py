@@ -115,7 +115,7 @@ def made_app(explorer: Explorer) -> Starlette:
     """The routes."""
     mimetypes.add_type("text/javascript", ".js")  # a browser refuses modules of another type, which some systems state
     mimetypes.add_type("text/css", ".css")
-    return Starlette(
+    app = Starlette(
         routes=[
             Route("/", explorer.index),
             Route("/api/job", explorer.job, methods=["POST"]),
@@ -130,6 +130,8 @@ def made_app(explorer: Explorer) -> Starlette:
             ClientDisconnect: _gone,
         },  # type: ignore[arg-type]
     )
+    app.router.redirect_slashes = False
+    return app
 
 
 class _Files(StaticFiles):

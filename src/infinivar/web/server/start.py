@@ -23,6 +23,9 @@ USUAL_PORT = 8642
 WAIT_SECONDS = 10.0
 """Longest that a peer may take to send the head of a request. [s]"""
 
+_SPARE_SECONDS = 1.0
+"""After the address is printed the page has this time to itself, before the process of longer answers starts. [s]"""
+
 _MOST_QUICK = 3
 _STOP_SECONDS = 2
 
@@ -106,7 +109,7 @@ async def _serve(
                 server.should_exit = True
                 await serving
                 raise InputError(str(problem)) from None
-            background = asyncio.create_task(_started(long))
+            asyncio.get_running_loop().call_later(_SPARE_SECONDS, long.warm)
             address = f"http://{_shown(host)}:{port}/" + (f"?token={token}" if token else "")
             say(f"{title}: {address}")
             if token:
@@ -116,7 +119,6 @@ async def _serve(
             if opened is not None and not server.should_exit:
                 await asyncio.to_thread(opened, address)
             await serving
-            background.cancel()
         recovery.stop()
     finally:
         loading.cancel()
@@ -136,11 +138,6 @@ def _shown(host: str) -> str:
     if host in ("0.0.0.0", "::"):
         return socket.gethostname()
     return f"[{host}]" if ":" in host else host
-
-
-async def _started(lane: Lane) -> None:
-    with contextlib.suppress(UnusableError, FailedError):
-        await lane.start()
 
 
 def _app(quick: Lane, long: Lane, jobs: Jobs, recovery: Recovery) -> Any:

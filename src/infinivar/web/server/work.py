@@ -187,20 +187,37 @@ class Lane:
     _MOST_CLIENTS = 512
 
     def __init__(self, workers: list[Worker], seconds: float) -> None:
-        """Share these processes; each answer may take some seconds."""
+        """Share these processes, begun when they are needed; each answer may take some seconds."""
         self._workers, self._seconds = workers, seconds
+        self._cold, self._warming = list(workers), 0
         self._idle: list[Worker] = []
         self._clients: collections.OrderedDict[str, _Client] = collections.OrderedDict()
         self._tasks: set[asyncio.Task[None]] = set()
         self._anonymous = itertools.count()
+        self._stopped = False
 
     async def start(self) -> str:
-        """Start the first process, and the others in the background; returns the title of the study."""
-        first, *others = self._workers
-        self._run(*(self._joined(one) for one in others))
+        """Start the first process; returns the title of the study. Others follow when clients wait for one another."""
+        first = self._cold.pop(0)
         await first.start()
         self._idle.append(first)
+        self._next()
         return first.title
+
+    def warm(self) -> None:
+        """Start a process in the background, if none is."""
+        if len(self._cold) == len(self._workers):
+            self._begin_another()
+
+    def _begin_another(self) -> None:
+        """Start one more process, unless one is about to be there."""
+        if self._cold and not self._warming:
+            self._begin(self._cold.pop(0))
+
+    def _begin(self, worker: Worker) -> None:
+        if not self._stopped:
+            self._warming += 1
+            self._run(self._joined(worker))
 
     def _run(self, *coroutines: Any) -> None:
         for one in coroutines:
@@ -210,13 +227,17 @@ class Lane:
 
     async def _joined(self, worker: Worker) -> None:
         """Start a process that then takes part; one that does not start is left out and tried again."""
-        for pause in (0.0, 1.0, 5.0, 20.0):
-            await asyncio.sleep(pause)
-            with contextlib.suppress(FailedError, UnusableError, OSError):
-                await worker.start()
-                self._idle.append(worker)
-                self._next()
-                return
+        try:
+            for pause in (0.0, 1.0, 5.0, 20.0):
+                await asyncio.sleep(pause)
+                with contextlib.suppress(FailedError, UnusableError, OSError):
+                    await worker.start()
+                    self._idle.append(worker)
+                    return
+            self._cold.append(worker)
+        finally:
+            self._warming -= 1
+            self._next()
 
     async def call(
         self, client: str | None, sequence: int | None, name: str, body: bytes, kind: str | None = None
@@ -271,12 +292,15 @@ class Lane:
 
     def _next(self) -> None:
         """Give idle processes to clients whose requests wait, in turn."""
+        if self._stopped:
+            return
         for key in list(self._clients):
-            if not self._idle:
-                return
             client = self._clients[key]
             if client.busy or not client.waiting:
                 continue
+            if not self._idle:
+                self._begin_another()
+                return
             waiting = client.waiting.pop(next(iter(client.waiting)))
             if waiting.future.done():
                 continue
@@ -301,11 +325,12 @@ class Lane:
             if worker.alive:
                 self._idle.append(worker)
             else:
-                self._run(self._joined(worker))
+                self._begin(worker)
             self._next()
 
     async def stop(self) -> None:
         """End all processes."""
+        self._stopped = True
         for task in list(self._tasks):
             task.cancel()
         for one in self._workers:
