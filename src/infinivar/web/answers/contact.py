@@ -90,7 +90,7 @@ def contact(study: Study, asked: Mapping[str, Any]) -> Answer:
         If a name is unknown or a number is missing.
     """
     place = place_of(study, asked)
-    head = {"drive": place.name, "title": place.title, "place": place.words, "reason": None}
+    head = {"drive": place.name, "title": place.title, "place": place.words, "task": place.task, "reason": None}
     states = rolling_states(place)
     if not states:
         return Answer(header={**head, "reason": _why_none(place)})

@@ -54,7 +54,7 @@ def drawing(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
         If a name is unknown.
     """
     place = place_of(study, asked)
-    head = {"drive": place.name, "title": place.title, "place": place.words, "reason": None}
+    head = {"drive": place.name, "title": place.title, "place": place.words, "task": place.task, "reason": None}
     try:
         scenes, slides, state, notes = _drawn(place, study.travel)
     except InputError as problem:  # a machine beyond its reach, or with a wheel that slips
@@ -124,7 +124,7 @@ def _cobotic(drive: CoboticDrive, speed: float, force: float, travel: float | No
         notes.append("the contact patch has no known size: the wheel is stated by measured values")
     scenes += [] if drive.output.linkage is None else [_linkage_scene(drive.output.linkage)]
     notes.append("the width of the wheel, the carriage and the length of the cylinder are not to scale")
-    rolled = float(point.rolling_speed) / element.wheel_radius
+    rolled = abs(float(point.rolling_speed)) / element.wheel_radius
     state = [
         *words.steering(math.tan(angle)),
         words.row("cylinder", words.quantity(30.0 / math.pi * drive.cylinder_speed, "rpm")),
@@ -150,7 +150,7 @@ def _link(element: RotaryLinearIVT, span: float, speed: float, force: float) -> 
     length = 0.75 * radius
     for value, unit, look, what, low in (
         (force, "N", "force", "force on the load", beside - 0.36 * radius),
-        (speed, "m/s", "velocity", "link", beside - 0.58 * radius),
+        (speed, "m/s", "velocity", "speed of the link", beside - 0.58 * radius),
     ):
         label = f"{what} {words.quantity(value, unit)}"
         if value:
@@ -232,8 +232,9 @@ def _geared(drive: ConventionalDrive, speed: float, force: float, travel: float 
     span, notes = _range(drive, travel) if linear else (0.0, [])
     slides: Slides = {"load": shapes.slide((1.0, 0.0), MM * own, span)} if linear else {}
     items = list(_stage(stage, drive.motor, turning, MM * own, span, slides))
-    items += _load_arrows(items, linear, force, speed, drive)
-    scenes = [shapes.scene(f"Motor, gearhead {words.quantity(drive.gearhead.ratio, '')}:1 and {stage.title}", items)]
+    items += _load_arrows(items, force, speed, linear=not drive.axis.rotary)
+    title = f"Motor, gearhead {words.quantity(drive.gearhead.ratio, '')}:1 and {stage.title}"
+    scenes = [shapes.scene(title, items, keys=_load_keys(drive, force, speed))]
     scenes += [] if drive.output.linkage is None else [_linkage_scene(drive.output.linkage)]
     notes.append(
         "motor, gearhead and load are symbols" if drive.motor.diameter is None else "gearhead and load are symbols"
@@ -322,8 +323,7 @@ def _screw(stage: Screw, motor: Motor, speed: float, span: float, slides: Slides
     end = span + 3.0 * height
     yield shapes.box((-4.5 * housing, -housing), (-1.8 * housing, housing), "symbol")
     yield shapes.box((-1.8 * housing, -0.8 * housing), (0.0, 0.8 * housing), "symbol")
-    yield shapes.text((-3.15 * housing, 0.0), "motor")
-    yield shapes.text((-0.9 * housing, 0.0), "gear")
+    yield shapes.text((-2.25 * housing, 1.25 * max(height, housing)), "motor and gearhead")
     yield shapes.box((0.0, -radius), (end, radius), "steel")
     every = max(1, round(end / lead / 60.0))
     slides["thread"] = shapes.slide((1.0, 0.0), speed, every * lead, wraps=True)
@@ -335,22 +335,24 @@ def _screw(stage: Screw, motor: Motor, speed: float, span: float, slides: Slides
     yield shapes.text((middle, -1.25 * max(height, housing) - 2.0), label)
 
 
-def _load_arrows(
-    items: list[Item], linear: bool, force: float, speed: float, drive: ConventionalDrive
-) -> Iterator[Item]:
-    """Force and speed of the load above the drawing."""
+def _load_arrows(items: list[Item], force: float, speed: float, *, linear: bool) -> Iterator[Item]:
+    """Force and speed of a load along a line, above the drawing."""
     left, _, right, top = shapes.scene("", items, margin=0.0)["frame"]
-    middle, length = 0.5 * (left + right), 0.2 * (right - left)
-    axis = drive.axis
-    for place, (value, unit, look, what) in enumerate(
-        ((force, axis.force_unit, "force", f"{axis.force} on the load"), (speed, axis.speed_unit, "velocity", "load"))
-    ):
-        high = top + (0.07 + 0.09 * place) * (right - left)
-        label = f"{what} {words.quantity(value, unit)}"
+    middle, length = 0.5 * (left + right), 0.16 * (right - left)
+    for place, (value, look) in enumerate(((force, "force"), (speed, "velocity"))):
         if value and linear:
-            yield shapes.arrow((middle, high), (middle + math.copysign(length, value), high), look, label)
-        else:
-            yield shapes.text((middle, high), label)
+            high = top + (0.03 + 0.035 * place) * (right - left)
+            yield shapes.arrow((middle, high), (middle + math.copysign(length, value), high), look)
+
+
+def _load_keys(drive: ConventionalDrive, force: float, speed: float) -> Iterator[dict[str, str]]:
+    """What the arrows stand for; of a joint, which has none, the same in words."""
+    axis = drive.axis
+    for value, look, text in (
+        (force, "force", f"{axis.force} on the load {words.quantity(force, axis.force_unit)}"),
+        (speed, "velocity", f"{axis.speed} of the load {words.quantity(speed, axis.speed_unit)}"),
+    ):
+        yield shapes.key(look if value and not axis.rotary else "", text)
 
 
 # ---- linkage
@@ -385,8 +387,10 @@ def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
             shapes.poly([fixed, origin], "guide", closed=False),
             shapes.poly([origin, tip], "rod", closed=False),
             shapes.poly([fixed, tip], "cable", closed=False),
-            shapes.circle(fixed, 0.06 * MM * base, "joint"),
-            shapes.circle(tip, 0.05 * MM * base, "joint"),
+            shapes.circle(fixed, 0.03 * MM * base, "joint"),
+            shapes.text(shapes.off(fixed, 0.0, -0.13 * MM * base), "fixed pivot"),
+            shapes.text(shapes.off(origin, 0.0, -0.13 * MM * base), "joint"),
+            shapes.circle(tip, 0.03 * MM * base, "joint"),
             shapes.text(
                 shapes.off(0.5 * (fixed + tip), 0.0, 0.08 * MM * base),
                 f"actuator {words.quantity(MM * linkage.position(0.0), 'mm')}",
@@ -398,7 +402,7 @@ def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
         crank = float(np.asarray(linkage.position(0.0)))
         near = MM * turned * np.array([math.cos(crank), math.sin(crank)])
         far = joint + MM * arm * np.array([math.cos(offset), math.sin(offset)])
-        size = 0.05 * MM * base
+        size = 0.035 * MM * base
         items += [
             shapes.poly([origin, joint], "guide", closed=False),
             shapes.poly([origin, near], "rod", closed=False),
@@ -409,7 +413,7 @@ def _linkage_scene(linkage: Linkage) -> dict[str, Any]:
             shapes.text(shapes.off(origin, 0.0, -3.0 * size), "drive"),
         ]
     reach = max(abs(one) for one in shapes.scene("", items)["frame"])
-    items.append(shapes.circle(origin, 0.05 * reach, "joint"))
+    items.append(shapes.circle(origin, 0.03 * reach, "joint"))
     return shapes.scene(f"Linkage: {_LINKAGES[linkage.shape]}, at joint angle 0", items)
 
 

@@ -85,7 +85,8 @@ def _platform(place: Place, drive: PlatformDrive) -> Any:
     middle = list(_drum(drive.leg, ends, see)) if drive.leg is not None else []
     plate = [shapes.poly(shapes.hull(see(upper)), "plate")]
     arrows = list(_space_arrows(place, MM * pose[:3], float(np.ptp(ends)), see))
-    scenes = [shapes.scene("Platform on its rods", [*behind, *middle, *front, *plate, *arrows])]
+    items = [*behind, *middle, *front, *plate, *arrows]
+    scenes = [shapes.scene("Platform on its rods", items, keys=_keys(place, 3))]
     notes = [f"geometry: {platform.provenance}"] if platform.provenance != "given" else []
     state = [words.row("force on the load", _vector_words(place.wrench[:3], "N"))]  # type: ignore[index]
     state.append(words.row("velocity", _vector_words(place.twist[:3], "m/s")))  # type: ignore[index]
@@ -157,16 +158,22 @@ def _drum(leg: CoboticDrive, ends: np.ndarray, see: shapes.View) -> Iterator[Ite
 def _space_arrows(place: Place, origin: np.ndarray, length: float, see: shapes.View) -> Iterator[Item]:
     """Force on the load and velocity at the platform; a direction that points at the viewer is short."""
     size = 0.75 * max(length, 40.0)
-    for vector, look, label in (
-        (np.asarray(place.wrench)[:3], "force", "force"),
-        (np.asarray(place.twist)[:3], "velocity", "velocity"),
-    ):
-        long = float(np.linalg.norm(vector))
+    for vector, look, share in ((place.twist, "velocity", 1.0), (place.wrench, "force", 0.7)):
+        way = np.asarray(vector)[:3]
+        long = float(np.linalg.norm(way))
         if long > 0.0:
-            share = 0.7 if look == "velocity" else 1.0
-            tip = origin + share * size * vector / long
-            unit = "N" if look == "force" else "m/s"
-            yield shapes.arrow(see(origin), see(tip), look, f"{label} {words.quantity(long, unit)}")
+            yield shapes.arrow(see(origin), see(origin + share * size * way / long), look)
+
+
+def _keys(place: Place, count: int) -> Iterator[dict[str, str]]:
+    """What the arrows of force and velocity stand for, of the first coordinates, which are along axes."""
+    for vector, look, label, unit in (
+        (place.wrench, "force", "force on the load", "N"),
+        (place.twist, "velocity", "velocity", "m/s"),
+    ):
+        long = float(np.linalg.norm(np.asarray(vector)[:count]))
+        if long > 0.0:
+            yield shapes.key(look, f"{label} {words.quantity(long, unit)}")
 
 
 # ---- cart
@@ -199,7 +206,10 @@ def _cart(place: Place, drive: PlanarDrive) -> Any:
         items += [shapes.circle(spot, radius, "wheel") for spot in positions]
         notes = ["at rest the wheels are locked; their headings are free, and drawn as circles"]
     items += _flat_arrows(place, np.zeros(2), 0.55 * size)
-    return [shapes.scene("Cart from above", items)], {}, state, notes
+    keys = [*_keys(place, 2)]
+    if np.any(place.twist):
+        keys.append(shapes.key("contact-force", "force of the ground on a wheel"))
+    return [shapes.scene("Cart from above", items, keys=keys)], {}, state, notes
 
 
 def _cart_wheel(
@@ -245,15 +255,11 @@ def _centre(centre: np.ndarray, middle: np.ndarray, size: float) -> Iterator[Ite
 def _flat_arrows(place: Place, origin: np.ndarray, length: float) -> Iterator[Item]:
     """Force on the load and velocity in the plane."""
     yield shapes.circle(origin, 0.03 * length, "joint")
-    for vector, look, label, unit, share in (
-        (np.asarray(place.wrench)[:2], "force", "force on the load", "N", 0.8),
-        (np.asarray(place.twist)[:2], "velocity", "velocity", "m/s", 1.0),
-    ):
-        long = float(np.linalg.norm(vector))
+    for vector, look, share in ((place.twist, "velocity", 1.0), (place.wrench, "force", 0.7)):
+        way = np.asarray(vector)[:2]
+        long = float(np.linalg.norm(way))
         if long > 0.0:
-            yield shapes.arrow(
-                origin, origin + share * length * vector / long, look, f"{label} {words.quantity(long, unit)}"
-            )
+            yield shapes.arrow(origin, origin + share * length * way / long, look)
 
 
 # ---- arm
@@ -279,7 +285,8 @@ def _arm(place: Place, drive: ArmDrive) -> Any:
         items.append(shapes.text(shapes.off(spot, 0.0, -pulley - 0.05 * reach), label))
     if len(drive.lengths) > 1:
         items += _flat_arrows(place, points[-1], 0.32 * reach)
-    scenes = [shapes.scene("Arm, with the torques of its joints", items)]
+    keys = _keys(place, 2) if len(drive.lengths) > 1 else ()
+    scenes = [shapes.scene("Arm, with the torques of its joints", items, keys=keys)]
     notes = ["circles at the joints are the pulleys, to scale"]
     if drive.leg is not None:
         scenes.append(_row_of_wheels(drive, drive.leg, point))
@@ -304,7 +311,7 @@ def _row_of_wheels(drive: ArmDrive, leg: CoboticDrive, point: Any) -> dict[str, 
         if not math.isfinite(float(found.link_speed)):
             raise InputError(f"the wheel of joint {index + 1} slips here")
         items += drawing_wheels.wheel_from_above(
-            element, found, apart * (index - 0.5 * (count - 1)), label=f"joint {index + 1}: φ"
+            element, found, apart * (index - 0.5 * (count - 1)), label=f"joint {index + 1}"
         )
     return shapes.scene("Common cylinder with the wheel of each joint", items)
 
@@ -354,7 +361,13 @@ def _sphere(place: Place, drive: SphereDrive) -> Any:
         text = f"{words.quantity(force, 'N')}, {words.quantity(share, '%', 2)} of its slip limit"
         state.append(words.row(f"{index + 1}, {kind} roller", text))
     return (
-        [shapes.scene("Sphere between its rollers", [*behind, *ball, *front])],
+        [
+            shapes.scene(
+                "Sphere between its rollers",
+                [*behind, *ball, *front],
+                keys=[shapes.key("contact-force", "force of a roller on the sphere")],
+            )
+        ],
         {},
         state,
         ["the width of the rollers is not to scale"],

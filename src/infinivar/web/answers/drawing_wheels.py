@@ -31,9 +31,9 @@ def cylinder_from_above(element: RotaryLinearIVT, speed: float, length: float) -
 
 
 def wheel_from_above(
-    element: RotaryLinearIVT, point: OperatingPoint, at: float, *, slide: str | None = None, label: str = "φ"
+    element: RotaryLinearIVT, point: OperatingPoint, at: float, *, slide: str | None = None, label: str = ""
 ) -> Iterator[Item]:
-    """A steered wheel on top of the cylinder, with its heading and steering angle."""
+    """A steered wheel on top of the cylinder, with its heading and steering angle; a label stands above the cylinder."""
     angle = float(np.arctan(point.steering_tangent))
     radius, width = MM * element.wheel_radius, 0.28 * MM * element.wheel_radius
     heading = np.array([math.sin(angle), math.cos(angle)])
@@ -63,9 +63,13 @@ def wheel_from_above(
         for part in np.linspace(0, 1, 13)
     ]
     yield shapes.poly(sweep, "angle", closed=False, slide=slide)
-    anchor = "start" if side > 0 else "end"
+    words_of = f"φ = {words.quantity(math.degrees(angle), '°')}"
+    if label:
+        high = 1.12 * MM * element.cylinder_radius
+        yield shapes.text((at, high), f"{label}: {words_of}", slide=slide)
+        return
     place = shapes.off(middle, side * 0.12 * reach, 1.02 * reach)
-    yield shapes.text(place, f"{label} = {words.quantity(math.degrees(angle), '°')}", anchor=anchor, slide=slide)
+    yield shapes.text(place, words_of, anchor="start" if side > 0 else "end", slide=slide)
 
 
 _CORNERS = ((1, 1), (1, -1), (-1, -1), (-1, 1))

@@ -12,7 +12,7 @@ from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.machines import PathResult, follow_path
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.drive import is_machine
-from infinivar.errors import AuditError, InputError, ParameterError, nearest
+from infinivar.errors import AuditError, InputError, ParameterError
 from infinivar.figures import style
 from infinivar.motion.vectors import TRANSLATIONS
 from infinivar.study.study import Study
@@ -44,10 +44,10 @@ def motion(study: Study, asked: Mapping[str, Any], progress: Callable[[float], N
     Raises
     ------
     InputError
-        If the study has no motion, or a name is unknown.
+        If the study has no motion.
     """
     group, name = motion_of(study, asked)
-    drives = payload.words(asked, "drives", study.drives)
+    drives = payload.words(asked, "drives", study.drives) or list(study.drives)
     title = getattr(study, group)[name].title or name
     header: dict[str, Any] = {"motion": name, "group": group, "title": title, "drives": {}}
     arrays: dict[str, np.ndarray] = {}
@@ -68,19 +68,19 @@ def motion(study: Study, asked: Mapping[str, Any], progress: Callable[[float], N
 
 
 def motion_of(study: Study, asked: Mapping[str, Any]) -> tuple[str, str]:
-    """Group and name of the motion asked for, by default the first.
+    """Group and name of the motion asked for; the first by default, and if that name is gone by now.
 
     Raises
     ------
     InputError
-        If the study has none, or none of that name.
+        If the study has none.
     """
     names = {**dict.fromkeys(study.paths, "paths"), **dict.fromkeys(study.duty, "duty")}
     if not names:
         raise InputError("the study has no motion: add a table [duty.NAME], or [paths.NAME] for machines")
-    name = payload.text(asked, "motion", next(iter(study.duty or study.paths)))
-    if name not in names:
-        raise InputError(f"the study has no motion {name!r}{nearest(name, names)}; its motions: {', '.join(names)}")
+    first = next(iter(study.duty or study.paths))
+    name = payload.text(asked, "motion", first)
+    name = name if name in names else first
     return names[name], name
 
 
@@ -142,8 +142,10 @@ def _path_rows(
             arrays[f"course/{name}"] = words.thin(
                 (1e3 if along else 180.0 / np.pi) * (found.pose[:, index] - middle[index]), MOST
             )
-    words_of_path = f"{'feasible' if found.feasible else 'infeasible'}; {found.tightest_words}"
-    row.update(verdict=words_of_path, feasible=found.feasible, energy=words.number(found.energy), heat=[])
+    able = "feasible" if found.feasible else "infeasible"
+    energy, mean = words.quantity(found.energy, "J"), words.quantity(found.mean_power, "W")
+    verdict = f"{able}; {found.tightest_words}; {energy} {found.per}, {mean} on average"
+    row.update(verdict=verdict, feasible=found.feasible, energy=words.number(found.energy), heat=[])
     losses = {name: loss * found.period for name, loss in found.losses.items()}
     row.update(mean_power=words.number(found.mean_power), losses=_losses(losses))
     shape = found.time.shape
@@ -160,7 +162,7 @@ def _powers(time: np.ndarray, power: np.ndarray, arrays: dict[str, np.ndarray], 
 def _losses(losses: Mapping[str, float]) -> list[dict[str, Any]]:
     """Rows from the largest loss; none of 0."""
     return [
-        {"label": name, "joules": words.number(joules), "colour": style.LOSS_COLOURS.get(name, "#999999")}
+        {"label": name, "joules": words.number(joules), "colour": style.LINE_COLOURS.get(name, "#999999")}
         for name, joules in sorted(losses.items(), key=lambda one: -np.nan_to_num(one[1]))
         if joules != 0.0
     ]

@@ -17,7 +17,7 @@ from infinivar.web.answers import payload, words
 from infinivar.web.answers.answer import Answer
 from infinivar.web.answers.motion import motion_of
 
-FREQUENCIES, FRACTIONS, SAMPLES = 48, 32, 80
+FREQUENCIES, FRACTIONS, SAMPLES = 64, 48, 80
 LOWEST, HIGHEST = 0.1, 30.0
 """Ends of the frequency axis, as in Fig 17 of faulring2006. [Hz]"""
 
@@ -39,13 +39,8 @@ def plane(study: Study, asked: Mapping[str, Any], progress: Callable[[float], No
         all limits [-].
         Arrays: frequency (n,) [Hz], power (m,) [W]; by drive NAME/performance (m, n), nan outside limits, NAME/limit (m, n)
         codes, NAME/edge (n,): largest power at which the drive is within all limits at each frequency, 0 if at none. [W]
-
-    Raises
-    ------
-    InputError
-        If a name is unknown.
     """
-    names = payload.words(asked, "drives", study.drives)
+    names = payload.words(asked, "drives", study.drives) or list(study.drives)
     size = _size(study, asked)
     header: dict[str, Any] = {"reason": None, "drives": {}}
     if isinstance(size, str):
@@ -85,7 +80,7 @@ def _size(study: Study, asked: Mapping[str, Any]) -> tuple[float, float] | str:
     required = study.requirement
     if required is not None and required.power and study.load_mass:
         return float(required.power), float(study.load_mass)
-    wanted = motion_of(study, asked)[1] if asked.get("motion") is not None else None
+    wanted = motion_of(study, asked)[1] if study.duty and asked.get("motion") is not None else None
     for name, duty in study.duty.items():
         if wanted in (None, name) and duty.moved_mass:
             course = duty.instants().course
@@ -102,7 +97,13 @@ def _largest(values: np.ndarray) -> float | None:
 
 
 def _edge(found: DynamicMap, power: float) -> np.ndarray:
-    """Largest power within all limits at each frequency, without gaps below it."""
-    unbroken = np.cumprod(found.works, axis=1)
-    steps = unbroken.sum(axis=1)
-    return power * steps / found.works.shape[1]
+    """Largest power within all limits at each frequency, without gaps below it, by straight lines of the demand between cells."""
+    count = found.works.shape[1]
+    steps = np.cumprod(found.works, axis=1).sum(axis=1)
+    last, first = np.clip(steps - 1, 0, None), np.clip(steps, None, count - 1)
+    rows = np.arange(len(steps))
+    low, high = (1.0 / found.margin[rows, at] for at in (last, first))
+    rise = high - low
+    share = np.where(np.isfinite(rise) & (rise > 0.0), (1.0 - low) / np.where(rise > 0.0, rise, 1.0), 0.0)
+    reached = found.fraction[last] + np.clip(share, 0.0, 1.0) * (found.fraction[first] - found.fraction[last])
+    return power * np.where(steps == 0, 0.0, np.where(steps == count, 1.0, reached))

@@ -27,6 +27,9 @@ STAGES = (
 )
 """What power passes on its way from the supply to the load, and the losses in it; all other losses are of the output."""
 
+_ROUNDING = 1e-12
+"""Power over the largest one below which what is left after the losses is rounding."""
+
 _OUTPUT = "springs and linkage"
 _SUPPLY, _LOAD = "supply", "load"
 
@@ -42,10 +45,10 @@ def point(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict
-        drive, title, place: words; feasible; verdict; limit: None or limit, words and share of the tightest; efficiency, power_in,
-        power_out, loss [W]; utilisation: rows of limit, words, share, from the largest; stages: from supply to load; flows: rows
-        of from, to, watts, label, colour, kind ("power" between neighbours, "loss" out of a stage), all watts >= 0, in the
-        direction in which power flows; balance_residual [-]; state: rows of label and text; parts: rows, of machines.
+        drive, title, place: words; task; feasible; verdict; limit: None or limit, words and share of the tightest; efficiency,
+        power_in, power_out, loss [W]; utilisation: rows of limit, words, share, from the largest; stages: from supply to load;
+        flows: rows of from, to, watts, label, colour, kind ("power" between neighbours, "loss" out of a stage), all watts >= 0,
+        in the direction in which power flows; balance_residual [-]; state: rows of label and text; parts: rows, of machines.
 
     Raises
     ------
@@ -136,8 +139,9 @@ def _flows(source: str, power_in: float, losses: Mapping[str, float]) -> tuple[l
         stages.append((_OUTPUT, rest))
     names = [source, *(stage for stage, _ in stages), _LOAD]
     passing, flows = power_in, []
+    rounding = _ROUNDING * (abs(power_in) + sum(losses.values()))
     for place, after in enumerate(names[1:]):
-        flows.append(_passing(names[place], after, passing))
+        flows.append(_passing(names[place], after, passing if abs(passing) > rounding else 0.0))
         if after == _LOAD:
             break
         for name, watts in stages[place][1].items():
@@ -147,7 +151,7 @@ def _flows(source: str, power_in: float, losses: Mapping[str, float]) -> tuple[l
                     "to": "loss",
                     "watts": max(watts, 0.0),
                     "label": name,
-                    "colour": style.LOSS_COLOURS.get(name, "#999999"),
+                    "colour": style.LINE_COLOURS.get(name, "#999999"),
                     "kind": "loss",
                 }
             )

@@ -16,7 +16,7 @@ Vector = Sequence[float] | np.ndarray
 Item = dict[str, Any]
 
 ROUND = np.linspace(0.0, 2.0 * math.pi, 49)
-_FASTEST_TURN = 3.0
+_FASTEST_TURN = 9.0
 """Rate at which the fastest shape of a drawing turns at most, as painted. [rad/s]"""
 
 _SHORTEST_PASS = 2.5
@@ -104,14 +104,21 @@ def slide(direction: Vector, rate: float, span: float, *, wraps: bool = False) -
     return {"direction": xy(direction), "rate": _finite(rate), "span": _round(span), "wraps": wraps}
 
 
-def scene(title: str, items: Iterable[Item], *, note: str = "", margin: float = 0.04) -> dict[str, Any]:
-    """Items with their frame around them."""
+def key(look: str, words: str) -> dict[str, str]:
+    """What arrows of a look stand for, to be written beside the drawing; look "" for words without an arrow."""
+    return {"look": look, "text": words}
+
+
+def scene(
+    title: str, items: Iterable[Item], *, note: str = "", margin: float = 0.04, keys: Iterable[dict[str, str]] = ()
+) -> dict[str, Any]:
+    """Items with their frame around them, and the key of their arrows."""
     items = list(items)
     points = np.array([point for item in items for point in _extent(item)])
     low, high = points.min(axis=0), points.max(axis=0)
     pad = margin * float(np.max(high - low))
     frame = [*(low - pad), *(high + pad)]
-    return {"title": title, "note": note, "frame": [_round(one) for one in frame], "items": items}
+    return {"title": title, "note": note, "frame": [_round(one) for one in frame], "items": items, "keys": list(keys)}
 
 
 def slow_down(scenes: Iterable[dict[str, Any]], slides: Iterable[dict[str, Any]]) -> float:

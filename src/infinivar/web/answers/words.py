@@ -63,7 +63,7 @@ def steering(tangent: float) -> Iterator[dict[str, str]]:
     yield row("steering angle", quantity(math.degrees(math.atan(tangent)), "°"))
     size = abs(tangent)
     ratio = "–" if math.isnan(size) else "locked" if size == 0.0 else f"{plain(1.0 / size, 3)}:1"
-    yield row("reduction ratio, surface to link", ratio)
+    yield row("reduction ratio", ratio)
 
 
 def row(label: str, text: str) -> dict[str, str]:
