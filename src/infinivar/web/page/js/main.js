@@ -1,15 +1,13 @@
 // The page: what is asked when, and what each part shows of the answers.
-import { byId, digits, download, make, say, tooltips } from "./dom.js";
-import { copyLink, exportFiles, help, pickPart } from "./dialogs.js";
+import { byId, download, make, say, tooltips } from "./dom.js";
 import { createFields } from "./fields.js";
+import { COUNT, firstMaps, firstShown, started, transport } from "./first.js";
 import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
 import { createStore, fromFragment, toFragment } from "./store.js";
-import { drawTasks } from "./tasks.js";
 import { createTheme } from "./theme.js";
-import { createTour } from "./tour.js";
-import { createTransport, Superseded } from "./transport.js";
+import { Superseded } from "./transport.js";
 
 const EXPORTS = [
   { what: "report", title: "Report", text: "The comparison with its figures and data, as an archive (zip)" },
@@ -20,10 +18,9 @@ const STUDY_DELAY = 90;
 const SPOKEN_DELAY = 700;
 const JUDGE_DELAY = 150;
 
-const transport = createTransport();
 const store = createStore();
 const theme = createTheme();
-const view = { drive: null, shown: [], point: null, looked: null, task: null, count: 200, mode: "side" };
+const view = { drive: null, shown: [], point: null, looked: null, task: null, count: COUNT, mode: "side" };
 let model = null;
 let version = "";
 let shippedNames = new Set();
@@ -40,7 +37,11 @@ tooltips();
 const fields = createFields({ store, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
 const plots = createMaps({ theme, onLook: look, onChoose: choose, onDrive: chooseDrive });
 const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say } });
-const tour = createTour();
+
+// What is not needed for the first maps is loaded after them.
+const dialogs = () => import("./dialogs.js");
+let touring = null;
+const tour = () => (touring ??= import("./tour.js").then((module) => module.createTour()));
 
 const payload = () => ({ name: store.document.name, tables: store.document.tables });
 
@@ -56,7 +57,7 @@ async function askMaps(stamp = performance.now()) {
   const mine = (asked += 1);
   let reply;
   try {
-    reply = await transport.call("maps", { ...payload(), count: view.count, drives: view.shown, known });
+    reply = await earlyMaps() ?? await transport.call("maps", { ...payload(), count: view.count, drives: view.shown, known });
   } catch (problem) { failed(problem); return; }
   const { header, arrays } = reply;
   answered();
@@ -75,6 +76,19 @@ async function askMaps(stamp = performance.now()) {
   speakSoon();
 }
 
+let early = firstMaps;
+
+/** The maps that were asked first, if they are still the ones to show. */
+async function earlyMaps() {
+  const asking = early;
+  early = null;
+  if (asking === null) return null;
+  const { tables } = store.document;
+  const shown = view.shown.join();
+  const known = await asking;
+  return known.tables === tables && store.document.tables === tables && known.shown.join() === shown && view.count === COUNT ? known.reply : null;
+}
+
 function painted(took, more) {
   const place = byId("status");
   status(`${Math.max(1, Math.round(took))} ms`, more);
@@ -86,6 +100,7 @@ function painted(took, more) {
   if (firstPainted) return;
   firstPainted = true;
   place.dataset.first = performance.now().toFixed(1);
+  document.head.append(make("link", { rel: "stylesheet", href: "page/vendor/uPlot/uPlot.css" }));
 }
 
 /** Ask how the drives shown stand against the requirement, once maps rest: it is sampled far more finely than a map. */
@@ -129,6 +144,7 @@ async function askTasks() {
   answered();
   status("", false);
   if (reply.header.faults?.length) { faulty(reply.header.faults); return; }
+  const { drawTasks } = await import("./tasks.js");
   drawTasks({ header: reply.header, task: view.task, drive: view.drive, onTask: (row, name) => chooseTask(row.group === "paths" ? view.task : row.name, name) });
 }
 
@@ -148,14 +164,17 @@ async function askStudy() {
   fields.setModel(model);
   plots.setStale(false);
   if (flat !== (model.plane === null)) await askMaps();
-  if (began) { askView(); welcome(); }
+  if (!began) return;
+  if (model.plane === null) panes.choose("machine");
+  askView();
+  welcome();
 }
 
 /** The tour on the first visit, once there is something to show. */
 function welcome() {
   if (welcomed) return;
   welcomed = true;
-  requestAnimationFrame(() => tour.welcome());
+  tour().then((one) => one.welcome());
 }
 
 function faulty(found) {
@@ -233,9 +252,6 @@ function arrange() {
 }
 
 const inside = ({ speed, force }) => speed >= model.plane.speed[0] && speed <= model.plane.speed[1] && force >= model.plane.force[0] && force <= model.plane.force[1];
-
-/** Two drives to begin with: the first, and the last, which a study lists to compare it with. */
-const firstShown = (names) => (names.length > 1 ? (innerWidth <= 560 ? [names[0]] : [names[0], names.at(-1)]) : names);
 
 /** What the study is about, whether it is a reconstruction, and its warnings: in one line that opens. */
 function tellNotes() {
@@ -333,8 +349,8 @@ function showMap(name, on) {
   askMaps();
 }
 
-function choosePart(field) {
-  pickPart({ call: transport.call, field, onPick: (name) => { store.set(field.at, name); say(`${field.label}: ${name}`); } });
+async function choosePart(field) {
+  (await dialogs()).pickPart({ call: transport.call, field, onPick: (name) => { store.set(field.at, name); say(`${field.label}: ${name}`); } });
 }
 
 async function openFile(file) {
@@ -381,7 +397,7 @@ async function link() {
   const { drive, shown, point } = view;
   const fragment = await toFragment({ ...payload(), drive, shown, point });
   history.replaceState(null, "", fragment);
-  await copyLink(location.href);
+  await (await dialogs()).copyLink(location.href);
 }
 
 function pin() {
@@ -411,11 +427,11 @@ const actions = {
   maps: () => plots.focus(),
   views: () => panes.focus(),
   find: () => byId("find").focus(),
-  help: () => help({ version, onTour: () => tour.start() }),
+  help: async () => (await dialogs()).help({ version, onTour: async () => (await tour()).start() }),
 };
 
 for (const name of ["undo", "redo", "save", "open", "pin", "link", "help"]) byId(name).addEventListener("click", actions[name]);
-byId("export").addEventListener("click", () => exportFiles({ kinds: model?.plane === null ? EXPORTS.filter((kind) => kind.what !== "csv") : EXPORTS, onExport: exportAs }));
+byId("export").addEventListener("click", async () => (await dialogs()).exportFiles({ kinds: model?.plane === null ? EXPORTS.filter((kind) => kind.what !== "csv") : EXPORTS, onExport: exportAs }));
 createKeys(actions);
 
 byId("file").addEventListener("change", () => {
@@ -458,7 +474,7 @@ async function openLink() {
 addEventListener("hashchange", () => openLink().catch((problem) => notice(problem.message, [], true, "link")));
 
 async function begin() {
-  const { header } = await transport.call("start");
+  const { header } = await started;
   version = header.version;
   shippedNames = new Set(header.shipped.map((one) => one.name));
   byId("shipped").replaceChildren(...header.shipped.map((one) => make("option", { value: one.name, title: one.description }, one.title)));

@@ -196,7 +196,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   function tellLimits(figure, map, counts, subtract) {
     const { requirement: required } = map.header;
     const total = counts.reduce((sum, one) => sum + one, 0);
-    const words = required ? (required.covers ? "✓ covers the requirement" : `✗ covers ${digits(100 * required.coverage, 3)} % of it`) : requirement === null ? "" : "judging …";
+    const words = required ? (required.covers ? "✓ covers the requirement" : `✗ covers ${digits(100 * required.coverage, 3)} % of the requirement`) : requirement === null ? "" : "judging …";
     figure.cover.textContent = words;
     figure.cover.title = required?.verdict ?? "";
     figure.cover.className = `cover ${required ? (required.covers ? "yes" : "no") : ""}`;

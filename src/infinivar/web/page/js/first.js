@@ -1,0 +1,28 @@
+// The first questions of the page, asked while the rest of it still loads.
+import { remembered } from "./theme.js";
+import { createTransport } from "./transport.js";
+
+const wanted = remembered("theme");
+const dark = wanted === "dark" || (wanted !== "light" && matchMedia("(prefers-color-scheme: dark)").matches);
+document.documentElement.dataset.theme = dark ? "dark" : "light";
+
+export const transport = createTransport();
+
+/** Cells along each axis of the maps at first. */
+export const COUNT = 200;
+
+/** Two drives to begin with: the first, and the last, which a study lists to compare it with; one in a narrow window. */
+export const firstShown = (names) => (names.length > 1 ? (innerWidth <= 560 ? [names[0]] : [names[0], names.at(-1)]) : names);
+
+/** What the page begins with. */
+export const started = transport.call("start");
+
+const mapsOf = async ({ header }) => {
+  const { name, tables } = header.study;
+  const shown = firstShown(Object.keys(tables.drives ?? {}));
+  return { tables, shown, reply: await transport.call("maps", { name, tables, count: COUNT, drives: shown, known: {} }) };
+};
+
+/** The maps of the study that the page begins with: {tables, shown, reply}; null if its address holds another one. */
+export const firstMaps = location.hash ? null : started.then(mapsOf);
+firstMaps?.catch(() => {});  // told by who waits for it
