@@ -57,7 +57,7 @@ def shown_and_real(text, folder):
 
 
 DAILY = ("theory", "errata", "compiled", "study-file", "extending", "measurements", "catalogue", "mechanisms", "legs",
-         "machines", "planar-cart", "six-leg-display", "two-joint-arm")  # fmt: skip
+         "machines", "planar-cart", "six-leg-display", "two-joint-arm", "explorer")  # fmt: skip
 SLOW = (
     "sizing",
     "tutorial",

@@ -104,8 +104,10 @@ def _row(hit: Any, shown: list[tuple[str, str]], known: Mapping[str, Any]) -> di
     for name, unit in shown:
         value, column = hit.values.get(name), known[name]
         values[name] = value
-        stated = value is not None and column is not None
-        texts[name] = units.show_in(value, column.unit, unit).removesuffix(f" {unit}") if stated else "–"
+        if value is None or column is None:
+            texts[name] = "–"
+        else:
+            texts[name] = units.show_in(value, column.unit, unit).removesuffix(f" {unit}")
     return {
         "part": hit.part,
         "set": hit.set,

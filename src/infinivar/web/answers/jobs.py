@@ -47,11 +47,11 @@ def _compared(study: Any, report: Report) -> Answer:
 
 def _sized(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:
     """The best drives among all parts of the catalogue."""
-    asked = {"generations": whole(payload, "generations", 1, _MOST_GENERATIONS)} if "generations" in payload else {}
+    generations = whole(payload, "generations", 1, _MOST_GENERATIONS) if "generations" in payload else None
     found = iv.size(
         study,
         top=whole(payload, "top", 1, _MOST_DESIGNS, 10),
-        **asked,
+        generations=generations,
         progress=lambda words, share: report(share, words),
     )
     designs = [{"title": found.named(one), "verdict": found.words_of(one)} for one in found.designs]

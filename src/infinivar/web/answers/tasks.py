@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import infinivar as iv
+from infinivar.analysis.machines import MachineComparison
 from infinivar.limits import words_of
 from infinivar.web.answers.answer import Answer
 from infinivar.web.answers.document import study_of
@@ -22,6 +23,7 @@ def tasks(payload: Mapping[str, Any]) -> Answer:
         )
         return Answer(header={"machines": {}, "reason": reason})
     found = iv.compare(study)
+    assert isinstance(found, MachineComparison)
     machines = {}
     for name, result in found.results.items():
         rows = []

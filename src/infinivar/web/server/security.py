@@ -95,6 +95,8 @@ class Guard:
 
     def _refusal(self, scope: Scope) -> tuple[int, str] | None:
         """Status and words, if the request comes by another name of this server, or from another site."""
+        if not scope["path"].isprintable():
+            return 400, "the path of the request has control characters"
         hosts = _values(scope, b"host")
         if len(hosts) != 1 or not self._own(hosts[0]):
             return 421, "the Host of the request is not this server"
