@@ -21,6 +21,7 @@ from infinivar.errors import ParameterError
 from infinivar.figures import rolling_patch
 from infinivar.limits import Limit
 from infinivar.study.study import Study
+from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.geometry import LossGroups, PressedContact
 from infinivar.transmission.operating_point import OperatingPoint
 from infinivar.transmission.spherical import SphericalPoint
@@ -57,6 +58,13 @@ class RollingState:
     contact: PressedContact | None
     preload: float
     notes: tuple[dict[str, str], ...] = ()
+    along: bool = False
+    """Whether it creeps along its rolling direction, as a driven roller does, instead of across it."""
+
+    @property
+    def force_name(self) -> str:
+        """What the force of the creep is called."""
+        return "traction along rolling" if self.along else "lateral force"
 
     @property
     def slips(self) -> bool:
@@ -76,10 +84,10 @@ def contact(study: Study, asked: Mapping[str, Any]) -> Answer:
     -------
     Answer
         Header: reason: why there is no contact to show, else None, and then nothing else but drive, title and place; wheel:
-        its name; wheels: all names; law; slip_force [N], slip_creepage [per mille]; point: None, or creepage [per mille] and
-        force [N], both as magnitudes; slip_demand [-]; slips; state: rows of label and text; patch: None, or a, b [mm], rotation
-        [degrees], peak_pressure [GPa], slip_share [-], force_share: what the patch carries over mu P [-], width of its cells
-        [mm]; patch_reason: why there is no patch, else None.
+        its name; wheels: all names; law; force_name: of its force; slip_force [N], slip_creepage [per mille]; point: None, or
+        creepage [per mille] and force [N], both as magnitudes; slip_demand [-]; slips; state: rows of label and text; patch:
+        None, or a, b [mm], rotation [degrees], peak_pressure [GPa], slip_share [-], force_share: what the patch carries over mu
+        P [-], width of its cells [mm]; patch_reason: why there is no patch, else None.
         Arrays: creepage [per mille], force, linear [N]; patch/x, patch/y (rows, cells): middles of cells [mm], patch/length
         (rows,) [mm], patch/slides, patch/share: traction over friction bound [-], patch/pressure [GPa], patch/traction (2, rows,
         cells) [MPa], patch/outline (2, n) [mm]. x is the rolling direction.
@@ -218,9 +226,11 @@ def _rollers(place: Place, drive: SphereDrive) -> Iterator[RollingState]:
     angle, point = sphere_point(place, drive)
     ivt = drive.transmission
     note = words.row("steering angle", words.quantity(math.degrees(angle), "°"))
-    for index, kind in enumerate(point.kinds):
-        wheel = getattr(ivt, kind) or ivt.drive
+    for index, (kind, wheel) in enumerate(zip(point.kinds, ivt.patches(), strict=True)):
         groups = wheel.groups(drive.sphere_radius * float(np.linalg.norm(point.sphere_velocity)))
+        driven = kind == "drive"
+        if driven and isinstance(wheel, DrivenContact):
+            groups = groups._replace(creep_stiffness=groups.creep_stiffness * wheel.stiffness_ratio)
         force, demand = float(point.roller_forces[index]), float(point.slip_demand[index])
         share = force / groups.slip_force
         creepage = math.nan
@@ -236,6 +246,7 @@ def _rollers(place: Place, drive: SphereDrive) -> Iterator[RollingState]:
             contact=wheel.contact,
             preload=wheel.preload,
             notes=(note, words.row("note", _POINT_BY_LAW)),
+            along=driven,
         )
 
 
@@ -256,6 +267,7 @@ def _curve(state: RollingState) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     force = slip_force * np.where(creepage < slip, np.asarray(formulas.force(group * creepage)), 1.0)
     header = {
         "law": state.law.name,
+        "force_name": state.force_name,
         "slip_force": slip_force,
         "slip_creepage": 1e3 * slip,
         "point": None
@@ -269,7 +281,7 @@ def _curve(state: RollingState) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 def _rows(state: RollingState) -> Iterator[dict[str, str]]:
     """The numbers of the contact in words."""
     groups = state.groups
-    yield words.row("lateral force", words.quantity(state.lateral_force, "N"))
+    yield words.row(state.force_name, words.quantity(state.lateral_force, "N"))
     yield words.row("slip limit μP", words.quantity(groups.slip_force, "N"))
     yield words.row("share of the slip limit", words.quantity(100.0 * state.slip_demand, "%"))
     yield words.row("creepage", words.quantity(1e3 * state.creepage, "‰"))
@@ -297,8 +309,11 @@ def _patch(state: RollingState) -> tuple[dict[str, Any] | None, str | None, dict
         patch = RollingPatch(found.axis_ratio, found.poisson, float(found.rotation), CELLS)
         most = _BEYOND * found.full_slip
         scaled = most if abs(share) >= 1.0 else float(creep.EXACT.on(found.axis_ratio, found.poisson).creepage(share))
-        # The exact law is in terms of C22 G a b; the patch in terms of G a b.
-        steady = patch.steady(0.0, scaled / float(found.lateral_coefficient), 0.0)
+        # The exact law is in terms of C11 G a b or C22 G a b; the patch in terms of G a b.
+        if state.along:
+            steady = patch.steady(scaled / float(found.coefficients.c11), 0.0, 0.0)
+        else:
+            steady = patch.steady(0.0, scaled / float(found.lateral_coefficient), 0.0)
         numbers = rolling_patch.data(steady)
     except ParameterError as problem:  # a patch longer than exact theory is computed for
         return None, f"the patch cannot be computed: {problem}", {}
@@ -311,7 +326,7 @@ def _patch(state: RollingState) -> tuple[dict[str, Any] | None, str | None, dict
         "rotation": math.degrees(float(found.rotation)),
         "peak_pressure": 1e-9 * float(found.patch.peak_pressure),
         "slip_share": numbers["slip_share"],
-        "force_share": words.number(steady.fy),
+        "force_share": words.number(steady.fx if state.along else steady.fy),
         "width": size * float(numbers["width"]),
     }
     arrays = {

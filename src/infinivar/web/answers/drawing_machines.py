@@ -311,7 +311,7 @@ def _row_of_wheels(drive: ArmDrive, leg: CoboticDrive, point: Any) -> dict[str, 
         if not math.isfinite(float(found.link_speed)):
             raise InputError(f"the wheel of joint {index + 1} slips here")
         items += drawing_wheels.wheel_from_above(
-            element, found, apart * (index - 0.5 * (count - 1)), label=f"joint {index + 1}"
+            element, found, apart * (index - 0.5 * (count - 1)), label=str(index + 1)
         )
     return shapes.scene("Common cylinder with the wheel of each joint", items)
 

@@ -47,7 +47,7 @@ function chooser(header, host) {
 function creepCurve({ header, arrays }, width) {
   const height = Math.max(230, Math.round(0.62 * width));
   const last = arrays.creepage.at(-1);
-  const place = axes({ width, height, x: { low: 0, high: last, label: "creepage [‰]" }, y: { low: 0, high: 1.12 * header.slip_force, label: "lateral force [N]" } });
+  const place = axes({ width, height, x: { low: 0, high: last, label: "creepage [‰]" }, y: { low: 0, high: 1.12 * header.slip_force, label: `${header.force_name} [N]` } });
   const edge = place.inner.left + place.inner.width;
   const items = [
     ...place.parts,
@@ -73,9 +73,9 @@ function creepCurve({ header, arrays }, width) {
   for (let k = 0; k < arrays.creepage.length; k += step) rows.push([withUnit(arrays.creepage[k], "‰"), withUnit(arrays.force[k], "N")]);
   return [
     make("h3", {}, title),
-    picture(width, height, title, `Lateral force over creepage, up to the slip limit of ${withUnit(header.slip_force, "N")}. ${at}`, ...items),
+    picture(width, height, title, `${header.force_name} over creepage, up to the slip limit of ${withUnit(header.slip_force, "N")}. ${at}`, ...items),
     header.law === "linear" || header.law === "faulring" ? null : make("p", { className: "small" }, "Thin line: without slip within the patch."),
-    numbers("Curve as a table", ["creepage", "lateral force"], rows),
+    numbers("Curve as a table", ["creepage", header.force_name], rows),
   ].filter(Boolean);
 }
 

@@ -31,7 +31,7 @@ export function create(container) {
     const { header } = model;
     moving = [];
     const wide = scenes.clientWidth;
-    const columns = header.scenes.length === 1 || wide < 560 ? 1 : 2;
+    const columns = header.scenes.length < 3 || wide < 560 ? 1 : 2;
     const side = Math.floor((wide - 14 * (columns - 1)) / columns);
     const first = columns === 2;
     replace(scenes, ...header.scenes.map((scene, place) => drawn(scene, header, place === 0 && first ? wide : side, moving, place === 0)));
