@@ -323,7 +323,7 @@ def test_catalogue_search_is_that_of_the_interface():
 def test_data_as_csv(asked):
     answer = answered("export", {**asked, "what": "csv", "drive": "motor1-gear1", "count": 9})
     lines = answer.arrays["content"].tobytes().decode().splitlines()
-    assert answer.header["file"] == "hand_controller-csv.csv"
+    assert answer.header["file"] == "hand_controller-motor1-gear1-map.csv"
     assert len(lines) == 1 + 81
     heads, row = lines[0].split(","), lines[41].split(",")
     numbers = dict(zip(heads, row, strict=True))

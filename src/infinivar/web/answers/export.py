@@ -37,15 +37,15 @@ def export(payload: Mapping[str, Any]) -> Answer:
     """A file: its name and type in the header, its bytes in the array `content`."""
     what = word(payload, "what", list(_MAKERS))
     study = study_of(payload)
-    suffix, content = _MAKERS[what](study, payload)
+    about, suffix, content = _MAKERS[what](study, payload)
     return Answer(
-        header={"file": f"{file_stem(study.name)}-{what}.{suffix}", "type": _TYPES[suffix]},
+        header={"file": f"{file_stem(study.name)}-{about}.{suffix}", "type": _TYPES[suffix]},
         arrays={"content": np.frombuffer(content, np.uint8)},
     )
 
 
-def _report(study: Any, payload: Mapping[str, Any]) -> tuple[str, bytes]:
-    """The folder that `infinivar compare --quick` writes, and the study file, as an archive."""
+def _report(study: Any, payload: Mapping[str, Any]) -> tuple[str, str, bytes]:
+    """What it is, suffix and bytes: the folder that `infinivar compare --quick` writes, and the study file, as an archive."""
     found = iv.compare(study, quick=True)
     made = io.BytesIO()
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -55,7 +55,7 @@ def _report(study: Any, payload: Mapping[str, Any]) -> tuple[str, bytes]:
             _add(archive, f"{file_stem(study.name)}.toml", study.to_toml().encode())
         except InputError as problem:  # the report is of use without the file
             _add(archive, "study-not-written.txt", f"{problem}\n".encode())
-    return "zip", made.getvalue()
+    return "report", "zip", made.getvalue()
 
 
 def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
@@ -64,16 +64,16 @@ def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:
     archive.writestr(entry, content)
 
 
-def _figure(study: Any, payload: Mapping[str, Any]) -> tuple[str, bytes]:
+def _figure(study: Any, payload: Mapping[str, Any]) -> tuple[str, str, bytes]:
     """The maps of all drives side by side, or the powers of machines, as `plot` draws them."""
     suffix = word(payload, "format", ["svg", "png", "pdf"], "svg")
     figure: Any = iv.compare(study, quick=True).plot()
     made = io.BytesIO()
     figure.savefig(made, format=suffix)
-    return suffix, made.getvalue()
+    return "figure", suffix, made.getvalue()
 
 
-def _csv(study: Any, payload: Mapping[str, Any]) -> tuple[str, bytes]:
+def _csv(study: Any, payload: Mapping[str, Any]) -> tuple[str, str, bytes]:
     """The map of one drive: a line a point, with powers, losses, efficiency and limit."""
     flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
     if not flat or not (study.duty or study.requirement):
@@ -97,10 +97,10 @@ def _csv(study: Any, payload: Mapping[str, Any]) -> tuple[str, bytes]:
     lines = [",".join([*columns, "limit"])]
     for row, code in zip(numbers.tolist(), steady.limit.ravel().tolist(), strict=True):
         lines.append(",".join([*("" if value != value else repr(value) for value in row), words[code]]))
-    return "csv", ("\n".join(lines) + "\n").encode()
+    return f"{name}-map", "csv", ("\n".join(lines) + "\n").encode()
 
 
-_MAKERS: dict[str, Callable[[Any, Mapping[str, Any]], tuple[str, bytes]]] = {
+_MAKERS: dict[str, Callable[[Any, Mapping[str, Any]], tuple[str, str, bytes]]] = {
     "report": _report,
     "figure": _figure,
     "csv": _csv,

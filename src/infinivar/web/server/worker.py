@@ -37,7 +37,10 @@ def main(study: str | None) -> None:
     _bound_memory()
     requests: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()
-    write(out, *_begun(study))
+    begun = _begun(study)
+    write(out, *begun)
+    if begun[0] == ANSWER:
+        _warm()
     while True:
         name, body = requests.get()
         write(out, *_replied(name, body, lambda share, words: _report(out, share, words)))
@@ -80,16 +83,19 @@ def _begun(study: str | None) -> tuple[bytes, bytes]:
 
     try:
         found = document.begin(study)
-        _warm()
     except InputError as problem:
         return REFUSED, str(problem).encode()
     return ANSWER, found.title.encode()
 
 
 def _warm() -> None:
-    """Import what the first answers need, before the page asks."""
-    import infinivar.web.answers.maps
-    import infinivar.web.answers.studies  # noqa: F401
+    """Import and compute what the first answers need, while the page is on its way."""
+    from infinivar.web.answers import answer
+
+    payload = dict(answer.answered("start", {}).header["study"])
+    with contextlib.suppress(Exception):  # the first question will tell
+        answer.answered("study", payload)
+        answer.answered("maps", {**payload, "count": 12}).pack()
 
 
 _last_report = 0.0
