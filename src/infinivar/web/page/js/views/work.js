@@ -7,6 +7,8 @@ const KINDS = {
   size: { title: "Search the catalogue", text: "The best motors and gearheads for what this study requires, as infinivar size does." },
 };
 
+const watts = (value) => (Number.isFinite(value) ? `${digits(value, 3)} W` : "");
+
 export function create(container, host) {
   let job = null;
   let ended = false;
@@ -47,8 +49,7 @@ export function create(container, host) {
       if (job !== id) return;
       if (state.error) { tell(state.error, true); return; }
       if (state.done) {
-        const { header } = await host.call("result", { id });
-        show(header);
+        show(state.result);
         return;
       }
       if (state.share > 0) bar.value = state.share;
@@ -70,8 +71,8 @@ export function create(container, host) {
     if (header.faults?.length) { tell(header.faults.map((fault) => fault.message).join(" "), true); return; }
     const rows = header.job === "size"
       ? header.designs.map((design, k) => [String(k + 1), design.title, design.verdict])
-      : Object.entries(header.result.drives ?? {}).map(([name, own]) => [own.title ?? name, own.verdict ?? "", Number.isFinite(own.mean_loss ?? own.mean_loss_W) ? `${digits(own.mean_loss ?? own.mean_loss_W, 3)} W` : ""]);
-    const heads = header.job === "size" ? ["Rank", "Design", "Verdict"] : ["Drive", "Verdict", "Mean loss"];
+      : Object.entries(header.result.drives ?? header.result.machines ?? {}).map(([name, own]) => [own.title ?? name, own.verdict ?? "", watts(own.mean_loss_in_region ?? own.mean_power)]);
+    const heads = header.job === "size" ? ["Rank", "Design", "Verdict"] : ["Drive", "Verdict", header.result.drives ? "Mean loss" : "Mean power"];
     const save = make("button", { type: "button", on: { click: () => host.download(`${header.job}.json`, JSON.stringify(header.result, null, 1), "application/json") } }, "Save all numbers (JSON)");
     result.replaceChildren(make("p", { className: "verdict" }, make("strong", {}, header.verdict)), ...(header.notes ?? []).map((note) => make("p", { className: "why" }, note)),
       make("div", { className: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows.map((cells) => make("tr", {}, ...cells.map((text) => make("td", {}, text))))))), save);
