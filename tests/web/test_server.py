@@ -248,7 +248,7 @@ def test_importing_the_command_line_does_not_import_the_server():
     assert made.stdout.strip() == "[]"
 
 
-def sliders(served, asked, clients, seconds):
+def sliders(served, asked, clients, seconds, page="page"):
     """Clients that each move a slider; the times of their replies, and what went wrong."""
     times, wrong, lock = [], [], threading.Lock()
     stop = time.monotonic() + seconds
@@ -256,7 +256,7 @@ def sliders(served, asked, clients, seconds):
     def move(own):
         document, number = copy.deepcopy(asked), 0
         document["tables"]["drives"] = {"cobotic": {"base": "faulring2006.cobotic"}}
-        with served.client(f"page-{own}") as client:
+        with served.client(f"{page}-{own}") as client:
             while time.monotonic() < stop:
                 number += 1
                 preload = 500 + (37 * own + number) % 300
@@ -293,7 +293,7 @@ def test_many_clients_at_once(served, asked):
 @pytest.mark.slow
 def test_twenty_clients_for_a_minute(tmp_path, asked):
     with serving(folder=tmp_path) as one:
-        sliders(one, asked, 20, 5.0)
+        sliders(one, asked, 20, 5.0, "first")
         before = one.memory()
         times, wrong = sliders(one, asked, 20, 60.0)
         after = one.memory()

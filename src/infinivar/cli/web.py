@@ -12,9 +12,7 @@ from infinivar.console import flush, say
 def serve(
     study: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[STUDY]", help="Study file, or the name of a shipped study; by default hand_controller."
-        ),
+        typer.Argument(metavar="STUDY", help="Study file, or the name of a shipped study; by default hand_controller."),
     ] = None,
     port: Annotated[
         int | None, typer.Option("--port", min=1, max=65535, help="Port; by default a free one.", show_default=False)
@@ -25,8 +23,9 @@ def serve(
     ] = "127.0.0.1",
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
 ) -> None:
-    """Explore a study in the browser: move a slider and watch maps, powers and motions follow.
+    """Explore a study in the browser.
 
+    Move a slider, and maps, powers and motions follow.
     Needs the extra web: pip install 'infinivar[web]'. Prints the address of the page; Ctrl-C stops.
     """
     from infinivar.web.server.start import serve as run
