@@ -48,7 +48,7 @@ class Recovery:
         self.found: dict[str, Any] | None = None
         """The study that a killed server was last sent: name, tables and time."""
         self._prefix = f"{self._study}-"
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, NotImplementedError):  # the latter where files cannot be locked
             self._begin()
 
     def _begin(self) -> None:

@@ -63,7 +63,7 @@ class Guard:
         """Guard an app that listens at a host and port; with a token, only for those who know it."""
         self._app, self._port, self._token = app, port, token
         self._wide = not is_loopback(host)
-        own = {host.lower(), f"[{host.lower()}]"} if self._wide else set()
+        own = {host.lower(), f"[{host.lower()}]"}
         if self._wide:
             own |= {socket.gethostname().lower(), socket.getfqdn().lower()}
         self._names = own | set(_LOOPBACK_NAMES)

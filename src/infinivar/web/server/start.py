@@ -27,6 +27,7 @@ _SPARE_SECONDS = 1.0
 """After the address is printed the page has this time to itself, before the process of longer answers starts. [s]"""
 
 _MOST_QUICK = 3
+_MOST_FILES = 16_384
 _STOP_SECONDS = 2
 
 
@@ -55,8 +56,19 @@ def serve(
     """
     for library in ("starlette", "uvicorn"):
         extras.check(library, "web", "infinivar serve")
+    _many_connections()
     with contextlib.closing(_listening(host, port)) as listening:
         asyncio.run(_serve(study, host, listening, say, opened))
+
+
+def _many_connections() -> None:
+    """Let this process have as many connections as the system permits: many may wait while others are answered."""
+    with contextlib.suppress(ImportError, ValueError, OSError):
+        import resource
+
+        least, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+        wanted = _MOST_FILES if most == resource.RLIM_INFINITY else min(_MOST_FILES, most)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(least, wanted), most))
 
 
 def _listening(host: str, port: int | None) -> socket.socket:
