@@ -1,5 +1,6 @@
 """Less common states of the page in a real Chromium: machines, sessions, parts, exports, long work, faults, a killed server."""
 
+import re
 import signal
 import zipfile
 
@@ -68,10 +69,12 @@ def page_answer(page, name):
     return unpacked(reply.body())
 
 
-def test_sessions_say_what_to_run(page):
+def test_sessions_say_what_to_run_and_run_here(page):
     opened(page, "guided_cart")
     assert "infinivar session guided_cart.toml --task wall" in page.by_id("strip").inner_text()
-    assert page.by_id("views").is_hidden()
+    page.by_id("panel-work").get_by_role("button", name="free, as 20 kg").click()
+    page.by_id("panel-work").locator("table").wait_for(timeout=120000)
+    assert page.problems == []
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -103,7 +106,7 @@ def test_exports_are_files(page, tmp_path):
     for kind, end in (("Report", ".zip"), ("Figure", ".svg"), ("Data", ".csv")):
         page.by_id("export").click()
         with page.page.expect_download(timeout=60000) as found:
-            page.page.get_by_role("dialog").get_by_text(kind, exact=True).click()
+            page.page.get_by_role("dialog").get_by_role("button", name=re.compile(kind + " The")).click()
         assert found.value.suggested_filename.endswith(end)
         found.value.save_as(tmp_path / kind)
     assert "report.html" in zipfile.ZipFile(tmp_path / "Report").namelist()

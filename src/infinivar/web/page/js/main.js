@@ -165,7 +165,7 @@ async function askStudy() {
   plots.setStale(false);
   if (flat !== (model.plane === null)) await askMaps();
   if (!began) return;
-  if (model.plane === null) panes.choose("machine");
+  if (model.plane === null && model.tasks.length) panes.choose("machine");
   askView();
   welcome();
 }
@@ -200,7 +200,7 @@ function answered() {
 
 /** Ask the view that is open. */
 function askView() {
-  if (model === null || (model.plane === null && !model.tasks.length)) return;
+  if (model === null || (model.plane === null && !model.tasks.length && !model.sessions.length)) return;
   const point = view.looked ?? view.point;
   const place = model.plane === null ? { task: view.task } : point;
   panes.update({ payload: { ...payload(), drive: view.drive, drives: view.shown, ...place }, study: model });
@@ -244,9 +244,10 @@ function arrange() {
   } else {
     if (!model.tasks.some((task) => task.name === view.task)) view.task = model.tasks[0]?.name ?? null;
     if (!model.tasks.length) tellSessions();
-    panes.offer(["machine", "balance", "contact", ...moves, "work"]);
+    if (model.tasks.length) panes.offer(["machine", "balance", "contact", ...moves, "work"]);
+    else panes.offer(["work"], { work: "Run sessions" });
   }
-  byId("views").hidden = !flat && !model.tasks.length;
+  byId("views").hidden = !flat && !model.tasks.length && !model.sessions.length;
   if (fields.owner === null || !(names.includes(fields.owner) || model.fields.some((field) => field.owner === fields.owner))) fields.setOwner(view.drive);
   tellModes();
 }
@@ -267,7 +268,7 @@ function tellSessions() {
   if (!model.sessions.length) { plots.blank("This study has nothing to draw: add a [requirement], a motion [duty.NAME] or a task [tasks.NAME]."); return; }
   plots.blank(
     make("p", {}, make("strong", {}, "This study is made of sessions: a user moves the machine and a controller guides it.")),
-    make("p", {}, "They are simulated over time on the command line. Save the study, then run:"),
+    make("p", {}, "Run one below, or save the study and run it on the command line, which also draws and reports it:"),
     make("ul", {}, ...model.sessions.map((one) => make("li", {}, make("code", {}, `infinivar session ${store.document.name}.toml --task ${one.name} --out out`), ` – ${one.title}`))));
 }
 

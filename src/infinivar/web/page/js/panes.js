@@ -117,8 +117,11 @@ export function createPanes({ host, theme }) {
     /** Show what is known at another place, or of another study: {payload, study}. */
     update(next) { context = next; return show(chosen); },
     /** Offer these views only. */
-    offer(ids) {
-      for (const pane of panes) pane.tab.hidden = !ids.includes(pane.id);
+    offer(ids, titles = {}) {
+      for (const pane of panes) {
+        pane.tab.hidden = !ids.includes(pane.id);
+        pane.tab.textContent = titles[pane.id] ?? pane.title;
+      }
       if (chosen.tab.hidden) choose(ids[0]);
     },
     /** Forget what was chosen in the views: another study. */
