@@ -125,6 +125,23 @@ def test_only_the_changed_drive_is_computed_and_sent(asked):
     )
 
 
+def test_a_map_builds_only_what_it_needs(asked):
+    """The map of one drive needs neither the others nor runs, except those that the drive is like; its tag is the same."""
+    drives = asked["tables"]["drives"]
+    drives["mine"] = {"like": "cobotic", "transmission": {"preload": "600 N"}}
+    everything = answered("maps", {**asked, "count": 8})
+    one = answered("maps", {**asked, "count": 8, "drives": ["mine"]})
+    assert list(one.header["drives"]) == ["mine"]
+    assert one.header["drives"]["mine"] == everything.header["drives"]["mine"]
+    np.testing.assert_array_equal(one.arrays["mine/efficiency"], everything.arrays["mine/efficiency"])
+    np.testing.assert_array_equal(one.arrays["force"], everything.arrays["force"])
+    drives["motor1-gear1"]["efficiency"] = "nonsense"  # of another drive: the study says so, the map is drawn
+    assert not answered("maps", {**asked, "count": 8, "drives": ["mine"]}).header.get("faults")
+    assert faults("study", asked)
+    drives["cobotic"]["base"] = "nonsense"
+    assert faults("maps", {**asked, "count": 8, "drives": ["mine"]})
+
+
 def test_a_tag_does_not_depend_on_what_was_computed(asked):
     first = answered("maps", {**asked, "count": 8}).header["drives"]
     document._studies.clear()

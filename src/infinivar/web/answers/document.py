@@ -38,6 +38,12 @@ _PLACE = re.compile(
     r"extends)((?:\.[\w-]+)*)"
 )
 
+_OF_EVERY_DRIVE = ("duty", "tasks", "paths", "extends")
+"""Tables with which the part of the plane that maps show may depend on every drive."""
+
+_APART = ("scenarios", "uncertainty", "correlations", "rig")
+"""Tables on which maps do not depend."""
+
 Tables = dict[str, Any]
 
 
@@ -204,12 +210,14 @@ def study_of(payload: Mapping[str, Any]) -> Study:
     return with_keys(payload)[0]
 
 
-def with_keys(payload: Mapping[str, Any]) -> tuple[Study, Mapping[str, str]]:
+def with_keys(payload: Mapping[str, Any], drives: Any = None) -> tuple[Study, Mapping[str, str]]:
     """The study of a request, and of each of its drives a text that is the same as long as all its values are.
 
+    With the names of some drives, as a map asks for them, the others may be missing: building them takes longer than a small map.
     Raises as `study_of`.
     """
     name, tables = name_and_tables(payload)
+    tables = _with_drives(tables, drives) if isinstance(drives, list) else tables
     try:
         key = key_of(json.dumps([name, tables]))
     except RecursionError as problem:
@@ -227,6 +235,20 @@ def with_keys(payload: Mapping[str, Any]) -> tuple[Study, Mapping[str, str]]:
     while len(_studies) > _KEPT:
         _studies.popitem(last=False)
     return _studies[key]
+
+
+def _with_drives(tables: Tables, wanted: list[Any]) -> Tables:
+    """The tables with these drives and those that they are like, without runs; all of them if motions concern every drive."""
+    every = tables.get("drives")
+    if not isinstance(every, dict) or not tables.get("requirement") or any(key in tables for key in _OF_EVERY_DRIVE):
+        return tables
+    needed: set[str] = set()
+    for name in wanted:
+        while isinstance(name, str) and name in every and name not in needed:
+            needed.add(name)
+            name = every[name].get("like") if isinstance(every[name], dict) else None
+    kept = {name: drive for name, drive in every.items() if name in needed}
+    return {**{key: value for key, value in tables.items() if key not in _APART}, "drives": kept} if kept else tables
 
 
 def key_of(*values: Any) -> str:

@@ -43,7 +43,7 @@ _maps: collections.OrderedDict[str, tuple[dict[str, Any], dict[str, np.ndarray]]
 
 def maps(payload: Mapping[str, Any]) -> Answer:
     """Maps of the drives asked for, by default of all."""
-    study, keys = with_keys(payload)
+    study, keys = with_keys(payload, payload.get("drives"))
     count = whole(payload, "count", 8, MOST_CELLS, 60)
     flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
     wanted, known = words(payload, "drives", flat), texts(payload, "known")
@@ -112,7 +112,7 @@ def judge(payload: Mapping[str, Any]) -> Answer:
 
     Apart from the maps, which must follow a slider: the required region is sampled far more finely than a map.
     """
-    study, keys = with_keys(payload)
+    study, keys = with_keys(payload, payload.get("drives"))
     flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
     wanted = words(payload, "drives", flat) if study.requirement is not None else []
     found: dict[str, Any] = {}
