@@ -175,7 +175,7 @@ def test_the_wheels_of_a_machine_can_be_chosen(page):
     panel.locator(".verdict", has_text="leg 3:").wait_for()
 
 
-@pytest.mark.parametrize("size", ["tablet", "narrow"])
+@pytest.mark.parametrize("size", [pytest.param("tablet", marks=pytest.mark.slow), "narrow"])
 def test_nothing_is_wider_than_a_small_screen(browser, server, size):
     with Page(browser, server.address, size, color_scheme="dark") as page:
         page.ready()

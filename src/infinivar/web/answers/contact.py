@@ -302,13 +302,19 @@ def _patch(state: RollingState) -> tuple[dict[str, Any] | None, str | None, dict
     if found is None:
         reason = "the contact is stated by measured values, which do not give the size of its patch; state its geometry to see it"
         return None, reason, {}
-    share = 1.0 if state.slips else state.lateral_force / float(state.groups.slip_force)
+    share = state.lateral_force / float(state.groups.slip_force)
+    if state.slips:
+        share = math.copysign(1.0, share) if math.isfinite(share) else 1.0
     if not math.isfinite(share):
         return None, "the force on the contact is undefined here", {}
     try:
         patch = RollingPatch(found.axis_ratio, found.poisson, float(found.rotation), CELLS)
         most = _BEYOND * found.full_slip
-        scaled = most if abs(share) >= 1.0 else float(creep.EXACT.on(found.axis_ratio, found.poisson).creepage(share))
+        scaled = (
+            math.copysign(most, share)
+            if abs(share) >= 1.0
+            else float(creep.EXACT.on(found.axis_ratio, found.poisson).creepage(share))
+        )
         # The exact law is in terms of C11 G a b or C22 G a b; the patch in terms of G a b.
         if state.along:
             steady = patch.steady(scaled / float(found.coefficients.c11), 0.0, 0.0)

@@ -19,7 +19,7 @@ export function create(container) {
   function draw() {
     if (header === null || flow.clientWidth === 0) return;
     const width = Math.min(flow.clientWidth, 620);
-    replace(flow, header.flows.length ? sankey(header, width) : make("p", { className: "blank" }, header.verdict), header.flows.length ? table(header) : null);
+    replace(flow, header.flows.length ? sankey(header, width) : make("p", { className: "blank" }, "No steady motion is possible here, so that there are no flows to show."), header.flows.length ? table(header) : null);
   }
 
   return {
@@ -27,7 +27,7 @@ export function create(container) {
       header = model.header;
       head.replaceChildren(heading(header, header.verdict, header.feasible));
       draw();
-      replace(beside, ...shares(header), make("h3", {}, "Operating point"), terms([...sums(header), ...header.state]));
+      replace(beside, ...shares(header), make("h3", {}, "Operating point"), terms([...(header.flows.length ? sums(header) : []), ...header.state.filter(({ text }) => text !== "–")]));
       replace(below, ...parts(header));
     },
     destroy() { end(); },
@@ -120,13 +120,14 @@ function ribbon(x1, x2, start, row, thick, end, way, { colour, label, total }) {
 
 /** The band between two stages with an arrow, and its power at the left. */
 function between(power, y, height, left, scale, bands) {
+  const label = svg("text", { class: "watts", x: left - 10, y: y + height / 2 + 4, "text-anchor": "end" }, power === 0 ? "0 W" : `${withUnit(Math.abs(power), "W")} ${power > 0 ? "↓" : "↑"}`);
+  if (power === 0) return label;
   const thick = Math.max(scale * Math.abs(power), 1);
   bands.push(svg("rect", { class: "power", x: left, y, width: thick, height }));
   const middle = left + thick / 2;
   const [tip, base] = power >= 0 ? [y + height - 5, y + 5] : [y + 5, y + height - 5];
   const wide = Math.min(9, Math.max(4, thick / 3));
-  return svg("g", {}, svg("path", { class: thick > 14 ? "arrow inside" : "arrow", d: `M${middle - wide} ${base}L${middle} ${tip}L${middle + wide} ${base}` }),
-    svg("text", { class: "watts", x: left - 10, y: y + height / 2 + 4, "text-anchor": "end" }, `${withUnit(Math.abs(power), "W")} ${power >= 0 ? "↓" : "↑"}`));
+  return svg("g", {}, svg("path", { class: thick > 14 ? "arrow inside" : "arrow", d: `M${middle - wide} ${base}L${middle} ${tip}L${middle + wide} ${base}` }), label);
 }
 
 /** Supply or load: a box at the end of the band. */

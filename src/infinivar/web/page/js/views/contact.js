@@ -128,7 +128,7 @@ function patchDrawn({ header, arrays }, width) {
     make("h3", {}, title),
     picture(width, high, title, text, ...items),
     make("ul", { className: "legend" }, key("sticks", "sticks"), key("slips", `slips (${share} of the area)`), make("li", {}, "arrows: traction on the surface")),
-    make("p", { className: "small" }, `Exact rolling theory, for the force at this point; deeper colour: nearer to the friction limit. About ${digits(scale / PIXELS, 2)} times its size.`),
+    make("p", { className: "small" }, `${header.slips ? "Beyond the slip limit the whole patch slides." : "Exact rolling theory, for the force at this point; deeper colour: nearer to the friction limit."} About ${digits(scale / PIXELS, 2)} times its size.`),
   ];
 }
 

@@ -18,7 +18,8 @@ export function create(container) {
   let model = null;
   let moving = [];
   let playing = !CALM.matches && remembered("motion") !== "still";
-  let time = 0;
+  // How far each thing has turned or slid: it goes on from there when its speed changes.
+  const phases = new Map();
   let before = null;
   let request = 0;
   const seen = new IntersectionObserver((entries) => { visible = entries.at(-1).isIntersecting; next(); });
@@ -35,19 +36,24 @@ export function create(container) {
     const side = Math.floor((wide - 14 * (columns - 1)) / columns);
     const first = columns === 2;
     replace(scenes, ...header.scenes.map((scene, place) => drawn(scene, header, place === 0 && first ? wide : side, moving, place === 0)));
-    step();
+    step(0);
   }
 
-  function step() {
+  /** Move on by some seconds of the page. */
+  function step(seconds) {
     const { slow } = model.header;
-    for (const one of moving) one(time / slow);
+    for (const { key, rate, apply } of moving) {
+      const phase = (phases.get(key) ?? 0) + (rate * seconds) / slow;
+      phases.set(key, phase);
+      apply(phase);
+    }
   }
 
   function frame(now) {
     request = 0;
-    if (before !== null) time += Math.min(0.1, (now - before) / 1000);
+    const passed = before === null ? 0 : Math.min(0.1, (now - before) / 1000);
     before = now;
-    if (model !== null) step();
+    if (model !== null) step(passed);
     next();
   }
 
@@ -59,7 +65,6 @@ export function create(container) {
   function run(on, chosen = false) {
     playing = on;
     button.textContent = on ? "❚❚ Pause" : "▶ Play";
-    button.setAttribute("aria-pressed", String(on));
     if (chosen) { remember("motion", on ? "moves" : "still"); say(on ? "The machine moves." : "The machine stands still."); }
     next();
   }
@@ -92,7 +97,7 @@ export function create(container) {
   };
 }
 
-/** One scene as a figure; what moves adds a function of time to `moving`. */
+/** One scene as a figure; what moves adds its key, rate and how it is placed to `moving`. */
 function drawn(scene, header, width, moving, main) {
   let [left, bottom, right, top] = scene.frame;
   const most = main ? 400 : 300;
@@ -111,7 +116,7 @@ function drawn(scene, header, width, moving, main) {
   const root = svg("svg", { viewBox: `0 0 ${size[0]} ${size[1]}`, width: size[0], height: size[1], class: "drawn", role: "img", "aria-label": `${scene.title}. ${main ? header.description : scene.note}` });
   const layers = [];
   for (const item of scene.items) {
-    const element = shape(item, place, shown.scale, moving);
+    const element = shape(item, place, shown.scale, scene.title, moving);
     if (!item.slide) { layers.push(element); continue; }
     // Items of a slide keep their place in the order of painting: each run of them is a group of its own.
     let last = layers.at(-1);
@@ -123,7 +128,7 @@ function drawn(scene, header, width, moving, main) {
     last.append(element);
   }
   root.append(...layers);
-  for (const [name, own] of Object.entries(groups)) moving.push((time) => slid(own, header.slides[name], time, shown.scale));
+  for (const [name, own] of Object.entries(groups)) moving.push({ key: `slide ${name}`, rate: header.slides[name].rate, apply: (way) => slid(own, header.slides[name], way, shown.scale) });
   return make("figure", { className: main ? "scene main" : "scene" }, make("figcaption", {}, scene.title, scene.note ? make("small", {}, scene.note) : null), root, keysOf(scene));
 }
 
@@ -149,13 +154,13 @@ function textRoom(scene, scale, left, right) {
   return room;
 }
 
-function slid(groups, { direction, rate, span, wraps }, time, scale) {
-  let way = (rate / 1000) * time * 1000;
+function slid(groups, { direction, span, wraps }, passed, scale) {
+  let way = passed;
   if (span > 0) way = wraps ? ((way % span) + span) % span : ((((way + span / 2) % span) + span) % span) - span / 2;
   for (const group of groups) group.setAttribute("transform", `translate(${(direction[0] * way * scale).toFixed(2)} ${(-direction[1] * way * scale).toFixed(2)})`);
 }
 
-function shape(item, place, scale, moving) {
+function shape(item, place, scale, scene, moving) {
   const look = `m ${item.look}`;
   switch (item.kind) {
     case "poly": {
@@ -171,7 +176,7 @@ function shape(item, place, scale, moving) {
       return svg("text", { class: look, x, y: y + 4, "text-anchor": item.anchor }, item.text);
     }
     case "arrow": return arrow(item, place, look);
-    default: return marks(item, place, scale, look, moving);
+    default: return marks(item, place, scene, look, moving);
   }
 }
 
@@ -190,7 +195,7 @@ function arrow(item, place, look) {
 }
 
 /** Lines on a turning body; those on its far side are not seen. */
-function marks(item, place, scale, look, moving) {
+function marks(item, place, scene, look, moving) {
   const { ends, cosine, sine, rate, count, face } = item;
   const lines = Array.from({ length: count }, () => svg("line", { class: look }));
   const set = (turned) => lines.forEach((one, k) => {
@@ -206,6 +211,6 @@ function marks(item, place, scale, look, moving) {
     }
   });
   set(0);
-  if (rate !== 0) moving.push((time) => set(rate * time));
+  if (rate !== 0) moving.push({ key: `${scene} ${moving.length}`, rate, apply: set });
   return svg("g", {}, ...lines);
 }

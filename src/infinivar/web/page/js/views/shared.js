@@ -38,7 +38,7 @@ export function terms(rows) {
 export function numbers(title, heads, rows) {
   const head = make("tr", {}, ...heads.map((text) => make("th", { scope: "col" }, text)));
   const body = rows.map((cells) => make("tr", {}, ...cells.map((text, place) => (place ? make("td", {}, text) : make("th", { scope: "row" }, text)))));
-  return make("details", { className: "numbers" }, make("summary", {}, title), make("div", { className: "wide" }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...body))));
+  return make("details", { className: "numbers" }, make("summary", {}, title), make("div", { className: "wide", tabIndex: 0, role: "region", aria: { label: title } }, make("table", {}, make("thead", {}, head), make("tbody", {}, ...body))));
 }
 
 /** Keep what is open in an element open while its content is replaced, and the focus where it was. */
@@ -90,7 +90,9 @@ export function onWidth(element, draw) {
   let last = 0;
   const watcher = new ResizeObserver(() => {
     const width = Math.floor(element.clientWidth);
-    if (width > 0 && width !== last) { last = width; draw(width); }
+    // Also when it is seen again: what changed meanwhile was not drawn.
+    if (width > 0 && width !== last) draw(width);
+    last = width;
   });
   watcher.observe(element);
   return () => watcher.disconnect();
