@@ -33,7 +33,7 @@ def places_of(study):
         elif is_machine(drive):
             yield {"drive": name}
         else:
-            for speed, force in ((0.2, 20.0), (0.2, -20.0), (-0.3, 15.0), (0.0, 10.0), (0.1, 500.0)):
+            for speed, force in ((0.2, 20.0), (-0.3, 15.0), (0.0, -10.0), (0.1, 500.0)):
                 yield {"drive": name, "speed": speed, "force": force}
 
 
