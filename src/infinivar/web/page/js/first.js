@@ -17,12 +17,17 @@ export const firstShown = (names) => (names.length > 1 ? (innerWidth <= 560 ? [n
 /** What the page begins with. */
 export const started = transport.call("start");
 
-const mapsOf = async ({ header }) => {
-  const { name, tables } = header.study;
-  const shown = firstShown(Object.keys(tables.drives ?? {}));
-  return { tables, shown, reply: await transport.call("maps", { name, tables, count: COUNT, drives: shown, known: {} }) };
-};
+/** A question about the study that the page begins with; null if its address holds another one. */
+function early(ask) {
+  if (location.hash) return null;
+  const asked = started.then(async ({ header }) => {
+    const { name, tables } = header.study;
+    return { tables, ...(await ask({ name, tables }, firstShown(Object.keys(tables.drives ?? {})))) };
+  });
+  asked.catch(() => {});  // told by who waits for it
+  return asked;
+}
 
-/** The maps of the study that the page begins with: {tables, shown, reply}; null if its address holds another one. */
-export const firstMaps = location.hash ? null : started.then(mapsOf);
-firstMaps?.catch(() => {});  // told by who waits for it
+/** The maps and the description of that study: {tables, shown, reply}. */
+export const firstMaps = early(async (study, shown) => ({ shown, reply: await transport.call("maps", { ...study, count: COUNT, drives: shown, known: {} }) }));
+export const firstStudy = early(async (study) => ({ reply: await transport.call("study", study) }));

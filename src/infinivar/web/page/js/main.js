@@ -1,7 +1,7 @@
 // The page: what is asked when, and what each part shows of the answers.
 import { byId, download, make, say, tooltips } from "./dom.js";
 import { createFields } from "./fields.js";
-import { COUNT, firstMaps, firstShown, started, transport } from "./first.js";
+import { COUNT, firstMaps, firstShown, firstStudy, started, transport } from "./first.js";
 import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
@@ -57,7 +57,7 @@ async function askMaps(stamp = performance.now()) {
   const mine = (asked += 1);
   let reply;
   try {
-    reply = await earlyMaps() ?? await transport.call("maps", { ...payload(), count: view.count, drives: view.shown, known });
+    reply = await taken("maps") ?? await transport.call("maps", { ...payload(), count: view.count, drives: view.shown, known });
   } catch (problem) { failed(problem); return; }
   const { header, arrays } = reply;
   answered();
@@ -66,8 +66,7 @@ async function askMaps(stamp = performance.now()) {
   const next = new Map();
   for (const [name, own] of Object.entries(header.drives)) next.set(name, own.same && maps.has(name) ? maps.get(name) : mapOf(name, header, arrays));
   maps = next;
-  plots.setMaps(maps);
-  plots.painted(() => {
+  plots.setMaps(maps, () => {
     const channel = new MessageChannel();  // runs after the frame is handed over
     channel.port1.onmessage = () => painted(performance.now() - stamp, mine !== asked);
     channel.port2.postMessage(null);
@@ -76,17 +75,17 @@ async function askMaps(stamp = performance.now()) {
   speakSoon();
 }
 
-let early = firstMaps;
+const early = { maps: firstMaps, study: firstStudy };
 
-/** The maps that were asked first, if they are still the ones to show. */
-async function earlyMaps() {
-  const asking = early;
-  early = null;
+/** What was asked while the page loaded, if it is still what is wanted; each is taken once. */
+async function taken(what) {
+  const asking = early[what];
+  early[what] = null;
   if (asking === null) return null;
-  const { tables } = store.document;
-  const shown = view.shown.join();
+  const [before, shown] = [store.document.tables, view.shown.join()];
   const known = await asking;
-  return known.tables === tables && store.document.tables === tables && known.shown.join() === shown && view.count === COUNT ? known.reply : null;
+  const same = known.tables === before && store.document.tables === before;
+  return same && (what === "study" || (known.shown.join() === shown && view.count === COUNT)) ? known.reply : null;
 }
 
 function painted(took, more) {
@@ -152,7 +151,7 @@ async function askStudy() {
   clearTimeout(studyTimer);
   let header;
   try {
-    ({ header } = await transport.call("study", payload()));
+    ({ header } = await taken("study") ?? await transport.call("study", payload()));
   } catch (problem) { failed(problem); return; }
   answered();
   byId("study").setAttribute("aria-busy", "false");

@@ -183,7 +183,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     }
     tellScale(difference, reach, lossReach);
     paintOver();
-    for (const then of afterPaint.splice(0)) then();
+    if (maps.size) for (const then of afterPaint.splice(0)) requestAnimationFrame(then);
   }
 
   function tellFault(figure, map) {
@@ -300,7 +300,14 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     },
     /** Ends, names and units of the axes, and the requirement or null. */
     setPlane(next, required) { plane = next; requirement = required; soon(); },
-    setMaps(next) { maps = next; stale = false; soon(); },
+    /** Paint these maps at once, so that they are in the next frame; `then` is called with it. */
+    setMaps(next, then = () => {}) {
+      maps = next;
+      stale = false;
+      afterPaint.push(then);
+      cancelAnimationFrame(painting);
+      paint();
+    },
     setStale(value) { stale = value; soon(); },
     setBefore(next, how = mode) { before = next; mode = how; scaleShown = ""; soon(); },
     setPoint(point, under, name) {
@@ -309,7 +316,6 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     },
     /** Say something in place of maps. */
     blank(...content) { figures = new Map(); strip.replaceChildren(make("div", { className: "blank" }, ...content)); byId("where").textContent = ""; },
-    painted(then) { afterPaint.push(then); soon(); },
     focus() { figures.values().next().value?.now.over.focus(); },
     startOf,
     /** The numbers at the point as one sentence, for a screen reader. */
