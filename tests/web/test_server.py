@@ -150,7 +150,7 @@ def test_what_was_sent_last_survives_a_kill(tmp_path, asked):
         assert header["recovered"] is None
         own = children(first.process.pid)
         with first.client("page") as client:
-            for number in range(30):
+            for number in range(10):
                 asked["tables"]["title"] = f"edit {number}"
                 assert client.post("api/study", json=asked).status_code == 200
         first.stop(signal.SIGKILL)
