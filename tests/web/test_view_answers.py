@@ -103,7 +103,15 @@ class TestPoint:
                 assert len(found["parts"]) == 6
 
     def test_what_no_page_sends_is_refused(self, hand):
-        for wrong in ({"speed": "1"}, {"speed": math.nan}, {"drive": 3, "speed": 1.0}, {"speed": True}, {"task": []}):
+        for wrong in (
+            {"speed": "1"},
+            {"speed": math.nan},
+            {"speed": 1e300},
+            {"force": -1e10},
+            {"drive": 3, "speed": 1.0},
+            {"speed": True},
+            {"task": []},
+        ):
             with pytest.raises(RefusedError):
                 point.point(hand, {"drive": "cobotic", "force": 1.0, **wrong})
         for wrong in ({"drive": "nothing"}, {"task": "lift"}):

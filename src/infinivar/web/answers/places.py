@@ -17,8 +17,12 @@ from infinivar.motion.machine_tasks import MachineTask
 from infinivar.study.study import Study
 from infinivar.units import plain
 from infinivar.web.answers import payload
+from infinivar.web.answers.answer import RefusedError
 
 Row = tuple[float, ...]
+
+_LARGEST = 1e9
+"""Largest speed and force that a page may ask for. [m/s], [N] or about a joint"""
 
 
 @dataclass(frozen=True)
@@ -99,7 +103,15 @@ def place_of(study: Study, asked: Mapping[str, Any]) -> Place:
     if is_machine(drive):
         still = np.zeros(len(drive.coordinates))
         return Place(name, title, drive, pose=np.array(drive.home, dtype=float), twist=still, wrench=still)
-    return Place(name, title, drive, payload.number(asked, "speed"), payload.number(asked, "force"))
+    return Place(name, title, drive, _number(asked, "speed"), _number(asked, "force"))
+
+
+def _number(asked: Mapping[str, Any], key: str) -> float:
+    """A speed or force of a request, which must be one of a machine: squares of larger ones exceed all numbers."""
+    value = payload.number(asked, key)
+    if abs(value) > _LARGEST:
+        raise RefusedError(f"{key} must be from {-_LARGEST:g} to {_LARGEST:g}")
+    return value
 
 
 def _in_task(name: str, title: str, drive: Any, task: MachineTask) -> Place:
