@@ -225,7 +225,7 @@ class TestPlane:
         found = plane.plane(hand, {"drives": ["cobotic"]})
         wanted = iv.dynamic_map(
             hand.drives["cobotic"],
-            np.geomspace(plane.LOWEST, plane.HIGHEST, plane.FREQUENCIES),
+            np.geomspace(plane.LOWEST, plane.HIGHEST, 2 * plane.FREQUENCIES + 1)[1::2],
             (np.arange(plane.FRACTIONS) + 0.5) / plane.FRACTIONS,
             power=12.0,
             load_mass=0.8,

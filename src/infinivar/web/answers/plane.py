@@ -37,8 +37,9 @@ def plane(study: Study, asked: Mapping[str, Any], progress: Callable[[float], No
         Header: reason: why there is no plane, else None; power: largest RMS power of the plane [W]; load_mass, mass_unit;
         drives: by name, title, fault, limits: words by code, from 1, best: largest performance [-], share: of the plane within
         all limits [-].
-        Arrays: frequency (n,) [Hz], power (m,) [W]; by drive NAME/performance (m, n), nan outside limits, NAME/limit (m, n)
-        codes, NAME/edge (n,): largest power at which the drive is within all limits at each frequency, 0 if at none. [W]
+        Arrays: frequency (n,) [Hz], power (m,) [W], the middles of equal cells; by drive NAME/performance (m, n), nan outside
+        limits, NAME/limit (m, n) codes, NAME/edge (n,): largest power at which the drive is within all limits at each frequency,
+        0 if at none. [W]
     """
     names = payload.words(asked, "drives", study.drives) or list(study.drives)
     size = _size(study, asked)
@@ -46,7 +47,7 @@ def plane(study: Study, asked: Mapping[str, Any], progress: Callable[[float], No
     if isinstance(size, str):
         return Answer(header={**header, "reason": size})
     power, mass = size
-    frequency = np.geomspace(LOWEST, HIGHEST, FREQUENCIES)
+    frequency = LOWEST * (HIGHEST / LOWEST) ** ((np.arange(FREQUENCIES) + 0.5) / FREQUENCIES)
     fraction = (np.arange(FRACTIONS) + 0.5) / FRACTIONS
     header.update(power=power, load_mass=mass, mass_unit=study.axis.mass_unit)
     arrays: dict[str, np.ndarray] = {"frequency": frequency, "power": power * fraction}

@@ -116,7 +116,9 @@ function map({ header, arrays, theme }, name, width) {
     readout.textContent = `${withUnit(frequency[i], "Hz", 2)}, ${withUnit(power[j], "W", 2)}: ${state}`;
   });
   picture.addEventListener("pointerleave", () => { readout.textContent = usual; });
-  return make("figure", { className: "plane" }, make("figcaption", {}, row.title), picture, legend, readout);
+  const figure = make("figure", { className: "plane" }, make("figcaption", {}, row.title), picture, legend, readout);
+  figure.style.width = `${width}px`;
+  return figure;
 }
 
 /** The largest power of each drive over frequency, in one chart. */
