@@ -15,6 +15,11 @@ export const KEYS = [
   ["arrows", "on a slider: change the value; on tabs: change the view"],
 ];
 
+const MAC = /mac/i.test(navigator.platform);
+
+/** Whether Alt makes letters here: in a text box of a Mac. */
+const writes = (event) => MAC && event.target instanceof HTMLInputElement && event.target.type !== "range";
+
 /** Call the action of each key: {undo, redo, save, open, pin, link, maps, views, find, help}. */
 export function createKeys(actions) {
   document.addEventListener("keydown", (event) => {
@@ -26,7 +31,7 @@ export function createKeys(actions) {
       else if (key === "y") action = "redo";
       else if (key === "s") action = "save";
       else if (key === "o") action = "open";
-    } else if (event.altKey && !command && !event.shiftKey) action = { b: "pin", l: "link", m: "maps", v: "views", f: "find" }[key] ?? null;
+    } else if (event.altKey && !command && !event.shiftKey && !writes(event)) action = { KeyB: "pin", KeyL: "link", KeyM: "maps", KeyV: "views", KeyF: "find" }[event.code] ?? null;
     else if (event.key === "F1") action = "help";
     if (action === null || document.querySelector("dialog[open]")) return;
     event.preventDefault();

@@ -112,8 +112,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   }
 
   function layOut(plot, width, beside) {
-    const low = innerWidth <= 900 ? 0.3 * innerHeight : 0.43 * innerHeight;
-    const height = Math.round(Math.min(Math.max((beside ? 1.15 : 0.78) * width, 190), Math.max(200, low), 430));
+    const stacked = beside && innerWidth <= 560;  // both must leave room for the slider below them
+    const low = (stacked ? 0.2 : innerWidth <= 900 ? 0.3 : 0.43) * innerHeight;
+    const height = Math.round(Math.min(Math.max((beside ? 1.15 : 0.78) * width, 190), Math.max(stacked ? 150 : 200, low), 430));
     const ratio = window.devicePixelRatio || 1;
     plot.holder.style.height = `${height}px`;
     for (const canvas of [plot.base, plot.over]) {
@@ -284,6 +285,10 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   const soon = () => { if (!painting) painting = requestAnimationFrame(paint); };
   theme.subscribe(() => { scaleShown = ""; soon(); });
   new ResizeObserver(soon).observe(strip);
+  // Where the maps stay at the top of a narrow window, what gets the focus must not end up below them.
+  new ResizeObserver(([entry]) => {
+    document.documentElement.style.scrollPaddingTop = innerWidth <= 900 ? `${Math.ceil(entry.target.offsetHeight) + 6}px` : "";
+  }).observe(byId("maps"));
 
   return {
     /** Figures of these drives, {name, title} each; those that stay keep their elements and the focus. */
