@@ -65,6 +65,18 @@ def test_faults_are_answers(served, asked):
     assert fault["at"] == "drives.cobotic.transmission.preload"
 
 
+def test_small_replies_are_sent_at_once(served, asked):
+    """A reply in two packets must not wait for the acknowledgement of the first, which takes 40 ms."""
+    times = []
+    with served.client() as client:
+        for _ in range(40):
+            begin = time.perf_counter()
+            reply = client.post("api/maps", json={**asked, "count": 8, "drives": ["cobotic"]})
+            times.append(time.perf_counter() - begin)
+            assert reply.status_code == 200
+    assert min(times[20:]) < 0.03
+
+
 def test_no_word_of_what_is_unknown(served):
     with served.client() as client:
         assert client.post("api/nothing", json={}).status_code == 400
