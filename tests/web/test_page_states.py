@@ -163,6 +163,16 @@ def test_a_study_is_offered_again_after_a_kill(browser, tmp_path):
         page.page.locator("[data-shown='777 N']").wait_for()
 
 
+def test_loading_the_page_again_keeps_what_was_edited(page):
+    page.enter("Preload", "700 N")
+    page.page.reload()
+    page.page.locator("[data-shown='700 N']").wait_for()
+    page.settled()
+    page.page.get_by_role("button", name="Reset Preload").click()
+    page.settled()
+    assert page.field("Preload").get_attribute("data-shown") == "650 N"
+
+
 def test_without_the_program_the_page_says_so_and_goes_on_when_it_is_back(page):
     page.page.route("**/api/*", lambda route: route.abort())
     page.field("Preload").fill("800 N")

@@ -17,9 +17,24 @@ export const firstShown = (names) => (names.length > 1 ? (innerWidth <= 560 ? [n
 /** What the page begins with. */
 export const started = transport.call("start");
 
+/** What was edited in this window before it was loaded again: {now, opened}, or null. */
+export const resumed = performance.getEntriesByType("navigation")[0]?.type === "reload" ? kept() : null;
+
+function kept() {
+  try {
+    const found = JSON.parse(sessionStorage.getItem("infinivar.study"));
+    return found?.now?.tables && found.opened?.tables ? found : null;
+  } catch { return null; }
+}
+
+/** Keep what is edited, in case this window is loaded again. */
+export function keep(now, opened) {
+  try { sessionStorage.setItem("infinivar.study", JSON.stringify({ now, opened })); } catch { /* storage may be full or forbidden */ }
+}
+
 /** A question about the study that the page begins with; null if its address holds another one. */
 function early(ask) {
-  if (location.hash) return null;
+  if (location.hash || resumed) return null;
   const asked = started.then(async ({ header }) => {
     const { name, tables } = header.study;
     return { tables, ...(await ask({ name, tables }, firstShown(Object.keys(tables.drives ?? {})))) };

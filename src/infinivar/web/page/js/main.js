@@ -1,7 +1,7 @@
 // The page: what is asked when, and what each part shows of the answers.
 import { byId, download, make, say, tooltips } from "./dom.js";
 import { createFields } from "./fields.js";
-import { COUNT, firstMaps, firstShown, firstStudy, started, transport } from "./first.js";
+import { COUNT, firstMaps, firstShown, firstStudy, keep, resumed, started, transport } from "./first.js";
 import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
@@ -357,12 +357,13 @@ async function openFile(file) {
   try {
     const { header } = await transport.call("open", { name: file.name, text: await file.text() });
     if (header.faults?.length) { notice(`${file.name} was not opened: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "open"); return; }
+    history.replaceState(null, "", location.pathname);
     open({ name: header.name, tables: header.tables });
   } catch (problem) { failed(problem); }
 }
 
 /** Begin with another study. */
-function open(document, state = {}) {
+function open(document, state = {}, first = document) {
   model = null;
   maps = new Map();
   fields.reset();
@@ -374,7 +375,7 @@ function open(document, state = {}) {
   plots.setBefore(null, view.mode);
   tellStudies(document.name);
   byId("study-faults").replaceChildren();
-  store.open(document);
+  store.open(document, first);
 }
 
 function tellStudies(name) {
@@ -448,6 +449,7 @@ document.addEventListener("drop", (event) => {
 byId("shipped").addEventListener("change", async () => {
   try {
     const { header } = await transport.call("shipped", { which: byId("shipped").value });
+    history.replaceState(null, "", location.pathname);  // a link in the address is of the study before
     open({ name: header.name, tables: header.tables });
   } catch (problem) { failed(problem); }
 });
@@ -459,6 +461,7 @@ byId("count").addEventListener("change", () => {
 
 store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
+  keep(store.document, store.opened);
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
 });
 
@@ -478,9 +481,8 @@ async function begin() {
   version = header.version;
   shippedNames = new Set(header.shipped.map((one) => one.name));
   byId("shipped").replaceChildren(...header.shipped.map((one) => make("option", { value: one.name, title: one.description }, one.title)));
-  let linked = false;
-  try { linked = await openLink(); } catch (problem) { notice(problem.message, [], true, "link"); }
-  if (!linked) open(header.study);
+  if (resumed) open(resumed.now, {}, resumed.opened);
+  else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open(header.study);
   if (header.recovered) {
     const { name, tables, time } = header.recovered;
     notice(`The explorer stopped while you edited “${name}” (${time}). The study as last sent is still here.`, [["Restore", () => open({ name, tables })]], false, "recovered");

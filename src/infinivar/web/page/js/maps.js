@@ -107,7 +107,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
 
   /** Where to look first: well within the required region, else within the plane. */
   function startOf() {
-    const end = (ends, most) => Math.min(0.45 * (most ?? 0.8 * ends[1]), ends[1]);
+    const end = (ends, most) => (most === undefined ? 0.26 * ends[1] : Math.min(0.45 * most, ends[1]));
     return { force: end(plane.force, requirement?.force), speed: end(plane.speed, requirement?.speed) };
   }
 

@@ -37,9 +37,9 @@ export function createStore() {
     get redoable() { return future.length > 0; },
     subscribe(listener) { listeners.add(listener); return () => listeners.delete(listener); },
 
-    /** Begin with another study: nothing to undo. */
-    open(document) {
-      now = opened = document;
+    /** Begin with another study, as it is and as it was opened: nothing to undo. */
+    open(document, first = document) {
+      [now, opened] = [document, first];
       [past, future, gesture, before] = [[], [], null, null];
       tell("open");
     },
