@@ -269,7 +269,7 @@ def sliders(served, asked, clients, seconds, page="page"):
         document, number = copy.deepcopy(asked), 0
         document["tables"]["drives"] = {"cobotic": {"base": "faulring2006.cobotic"}}
         with served.client(f"{page}-{own}") as client:
-            while time.monotonic() < stop:
+            while number == 0 or time.monotonic() < stop:
                 number += 1
                 preload = 500 + (37 * own + number) % 300
                 document["tables"]["drives"]["cobotic"]["transmission"] = {"preload": f"{preload} N"}
