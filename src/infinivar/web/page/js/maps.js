@@ -160,7 +160,8 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     return most;
   }
 
-  function paint() {
+  /** Paint all; `frame` says that a frame is being made now, else the next one has it. */
+  function paint(frame = false) {
     painting = 0;
     strip.classList.toggle("stale", stale);
     if (plane === null || !figures.size) return;
@@ -184,7 +185,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     }
     tellScale(difference, reach, lossReach);
     paintOver();
-    if (maps.size) for (const then of afterPaint.splice(0)) requestAnimationFrame(then);
+    if (maps.size) for (const then of afterPaint.splice(0)) if (frame) then(); else requestAnimationFrame(then);
   }
 
   function tellFault(figure, map) {
@@ -282,7 +283,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     return parts;
   }
 
-  const soon = () => { if (!painting) painting = requestAnimationFrame(paint); };
+  const soon = () => { if (!painting) painting = requestAnimationFrame(() => paint(true)); };
   theme.subscribe(() => { scaleShown = ""; soon(); });
   new ResizeObserver(soon).observe(strip);
   // Where the maps stay at the top of a narrow window, what gets the focus must not end up below them.
