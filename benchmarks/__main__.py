@@ -34,6 +34,7 @@ NAMES = (
     "legs",
     "machine_motion",
     "sessions",
+    "explorer",
 )
 
 

@@ -57,7 +57,7 @@ def shown_and_real(text, folder):
 
 
 DAILY = ("theory", "compiled", "study-file", "extending", "measurements", "catalogue", "planar-cart",
-         "two-joint-arm")  # fmt: skip
+         "two-joint-arm", "explorer")  # fmt: skip
 SLOW = (
     "errata",
     "mechanisms",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from typing import Any
 
 from infinivar.errors import InputError
@@ -27,4 +28,14 @@ def load(library: str, extra: str, what: str) -> Any:
     except ModuleNotFoundError as problem:
         if problem.name is None or problem.name.partition(".")[0] != library:
             raise
-        raise InputError(f"{what} needs {library}; install it with: pip install 'infinivar[{extra}]'") from None
+        raise InputError(_missing(library, extra, what)) from None
+
+
+def check(library: str, extra: str, what: str) -> None:
+    """Raise the error of `load` if a library is missing, without importing it."""
+    if importlib.util.find_spec(library) is None:
+        raise InputError(_missing(library, extra, what))
+
+
+def _missing(library: str, extra: str, what: str) -> str:
+    return f"{what} needs {library}; install it with: pip install 'infinivar[{extra}]'"

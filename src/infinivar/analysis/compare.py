@@ -247,7 +247,7 @@ def evaluate(
     wide = steady_map(drive, reach * plane.speed, reach * plane.force, engine=engine)
     steady = steady_map(drive, *plane.axes(), engine=engine, **options)
     residuals, efficiencies = [wide.audit_residual, steady.audit_residual], [wide.efficiency, steady.efficiency]
-    against: dict[str, Any] = {
+    judged: dict[str, Any] = {
         "coverage": np.nan,
         "peak_efficiency_in_region": np.nan,
         "mean_loss": np.nan,
@@ -255,7 +255,7 @@ def evaluate(
         "corners": FrozenDict(),
     }
     if requirement is not None:
-        against, efficiency, residual = _against(name, drive, requirement)
+        judged, efficiency, residual = against(name, drive, requirement)
         efficiencies.append(efficiency)
         residuals.append(residual)
     return DriveResult(
@@ -265,12 +265,12 @@ def evaluate(
         peak_efficiency=_peak(np.concatenate([found.ravel() for found in efficiencies])),
         map=steady,
         audit_residual=max(residuals),
-        **against,
+        **judged,
     )
 
 
-def _against(name: str, drive: Drive, requirement: Requirement) -> tuple[dict[str, Any], np.ndarray, float]:
-    """Fields of `DriveResult` on the requirement; efficiencies over its region; largest residual there."""
+def against(name: str, drive: Drive, requirement: Requirement) -> tuple[dict[str, Any], np.ndarray, float]:
+    """Evaluate a drive on a requirement: fields of `DriveResult`, efficiencies over the region, largest residual there."""
     speed, force, weight = requirement.sample()
     point = operated(drive, speed=speed, force=force)
     limit, margin = (np.broadcast_to(part, speed.shape) for part in binding(point.utilisation))

@@ -1,0 +1,186 @@
+"""Maps of the drives of a study on the force-speed plane: efficiency and the limit exceeded, cell by cell.
+
+Arrays of drive D, each (count, count), first index force, second index speed, from the low to the high end of the plane:
+`D/efficiency` float32, nan where it is undefined; `D/limit` uint8, an index of the header's `limits`; and, where the load drives
+and the supply gets nothing back, `D/loss` float32 in W, nan elsewhere. `speed` and `force` float64 are the centres of the cells.
+A drive whose tag the page knows has not changed: its arrays are not computed and not sent again. Verdicts on the requirement are
+in the header if they are known already; `judge` computes them.
+"""
+
+from __future__ import annotations
+
+import collections
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from infinivar.analysis.compare import DriveResult, against
+from infinivar.analysis.plane import of_requirement, of_study
+from infinivar.analysis.steady_map import SteadyMap, steady_map
+from infinivar.drivetrain.drive import is_machine
+from infinivar.errors import InfinivarError
+from infinivar.figures import operating_map
+from infinivar.limits import Limit
+from infinivar.study.study import Study
+from infinivar.web.answers.answer import Answer
+from infinivar.web.answers.document import key_of, with_keys
+from infinivar.web.answers.payload import MOST_CELLS, texts, whole, words
+from infinivar.web.answers.studies import ends_of
+
+_FINEST_LABELS = 80
+"""Labels of regions are placed on a map of about so many cells along each axis."""
+
+_SMALLEST_SHARE = 0.004
+"""Regions of a limit below this share of the map get no label."""
+
+_KEPT = 48
+"""Maps, and verdicts, kept."""
+
+_verdicts: collections.OrderedDict[str, dict[str, Any]] = collections.OrderedDict()
+_maps: collections.OrderedDict[str, tuple[dict[str, Any], dict[str, np.ndarray]]] = collections.OrderedDict()
+
+
+def maps(payload: Mapping[str, Any]) -> Answer:
+    """Maps of the drives asked for, by default of all."""
+    study, keys = with_keys(payload, payload.get("drives"))
+    count = whole(payload, "count", 8, MOST_CELLS, 60)
+    flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
+    wanted, known = words(payload, "drives", flat), texts(payload, "known")
+    if not (study.duty or study.requirement):
+        return Answer(header={"drives": {}, "reason": "machines have tasks instead of maps"})
+    plane = of_study(study)
+    axes = plane.axes(count)
+    found: dict[str, Any] = {}
+    arrays: dict[str, np.ndarray] = {"speed": axes[0], "force": axes[1]}
+    for name in wanted:
+        tag = key_of(keys[name], *axes)
+        if known.get(name) == tag:
+            found[name] = {"tag": tag, "same": True}
+            continue
+        header, made = _kept(tag, name, study, axes)
+        found[name] = {"tag": tag, "same": False, "requirement": _verdicts.get(keys[name]), **header}
+        arrays |= {f"{name}/{key}": array for key, array in made.items()}
+    speed, force = ends_of(plane)
+    return Answer(header={"count": count, "speed": speed, "force": force, "drives": found}, arrays=arrays)
+
+
+def _kept(
+    tag: str, name: str, study: Study, axes: tuple[np.ndarray, np.ndarray]
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    if tag in _maps:
+        _maps.move_to_end(tag)
+        return _maps[tag]
+    try:
+        made = _computed(name, study, axes)
+    except InfinivarError as problem:
+        return {"fault": str(problem)}, {}
+    _maps[tag] = made
+    while len(_maps) > _KEPT:
+        _maps.popitem(last=False)
+    return made
+
+
+def _computed(
+    name: str, study: Study, axes: tuple[np.ndarray, np.ndarray]
+) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Header and arrays of the map of one drive."""
+    drive, required = study.drives[name], study.requirement
+    steady = steady_map(drive, *axes)
+    shown = operating_map.data(steady, required)
+    codes = sorted({int(Limit.OK), *np.unique(steady.limit).tolist()})
+    limits = [Limit(code) for code in codes]
+    arrays = {
+        "efficiency": shown["efficiency"].T.astype(np.float32),
+        "limit": np.searchsorted(codes, steady.limit).T.astype(np.uint8),
+    }
+    if np.isfinite(shown["loss"]).any():
+        arrays["loss"] = shown["loss"].T.astype(np.float32)
+    header = {
+        "limits": [limit.words for limit in limits],
+        "limit_names": [limit.name for limit in limits],
+        "labels": _labels(steady, limits),
+        "engine": steady.engine,
+        "audit_residual": steady.audit_residual,
+        "largest_loss": shown["largest_loss"],
+    }
+    return header, arrays
+
+
+def judge(payload: Mapping[str, Any]) -> Answer:
+    """Drives against the requirement: the numbers and the verdict of `compare`; empty without a requirement.
+
+    Apart from the maps, which must follow a slider: the required region is sampled far more finely than a map.
+    """
+    study, keys = with_keys(payload, payload.get("drives"))
+    flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
+    wanted = words(payload, "drives", flat) if study.requirement is not None else []
+    found: dict[str, Any] = {}
+    for name in wanted:
+        try:
+            found[name] = _judged(name, study, keys[name])
+        except InfinivarError as problem:
+            found[name] = {"fault": str(problem)}
+    return Answer(header={"drives": found})
+
+
+def _judged(name: str, study: Study, key: str) -> dict[str, Any]:
+    """One drive against the requirement, as `compare` judges it."""
+    drive, required = study.drives[name], study.required("judge")
+    if key in _verdicts:
+        return _verdicts[key]
+    values, _, residual = against(name, drive, required)
+    few = steady_map(drive, *of_requirement(required).axes(2))
+    result = DriveResult(
+        name=name,
+        title=study.titles[name],
+        drive=drive,
+        peak_efficiency=float("nan"),
+        map=few,
+        audit_residual=max(residual, few.audit_residual),
+        **values,
+    )
+    tight = result.tightest
+    tightest = tight and {
+        "limit": tight.limit.name,
+        "words": tight.limit.words,
+        "margin": tight.value,
+        "force": tight.force,
+        "speed": tight.speed,
+    }
+    found = {
+        "covers": result.covers,
+        "coverage": result.coverage,
+        "verdict": result.verdict,
+        "mean_loss": result.mean_loss,
+        "peak_efficiency_in_region": result.peak_efficiency_in_region,
+        "tightest": tightest,
+    }
+    _verdicts[key] = found
+    while len(_verdicts) > _KEPT:
+        _verdicts.popitem(last=False)
+    return found
+
+
+def _labels(steady: SteadyMap, limits: list[Limit]) -> list[dict[str, Any]]:
+    """Where each limit is named on the map: within its region, as far from the edges as can be."""
+    from scipy.ndimage import distance_transform_cdt
+
+    step = max(1, steady.limit.shape[0] // _FINEST_LABELS)
+    coarse, labels = steady.limit[::step, ::step], []
+    for limit in limits:
+        region = coarse == limit
+        if limit == Limit.OK or region.mean() < _SMALLEST_SHARE:
+            continue
+        depth: Any = distance_transform_cdt(np.pad(region, 1))
+        row, column = np.unravel_index(np.argmax(depth[1:-1, 1:-1]), region.shape)
+        labels.append(
+            {
+                "limit": limit.name,
+                "words": limit.words,
+                "speed": float(steady.speed[row * step]),
+                "force": float(steady.force[column * step]),
+                "depth": float(depth.max()) / region.shape[0],
+            }
+        )
+    return labels

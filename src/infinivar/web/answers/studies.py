@@ -1,0 +1,184 @@
+"""Start, the study with all its fields, opening and writing study files, and the shipped studies."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+from infinivar import __version__
+from infinivar.analysis.plane import MAP_REACH, Plane, of_study
+from infinivar.drivetrain.drive import is_machine, type_words
+from infinivar.errors import nearest
+from infinivar.study import toml as writing
+from infinivar.study.load import read_tables
+from infinivar.study.schema import DRIVES
+from infinivar.study.shipped import shipped_studies
+from infinivar.study.study import Study
+from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
+from infinivar.web.answers.document import (
+    faults_by_field,
+    name_and_tables,
+    source,
+    study_of,
+    tables_of,
+)
+from infinivar.web.answers.fields import fields_of
+from infinivar.web.answers.payload import text
+
+LARGEST_TEXT = 400_000
+"""Characters of a study file that is opened in the page."""
+
+
+def start(payload: Mapping[str, Any]) -> Answer:
+    """What the page begins with: the study of the command line, the shipped ones, and what a server before left behind."""
+    begun = source()
+    return Answer(
+        header={
+            "version": __version__,
+            "study": {"name": begun.name, "tables": begun.tables},
+            "shipped": _shipped(),
+            "recovered": _recovered(payload),
+        }
+    )
+
+
+def _recovered(payload: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The study that a server before this one was last sent, as the server found it; None if there is none."""
+    found = payload.get("recovered")
+    if not isinstance(found, dict) or not isinstance(found.get("tables"), dict):
+        return None
+    return {"name": str(found.get("name", "")), "tables": found["tables"], "time": str(found.get("time", ""))}
+
+
+@functools.cache
+def _shipped() -> list[dict[str, str]]:
+    listed = []
+    for name, file in shipped_studies().items():
+        tables = read_tables(file)
+        listed.append({"name": name, "title": tables.get("title", name), "description": tables.get("description", "")})
+    return listed
+
+
+def study(payload: Mapping[str, Any]) -> Answer:
+    """Everything about a study but its maps: titles, warnings, fields, the plane of the maps, motions and tasks."""
+    found = study_of(payload)
+    return Answer(
+        header={
+            "name": found.name,
+            "title": found.title,
+            "description": found.description,
+            "warnings": list(found.warnings),
+            "reconstruction": list(found.reconstruction),
+            "plane": _plane(found),
+            "drives": [
+                {
+                    "name": name,
+                    "title": found.titles[name],
+                    "type": _type_of(drive),
+                    "machine": is_machine(drive),
+                }
+                for name, drive in found.drives.items()
+            ],
+            "fields": fields_of(found),
+            "requirement": _requirement(found),
+            "motions": _titled(found.duty),
+            "scenarios": _titled(found.scenarios),
+            "tasks": _titled(found.tasks),
+            "paths": _titled(found.paths),
+            "sessions": _titled(found.sessions),
+            "faults": [],
+        }
+    )
+
+
+def _titled(tasks: Mapping[str, Any]) -> list[dict[str, str]]:
+    return [{"name": name, "title": one.title or name} for name, one in tasks.items()]
+
+
+def _type_of(drive: Any) -> str:
+    """The type of a drive as a study file names it."""
+    if is_machine(drive):
+        return type_words(drive)
+    return next((word for word, kind in DRIVES.items() if type(drive) is kind), type(drive).__name__)
+
+
+def _plane(study: Study) -> dict[str, Any] | None:
+    """Extent and units of the force-speed plane; None for machines."""
+    if study.tasks or study.paths or study.sessions or not (study.duty or study.requirement):
+        return None
+    plane, axis = of_study(study), study.axis
+    speed, force = ends_of(plane)
+    return {
+        "speed": speed,
+        "force": force,
+        "speed_unit": axis.speed_unit,
+        "force_unit": axis.force_unit,
+        "speed_name": axis.speed,
+        "force_name": axis.force,
+    }
+
+
+def ends_of(plane: Plane) -> tuple[list[float], list[float]]:
+    """Ends of speed and force of the maps on a plane. [m/s], [N] or [rad/s], [N m]"""
+    lows, highs = plane.low, plane.high
+    reach = MAP_REACH * plane.speed, MAP_REACH * plane.force
+    speed, force = ([low * size, high * size] for low, high, size in zip(lows, highs, reach, strict=True))
+    return speed, force
+
+
+def _requirement(study: Study) -> dict[str, Any] | None:
+    """What is required, as the maps draw it: the largest force and speed, and the outline of the region."""
+    required = study.requirement
+    if required is None:
+        return None
+    from infinivar.figures.operating_map import outline_of
+
+    outline, signs = outline_of(required)
+    return {
+        "force": required.force,
+        "speed": required.speed,
+        "power": required.power,
+        "quadrants": required.quadrants,
+        "outline": outline[::8],
+        "signs": signs,
+    }
+
+
+def opened(payload: Mapping[str, Any]) -> Answer:
+    """Name and tables of the text of a study file."""
+    content = text(payload, "text", longest=LARGEST_TEXT)
+    name = text(payload, "name").removesuffix(".toml") or "study"
+    tables = tables_of(content, name)
+    stated = tables.pop("name", name)
+    found = {"name": stated if isinstance(stated, str) else name, "tables": tables}
+    study_of(found)
+    return Answer(header=found)
+
+
+def toml(payload: Mapping[str, Any]) -> Answer:
+    """The text of the study file."""
+    name, tables = name_and_tables(payload)
+    study_of(payload)
+    try:
+        content = writing.dumps(tables)
+    except TypeError as problem:
+        raise FaultyError([{"at": "", "message": str(problem)}]) from None
+    with faults_by_field(name):
+        tables_of(content, name)
+    return Answer(header={"name": name, "text": content, "file": f"{file_stem(name)}.toml"})
+
+
+def file_stem(name: str) -> str:
+    """A name as the name of a file."""
+    return "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in name)[:64] or "study"
+
+
+def shipped(payload: Mapping[str, Any]) -> Answer:
+    """Name and tables of a shipped study."""
+    which = text(payload, "which")
+    known = shipped_studies()
+    if which not in known:
+        raise RefusedError(f"which: there is no shipped study {which!r}{nearest(which, known)}")
+    tables = read_tables(known[which])
+    return Answer(header={"name": tables.pop("name", which), "tables": tables})

@@ -1,0 +1,492 @@
+// The page: what is asked when, and what each part shows of the answers.
+import { byId, download, make, say, tooltips } from "./dom.js";
+import { createFields } from "./fields.js";
+import { COUNT, firstMaps, firstShown, firstStudy, keep, resumed, started, transport } from "./first.js";
+import { createKeys } from "./keys.js";
+import { createMaps, mapOf } from "./maps.js";
+import { createPanes } from "./panes.js";
+import { createStore, fromFragment, toFragment } from "./store.js";
+import { createTheme } from "./theme.js";
+import { Superseded } from "./transport.js";
+
+const EXPORTS = [
+  { what: "report", title: "Report", text: "The comparison with its figures and data, as an archive (zip)" },
+  { what: "figure", title: "Figure", text: "The maps of all drives side by side, or the powers of machines, as a drawing (SVG)" },
+  { what: "csv", title: "Data", text: "The map of the chosen drive, one line a point, with powers, losses and limits (CSV)" },
+];
+const STUDY_DELAY = 90;
+const SPOKEN_DELAY = 700;
+const JUDGE_DELAY = 150;
+
+const store = createStore();
+const theme = createTheme();
+const view = { drive: null, shown: [], point: null, looked: null, task: null, count: COUNT, mode: "side" };
+let model = null;
+let version = "";
+let shippedNames = new Set();
+let maps = new Map();
+let studyTimer = 0;
+let spokenTimer = 0;
+let judgeTimer = 0;
+let firstPainted = false;
+let broken = false;
+let welcomed = false;
+let asked = 0;
+
+tooltips();
+const fields = createFields({ store, onOwner: chooseOwner, onShow: showMap, onPart: choosePart });
+const plots = createMaps({ theme, onLook: look, onChoose: choose, onDrive: chooseDrive });
+const panes = createPanes({ theme, host: { call: transport.call, plain: transport.plain, choose: (point) => choose(point, view.drive), chooseTask, download, say } });
+
+// What is not needed for the first maps is loaded after them.
+const dialogs = () => import("./dialogs.js");
+let touring = null;
+const tour = () => (touring ??= import("./tour.js").then((module) => module.createTour()));
+
+const payload = () => ({ name: store.document.name, tables: store.document.tables });
+
+// --- asking -----------------------------------------------------------------------------------------------------------------
+
+/** Ask the maps of the drives shown, and paint them; the time from `stamp` to the painted maps is told. */
+async function askMaps(stamp = performance.now()) {
+  if (model !== null && model.plane === null) { await askTasks(); return; }
+  if (!view.shown.length) { plots.setDrives([]); plots.blank("Tick a drive on the left to see its map."); return; }
+  const known = {};
+  for (const name of view.shown) if (maps.has(name)) known[name] = maps.get(name).tag;
+  status("computing …", true);
+  const mine = (asked += 1);
+  let reply;
+  try {
+    reply = await taken("maps") ?? await transport.call("maps", { ...payload(), count: view.count, drives: view.shown, known });
+  } catch (problem) { failed(problem); return; }
+  const { header, arrays } = reply;
+  answered();
+  if (header.faults?.length) { faulty(header.faults); return; }
+  if (model === null && header.reason) return;
+  const next = new Map();
+  for (const [name, own] of Object.entries(header.drives)) next.set(name, own.same && maps.has(name) ? maps.get(name) : mapOf(name, header, arrays));
+  maps = next;
+  plots.setMaps(maps, () => {
+    const channel = new MessageChannel();  // runs after the frame is handed over
+    channel.port1.onmessage = () => painted(performance.now() - stamp, mine !== asked);
+    channel.port2.postMessage(null);
+  });
+  await askBefore();
+  speakSoon();
+}
+
+const early = { maps: firstMaps, study: firstStudy };
+
+/** What was asked while the page loaded, if it is still what is wanted; each is taken once. */
+async function taken(what) {
+  const asking = early[what];
+  early[what] = null;
+  if (asking === null) return null;
+  const [before, shown] = [store.document.tables, view.shown.join()];
+  const known = await asking;
+  const same = known.tables === before && store.document.tables === before;
+  return same && (what === "study" || (known.shown.join() === shown && view.count === COUNT)) ? known.reply : null;
+}
+
+function painted(took, more) {
+  const place = byId("status");
+  status(`${Math.max(1, Math.round(took))} ms`, more);
+  place.title = "From the change to the painted maps";
+  place.dataset.took = took.toFixed(1);
+  place.dataset.paints = String(Number(place.dataset.paints ?? 0) + 1);
+  clearTimeout(judgeTimer);
+  judgeTimer = setTimeout(askJudge, JUDGE_DELAY);
+  if (firstPainted) return;
+  firstPainted = true;
+  place.dataset.first = performance.now().toFixed(1);
+  document.head.append(make("link", { rel: "stylesheet", href: "page/vendor/uPlot/uPlot.css" }));
+}
+
+/** Ask how the drives shown stand against the requirement, once maps rest: it is sampled far more finely than a map. */
+async function askJudge() {
+  if (!model?.requirement || !view.shown.length) return;
+  const judged = maps;
+  let header;
+  try { ({ header } = await transport.call("judge", { ...payload(), drives: view.shown })); } catch (problem) { failed(problem); return; }
+  if (judged !== maps || header.faults?.length) return;
+  for (const [name, found] of Object.entries(header.drives)) if (maps.has(name) && !found.fault) maps.get(name).header.requirement = found;
+  plots.setMaps(maps);
+}
+
+function status(text, busy, bad = false) {
+  byId("status").textContent = text;
+  byId("status").classList.toggle("bad", bad);
+  byId("maps").setAttribute("aria-busy", String(busy));
+}
+
+/** Ask for the maps of the pinned state that are not known yet. */
+async function askBefore() {
+  const { before } = store;
+  if (before === null) return;
+  const lacking = view.shown.filter((name) => name in (before.document.tables.drives ?? {}) && before.maps.get(name)?.count !== view.count);
+  if (lacking.length && !transport.waits("maps")) {
+    try {
+      const { header, arrays } = await transport.call("maps", { ...before.document, count: view.count, drives: lacking, known: {} });
+      for (const name of Object.keys(header.drives ?? {})) before.maps.set(name, mapOf(name, header, arrays));
+    } catch (problem) { failed(problem); return; }
+  }
+  if (store.before === before) plots.setBefore(before.maps);
+}
+
+async function askTasks() {
+  if (!model.tasks.length) return;
+  let reply;
+  try {
+    status("computing …", true);
+    reply = await transport.call("tasks", payload());
+  } catch (problem) { failed(problem); return; }
+  answered();
+  status("", false);
+  if (reply.header.faults?.length) { faulty(reply.header.faults); return; }
+  const { drawTasks } = await import("./tasks.js");
+  drawTasks({ header: reply.header, task: view.task, drive: view.drive, onTask: (row, name) => chooseTask(row.group === "paths" ? view.task : row.name, name) });
+}
+
+async function askStudy() {
+  clearTimeout(studyTimer);
+  let header;
+  try {
+    ({ header } = await taken("study") ?? await transport.call("study", payload()));
+  } catch (problem) { failed(problem); return; }
+  answered();
+  byId("study").setAttribute("aria-busy", "false");
+  if (header.faults?.length) { faulty(header.faults); return; }
+  const began = model === null;
+  const flat = model?.plane === null;
+  model = header;
+  arrange();
+  fields.setModel(model);
+  plots.setStale(false);
+  if (flat !== (model.plane === null)) await askMaps();
+  if (!began) return;
+  if (model.plane === null && model.tasks.length) panes.choose("machine");
+  askView();
+  welcome();
+}
+
+/** The tour on the first visit, once there is something to show. */
+function welcome() {
+  if (welcomed) return;
+  welcomed = true;
+  tour().then((one) => one.welcome());
+}
+
+function faulty(found) {
+  fields.setFaults(found);
+  plots.setStale(true);
+  status("maps of the last valid state", false, true);
+}
+
+function failed(problem) {
+  if (problem instanceof Superseded) return;
+  console.error(problem);
+  status("", false);
+  if (broken) return;
+  broken = true;
+  notice(`Something went wrong: ${problem.message}`, [["Try again", () => { broken = false; changed(); }]], true, "broken");
+}
+
+function answered() {
+  if (!broken) return;
+  broken = false;
+  document.querySelector("[data-notice='broken']")?.remove();
+}
+
+/** Ask the view that is open. */
+function askView() {
+  if (model === null || (model.plane === null && !model.tasks.length && !model.sessions.length)) return;
+  const point = view.looked ?? view.point;
+  const place = model.plane === null ? { task: view.task } : point;
+  panes.update({ payload: { ...payload(), drive: view.drive, drives: view.shown, ...place }, study: model });
+}
+
+/** The document is another one: first the maps, then all that follows. */
+async function changed(stamp = performance.now(), wait = 0) {
+  tellTools();
+  byId("study").setAttribute("aria-busy", "true");
+  clearTimeout(studyTimer);
+  studyTimer = setTimeout(askStudy, wait);
+  await askMaps(stamp);
+  askView();
+}
+
+// --- what is shown ----------------------------------------------------------------------------------------------------------
+
+/** Fit what is shown to the study: names, drives, point, tabs. */
+function arrange() {
+  const drives = model.drives;
+  const names = drives.map((drive) => drive.name);
+  document.title = `${model.title || model.name} – infinivar explorer`;
+  byId("study-title").textContent = model.title || model.name;
+  tellNotes();
+  if (!names.includes(view.drive)) view.drive = names[0] ?? null;
+  view.shown = view.shown.filter((name) => names.includes(name));
+  if (!view.shown.length) view.shown = firstShown(drives.filter((drive) => !drive.machine).map((drive) => drive.name));
+  const flat = model.plane !== null;
+  byId("maps-title").textContent = flat ? "Efficiency" : model.sessions.length && !model.tasks.length ? "Sessions" : "Tasks";
+  for (const id of ["scale", "where"]) byId(id).hidden = !flat;
+  byId("pin").disabled = !flat;
+  document.querySelector(".fine").hidden = !flat;
+  fields.setShown(view.shown);
+  const moves = model.motions.length || model.paths.length ? ["motion"] : [];
+  if (flat) {
+    plots.setPlane(model.plane, model.requirement);
+    if (view.point === null || !inside(view.point)) view.point = plots.startOf();
+    plots.setDrives(view.shown.map((name) => ({ name, title: drives.find((drive) => drive.name === name).title })));
+    plots.setPoint(view.point, view.looked, view.drive);
+    panes.offer(["balance", "contact", ...moves, "plane", "machine", "work"]);
+  } else {
+    if (!model.tasks.some((task) => task.name === view.task)) view.task = model.tasks[0]?.name ?? null;
+    if (!model.tasks.length) tellSessions();
+    if (model.tasks.length) panes.offer(["machine", "balance", "contact", ...moves, "work"]);
+    else panes.offer(["work"], { work: "Run sessions" });
+  }
+  byId("views").hidden = !flat && !model.tasks.length && !model.sessions.length;
+  if (fields.owner === null || !(names.includes(fields.owner) || model.fields.some((field) => field.owner === fields.owner))) fields.setOwner(view.drive);
+  tellModes();
+}
+
+const inside = ({ speed, force }) => speed >= model.plane.speed[0] && speed <= model.plane.speed[1] && force >= model.plane.force[0] && force <= model.plane.force[1];
+
+/** What the study is about, whether it is a reconstruction, and its warnings: in one line that opens. */
+function tellNotes() {
+  const lists = [["Reconstruction", model.reconstruction ?? []], ["Warnings", model.warnings]].filter(([, lines]) => lines.length);
+  const marks = lists.map(([title, lines]) => make("span", { className: "mark" }, title === "Warnings" ? `${lines.length} warning${lines.length === 1 ? "" : "s"}` : "reconstruction"));
+  const opened = byId("study-notes").querySelector("details")?.open ?? false;
+  byId("study-notes").replaceChildren(make("details", { className: "note", open: opened }, make("summary", {}, "About this study", ...marks),
+    make("p", {}, model.description || "No description."), ...lists.flatMap(([title, lines]) => [make("strong", {}, title), make("ul", {}, ...lines.map((line) => make("li", {}, line)))])));
+}
+
+function tellSessions() {
+  status("", false);
+  if (!model.sessions.length) { plots.blank("This study has nothing to draw: add a [requirement], a motion [duty.NAME] or a task [tasks.NAME]."); return; }
+  plots.blank(
+    make("p", {}, make("strong", {}, "This study is made of sessions: a user moves the machine and a controller guides it.")),
+    make("p", {}, "Run one below, or save the study and run it on the command line, which also draws and reports it:"),
+    make("ul", {}, ...model.sessions.map((one) => make("li", {}, make("code", {}, `infinivar session ${store.document.name}.toml --task ${one.name} --out out`), ` – ${one.title}`))));
+}
+
+function tellTools() {
+  byId("undo").disabled = !store.undoable;
+  byId("redo").disabled = !store.redoable;
+}
+
+function tellModes() {
+  const pinned = store.before !== null;
+  byId("pin").setAttribute("aria-pressed", String(pinned));
+  byId("pin").querySelector("span").textContent = pinned ? "Unpin" : "Pin before";
+  const holder = byId("modes");
+  holder.hidden = !pinned || model?.plane === null;
+  const choices = [["side", "Side by side"], ["difference", "Difference"], ["now", "Now only"]];
+  holder.replaceChildren(...choices.map(([mode, title]) => make("button", { type: "button", aria: { pressed: String(view.mode === mode) }, on: { click: () => { view.mode = mode; tellModes(); plots.setBefore(store.before.maps, mode); [...holder.children].find((one) => one.getAttribute("aria-pressed") === "true").focus(); } } }, title)));
+}
+
+function speakSoon() {
+  clearTimeout(spokenTimer);
+  spokenTimer = setTimeout(() => { if (model?.plane) byId("live").textContent = plots.sentence(); }, SPOKEN_DELAY);
+}
+
+/** A line below the header, with buttons; one of a kind at a time. */
+function notice(text, buttons, bad = false, kind = "") {
+  if (kind) document.querySelector(`[data-notice="${kind}"]`)?.remove();
+  const line = make("div", { className: `notice${bad ? " bad" : ""}`, data: { notice: kind }, role: bad ? "alert" : "status" }, make("p", {}, text));
+  for (const [title, action] of [...buttons, ["Dismiss", () => {}]]) line.append(make("button", { type: "button", on: { click: () => { line.remove(); action(); } } }, title));
+  byId("notices").append(line);
+}
+
+// --- what is done -----------------------------------------------------------------------------------------------------------
+
+function look(point, drive) {
+  view.looked = point;
+  if (point !== null && view.drive !== drive) follow(drive);
+  plots.setPoint(view.point, view.looked, view.drive);
+  askView();
+}
+
+function choose(point, drive) {
+  view.point = point;
+  view.looked = null;
+  if (view.drive !== drive) follow(drive);
+  plots.setPoint(view.point, null, view.drive);
+  speakSoon();
+  askView();
+}
+
+/** The drive of the views is another one. */
+function follow(drive) { view.drive = drive; }
+
+function chooseDrive(drive, edit = false) {
+  follow(drive);
+  if (edit) fields.setOwner(drive);
+  plots.setPoint(view.point, view.looked, view.drive);
+  askView();
+}
+
+function chooseOwner(owner) {
+  fields.setOwner(owner);
+  if (!model.drives.some((drive) => drive.name === owner)) return;
+  follow(owner);
+  if (model.plane === null) { askTasks(); } else plots.setPoint(view.point, view.looked, view.drive);
+  askView();
+}
+
+function chooseTask(task, drive) {
+  view.task = task;
+  follow(drive ?? view.drive);
+  askTasks();
+  askView();
+}
+
+function showMap(name, on) {
+  const order = model.drives.map((drive) => drive.name);
+  view.shown = order.filter((one) => (one === name ? on : view.shown.includes(one)));
+  arrange();
+  askMaps();
+}
+
+async function choosePart(field) {
+  (await dialogs()).pickPart({ call: transport.call, field, onPick: (name) => { store.set(field.at, name); say(`${field.label}: ${name}`); } });
+}
+
+async function openFile(file) {
+  try {
+    const { header } = await transport.call("open", { name: file.name, text: await file.text() });
+    if (header.faults?.length) { notice(`${file.name} was not opened: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "open"); return; }
+    history.replaceState(null, "", location.pathname);
+    open({ name: header.name, tables: header.tables });
+  } catch (problem) { failed(problem); }
+}
+
+/** Begin with another study. */
+function open(document, state = {}, first = document) {
+  model = null;
+  maps = new Map();
+  fields.reset();
+  panes.reset();
+  fields.setOwner(null);
+  Object.assign(view, { drive: null, shown: [], point: null, looked: null, task: null }, state);
+  if (!view.shown.length) view.shown = firstShown(Object.keys(document.tables.drives ?? {}));
+  plots.setDrives([]);
+  plots.setBefore(null, view.mode);
+  tellStudies(document.name);
+  byId("study-faults").replaceChildren();
+  store.open(document, first);
+}
+
+function tellStudies(name) {
+  const list = byId("shipped");
+  list.querySelector("[data-own]")?.remove();
+  if (!shippedNames.has(name)) list.prepend(make("option", { value: name, data: { own: "" } }, name));
+  list.value = name;
+}
+
+async function save() {
+  try {
+    const { header } = await transport.call("toml", payload());
+    if (header.faults?.length) { notice(`Not saved: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "save"); return; }
+    download(header.file, header.text, "application/toml");
+    say(`Saved as ${header.file}`);
+  } catch (problem) { failed(problem); }
+}
+
+async function link() {
+  const { drive, shown, point } = view;
+  const fragment = await toFragment({ ...payload(), drive, shown, point });
+  history.replaceState(null, "", fragment);
+  await (await dialogs()).copyLink(location.href);
+}
+
+function pin() {
+  if (store.before !== null) { store.pin(null); return; }
+  if (model === null || model.plane === null) return;
+  store.pin({ maps: new Map(maps) });
+  say("Pinned. Change something: the maps show both states.");
+}
+
+async function exportAs(kind) {
+  say(`${kind.title}: being made …`);
+  try {
+    const { header, arrays } = await transport.call("export", { ...payload(), what: kind.what, ...(kind.what === "csv" ? { drive: view.drive } : {}) });
+    if (header.faults?.length) { notice(`${kind.title}: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "export"); return; }
+    download(header.file, arrays.content, header.type);
+    say(`Saved as ${header.file}`);
+  } catch (problem) { failed(problem); }
+}
+
+const actions = {
+  undo: () => store.undo(),
+  redo: () => store.redo(),
+  save,
+  open: () => byId("file").click(),
+  pin,
+  link,
+  maps: () => plots.focus(),
+  views: () => panes.focus(),
+  find: () => byId("find").focus(),
+  help: async () => (await dialogs()).help({ version, onTour: async () => (await tour()).start() }),
+};
+
+for (const name of ["undo", "redo", "save", "open", "pin", "link", "help"]) byId(name).addEventListener("click", actions[name]);
+byId("export").addEventListener("click", async () => (await dialogs()).exportFiles({ kinds: model?.plane === null ? EXPORTS.filter((kind) => kind.what !== "csv") : EXPORTS, onExport: exportAs }));
+createKeys(actions);
+
+byId("file").addEventListener("change", () => {
+  const [file] = byId("file").files;
+  if (file) openFile(file);
+  byId("file").value = "";
+});
+document.addEventListener("dragover", (event) => { if (event.dataTransfer?.types.includes("Files")) event.preventDefault(); });
+document.addEventListener("drop", (event) => {
+  const [file] = event.dataTransfer?.files ?? [];
+  if (file) { event.preventDefault(); openFile(file); }
+});
+
+byId("shipped").addEventListener("change", async () => {
+  try {
+    const { header } = await transport.call("shipped", { which: byId("shipped").value });
+    history.replaceState(null, "", location.pathname);  // a link in the address is of the study before
+    open({ name: header.name, tables: header.tables });
+  } catch (problem) { failed(problem); }
+});
+
+byId("count").addEventListener("change", () => {
+  view.count = Number(byId("count").value);
+  askMaps();
+});
+
+store.subscribe((why) => {
+  if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
+  keep(store.document, store.opened);
+  changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
+});
+
+/** Open the study that the address holds. */
+async function openLink() {
+  const content = await fromFragment(location.hash);
+  if (content === null) return false;
+  const { name, tables, drive = null, shown = [], point = null } = content;
+  open({ name, tables }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
+  return true;
+}
+
+addEventListener("hashchange", () => openLink().catch((problem) => notice(problem.message, [], true, "link")));
+
+async function begin() {
+  const { header } = await started;
+  version = header.version;
+  shippedNames = new Set(header.shipped.map((one) => one.name));
+  byId("shipped").replaceChildren(...header.shipped.map((one) => make("option", { value: one.name, title: one.description }, one.title)));
+  if (resumed) open(resumed.now, {}, resumed.opened);
+  else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open(header.study);
+  if (header.recovered) {
+    const { name, tables, time } = header.recovered;
+    notice(`The explorer stopped while you edited “${name}” (${time}). The study as last sent is still here.`, [["Restore", () => open({ name, tables })]], false, "recovered");
+  }
+}
+
+begin().catch(failed);

@@ -1,0 +1,122 @@
+// The document - name and tables of a study file -, its past and future, and the state that is pinned as "before".
+// Documents are never changed in place: undo and redo go through a list of them.
+
+const MOST_STEPS = 200;
+const LONGEST_LINK = 2 ** 20;
+
+/** The value at a list of keys, or undefined. */
+export const valueAt = (tables, keys) => keys.reduce((inside, key) => (inside === null || typeof inside !== "object" ? undefined : inside[key]), tables);
+
+/** Tables with another value at a list of keys; undefined removes the key. */
+export function withValue(tables, keys, value) {
+  const [key, ...rest] = keys;
+  const copy = Array.isArray(tables) ? [...tables] : { ...(typeof tables === "object" ? tables : {}) };
+  const content = rest.length ? withValue(copy[key] ?? {}, rest, value) : value;
+  if (content === undefined) delete copy[key];
+  else copy[key] = content;
+  return copy;
+}
+
+const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
+
+export function createStore() {
+  let now = { name: "", tables: {} };
+  let opened = now;
+  let before = null;
+  let past = [];
+  let future = [];
+  let gesture = null;
+  const listeners = new Set();
+  const tell = (why) => { for (const listener of listeners) listener(why); };
+
+  return {
+    get document() { return now; },
+    get opened() { return opened; },
+    get before() { return before; },
+    get undoable() { return past.length > 0; },
+    get redoable() { return future.length > 0; },
+    subscribe(listener) { listeners.add(listener); return () => listeners.delete(listener); },
+
+    /** Begin with another study, as it is and as it was opened: nothing to undo. */
+    open(document, first = document) {
+      [now, opened] = [document, first];
+      [past, future, gesture, before] = [[], [], null, null];
+      tell("open");
+    },
+
+    /** Change a value. The changes of one gesture, such as dragging a slider, are undone as one. */
+    set(keys, value, mark = null) {
+      const tables = withValue(now.tables, keys, value);
+      if (same(tables, now.tables)) return;
+      if (mark === null || mark !== gesture) past = [...past, now].slice(1 - MOST_STEPS);
+      gesture = mark;
+      future = [];
+      now = { ...now, tables };
+      tell("edit");
+    },
+
+    /** The next change is a step of its own. */
+    finish() { gesture = null; },
+
+    undo() {
+      if (!past.length) return;
+      future = [now, ...future];
+      now = past.at(-1);
+      past = past.slice(0, -1);
+      gesture = null;
+      tell("undo");
+    },
+
+    redo() {
+      if (!future.length) return;
+      past = [...past, now];
+      now = future[0];
+      future = future.slice(1);
+      gesture = null;
+      tell("redo");
+    },
+
+    /** Pin this state, with what is known of it, or release it (null). */
+    pin(known) {
+      before = known === null ? null : { document: now, ...known };
+      tell("pin");
+    },
+  };
+}
+
+async function through(bytes, stream, most = Infinity) {
+  const reader = new Blob([bytes]).stream().pipeThrough(stream).getReader();
+  const parts = [];
+  let size = 0;
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) break;
+    size += value.length;
+    if (size > most) { await reader.cancel(); throw new Error("the link holds more than a study"); }
+    parts.push(value);
+  }
+  return new Uint8Array(await new Blob(parts).arrayBuffer());
+}
+
+/** The fragment of a link that holds a document. */
+export async function toFragment(content) {
+  const packed = await through(new TextEncoder().encode(JSON.stringify(content)), new CompressionStream("deflate-raw"));
+  let text = "";
+  for (const byte of packed) text += String.fromCharCode(byte);
+  return `#study=${btoa(text).replaceAll("+", "-").replaceAll("/", "_").replace(/=+$/, "")}`;
+}
+
+/** The document that a fragment holds, or null if it holds none. Throws if it is damaged. */
+export async function fromFragment(fragment) {
+  const found = /^#study=([\w-]+)$/.exec(fragment);
+  if (!found) return null;
+  try {
+    const text = atob(found[1].replaceAll("-", "+").replaceAll("_", "/"));
+    const bytes = Uint8Array.from(text, (one) => one.charCodeAt(0));
+    const content = JSON.parse(new TextDecoder().decode(await through(bytes, new DecompressionStream("deflate-raw"), LONGEST_LINK)));
+    if (typeof content.name !== "string" || content.tables === null || typeof content.tables !== "object") throw new Error("no study");
+    return content;
+  } catch {
+    throw new Error("The study in this link is damaged: was the link copied whole?");
+  }
+}

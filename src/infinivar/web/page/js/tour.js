@@ -1,0 +1,89 @@
+// A tour of two minutes: what each part of the page is for, one after another.
+import { make } from "./dom.js";
+import { remember, remembered } from "./theme.js";
+
+const STEPS = [
+  { at: "#study-title", title: "A study", text: "A study holds drive-trains and what is required of them. This one compares a cobotic transmission with motors at fixed ratios. Choose another one at the top, or open your own file." },
+  { at: "#strip", title: "Maps", text: "Each map shows the efficiency of a drive at every force and speed of the load. Tinted regions are beyond a limit, named on the map. The dashed line is what is required. Move over a map to read it, click to stay at a point." },
+  { at: "#fields .part[open] .field:has(input[type=range])", title: "Change a value", text: "Move a slider or type a value in any unit, such as 550 N, and all maps follow. Try it now. The dot tells where the value comes from." },
+  { at: "#owners", title: "Drives", text: "Choose what to edit here, and tick the drives whose maps you want to see side by side." },
+  { at: "#pin", title: "Before and after", text: "Pin the present state, change something, and see both states side by side or as a difference. Undo takes back any step." },
+  { at: "#tabs", title: "Look deeper", text: "At the point you chose: where the power goes, how the wheel creeps in its contact, what a motion costs, and the machine itself." },
+  { at: "#save", title: "Keep it", text: "Save the study as a file for the command line, or copy a link that holds it whole. Press F1 for help and for this tour." },
+];
+
+export function createTour() {
+  const title = make("h2", { id: "tour-title" });
+  const text = make("p", { id: "tour-text" });
+  const count = make("span");
+  const back = make("button", { type: "button" }, "Back");
+  const next = make("button", { type: "button", className: "main" }, "Next");
+  const end = make("button", { type: "button", className: "plain" }, "End tour");
+  const box = make("div", { className: "tour", role: "dialog", hidden: true, tabIndex: -1, aria: { labelledby: "tour-title", describedby: "tour-text" } },
+    title, text, make("div", { className: "actions" }, count, end, back, next));
+  document.body.append(box);
+  let step = -1;
+  let lit = null;
+  let came = null;
+
+  function show(index) {
+    lit?.classList.remove("lit");
+    step = index;
+    const target = document.querySelector(STEPS[step].at) ?? document.querySelector("#fields");
+    title.textContent = STEPS[step].title;
+    text.textContent = STEPS[step].text;
+    count.textContent = `${step + 1} of ${STEPS.length}`;
+    back.disabled = step === 0;
+    next.textContent = step === STEPS.length - 1 ? "Done" : "Next";
+    box.hidden = false;
+    lit = target;
+    lit?.classList.add("lit");
+    lit?.scrollIntoView({ block: "nearest" });
+    place();
+    box.focus();
+  }
+
+  function place() {
+    if (step < 0 || !lit) return;
+    const target = lit.getBoundingClientRect();
+    const own = box.getBoundingClientRect();
+    const room = 14;
+    const spots = [
+      [target.right + room, target.top],
+      [target.left, target.bottom + room],
+      [target.left, target.top - own.height - room],
+      [target.left - own.width - room, target.top],
+    ];
+    const fits = ([left, top]) => left >= 8 && top >= 8 && left + own.width <= innerWidth - 8 && top + own.height <= innerHeight - 8;
+    const [left, top] = spots.find(fits) ?? [Math.min(Math.max(8, target.left), innerWidth - own.width - 8), innerHeight - own.height - 12];
+    box.style.left = `${left}px`;
+    box.style.top = `${top}px`;
+  }
+
+  function finish() {
+    lit?.classList.remove("lit");
+    lit = null;
+    step = -1;
+    box.hidden = true;
+    remember("tour", "seen");
+    (came?.isConnected ? came : document.querySelector("#help")).focus();
+  }
+
+  back.addEventListener("click", () => show(Math.max(0, step - 1)));
+  next.addEventListener("click", () => (step === STEPS.length - 1 ? finish() : show(step + 1)));
+  end.addEventListener("click", finish);
+  box.addEventListener("keydown", (event) => {
+    if (event.key === "Escape") finish();
+    if (event.target !== box) return;
+    if (event.key === "ArrowRight" || event.key === "Enter") next.click();
+    if (event.key === "ArrowLeft") back.click();
+  });
+  addEventListener("resize", place);
+  addEventListener("scroll", place, true);
+
+  return {
+    start() { came = document.activeElement; show(0); },
+    /** Start on the first visit only. */
+    welcome() { if (remembered("tour") === null) this.start(); },
+  };
+}

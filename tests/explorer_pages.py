@@ -1,0 +1,124 @@
+"""The page of the explorer in a real Chromium, for tests: locators only, as its policy forbids code in text."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
+SIZES = {"desktop": (1280, 720), "tablet": (820, 1180), "narrow": (420, 860)}
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[Any]:
+    """A browser; a test that asks for it is skipped where there is none."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if not Path(CHROMIUM).exists():
+        pytest.skip("Chromium is not installed")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+class Page:
+    """One window with the page."""
+
+    def __init__(self, browser: Any, address: str, size: str = "desktop", **options: Any) -> None:
+        width, height = SIZES[size]
+        self.context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        self.context.set_default_timeout(15000)
+        self.page = self.context.new_page()
+        self.problems: list[str] = []
+        self.requests: list[str] = []
+        self.page.on("pageerror", lambda problem: self.problems.append(str(problem)))
+        self.page.on("console", lambda said: said.type == "error" and self.problems.append(said.text))
+        self.page.on("request", lambda asked: self.requests.append(asked.url))
+        self.page.goto(address)
+
+    def __enter__(self) -> Page:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.context.close()
+
+    def by_id(self, name: str) -> Any:
+        return self.page.locator(f"#{name}")
+
+    def ready(self, tour: bool = False) -> Page:
+        """Wait for the first maps; end the tour of the first visit."""
+        self.page.locator("#status[data-first]").wait_for()
+        self.settled()
+        self.page.locator(".tour:not([hidden])").wait_for()
+        if not tour:
+            self.page.get_by_role("button", name="End tour").click()
+        return self
+
+    def settled(self) -> None:
+        """Wait until study and maps are those of the last change."""
+        self.page.locator("#study[aria-busy=false]").wait_for()
+        self.page.locator("#maps[aria-busy=false]").wait_for()
+
+    def paints(self) -> int:
+        return int(self.by_id("status").get_attribute("data-paints") or 0)
+
+    def painted(self, after: int, seconds: float = 15.0) -> float:
+        """Wait for maps painted after so many; how long they took, by the clock of the page. [ms]"""
+        end = time.monotonic() + seconds
+        while self.paints() <= after:
+            assert time.monotonic() < end, "the maps were not painted"
+            self.page.wait_for_timeout(5)
+        return float(self.by_id("status").get_attribute("data-took"))
+
+    def field(self, label: str) -> Any:
+        return self.page.get_by_label(label, exact=True)
+
+    def enter(self, label: str, text: str) -> None:
+        """Type a value and confirm it."""
+        self.field(label).fill(text)
+        self.field(label).press("Enter")
+        self.settled()
+
+    def slider(self, label: str) -> Any:
+        return self.page.get_by_role("slider", name=f"{label}, slider")
+
+    def slide(self, label: str, place: int) -> None:
+        """Move a slider to a place, 0 to 1000, and wait for its maps."""
+        before = self.paints()
+        self.slider(label).fill(str(place))
+        self.painted(before)
+        self.settled()
+
+    def efficiency(self, drive: str) -> float:
+        """Efficiency of the map of a drive at the point, unrounded."""
+        return float(self.page.locator(f".map[data-drive='{drive}'] .readout").get_attribute("data-efficiency"))
+
+    def readout(self, drive: str) -> str:
+        return self.page.locator(f".map[data-drive='{drive}'] .readout").inner_text()
+
+    def point(self) -> tuple[float, float]:
+        """Speed and force."""
+        place = self.by_id("where")
+        return float(place.get_attribute("data-speed")), float(place.get_attribute("data-force"))
+
+    def saved(self, folder: Path) -> Path:
+        """The study file that the page saves."""
+        with self.page.expect_download() as found:
+            self.by_id("save").click()
+        file = folder / found.value.suggested_filename
+        found.value.save_as(file)
+        return file
+
+    def fits(self) -> bool:
+        """Whether nothing is wider than the window: the last column of its pixels is reached without scrolling."""
+        width = self.page.viewport_size["width"]
+        boxes = [one.bounding_box() for one in self.page.locator("header, main, section:visible, .strip, .tabs").all()]
+        return all(box is None or (box["x"] >= -0.5 and box["x"] + box["width"] <= width + 0.5) for box in boxes)

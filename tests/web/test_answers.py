@@ -1,0 +1,421 @@
+"""The answers equal what the public interface gives; faults stand at their fields; only files of the study are read."""
+
+import copy
+import io
+import json
+import tomllib
+import zipfile
+
+import numpy as np
+import pytest
+
+import infinivar as iv
+from infinivar.study.shipped import shipped_studies
+from infinivar.web.answers import document
+from infinivar.web.answers.answer import ANSWERS, Answer, RefusedError, answered, function_of, unpack
+from serving import unpacked
+
+
+@pytest.fixture(autouse=True)
+def begun():
+    document.begin()
+
+
+@pytest.fixture
+def asked():
+    return copy.deepcopy(answered("start", {}).header["study"])
+
+
+def faults(name, payload):
+    return answered(name, payload).header["faults"]
+
+
+def value(fields, owner, path):
+    return next(one for one in fields if one["owner"] == owner and one["path"] == path)
+
+
+def test_packed_answers_survive():
+    arrays = {
+        "one": np.arange(5, dtype=np.uint8),
+        "a/b": np.array([[1.5, np.nan], [np.inf, -0.0]], np.float32),
+        "none": np.empty((0, 3), np.float64),
+    }
+    packed = Answer(
+        header={"text": "µ – \ud800", "nan": float("nan"), "deep": [{"a": np.float64(2)}]}, arrays=arrays
+    ).pack()
+    header, found = unpacked(packed)
+    assert header["text"] == "µ – \ud800"
+    assert header["nan"] is None
+    assert header["deep"] == [{"a": 2.0}]
+    for name, array in arrays.items():
+        np.testing.assert_array_equal(found[name], array)
+        np.testing.assert_array_equal(unpack(packed).arrays[name], array)
+
+
+def test_every_answer_can_be_loaded():
+    for name in ANSWERS:
+        assert callable(function_of(name)), name
+
+
+@pytest.mark.parametrize("name", ["cobotic", "motor1-gear2"])
+def test_maps_are_those_of_the_interface(asked, name):
+    found = answered("maps", {**asked, "count": 24, "drives": [name]})
+    study = iv.load_study("hand_controller")
+    header, arrays = found.header["drives"][name], found.arrays
+    steady = iv.steady_map(study.drives[name], arrays["speed"], arrays["force"])
+    np.testing.assert_array_equal(arrays[f"{name}/efficiency"], steady.efficiency.T.astype(np.float32))
+    codes = np.array([iv.Limit[one] for one in header["limit_names"]])
+    np.testing.assert_array_equal(codes[arrays[f"{name}/limit"]], steady.limit.T)
+    assert header["limits"] == [iv.Limit(code).words for code in codes]
+    low, high = found.header["force"]
+    np.testing.assert_allclose(np.diff(arrays["force"]), (high - low) / 24)
+    assert arrays["force"][0] - low == pytest.approx((high - low) / 48)
+
+
+def test_losses_stand_where_the_load_drives(asked):
+    shipped = answered("shipped", {"which": "knee_walking"}).header
+    found = answered("maps", {**shipped, "count": 16})
+    study = iv.load_study("knee_walking")
+    steady = iv.steady_map(study.drives["geared"], found.arrays["speed"], found.arrays["force"])
+    loss = found.arrays["geared/loss"]
+    there = np.isfinite(loss)
+    assert 0 < there.sum() < there.size
+    np.testing.assert_allclose(loss[there], (steady.power_in - steady.power_out).T[there], rtol=1e-6)
+    assert np.isnan(found.arrays["geared/efficiency"][there]).all()
+
+
+def test_verdicts_are_those_of_the_comparison(asked):
+    found = answered("judge", asked).header["drives"]
+    compared = iv.compare(iv.load_study("hand_controller"), quick=True)
+    for name, result in compared.results.items():
+        assert found[name]["coverage"] == result.coverage
+        assert found[name]["verdict"] == result.verdict
+        assert found[name]["mean_loss"] == result.mean_loss
+        assert found[name]["tightest"]["margin"] == result.tightest.value
+    maps = answered("maps", {**asked, "count": 8}).header["drives"]
+    assert maps["cobotic"]["requirement"] == found["cobotic"]
+
+
+def test_tasks_are_those_of_the_comparison():
+    shipped = answered("shipped", {"which": "two_joint_arm"}).header
+    found = answered("tasks", shipped).header
+    compared = iv.compare(iv.load_study("two_joint_arm"))
+    assert found["verdict"] == compared.verdict
+    for name, result in compared.results.items():
+        for row in found["machines"][name]["tasks"]:
+            assert row["power"] == result.found[row["key"]].mean_power
+            assert row["margin"] == result.found[row["key"]].margin
+
+
+def test_only_the_changed_drive_is_computed_and_sent(asked):
+    first = answered("maps", {**asked, "count": 12})
+    known = {name: one["tag"] for name, one in first.header["drives"].items()}
+    asked["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "600 N"}
+    second = answered("maps", {**asked, "count": 12, "known": known})
+    changed = [name for name, one in second.header["drives"].items() if not one["same"]]
+    assert changed == ["cobotic"]
+    assert {name.partition("/")[0] for name in second.arrays} == {"speed", "force", "cobotic"}
+    # The requirement and the number of cells belong to the map as well.
+    asked["tables"]["requirement"] = {"base": "faulring2006", "force": "40 N"}
+    assert not any(
+        one["same"] for one in answered("maps", {**asked, "count": 12, "known": known}).header["drives"].values()
+    )
+    assert not any(
+        one["same"] for one in answered("maps", {**asked, "count": 13, "known": known}).header["drives"].values()
+    )
+
+
+def test_a_map_builds_only_what_it_needs(asked):
+    """The map of one drive needs neither the others nor runs, except those that the drive is like; its tag is the same."""
+    drives = asked["tables"]["drives"]
+    drives["mine"] = {"like": "cobotic", "transmission": {"preload": "600 N"}}
+    everything = answered("maps", {**asked, "count": 8})
+    one = answered("maps", {**asked, "count": 8, "drives": ["mine"]})
+    assert list(one.header["drives"]) == ["mine"]
+    assert one.header["drives"]["mine"] == everything.header["drives"]["mine"]
+    np.testing.assert_array_equal(one.arrays["mine/efficiency"], everything.arrays["mine/efficiency"])
+    np.testing.assert_array_equal(one.arrays["force"], everything.arrays["force"])
+    drives["motor1-gear1"]["efficiency"] = "nonsense"  # of another drive: the study says so, the map is drawn
+    assert not answered("maps", {**asked, "count": 8, "drives": ["mine"]}).header.get("faults")
+    assert faults("study", asked)
+    drives["cobotic"]["base"] = "nonsense"
+    assert faults("maps", {**asked, "count": 8, "drives": ["mine"]})
+
+
+def test_a_tag_does_not_depend_on_what_was_computed(asked):
+    first = answered("maps", {**asked, "count": 8}).header["drives"]
+    document._studies.clear()
+    answered("judge", asked)
+    second = answered("maps", {**asked, "count": 8}).header["drives"]
+    assert [one["tag"] for one in first.values()] == [one["tag"] for one in second.values()]
+
+
+@pytest.mark.parametrize("which", list(shipped_studies()))
+def test_fields_are_the_values_of_the_study(which):
+    shipped = answered("shipped", {"which": which}).header
+    found = answered("study", shipped).header
+    study = iv.load_study(which)
+    assert found["title"] == study.title
+    assert [one["name"] for one in found["drives"]] == list(study.drives)
+    rows = {(row.owner, row.field): row for row in study.provenance}
+    stated = {(one["owner"], one["path"]): one for one in found["fields"]}
+    for key, row in rows.items():
+        if key not in stated:
+            # The name of a part of the catalogue stands at the part.
+            assert key[1].endswith("name"), key
+            continue
+        one = stated[key]
+        assert one["kind"] == row.kind, key
+        assert one["written"] == row.written, key
+        if one["type"] == "quantity":
+            assert one["value"] == row.value, key
+            assert one["unit"] == row.unit, key
+        assert one["kind"] in ("stated", "catalogue", "derived", "fitted", "assumed")
+    for one in found["fields"]:
+        assert one["label"], one
+        if one["type"] == "quantity":
+            low, high = one["minimum"], one["maximum"]
+            assert low is None or one["value"] >= low
+            assert high is None or one["value"] <= high
+            if one["slider"]:
+                assert one["slider"]["low"] < one["slider"]["high"]
+                assert one["slider"]["low"] <= one["value"] <= one["slider"]["high"], one
+            if one["shown"]:
+                shown = one["shown"]
+                si = shown["number"] * shown["factor"] + shown["offset"]
+                assert si == pytest.approx(one["value"], rel=1e-9, abs=1e-12), one
+        if one["type"] == "choice":
+            assert one["value"] in one["choices"], one
+        if one["type"] == "part":
+            assert one["part_kind"] in ("motors", "gearheads", "bearings", "materials")
+
+
+def put(tables, field, stated):
+    """Set a value as a page does."""
+    for key in field["at"][:-1]:
+        tables = tables.setdefault(key, {})
+    tables[field["at"][-1]] = stated
+
+
+@pytest.mark.parametrize("which", list(shipped_studies()))
+def test_every_field_can_be_set_to_its_own_value(which):
+    """Setting the key of a field to what it says, through `at`, is accepted and keeps the value."""
+    shipped = answered("shipped", {"which": which}).header
+    fields = answered("study", shipped).header["fields"]
+    set_anew = [one for one in fields if one["type"] not in ("row", "list", "part")]
+    for one in set_anew:
+        bare = one["type"] != "quantity" or one["unit"] == "1"
+        put(shipped["tables"], one, one["value"] if bare else f"{one['value']!r} {one['unit']}")
+    found = answered("study", shipped).header
+    assert not found["faults"]
+    for one in set_anew:
+        same = value(found["fields"], one["owner"], one["path"])["value"]
+        assert same == pytest.approx(one["value"]) if one["type"] == "quantity" else same == one["value"], one
+
+
+@pytest.mark.parametrize("end", ["low", "high"])
+def test_a_slider_stays_within_what_is_permitted(asked, end):
+    fields = answered("study", asked).header["fields"]
+    for one in fields:
+        if one["slider"]:
+            number = one["slider"][end]
+            put(asked["tables"], one, number if one["unit"] == "1" else f"{number!r} {one['unit']}")
+    # Values may exclude each other; none is outside the range of its own field, which is found first.
+    stated = [fault["message"] for fault in answered("study", asked).header["faults"]]
+    for one in fields:
+        assert not one["bounds"] or not any(f"must be {one['bounds']}, such as" in line for line in stated), stated
+
+
+def test_a_part_is_picked(asked):
+    field = value(answered("study", asked).header["fields"], "cobotic", "motor")
+    assert field["part_kind"] == "motors"
+    put(asked["tables"], field, "dc-max-26-s-24v-low-friction")
+    found = answered("study", asked).header
+    assert value(found["fields"], "cobotic", "motor")["written"] == "DC-max 26 S, 24 V, low friction"
+
+
+def test_faults_stand_at_their_fields(asked):
+    asked["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "-3 N", "friktion": 0.1}
+    asked["tables"]["requirement"]["force"] = "50 kg"
+    found = {one["at"]: one["message"] for one in faults("study", asked)}
+    assert set(found) == {
+        "requirement.force",
+        "drives.cobotic.transmission.preload",
+        "drives.cobotic.transmission.friktion",
+    }
+    with pytest.raises(iv.InputError) as problem:
+        iv.Study.from_dict(asked["tables"], name=asked["name"])
+    for message in found.values():
+        assert f"{asked['name']}: {message}" in str(problem.value).split("\n")
+
+
+@pytest.mark.parametrize(
+    ("tables", "at"),
+    [
+        ({"extends": "/etc/passwd"}, "extends"),
+        ({"parts": "/etc"}, "parts"),
+        ({"parts": ["../.."]}, "parts"),
+        ({"duty": {"walk": {"motion": {"shape": "file", "file": "/etc/passwd"}}}}, "duty.walk.motion.file"),
+        ({"duty": {"walk": {"file": {"value": "/etc/passwd", "kind": "stated"}}}}, "duty.walk.file"),
+        ({"tasks": {"wall": {"surface": {"file": "../secret.stl"}}}}, "tasks.wall.surface.file"),
+        ({"tasks": {"wall": {"user": [{"x": {"file": "a.csv"}}]}}}, "tasks.wall.user.x.file"),
+        ({"paths": {"a": {"x": {"shape": "file", "file": "x.csv"}}}}, "paths.a.x.file"),
+        ({"drives": {"cobotic": {"motor": {"part": "/etc/motors.toml:x"}}}}, "drives.cobotic.motor.part"),
+        ({"drives": {"cobotic": {"motor": {"part": "../set.csv:x"}}}}, "drives.cobotic.motor.part"),
+    ],
+)
+def test_no_file_that_the_page_names_is_opened(asked, tables, at, monkeypatch):
+    import infinivar.study.load as loading
+
+    def refuse(*_, **__):
+        raise AssertionError("the study was built")
+
+    monkeypatch.setattr("infinivar.web.answers.document.study_from_dict", refuse)
+    assert loading.study_from_dict is not refuse
+    for name in ("study", "maps", "toml"):
+        found = faults(name, {**asked, "tables": {**asked["tables"], **tables}})
+        assert [one["at"] for one in found] == [at]
+        assert "it was started with" in found[0]["message"] or "must be named" in found[0]["message"]
+
+
+def test_files_of_the_study_itself_are_opened(tmp_path):
+    time = np.linspace(0, 1, 101)
+    rows = "\n".join(f"{t},{0.01 * np.sin(2 * np.pi * t)}" for t in time)
+    (tmp_path / "walk.csv").write_text(f"time [s],position [m]\n{rows}\n")
+    (tmp_path / "other.csv").write_text(f"time [s],position [m]\n{rows}\n")
+    text = """
+        [drives.cobotic]
+        base = "faulring2006.cobotic"
+        [duty.walk]
+        shape = "file"
+        file = "walk.csv"
+        load_mass = "1 kg"
+    """
+    (tmp_path / "mine.toml").write_text(text)
+    document.begin(str(tmp_path / "mine.toml"))
+    asked = answered("start", {}).header["study"]
+    assert asked["name"] == "mine"
+    assert not faults("study", asked)
+    asked["tables"]["duty"]["walk"]["file"] = "other.csv"
+    (fault,) = faults("study", asked)
+    assert fault["at"] == "duty.walk.file"
+    asked["tables"]["duty"]["walk"]["file"] = str(tmp_path / "walk.csv")
+    assert faults("study", asked)
+
+
+def test_a_study_that_extends_another_is_one_document(tmp_path):
+    below = "title = 'below'\n[requirement]\nbase = 'faulring2006'\n[drives.cobotic]\nbase = 'faulring2006.cobotic'\n"
+    (tmp_path / "below.toml").write_text(below)
+    (tmp_path / "mine.toml").write_text("extends = 'below.toml'\ntitle = 'mine'\n[requirement]\nforce = '40 N'\n")
+    document.begin(str(tmp_path / "mine.toml"))
+    asked = answered("start", {}).header["study"]
+    found = answered("study", asked).header
+    assert found["title"] == "mine"
+    assert value(found["fields"], "requirement", "force")["value"] == 40.0
+    assert iv.Study.from_dict(asked["tables"], name="mine").drives == iv.load_study(tmp_path / "mine.toml").drives
+
+
+def test_text_and_tables(asked):
+    written = answered("toml", asked).header
+    assert tomllib.loads(written["text"]) == asked["tables"]
+    opened = answered("open", {"name": "hand_controller.toml", "text": written["text"]}).header
+    assert opened["tables"] == asked["tables"]
+    assert opened["name"] == "hand_controller"
+    (fault,) = faults("open", {"name": "x.toml", "text": "title = "})
+    assert "is not valid TOML" in fault["message"]
+    text = written["text"] + "\n[drives.cobotic.motor]\nvoltage = '-1 V'\n"
+    (fault,) = faults("open", {"name": "x.toml", "text": text})
+    assert fault["at"] == "drives.cobotic.motor.voltage"
+
+
+def test_catalogue_search_is_that_of_the_interface():
+    found = answered("parts", {"kind": "motors", "query": "maxon, mass < 100 g"}).header
+    expected = iv.search_parts(iv.load_parts("shipped"), "motors", ["mass < 100 g", "manufacturer ~ maxon"])
+    assert {row["part"] for row in found["rows"]} >= {hit.part for hit in expected.hits}
+    assert found["count"] >= expected.count > 0
+    assert answered("parts", {"kind": "motors", "query": "no such motor"}).header["rows"] == []
+    assert "no column" in faults("parts", {"kind": "motors", "query": "nonsense < 3"})[0]["message"]
+
+
+def test_data_as_csv(asked):
+    answer = answered("export", {**asked, "what": "csv", "drive": "motor1-gear1", "count": 9})
+    lines = answer.arrays["content"].tobytes().decode().splitlines()
+    assert answer.header["file"] == "hand_controller-motor1-gear1-map.csv"
+    assert len(lines) == 1 + 81
+    heads, row = lines[0].split(","), lines[41].split(",")
+    numbers = dict(zip(heads, row, strict=True))
+    drive = iv.load_study("hand_controller").drives["motor1-gear1"]
+    speed, force = float(numbers["speed_m_s"]), float(numbers["force_N"])
+    steady = iv.steady_map(drive, [speed], [force])
+    assert float(numbers["power_in_W"]) == steady.power_in[0, 0]
+    assert numbers["limit"] == iv.Limit(int(steady.limit[0, 0])).words
+
+
+SMALL = {
+    "name": "small",
+    "tables": {
+        "requirement": {"base": "faulring2006"},
+        "drives": {"geared": {"base": "faulring2006.motor1-gear1"}},
+    },
+}
+
+
+def test_figures():
+    figure = answered("export", {**SMALL, "what": "figure", "format": "svg"})
+    assert figure.arrays["content"].tobytes().startswith(b"<?xml")
+
+
+@pytest.mark.slow
+def test_reports():
+    report = answered("export", {**SMALL, "what": "report"})
+    with zipfile.ZipFile(io.BytesIO(report.arrays["content"].tobytes())) as archive:
+        names = archive.namelist()
+        assert any(name.endswith(".html") for name in names)
+        again = tomllib.loads(archive.read("small.toml").decode())
+    assert iv.Study.from_dict(again, name="small").drives == iv.Study.from_dict(SMALL["tables"], name="small").drives
+
+
+def test_long_computations():
+    from infinivar.web.answers.jobs import worked
+
+    asked = SMALL
+    told = []
+    found = worked({**asked, "job": "compare"}, lambda share, words: told.append((share, words))).header
+    study = iv.Study.from_dict(asked["tables"], name="small")
+    assert found["verdict"] == iv.compare(study).verdict
+    assert told
+    sized = worked({**asked, "job": "size", "top": 3}, lambda share, words: told.append((share, words))).header
+    assert sized["designs"][0]["title"] == iv.size(study, top=3, sets="shipped").designs[0].title
+    with pytest.raises(RefusedError):
+        worked({**asked, "job": "mine"}, lambda share, words: None)
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("maps", {"count": 401}),
+        ("maps", {"count": 7}),
+        ("maps", {"count": True}),
+        ("maps", {"count": "60"}),
+        ("maps", {"drives": "cobotic"}),
+        ("maps", {"known": {"cobotic": 3}}),
+        ("maps", {"tables": []}),
+        ("study", {"name": 3}),
+        ("export", {"what": "passwd"}),
+        ("export", {"what": "csv", "count": 10**9}),
+        ("parts", {"kind": "screws"}),
+        ("parts", {"kind": "motors", "limit": 10**6}),
+        ("shipped", {"which": "../../secret"}),
+        ("open", {"text": "x" * 10**6}),
+        ("no", {}),
+    ],
+)
+def test_what_no_page_asks_is_refused(asked, name, change):
+    with pytest.raises(RefusedError):
+        answered(name, {**asked, **change})
+
+
+def test_headers_are_strict_json(asked):
+    for name in ("start", "study", "judge"):
+        header, _ = unpacked(answered(name, asked).pack())
+        json.dumps(header, allow_nan=False)

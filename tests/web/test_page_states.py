@@ -1,0 +1,214 @@
+"""Less common states of the page in a real Chromium: machines, sessions, parts, exports, long work, faults, a killed server."""
+
+import re
+import signal
+import zipfile
+
+import pytest
+
+from explorer_pages import SIZES, Page, chromium
+from infinivar.study.shipped import shipped_studies
+from serving import free_port, serving
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory):
+    with serving("--port", str(free_port()), folder=tmp_path_factory.mktemp("explorer")) as found:
+        yield found
+
+
+@pytest.fixture
+def page(browser, server):
+    with Page(browser, server.address) as found:
+        yield found.ready()
+
+
+def opened(page, study):
+    """Choose a shipped study, and wait until it is shown."""
+    page.by_id("shipped").select_option(study)
+    title = page.by_id("shipped").locator(f"option[value={study}]").inner_text()
+    page.page.locator("#study-title", has_text=title).wait_for()
+    page.settled()
+
+
+@pytest.mark.parametrize("study", ["six_leg_display", "planar_cart", "sphere_joint", "two_joint_arm"])
+def test_machines_have_tasks_with_powers_and_limits(page, study):
+    opened(page, study)
+    table = page.page.locator("table.tasks")
+    table.wait_for()
+    header, _ = page_answer(page, "tasks")
+    first = next(iter(header["machines"].values()))
+    assert table.locator("tbody tr").count() == len(first["tasks"])
+    assert table.locator("thead th").count() == 1 + len(header["machines"])
+    assert first["tasks"][0]["tightest"] in table.inner_text()
+    table.locator("tbody tr").nth(1).locator("button").last.click()
+    page.page.locator("table.tasks button[aria-pressed=true]").wait_for()
+    assert page.page.get_by_role("tab", selected=True).inner_text() == "Machine"
+    assert page.page.locator("#panel-machine .why").is_hidden()
+    assert page.fits()
+    assert page.problems == []
+
+
+def page_answer(page, name):
+    """What the server says of the study that the page shows."""
+    from serving import unpacked
+
+    shown = page.page.context.request.post(
+        page.page.url + "api/shipped", data={"which": page.by_id("shipped").input_value()}
+    )
+    study, _ = unpacked(shown.body())
+    reply = page.page.context.request.post(page.page.url + f"api/{name}", data=study)
+    return unpacked(reply.body())
+
+
+def test_sessions_say_what_to_run_and_run_here(page):
+    opened(page, "guided_cart")
+    assert "infinivar session guided_cart.toml --task wall" in page.by_id("strip").inner_text()
+    page.by_id("panel-work").get_by_role("button", name="free, as 20 kg").click()
+    page.by_id("panel-work").locator("table").wait_for(timeout=120000)
+    assert page.problems == []
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_every_shipped_study_fits_every_window(browser, server, size):
+    with Page(browser, server.address, size) as page:
+        page.ready()
+        for study in shipped_studies():
+            opened(page, study)
+            assert page.fits(), study
+        assert page.problems == []
+
+
+def test_a_part_of_the_catalogue_is_found_and_picked(page):
+    before = page.efficiency("cobotic")
+    page.page.locator("summary", has_text="Gearhead").first.click()
+    page.page.get_by_role("button", name="Choose another part: Gearhead").click()
+    page.page.keyboard.type("gpx 32 up")
+    dialog = page.page.get_by_role("dialog")
+    dialog.get_by_role("button", name="GPX 32 UP").first.click()
+    page.settled()
+    assert page.page.locator(".pick .now", has_text="GPX 32 UP").count() == 1
+    assert page.efficiency("cobotic") != before
+    page.by_id("undo").click()
+    page.settled()
+    assert page.efficiency("cobotic") == before
+
+
+def test_exports_are_files(page, tmp_path):
+    for kind, end in (("Report", ".zip"), ("Figure", ".svg"), ("Data", ".csv")):
+        page.by_id("export").click()
+        with page.page.expect_download(timeout=60000) as found:
+            page.page.get_by_role("dialog").get_by_role("button", name=re.compile(kind + " The")).click()
+        assert found.value.suggested_filename.endswith(end)
+        found.value.save_as(tmp_path / kind)
+    assert "report.html" in zipfile.ZipFile(tmp_path / "Report").namelist()
+    assert (tmp_path / "Figure").read_text().startswith("<?xml")
+    assert "efficiency" in (tmp_path / "Data").read_text().partition("\n")[0]
+
+
+def test_a_long_computation_shows_progress_and_can_be_cancelled(page):
+    page.page.get_by_role("tab", name="Compare and size").click()
+    panel = page.by_id("panel-work")
+    panel.get_by_role("button", name="Compare all drives").click()
+    panel.get_by_role("progressbar").wait_for()
+    panel.get_by_role("button", name="Cancel").click()
+    panel.get_by_text("Cancelled.").wait_for()
+    panel.get_by_role("button", name="Compare all drives").click()
+    panel.locator("table").wait_for(timeout=120000)
+    assert panel.locator("tbody tr").count() == 6
+
+
+def test_a_view_that_is_missing_leaves_the_rest_alone(browser, server):
+    with Page(browser, server.address) as page:
+        page.page.route("**/views/contact.js", lambda route: route.abort())
+        page.ready()
+        page.page.get_by_role("tab", name="Rolling contact").click()
+        page.by_id("panel-contact").get_by_text("could not be loaded").wait_for()
+        page.slide("Preload", 700)
+        page.page.get_by_role("tab", name="Power balance").click()
+        assert page.page.locator("#panel-balance .why").is_hidden()
+
+
+def test_files_that_are_no_study_are_refused_in_words(page, tmp_path):
+    file = tmp_path / "no study.toml"
+    file.write_text("[drives.cobotic\n")
+    page.by_id("file").set_input_files(file)
+    notice = page.page.get_by_role("alert").filter(has_text="was not opened")
+    notice.wait_for()
+    assert "not valid TOML" in notice.inner_text()
+
+
+def test_a_study_is_offered_again_after_a_kill(browser, tmp_path):
+    port = str(free_port())
+    with serving("--port", port, folder=tmp_path) as first, Page(browser, first.address) as page:
+        page.ready()
+        page.enter("Preload", "777 N")
+        page.page.wait_for_timeout(1500)  # what was sent is written within a second
+        first.stop(signal.SIGKILL)
+        page.field("Preload").fill("778 N")
+        page.field("Preload").press("Enter")
+        page.page.get_by_role("alert").filter(has_text="is `infinivar serve` still running?").wait_for()
+    with serving("--port", port, folder=tmp_path) as second, Page(browser, second.address) as page:
+        page.ready()
+        assert page.field("Preload").input_value() == "650 N"
+        page.page.get_by_role("button", name="Restore").click()
+        page.page.locator("[data-shown='777 N']").wait_for()
+
+
+def test_loading_the_page_again_keeps_what_was_edited(page):
+    page.enter("Preload", "700 N")
+    page.page.reload()
+    page.page.locator("[data-shown='700 N']").wait_for()
+    page.settled()
+    page.page.get_by_role("button", name="Reset Preload").click()
+    page.settled()
+    assert page.field("Preload").get_attribute("data-shown") == "650 N"
+
+
+def test_without_the_program_the_page_says_so_and_goes_on_when_it_is_back(page):
+    page.page.route("**/api/*", lambda route: route.abort())
+    page.field("Preload").fill("800 N")
+    page.field("Preload").press("Enter")
+    page.page.get_by_role("alert").filter(has_text="is `infinivar serve` still running?").wait_for()
+    page.page.unroute("**/api/*")
+    page.page.get_by_role("button", name="Try again").click()
+    page.settled()
+    page.page.locator("[data-notice=broken]").wait_for(state="detached")
+    assert page.field("Preload").get_attribute("data-shown") == "800 N"
+
+
+@pytest.mark.parametrize("dark", [False, True])
+@pytest.mark.parametrize("state", ["pinned", "machine", "sessions", "part", "help", "tabs"])
+def test_axe_finds_no_fault_in_other_states(browser, server, state, dark):
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="axe-playwright-python is not installed"
+    ).Axe()
+    with Page(browser, server.address, color_scheme="dark" if dark else "light", bypass_csp=True) as page:
+        page.ready()
+        if state == "pinned":
+            page.by_id("pin").click()
+            page.slide("Preload", 800)
+        elif state in ("machine", "sessions"):
+            opened(page, {"machine": "six_leg_display", "sessions": "guided_cart"}[state])
+        elif state == "part":
+            page.page.locator("summary", has_text="Gearhead").first.click()
+            page.page.get_by_role("button", name="Choose another part: Gearhead").click()
+            page.page.locator(".found button").first.wait_for()
+        elif state == "help":
+            page.page.keyboard.press("F1")
+            page.page.get_by_role("dialog").wait_for()
+        tabs = page.page.get_by_role("tab").all() if state == "tabs" else [None]
+        for tab in tabs:
+            if tab is not None and tab.is_visible():
+                tab.click()
+                page.page.wait_for_timeout(1500)
+            found = axe.run(page.page).response["violations"]
+            assert [(one["id"], one["help"], [node["target"] for node in one["nodes"][:4]]) for one in found] == []
