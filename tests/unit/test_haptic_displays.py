@@ -262,9 +262,9 @@ def test_drives_that_are_no_displays(drives, admittance, geared):
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"mass": 0.0}, "mass must be > 0 kg, got 0.0"),
-        ({"damping": -1.0}, "damping must be >= 0 N s/m"),
-        ({"stiffness": math.inf}, "stiffness must be >= 0 N/m, got inf"),
+        ({"mass": 0.0}, "^mass must be > 0 and <= 1000 kg, got 0.0"),
+        ({"damping": -1.0}, "^damping must be >= 0 and <= 100000 N s/m"),
+        ({"stiffness": math.inf}, "stiffness must be >= 0 and <= 1e\\+06 N/m, got inf"),
         ({"name": ""}, "name must be a text"),
         ({"source": 3}, "source must be a text"),
     ],
