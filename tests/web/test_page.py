@@ -5,23 +5,10 @@ import math
 import pytest
 
 import infinivar as iv
-from explorer_pages import Page, chromium
+from explorer_pages import Page
 from infinivar.analysis.plane import of_study
-from serving import free_port, serving
 
 COBOTIC, GEARED = "cobotic", "motor2-gear4"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    with serving("--port", str(free_port()), folder=tmp_path_factory.mktemp("explorer")) as found:
-        yield found
 
 
 @pytest.fixture

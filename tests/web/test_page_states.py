@@ -6,23 +6,11 @@ import zipfile
 
 import pytest
 
-from explorer_pages import SIZES, Page, chromium
+from explorer_pages import SIZES, Page
 from infinivar.study.shipped import shipped_studies
 from serving import free_port, serving
 
 pytestmark = pytest.mark.slow
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    with serving("--port", str(free_port()), folder=tmp_path_factory.mktemp("explorer")) as found:
-        yield found
 
 
 @pytest.fixture

@@ -7,24 +7,10 @@ import re
 import pytest
 
 import infinivar as iv
-from explorer_pages import Page, chromium
+from explorer_pages import Page
 from infinivar.study.shipped import shipped_studies
 from infinivar.units import plain
 from infinivar.web.answers import point
-from serving import free_port, serving
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    with serving("--port", str(free_port()), folder=tmp_path_factory.mktemp("views")) as found:
-        yield found
-
 
 PATIENCE = 60_000
 """Longest wait, for machines with other work to do. [ms]"""
