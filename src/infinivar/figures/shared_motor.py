@@ -100,10 +100,10 @@ def draw_map(found: SharedMotor | Sequence[SharedMotor], titles: Sequence[str] =
     columns = max(len(one.legs) for one in rows)
     shades = ["#F3C6A5", "#BFD9EA", "#5B9BC8", "#DDDDDD"]
     words = [
-        "a motor for each axis draws less",
-        "one motor, if its cylinder stops while idle",
-        "one motor, even if its cylinder turns",
-        "cannot be held",
+        "conventional, a motor for each axis, draws less",
+        "cobotic, one motor, if its cylinder stops while idle",
+        "cobotic, one motor, even if its cylinder turns",
+        "one of them cannot hold the force",
     ]
     with style.styled():
         made, axes = style.figure(
