@@ -365,4 +365,5 @@ def _residual(supplied: np.ndarray, lost: np.ndarray, stored: np.ndarray) -> np.
 
 
 def _start(event: Event) -> float:
-    return event.start
+    """When an event begins; legs that do the same begin together, whatever the rounding. [s]"""
+    return round(event.start, 9)
