@@ -365,5 +365,5 @@ def _residual(supplied: np.ndarray, lost: np.ndarray, stored: np.ndarray) -> np.
 
 
 def _start(event: Event) -> float:
-    """When an event begins; legs that do the same begin together, whatever the rounding. [s]"""
-    return round(event.start, 9)
+    """When an event begins; legs that do the same begin together, whatever the tolerance. [s]"""
+    return round(event.start, 7)
