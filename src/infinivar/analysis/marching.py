@@ -241,7 +241,9 @@ class March:
                 if limit == Limit.SLIP:
                     columns[f"slip_demand_{what.replace(' ', '_')}"] = demands[rows, place]
         others = self._motor_demands(columns)
-        found = tuple(sorted((*found, *run_limits.events(time, others, early), *self._saturation()), key=_start))
+        found = tuple(
+            sorted((*found, *run_limits.events(time, others, early), *self._saturation()), key=run_limits.begins)
+        )
         return Record(
             time=time,
             states=states,
@@ -362,8 +364,3 @@ def _residual(supplied: np.ndarray, lost: np.ndarray, stored: np.ndarray) -> np.
             f"the energy balance has a residual of {np.max(residual):.2g} of the energy moved, above the limit of {CLOSURE:g}"
         )
     return residual
-
-
-def _start(event: Event) -> float:
-    """When an event begins; legs that do the same begin together, whatever the tolerance. [s]"""
-    return round(event.start, 7)
