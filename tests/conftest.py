@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 import hypothesis
+import hypothesis.strategies
 import pytest
 
 import infinivar as iv
@@ -63,6 +64,8 @@ def pytest_collection_modifyitems(items):
 
 def pytest_collection_finish():
     """Thousands of collected tests live as long as the run: who looks for garbage need not go through them each time."""
+    # Hypothesis makes its own random numbers with its first example, and must see who refers to them.
+    hypothesis.find(hypothesis.strategies.none(), lambda _: True)
     gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 50)

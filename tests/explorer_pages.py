@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -67,15 +67,19 @@ class Page:
         self.page.locator("#study[aria-busy=false]").wait_for()
         self.page.locator("#maps[aria-busy=false]").wait_for()
 
+    def until(self, met: Callable[[], bool], seconds: float = 15.0) -> None:
+        """Wait for what no locator says; the clock of the page goes on."""
+        end = time.monotonic() + seconds
+        while not met():
+            assert time.monotonic() < end, f"not met after {seconds} s"
+            self.page.wait_for_timeout(5)
+
     def paints(self) -> int:
         return int(self.by_id("status").get_attribute("data-paints") or 0)
 
     def painted(self, after: int, seconds: float = 15.0) -> float:
         """Wait for maps painted after so many; how long they took, by the clock of the page. [ms]"""
-        end = time.monotonic() + seconds
-        while self.paints() <= after:
-            assert time.monotonic() < end, "the maps were not painted"
-            self.page.wait_for_timeout(5)
+        self.until(lambda: self.paints() > after, seconds)
         return float(self.by_id("status").get_attribute("data-took"))
 
     def field(self, label: str) -> Any:

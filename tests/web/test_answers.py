@@ -67,7 +67,7 @@ def test_maps_are_those_of_the_interface(asked, name):
     codes = np.array([iv.Limit[one] for one in header["limit_names"]])
     np.testing.assert_array_equal(codes[arrays[f"{name}/limit"]], steady.limit.T)
     assert header["limits"] == [iv.Limit(code).words for code in codes]
-    low, high = found.header["force"]
+    low, high = found.header["plane"]["force"]
     np.testing.assert_allclose(np.diff(arrays["force"]), (high - low) / 24)
     assert arrays["force"][0] - low == pytest.approx((high - low) / 48)
 

@@ -101,7 +101,7 @@ def test_a_link_holds_the_whole_study(page, browser, server):
     page.enter("Preload", "900 N")
     numbers, point = [page.efficiency(name) for name in (COBOTIC, GEARED)], page.point()
     page.by_id("link").click()
-    page.page.wait_for_url("**#study=*")
+    page.until(lambda: "#study=" in page.page.url)
     with Page(browser, page.page.url) as other:
         other.ready()
         assert other.field("Preload").input_value() == "900 N"
@@ -126,7 +126,7 @@ def test_a_pinned_state_stays_beside_the_changed_one(page):
     assert page.page.locator(".map .plot:visible").count() == 2
     page.by_id("pin").click()
     page.page.locator("#modes").wait_for(state="hidden")
-    assert "before" not in page.readout(COBOTIC)
+    page.until(lambda: "before" not in page.readout(COBOTIC))
 
 
 def test_each_gesture_is_undone_and_redone_as_one(page):

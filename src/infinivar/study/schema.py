@@ -372,16 +372,18 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     return _text()
 
 
+@functools.cache
 def part_of(hint: Any) -> type | None:
     """Return the dataclass in a type hint that has a table of its own, if any."""
     kinds = typing.get_args(hint) if isinstance(hint, types.UnionType) else (hint,)
     return next((kind for kind in kinds if dataclasses.is_dataclass(kind) and described(kind)), None)  # type: ignore[arg-type, return-value]
 
 
-def described(part: type) -> list[dataclasses.Field[Any]]:
+@functools.cache
+def described(part: type) -> tuple[dataclasses.Field[Any], ...]:
     """Return the fields of a part that a table states directly: neither derived from others nor coming in kinds."""
     found = (field for field in dataclasses.fields(part) if field.init)
-    return [field for field in found if "meaning" in field.metadata and "kinds" not in field.metadata]
+    return tuple(field for field in found if "meaning" in field.metadata and "kinds" not in field.metadata)
 
 
 def in_kinds(part: type) -> list[dataclasses.Field[Any]]:

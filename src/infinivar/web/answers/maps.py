@@ -3,6 +3,7 @@
 Arrays of drive D, each (count, count), first index force, second index speed, from the low to the high end of the plane:
 `D/efficiency` float32, nan where it is undefined; `D/limit` uint8, an index of the header's `limits`; and, where the load drives
 and the supply gets nothing back, `D/loss` float32 in W, nan elsewhere. `speed` and `force` float64 are the centres of the cells.
+The header has what a page needs to draw them: the ends and units of the plane, the requirement and the titles.
 A drive whose tag the page knows has not changed: its arrays are not computed and not sent again. Verdicts on the requirement are
 in the header if they are known already; `judge` computes them.
 """
@@ -23,10 +24,10 @@ from infinivar.errors import InfinivarError
 from infinivar.figures import operating_map
 from infinivar.limits import Limit
 from infinivar.study.study import Study
-from infinivar.web.answers.answer import Answer
-from infinivar.web.answers.document import key_of, with_keys
+from infinivar.web.answers.answer import Answer, FaultyError
+from infinivar.web.answers.document import key_of, name_and_tables, study_of, with_keys
 from infinivar.web.answers.payload import MOST_CELLS, texts, whole, words
-from infinivar.web.answers.studies import ends_of
+from infinivar.web.answers.studies import plane_of, required_of
 
 _FINEST_LABELS = 80
 """Labels of regions are placed on a map of about so many cells along each axis."""
@@ -43,26 +44,45 @@ _maps: collections.OrderedDict[str, tuple[dict[str, Any], dict[str, np.ndarray]]
 
 def maps(payload: Mapping[str, Any]) -> Answer:
     """Maps of the drives asked for, by default of all."""
-    study, keys = with_keys(payload, payload.get("drives"))
-    count = whole(payload, "count", 8, MOST_CELLS, 60)
-    flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
-    wanted, known = words(payload, "drives", flat), texts(payload, "known")
+    count, known = whole(payload, "count", 8, MOST_CELLS, 60), texts(payload, "known")
+    asked = _asked(payload)
+    study = asked[0][1] if asked else study_of(payload)
     if not (study.duty or study.requirement):
         return Answer(header={"drives": {}, "reason": "machines have tasks instead of maps"})
-    plane = of_study(study)
-    axes = plane.axes(count)
+    axes = of_study(study).axes(count)
     found: dict[str, Any] = {}
     arrays: dict[str, np.ndarray] = {"speed": axes[0], "force": axes[1]}
-    for name in wanted:
-        tag = key_of(keys[name], *axes)
+    for name, study, key in asked:
+        tag = key_of(key, *axes)
         if known.get(name) == tag:
             found[name] = {"tag": tag, "same": True}
             continue
         header, made = _kept(tag, name, study, axes)
-        found[name] = {"tag": tag, "same": False, "requirement": _verdicts.get(keys[name]), **header}
+        shown = {"title": study.titles[name], "requirement": _verdicts.get(key)}
+        found[name] = {"tag": tag, "same": False, **shown, **header}
         arrays |= {f"{name}/{key}": array for key, array in made.items()}
-    speed, force = ends_of(plane)
-    return Answer(header={"count": count, "speed": speed, "force": force, "drives": found}, arrays=arrays)
+    header = {"count": count, "plane": plane_of(study), "requirement": required_of(study), "drives": found}
+    return Answer(header=header, arrays=arrays)
+
+
+def _asked(payload: Mapping[str, Any]) -> list[tuple[str, Study, str]]:
+    """Name, study and key of each drive asked for, by default of all; machines have no maps.
+
+    Each by itself: when a slider moves, one drive is another one, and the studies of the others are at hand.
+    """
+    every = name_and_tables(payload)[1].get("drives")
+    found, faults = [], []
+    for name in words(payload, "drives", every if isinstance(every, dict) else ()):
+        try:
+            study, keys = with_keys(payload, [name])
+        except FaultyError as problem:
+            faults += [fault for fault in problem.faults if fault not in faults]
+            continue
+        if not is_machine(study.drives[name]):
+            found.append((name, study, keys[name]))
+    if faults:
+        raise FaultyError(faults)
+    return found
 
 
 def _kept(
@@ -112,13 +132,12 @@ def judge(payload: Mapping[str, Any]) -> Answer:
 
     Apart from the maps, which must follow a slider: the required region is sampled far more finely than a map.
     """
-    study, keys = with_keys(payload, payload.get("drives"))
-    flat = [name for name, drive in study.drives.items() if not is_machine(drive)]
-    wanted = words(payload, "drives", flat) if study.requirement is not None else []
     found: dict[str, Any] = {}
-    for name in wanted:
+    for name, study, key in _asked(payload):
+        if study.requirement is None:
+            break
         try:
-            found[name] = _judged(name, study, keys[name])
+            found[name] = _judged(name, study, key)
         except InfinivarError as problem:
             found[name] = {"fault": str(problem)}
     return Answer(header={"drives": found})

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from infinivar import __version__
-from infinivar.analysis.plane import MAP_REACH, Plane, of_study
+from infinivar.analysis.plane import MAP_REACH, of_study
 from infinivar.drivetrain.drive import is_machine, type_words
 from infinivar.errors import nearest
 from infinivar.study import toml as writing
@@ -70,7 +70,7 @@ def study(payload: Mapping[str, Any]) -> Answer:
             "description": found.description,
             "warnings": list(found.warnings),
             "reconstruction": list(found.reconstruction),
-            "plane": _plane(found),
+            "plane": plane_of(found),
             "drives": [
                 {
                     "name": name,
@@ -81,7 +81,7 @@ def study(payload: Mapping[str, Any]) -> Answer:
                 for name, drive in found.drives.items()
             ],
             "fields": fields_of(found),
-            "requirement": _requirement(found),
+            "requirement": required_of(found),
             "motions": _titled(found.duty),
             "scenarios": _titled(found.scenarios),
             "tasks": _titled(found.tasks),
@@ -103,12 +103,14 @@ def _type_of(drive: Any) -> str:
     return next((word for word, kind in DRIVES.items() if type(drive) is kind), type(drive).__name__)
 
 
-def _plane(study: Study) -> dict[str, Any] | None:
+def plane_of(study: Study) -> dict[str, Any] | None:
     """Extent and units of the force-speed plane; None for machines."""
     if study.tasks or study.paths or study.sessions or not (study.duty or study.requirement):
         return None
     plane, axis = of_study(study), study.axis
-    speed, force = ends_of(plane)
+    lows, highs = plane.low, plane.high
+    reach = MAP_REACH * plane.speed, MAP_REACH * plane.force
+    speed, force = ([low * size, high * size] for low, high, size in zip(lows, highs, reach, strict=True))
     return {
         "speed": speed,
         "force": force,
@@ -119,15 +121,7 @@ def _plane(study: Study) -> dict[str, Any] | None:
     }
 
 
-def ends_of(plane: Plane) -> tuple[list[float], list[float]]:
-    """Ends of speed and force of the maps on a plane. [m/s], [N] or [rad/s], [N m]"""
-    lows, highs = plane.low, plane.high
-    reach = MAP_REACH * plane.speed, MAP_REACH * plane.force
-    speed, force = ([low * size, high * size] for low, high, size in zip(lows, highs, reach, strict=True))
-    return speed, force
-
-
-def _requirement(study: Study) -> dict[str, Any] | None:
+def required_of(study: Study) -> dict[str, Any] | None:
     """What is required, as the maps draw it: the largest force and speed, and the outline of the region."""
     required = study.requirement
     if required is None:

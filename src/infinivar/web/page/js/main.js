@@ -17,6 +17,7 @@ const EXPORTS = [
 const STUDY_DELAY = 90;
 const SPOKEN_DELAY = 700;
 const JUDGE_DELAY = 150;
+const LONGEST_BLANK = 400;
 
 const store = createStore();
 const theme = createTheme();
@@ -31,6 +32,9 @@ let judgeTimer = 0;
 let firstPainted = false;
 let broken = false;
 let welcomed = false;
+let firstSeen;
+// The fields are many: they come after the first maps, or soon where there are none.
+const seen = new Promise((resolve) => { firstSeen = resolve; setTimeout(resolve, LONGEST_BLANK); });
 let asked = 0;
 
 tooltips();
@@ -63,6 +67,7 @@ async function askMaps(stamp = performance.now()) {
   answered();
   if (header.faults?.length) { faulty(header.faults); return; }
   if (model === null && header.reason) return;
+  if (model === null) lay(header.plane, header.requirement, (name) => header.drives[name]?.title ?? name);
   const next = new Map();
   for (const [name, own] of Object.entries(header.drives)) next.set(name, own.same && maps.has(name) ? maps.get(name) : mapOf(name, header, arrays));
   maps = next;
@@ -94,12 +99,17 @@ function painted(took, more) {
   place.title = "From the change to the painted maps";
   place.dataset.took = took.toFixed(1);
   place.dataset.paints = String(Number(place.dataset.paints ?? 0) + 1);
-  clearTimeout(judgeTimer);
-  judgeTimer = setTimeout(askJudge, JUDGE_DELAY);
+  judgeSoon();
   if (firstPainted) return;
   firstPainted = true;
+  firstSeen();
   place.dataset.first = performance.now().toFixed(1);
   document.head.append(make("link", { rel: "stylesheet", href: "page/vendor/uPlot/uPlot.css" }));
+}
+
+function judgeSoon() {
+  clearTimeout(judgeTimer);
+  judgeTimer = setTimeout(askJudge, JUDGE_DELAY);
 }
 
 /** Ask how the drives shown stand against the requirement, once maps rest: it is sampled far more finely than a map. */
@@ -154,9 +164,10 @@ async function askStudy() {
     ({ header } = await taken("study") ?? await transport.call("study", payload()));
   } catch (problem) { failed(problem); return; }
   answered();
+  const began = model === null;
+  if (began) await seen;
   byId("study").setAttribute("aria-busy", "false");
   if (header.faults?.length) { faulty(header.faults); return; }
-  const began = model === null;
   const flat = model?.plane === null;
   model = header;
   arrange();
@@ -164,6 +175,7 @@ async function askStudy() {
   plots.setStale(false);
   if (flat !== (model.plane === null)) await askMaps();
   if (!began) return;
+  judgeSoon();
   if (model.plane === null && model.tasks.length) panes.choose("machine");
   askView();
   welcome();
@@ -235,10 +247,7 @@ function arrange() {
   fields.setShown(view.shown);
   const moves = model.motions.length || model.paths.length ? ["motion"] : [];
   if (flat) {
-    plots.setPlane(model.plane, model.requirement);
-    if (view.point === null || !inside(view.point)) view.point = plots.startOf();
-    plots.setDrives(view.shown.map((name) => ({ name, title: drives.find((drive) => drive.name === name).title })));
-    plots.setPoint(view.point, view.looked, view.drive);
+    lay(model.plane, model.requirement, (name) => drives.find((drive) => drive.name === name).title);
     panes.offer(["balance", "contact", ...moves, "plane", "machine", "work"]);
   } else {
     if (!model.tasks.some((task) => task.name === view.task)) view.task = model.tasks[0]?.name ?? null;
@@ -251,7 +260,15 @@ function arrange() {
   tellModes();
 }
 
-const inside = ({ speed, force }) => speed >= model.plane.speed[0] && speed <= model.plane.speed[1] && force >= model.plane.force[0] && force <= model.plane.force[1];
+/** Prepare the figures of the drives shown on a plane, and the point on it. */
+function lay(plane, requirement, titleOf) {
+  plots.setPlane(plane, requirement);
+  if (view.point === null || !inside(view.point, plane)) view.point = plots.startOf();
+  plots.setDrives(view.shown.map((name) => ({ name, title: titleOf(name) })));
+  plots.setPoint(view.point, view.looked, view.drive);
+}
+
+const inside = (point, plane) => ["speed", "force"].every((axis) => point[axis] >= plane[axis][0] && point[axis] <= plane[axis][1]);
 
 /** What the study is about, whether it is a reconstruction, and its warnings: in one line that opens. */
 function tellNotes() {
@@ -461,8 +478,8 @@ byId("count").addEventListener("change", () => {
 
 store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
-  keep(store.document, store.opened);
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
+  setTimeout(() => keep(store.document, store.opened));  // after the maps are asked for
 });
 
 /** Open the study that the address holds. */

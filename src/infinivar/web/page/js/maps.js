@@ -13,7 +13,7 @@ export function mapOf(name, header, arrays) {
     header: own,
     tag: own.tag,
     count: header.count,
-    plane: { speed: header.speed, force: header.force },
+    plane: { speed: header.plane.speed, force: header.plane.force },
     efficiency: arrays[`${name}/efficiency`],
     limit: arrays[`${name}/limit`],
     loss: arrays[`${name}/loss`],
@@ -43,8 +43,10 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   let drive = null;
   let stale = false;
   let painting = 0;
+  let laidFor = "";
   let afterPaint = [];
 
+  const sizeOf = () => [strip.clientWidth, innerWidth, innerHeight, window.devicePixelRatio].join();
   const compared = () => before !== null && before.size > 0;
 
   function createPlot(name) {
@@ -165,6 +167,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     painting = 0;
     strip.classList.toggle("stale", stale);
     if (plane === null || !figures.size) return;
+    laidFor = sizeOf();
     const colours = { text: colour("text"), muted: colour("muted"), line: colour("line"), surface: colour("surface"), required: theme.dark ? "#ff8a3d" : "#D55E00", edge: theme.dark ? "#f2f4f6" : "#15181b", outsideText: colour("outside-text") };
     const difference = compared() && mode === "difference";
     const reach = difference ? reachOf(largestChange()) : 0;
@@ -285,7 +288,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
 
   const soon = () => { if (!painting) painting = requestAnimationFrame(() => paint(true)); };
   theme.subscribe(() => { scaleShown = ""; soon(); });
-  new ResizeObserver(soon).observe(strip);
+  new ResizeObserver(() => { if (sizeOf() !== laidFor) soon(); }).observe(strip);
   // Where the maps stay at the top of a narrow window, what gets the focus must not end up below them.
   new ResizeObserver(([entry]) => {
     document.documentElement.style.scrollPaddingTop = innerWidth <= 900 ? `${Math.ceil(entry.target.offsetHeight) + 6}px` : "";
