@@ -37,6 +37,15 @@ def test_tables_state_task_user_sensors_and_settings():
     check_sessions(study)
 
 
+@pytest.mark.parametrize("distance", ["50 mm", "1 mm", "10 um", "0.1 um"])
+def test_a_motion_that_begins_at_rest_with_hardly_any_energy_takes_few_steps(distance):
+    """What is missing in its first moments, over next to nothing, must not shorten all that follow."""
+    raw = tables(("free", "user", "x", "distance", distance))
+    found = iv.study_session(iv.Study.from_dict(raw, name="mine"), "free")
+    assert found.complete, found.verdict
+    assert found.closure < 1e-6
+
+
 def test_a_session_of_a_study_is_that_of_python():
     study = iv.Study.from_dict(tables(), name="mine")
     found = iv.study_session(study, "path")

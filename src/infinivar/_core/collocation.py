@@ -70,6 +70,9 @@ _COASTED = 0.1
 _MOVED = 1e-5
 """Size of a place, whatever its distance from an origin. [m] or [rad]"""
 
+_UNFELT = 1e-12
+"""Energy that counts as passed before a motion begins: what is missing in its first moments is little of the whole. [J]"""
+
 _SMALLEST = 1e-12
 """Shortest step. [s]"""
 
@@ -168,7 +171,7 @@ class Collocation:
         self.step = np.inf
         self.last: Step | None = None
         self.known: _End | None = None
-        self.closure, self.spent, self.owed, self.most = closure, np.zeros(len(balance)), 0.0, 0.0
+        self.closure, self.spent, self.owed, self.most = closure, np.zeros(len(balance)), 0.0, _UNFELT
         self.slopes: np.ndarray | None = None
         self.factors: tuple[float, Any, Any] | None = None
         self.calls = self.done = 0
