@@ -3,11 +3,12 @@
 import re
 import signal
 import zipfile
+from pathlib import Path
 
 import pytest
 
 from explorer_pages import SIZES, Page
-from infinivar.study.shipped import shipped_studies
+from infinivar.study.shipped import shipped_studies, study_file
 from serving import free_port, serving
 
 pytestmark = pytest.mark.slow
@@ -90,6 +91,72 @@ def test_a_part_of_the_catalogue_is_found_and_picked(page):
     assert page.efficiency("cobotic") == before
 
 
+def test_a_condition_that_is_not_whole_yet_is_told_at_the_search(page):
+    page.page.locator("summary", has_text="Gearhead").first.click()
+    page.page.get_by_role("button", name="Choose another part: Gearhead").click()
+    search, found = page.page.get_by_label("Search the catalogue"), page.page.locator(".found")
+    for text in ("mass < 0.3", "mass < abc", "<img src=x>", "mass < 1e400 kg"):
+        search.fill(text)
+        found.locator("p.no").wait_for()
+        assert found.locator("button").count() == 0
+    search.fill("mass < 300 g")
+    found.locator("button").first.wait_for()
+    assert page.problems == []
+
+
+def test_what_is_typed_is_in_the_file_that_a_key_saves(page, tmp_path):
+    page.field("Preload").fill("432 N")
+    with page.page.expect_download() as found:
+        page.page.keyboard.press("Control+s")
+    found.value.save_as(tmp_path / "saved.toml")
+    assert "432 N" in (tmp_path / "saved.toml").read_text()
+
+
+def test_map_and_view_say_the_same_of_the_point(page):
+    for count in ("60", "200"):
+        page.by_id("count").select_option(count)
+        for key in ("Home", "ArrowRight", "Shift+ArrowUp", "ArrowDown"):
+            page.page.keyboard.press("Alt+m")
+            page.page.keyboard.press(key)
+            page.settled()
+            told = page.readout("cobotic").partition(" %")[0] + " %"
+            page.by_id("panel-balance").get_by_text(told).first.wait_for()
+
+
+def test_a_study_that_was_changed_is_a_step_away_when_another_is_opened(page):
+    page.enter("Preload", "300 N")
+    opened(page, "knee_walking")
+    page.page.get_by_role("button", name="Back to it").click()
+    page.page.locator("[data-shown='300 N']").wait_for()
+    page.settled()
+    page.by_id("undo").click()
+    page.settled()
+    assert page.field("Preload").get_attribute("data-shown") == "650 N"
+    opened(page, "knee_walking")
+    assert page.page.get_by_role("button", name="Back to it").count() == 0
+
+
+def test_a_long_computation_ends_with_its_study(page):
+    page.page.get_by_role("tab", name="Compare and size").click()
+    panel = page.by_id("panel-work")
+    panel.get_by_role("button", name="Compare all drives").click()
+    panel.get_by_role("progressbar").wait_for()
+    opened(page, "knee_walking")
+    panel.get_by_role("progressbar").wait_for(state="hidden")
+    panel.get_by_role("button", name="Compare all drives").click()
+    panel.locator("table").wait_for(timeout=120000)
+    assert panel.locator("tbody tr").count() == 2
+
+
+def test_the_tasks_of_machines_do_not_cover_what_is_below_them(browser, server):
+    with Page(browser, server.address, "narrow") as page:
+        page.ready()
+        opened(page, "six_leg_display")
+        page.page.get_by_role("tab", name="Power balance").click()
+        assert page.page.locator("#panel-balance .why").is_hidden()
+        assert page.fits()
+
+
 def test_exports_are_files(page, tmp_path):
     for kind, end in (("Report", ".zip"), ("Figure", ".svg"), ("Data", ".csv")):
         page.by_id("export").click()
@@ -99,7 +166,9 @@ def test_exports_are_files(page, tmp_path):
         found.value.save_as(tmp_path / kind)
     assert "report.html" in zipfile.ZipFile(tmp_path / "Report").namelist()
     assert (tmp_path / "Figure").read_text().startswith("<?xml")
-    assert "efficiency" in (tmp_path / "Data").read_text().partition("\n")[0]
+    lines = (tmp_path / "Data").read_text().splitlines()
+    assert "efficiency" in lines[0]
+    assert len(lines) == 1 + 200**2
 
 
 def test_a_long_computation_shows_progress_and_can_be_cancelled(page):
@@ -132,6 +201,12 @@ def test_files_that_are_no_study_are_refused_in_words(page, tmp_path):
     notice = page.page.get_by_role("alert").filter(has_text="was not opened")
     notice.wait_for()
     assert "not valid TOML" in notice.inner_text()
+    file.write_text("#" * 5_000_000)
+    page.by_id("file").set_input_files(file)
+    notice.filter(has_text="5000000 bytes").wait_for()
+    page.by_id("file").set_input_files(study_file(Path("knee_walking")))
+    page.page.locator("#study-title", has_text="knee").wait_for()
+    notice.wait_for(state="detached")
 
 
 def test_a_study_is_offered_again_after_a_kill(browser, tmp_path):

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 import infinivar as iv
+from infinivar.web.server.recovery import Recovery
 from serving import begun, children, serving, unpacked
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the processes of Linux")
@@ -159,7 +160,7 @@ def test_what_was_sent_last_survives_a_kill(tmp_path, asked):
     asked["tables"]["drives"]["cobotic"]["transmission"] = {"preload": "612 N"}
     with serving(folder=tmp_path) as first:
         header, _ = first.ask("start", {})
-        assert header["recovered"] is None
+        assert header["recovered"] == []
         own = children(first.process.pid)
         with first.client("page") as client:
             for number in range(10):
@@ -169,7 +170,7 @@ def test_what_was_sent_last_survives_a_kill(tmp_path, asked):
         assert all(gone(one) for one in own)  # no process is left behind
     with serving(folder=tmp_path) as second:
         header, _ = second.ask("start", {})
-        found = header["recovered"]
+        (found,) = header["recovered"]
         assert found["tables"] == asked["tables"]
         assert found["name"] == asked["name"]
         assert found["time"]
@@ -177,20 +178,24 @@ def test_what_was_sent_last_survives_a_kill(tmp_path, asked):
 
 
 @pytest.mark.slow
-def test_what_is_offered_stays_until_a_server_stops_as_it_should(tmp_path, asked):
+def test_what_is_offered_stays_until_a_page_has_decided(tmp_path, asked):
+    asked["tables"]["title"] = "mine"
     with serving(folder=tmp_path) as first:
         with first.client("page") as client:
             assert client.post("api/study", json=asked).status_code == 200
         first.stop(signal.SIGKILL)
     with serving(folder=tmp_path) as second:
-        second.stop(signal.SIGKILL)
+        assert second.stop() == 0  # nobody has decided
     with serving("ankle_walking", folder=tmp_path) as other:
-        assert other.ask("start", {})[0]["recovered"] is None  # that of another study is not offered
+        assert other.ask("start", {})[0]["recovered"] == []  # that of another study is not offered
     with serving(folder=tmp_path) as third:
-        assert third.ask("start", {})[0]["recovered"]["tables"] == asked["tables"]
-        assert third.stop() == 0
+        (found,) = third.ask("start", {})[0]["recovered"]
+        assert found["tables"] == asked["tables"]
+        with third.client("page") as client:
+            assert client.post("api/decided", json={"id": found["id"]}).status_code == 200
+        third.stop(signal.SIGKILL)
     with serving(folder=tmp_path) as fourth:
-        assert fourth.ask("start", {})[0]["recovered"] is None
+        assert fourth.ask("start", {})[0]["recovered"] == []
         assert fourth.stop() == 0
 
 
@@ -319,36 +324,62 @@ def test_twenty_clients_for_a_minute(tmp_path, asked):
 
 
 def test_a_recovery_file_that_is_damaged_does_not_matter(tmp_path):
-    from infinivar.web.server.recovery import Recovery
-
     first = Recovery(None, tmp_path)
     first.sent("page", "x", {"title": "a"})
     (file,) = (tmp_path / "explorer").glob("*.json")
-    assert json.loads(file.read_text())["last"]["tables"] == {"title": "a"}
+    assert json.loads(file.read_text())[0]["tables"] == {"title": "a"}
     second = Recovery(None, tmp_path)
-    assert second.found is None  # the first still runs
+    assert second.found == []  # the first still runs
     second.stop()
+    for content in ("{", "3", "[3]", '[{"tables": {}}]', '{"last": {}}', "[" * 100_000):
+        first._lock.release()
+        file.write_text(content)
+        first = Recovery(None, tmp_path)
+        assert first.found == []
+        first.sent("page", "y", {})
+        (file,) = (tmp_path / "explorer").glob("*.json")
     first._lock.release()
-    file.write_text("{")
-    third = Recovery(None, tmp_path)
-    assert third.found is None
-    third.sent("page", "y", {})
-    third._lock.release()
     fourth = Recovery(None, tmp_path)
-    assert fourth.found["name"] == "y"
-    fourth.stop()
+    assert [one["name"] for one in fourth.found] == ["y"]
     shutil.rmtree(tmp_path / "explorer")
     fifth = Recovery(None, tmp_path)
-    assert fifth.found is None
+    assert fifth.found == []
     shutil.rmtree(tmp_path / "explorer")
     fifth.sent("page", "z", {})  # a folder that went away does no harm
 
 
-def test_where_nothing_can_be_written_nothing_is_kept(tmp_path):
-    from infinivar.web.server.recovery import Recovery
+def test_what_several_pages_edited_is_offered_until_decided(tmp_path):
+    """A page that edits nothing takes no place, and an offer outlives a server that stops before anybody decides."""
+    given = {"title": "given", "ratio": 2.0}
+    first = Recovery(None, tmp_path)
+    first.given(given)
+    first.sent("a", "one", {"title": "edited in a"})
+    first.sent("b", "two", {"title": "edited in b"})
+    first.sent("c", "one", {"title": "given", "ratio": 2})  # as JavaScript writes it
+    first.sent("a again", "one", {"title": "edited in a"})  # loaded again
+    first._lock.release()  # killed
+    second = Recovery(None, tmp_path)
+    assert {one["tables"]["title"] for one in second.found} == {"edited in a", "edited in b"}
+    assert len(second.found) == 2
+    second.sent("d", "one", {"title": "edited in d"})
+    second.decided(next(one["id"] for one in second.found if one["name"] == "two"))
+    second.stop()
+    third = Recovery(None, tmp_path)
+    assert [one["tables"]["title"] for one in third.found] == ["edited in a"]
+    third.given(given)
+    third.sent("e", "one", {"title": "edited in e"})
+    third.sent("e", "one", given)  # undone
+    third._lock.release()  # killed
+    fourth = Recovery(None, tmp_path)
+    assert [one["tables"]["title"] for one in fourth.found] == ["edited in a"]
+    fourth.decided(fourth.found[0]["id"])
+    fourth.stop()
+    assert list((tmp_path / "explorer").iterdir()) == []
 
+
+def test_where_nothing_can_be_written_nothing_is_kept(tmp_path):
     (tmp_path / "explorer").write_text("a file")
     one = Recovery(None, tmp_path)
     one.sent("page", "x", {})
-    assert one.found is None
+    assert one.found == []
     one.stop()

@@ -15,7 +15,10 @@ def serve(
         typer.Argument(metavar="STUDY", help="Study file, or the name of a shipped study; by default hand_controller."),
     ] = None,
     port: Annotated[
-        int | None, typer.Option("--port", min=1, max=65535, help="Port; by default a free one.", show_default=False)
+        int | None,
+        typer.Option(
+            "--port", min=1, max=65535, help="Port; by default 8642, or a free one if it is taken.", show_default=False
+        ),
     ] = None,
     host: Annotated[
         str,

@@ -31,7 +31,7 @@ LARGEST_TEXT = 400_000
 
 
 def start(payload: Mapping[str, Any]) -> Answer:
-    """What the page begins with: the study of the command line, the shipped ones, and what a server before left behind."""
+    """What the page begins with: the study of the command line, the shipped ones, and what pages of servers before edited."""
     begun = source()
     return Answer(
         header={
@@ -43,12 +43,15 @@ def start(payload: Mapping[str, Any]) -> Answer:
     )
 
 
-def _recovered(payload: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The study that a server before this one was last sent, as the server found it; None if there is none."""
+def _recovered(payload: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What pages of servers before this one edited last, as the server found it."""
     found = payload.get("recovered")
-    if not isinstance(found, dict) or not isinstance(found.get("tables"), dict):
-        return None
-    return {"name": str(found.get("name", "")), "tables": found["tables"], "time": str(found.get("time", ""))}
+    listed = [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
+    return [
+        {**{key: str(one.get(key, "")) for key in ("id", "name", "time")}, "tables": one["tables"]}
+        for one in listed
+        if isinstance(one.get("tables"), dict)
+    ]
 
 
 @functools.cache

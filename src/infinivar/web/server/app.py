@@ -40,6 +40,9 @@ BODY_SECONDS = 10.0
 LONG = frozenset({"judge", "contact", "motion", "plane", "tasks", "export"})
 """Answers that may take seconds: they have processes of their own, so that maps do not wait for them."""
 
+GIVING = frozenset({"start", "shipped", "open"})
+"""Answers with which a page gets a study."""
+
 _NAME = re.compile(r"[a-z_]{1,32}")
 _CLIENT = re.compile(r"[A-Za-z0-9_-]{1,64}")
 _LANE = re.compile(r"[A-Za-z0-9_. -]{1,64}")
@@ -72,7 +75,7 @@ class Explorer:
             self.recovery.sent(client, payload["name"], payload["tables"])
         lane = self.long if name in LONG else self.quick
         try:
-            return _packed(await lane.call(client, sequence, name, body, kind and f"{name} {kind}"))
+            found = await lane.call(client, sequence, name, body, kind and f"{name} {kind}")
         except StaleError:
             raise HTTPException(409, "a newer request has taken the place of this one") from None
         except BusyError as problem:
@@ -81,6 +84,16 @@ class Explorer:
             raise HTTPException(413, str(problem)) from None
         except UnusableError as problem:
             raise HTTPException(400, str(problem)) from None
+        if name in GIVING:
+            header = _header_of(found)
+            self.recovery.given(header.get("study", header).get("tables"))
+        return _packed(found)
+
+    async def decided(self, request: Request) -> Response:
+        """Forget a study that was offered after a server was killed."""
+        _, payload = await _json_body(request)
+        self.recovery.decided(str(payload.get("id")))
+        return JSONResponse({})
 
     async def job(self, request: Request) -> Response:
         """Begin a long computation."""
@@ -121,6 +134,7 @@ def made_app(explorer: Explorer) -> Starlette:
             Route("/api/job", explorer.job, methods=["POST"]),
             Route("/api/progress", explorer.progress, methods=["POST"]),
             Route("/api/cancel", explorer.cancel, methods=["POST"]),
+            Route("/api/decided", explorer.decided, methods=["POST"]),
             Route("/api/{name}", explorer.answer, methods=["POST"]),
             Mount("/page", _Files(directory=PAGE)),
         ],

@@ -1,7 +1,8 @@
-"""The study last sent by each page, in a file, so that the next server can offer it if this one is killed.
+"""What each page edited last, in a file, so that the next server can offer it if this one is killed.
 
 A server holds a lock on its file. A file without a holder was left by a server that did not stop as it should: the next server of
-the same study takes it over and offers what is in it. A server that stops as it should removes its file.
+the same study takes over what is in it, offers it, and keeps it until a page has decided on it. A server that stops as it should
+forgets what its own pages edited.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
-MOST_CLIENTS = 8
-"""Pages whose study is kept."""
+MOST_KEPT = 8
+"""Pages whose study is kept, and studies that wait for a decision."""
 
 _KEPT_DAYS = 30.0
 _SUFFIX = ".json"
@@ -45,75 +46,116 @@ class Recovery:
         self._file: Path | None = None
         self._lock: FileLock | None = None
         self._sent: dict[str, dict[str, Any]] = {}
-        self.found: dict[str, Any] | None = None
-        """The study that a killed server was last sent: name, tables and time."""
+        self._given: set[str] = set()
+        self.found: list[dict[str, Any]] = []
+        """What pages of killed servers edited last, newest first, until decided: id, name, tables and time of each."""
         self._prefix = f"{self._study}-"
         with contextlib.suppress(OSError, NotImplementedError):  # the latter where files cannot be locked
             self._begin()
 
     def _begin(self) -> None:
-        """Take over the newest file that a killed server of this study left, and remove older ones; else begin a file."""
+        """Begin a file with what killed servers of this study left, and remove theirs."""
         self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         left = []
         for file in self._folder.glob(f"{self._prefix}*{_SUFFIX}"):
             lock = FileLock(f"{file}.lock")
             with contextlib.suppress(Timeout, OSError):
                 lock.acquire(timeout=0)
-                left.append((file.stat().st_mtime, file, lock))
-        left.sort(key=lambda one: one[0], reverse=True)
-        for stamp, file, lock in left:
-            content = _content(file)
-            fresh = datetime.datetime.now().timestamp() - stamp < _KEPT_DAYS * 86400.0
-            if self.found is None and content is not None and fresh:
-                self.found, self._file, self._lock = content, file, lock
-            else:
-                _remove(file, lock)
-        if self._file is None:
-            self._file = self._folder / f"{self._prefix}{os.urandom(6).hex()}{_SUFFIX}"
-            self._lock = FileLock(f"{self._file}.lock")
-            self._lock.acquire(timeout=0)
+                left.append((file, lock))
+        oldest = datetime.datetime.now(datetime.UTC) - datetime.timedelta(days=_KEPT_DAYS)
+        found = [one for file, _ in left for one in _content(file) if one["time"] > _written(oldest)]
+        self.found = sorted(found, key=lambda one: one["time"], reverse=True)[:MOST_KEPT]
+        self._file = self._folder / f"{self._prefix}{os.urandom(6).hex()}{_SUFFIX}"
+        self._lock = FileLock(f"{self._file}.lock")
+        self._lock.acquire(timeout=0)
+        if self.found:
+            self._write()
+        for file, lock in left:
+            _remove(file, lock)
+
+    def given(self, tables: Any) -> None:
+        """Note a study as a page gets it: as long as it is unchanged, there is nothing to keep."""
+        self._given.add(_digest(tables))
 
     def sent(self, client: str, name: str, tables: dict[str, Any]) -> None:
-        """Keep the study that a page sent last."""
+        """Keep the study that a page sent last, if it was edited."""
         before = self._sent.get(client)
         if before is not None and before["name"] == name and before["tables"] == tables:
             return
-        now = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        self._sent.pop(client, None)
-        self._sent[client] = {"name": name, "tables": tables, "time": now}
-        while len(self._sent) > MOST_CLIENTS:
+        # A page that was loaded again is another client with the same study.
+        same = [one for one, kept in self._sent.items() if one == client or kept["tables"] == tables]
+        for one in same:
+            del self._sent[one]
+        if _digest(tables) in self._given:
+            if same:
+                self._kept()
+            return
+        now = _written(datetime.datetime.now(datetime.UTC))
+        self._sent[client] = {"id": os.urandom(8).hex(), "name": name, "tables": tables, "time": now}
+        while len(self._sent) > MOST_KEPT:
             del self._sent[next(iter(self._sent))]
-        with contextlib.suppress(OSError):
-            self._write(self._sent[client])
+        self._kept()
 
-    def _write(self, last: dict[str, Any]) -> None:
+    def decided(self, key: str) -> None:
+        """Forget what a page has taken back, or does not want."""
+        self.found = [one for one in self.found if one["id"] != key]
+        self._kept()
+
+    def _kept(self) -> None:
+        with contextlib.suppress(OSError):
+            self._write()
+
+    def _write(self) -> None:
         """Replace the file in one step, so that it is whole whenever the server is killed."""
         if self._file is None:
             return
         handle, scratch = tempfile.mkstemp(dir=self._folder, prefix=".", suffix=".tmp")
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as stream:
-                json.dump({"last": last, "pages": list(self._sent.values())}, stream)
+                json.dump([*self._sent.values(), *self.found], stream)
             Path(scratch).replace(self._file)
         except BaseException:
             Path(scratch).unlink(missing_ok=True)
             raise
 
     def stop(self) -> None:
-        """Remove the file: the server stops as it should."""
+        """The server stops as it should: remove the file, or leave what is not decided."""
+        self._sent.clear()
         if self._file is not None and self._lock is not None:
-            _remove(self._file, self._lock)
+            if self.found:
+                self._kept()
+                self._lock.release()
+            else:
+                _remove(self._file, self._lock)
         self._file = self._lock = None
 
 
-def _content(file: Path) -> dict[str, Any] | None:
-    """What a file holds; None if it is not such a file."""
+def _digest(tables: Any) -> str:
+    """The same for the same tables; a page has no other word for 2.0 than 2."""
+    plain = json.loads(json.dumps(tables), parse_float=_number)
+    return hashlib.sha256(json.dumps(plain, sort_keys=True).encode()).hexdigest()
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    return int(value) if value.is_integer() else value
+
+
+def _written(time: datetime.datetime) -> str:
+    return time.isoformat(timespec="seconds")
+
+
+def _content(file: Path) -> list[dict[str, Any]]:
+    """What a file holds; nothing if it is not such a file."""
     try:
-        found = json.loads(file.read_text("utf-8"))["last"]
-        whole = isinstance(found["tables"], dict) and isinstance(found["name"], str) and isinstance(found["time"], str)
+        found = json.loads(file.read_text("utf-8"))
+        whole = all(
+            isinstance(one["tables"], dict) and all(isinstance(one[key], str) for key in ("id", "name", "time"))
+            for one in found
+        )
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return None
-    return found if whole else None
+        return []
+    return found if whole else []
 
 
 def _remove(file: Path, lock: FileLock) -> None:

@@ -32,6 +32,11 @@ export function pickPart({ call, field, onPick }) {
       if (!(problem instanceof Superseded)) list.replaceChildren(make("p", {}, problem.message));
       return;
     }
+    if (header.faults?.length) {
+      count.textContent = "";
+      list.replaceChildren(...header.faults.map((fault) => make("p", { className: "no" }, fault.message)));
+      return;
+    }
     const { rows, columns, count: total } = header;
     count.textContent = rows.length ? `${total} part${total === 1 ? "" : "s"}${total > rows.length ? `, ${rows.length} shown: type to narrow` : ""}` : "";
     list.replaceChildren(...rows.map((row) => {

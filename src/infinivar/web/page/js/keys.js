@@ -20,6 +20,15 @@ const MAC = /mac/i.test(navigator.platform);
 /** Whether Alt makes letters here: in a text box of a Mac. */
 const writes = (event) => MAC && event.target instanceof HTMLInputElement && event.target.type !== "range";
 
+const OF_STUDY = new Set(["undo", "redo", "save", "open", "pin", "link"]);
+
+/** Take over what is typed in a field, as leaving it does. */
+function confirm(field) {
+  if (!(field instanceof HTMLInputElement)) return;
+  field.blur();
+  field.focus();
+}
+
 /** Call the action of each key: {undo, redo, save, open, pin, link, maps, views, find, help}. */
 export function createKeys(actions) {
   document.addEventListener("keydown", (event) => {
@@ -35,6 +44,7 @@ export function createKeys(actions) {
     else if (event.key === "F1") action = "help";
     if (action === null || document.querySelector("dialog[open]")) return;
     event.preventDefault();
+    if (OF_STUDY.has(action)) confirm(document.activeElement);
     actions[action]();
   });
 }

@@ -18,6 +18,7 @@ const STUDY_DELAY = 90;
 const SPOKEN_DELAY = 700;
 const JUDGE_DELAY = 150;
 const LONGEST_BLANK = 400;
+const LARGEST_FILE = 400_000;
 
 const store = createStore();
 const theme = createTheme();
@@ -240,6 +241,8 @@ function arrange() {
   view.shown = view.shown.filter((name) => names.includes(name));
   if (!view.shown.length) view.shown = firstShown(drives.filter((drive) => !drive.machine).map((drive) => drive.name));
   const flat = model.plane !== null;
+  byId("maps").classList.toggle("listed", !flat);
+  if (!flat) byId("live").textContent = "";
   byId("maps-title").textContent = flat ? "Efficiency" : model.sessions.length && !model.tasks.length ? "Sessions" : "Tasks";
   for (const id of ["scale", "where"]) byId(id).hidden = !flat;
   byId("pin").disabled = !flat;
@@ -262,8 +265,8 @@ function arrange() {
 
 /** Prepare the figures of the drives shown on a plane, and the point on it. */
 function lay(plane, requirement, titleOf) {
-  plots.setPlane(plane, requirement);
-  if (view.point === null || !inside(view.point, plane)) view.point = plots.startOf();
+  plots.setPlane(plane, requirement, view.count);
+  view.point = view.point === null || !inside(view.point, plane) ? plots.startOf() : plots.centred(view.point);
   plots.setDrives(view.shown.map((name) => ({ name, title: titleOf(name) })));
   plots.setPoint(view.point, view.looked, view.drive);
 }
@@ -308,11 +311,13 @@ function speakSoon() {
   spokenTimer = setTimeout(() => { if (model?.plane) byId("live").textContent = plots.sentence(); }, SPOKEN_DELAY);
 }
 
+function clear(kind) { if (kind) document.querySelector(`[data-notice="${kind}"]`)?.remove(); }
+
 /** A line below the header, with buttons; one of a kind at a time. */
-function notice(text, buttons, bad = false, kind = "") {
-  if (kind) document.querySelector(`[data-notice="${kind}"]`)?.remove();
+function notice(text, buttons, bad = false, kind = "", dismissed = () => {}) {
+  clear(kind);
   const line = make("div", { className: `notice${bad ? " bad" : ""}`, data: { notice: kind }, role: bad ? "alert" : "status" }, make("p", {}, text));
-  for (const [title, action] of [...buttons, ["Dismiss", () => {}]]) line.append(make("button", { type: "button", on: { click: () => { line.remove(); action(); } } }, title));
+  for (const [title, action] of [...buttons, ["Dismiss", dismissed]]) line.append(make("button", { type: "button", on: { click: () => { line.remove(); action(); } } }, title));
   byId("notices").append(line);
 }
 
@@ -371,16 +376,19 @@ async function choosePart(field) {
 }
 
 async function openFile(file) {
+  if (file.size > LARGEST_FILE) { notice(`${file.name} was not opened: it has ${file.size} bytes; a study file has ${LARGEST_FILE} at most.`, [], true, "open"); return; }
   try {
     const { header } = await transport.call("open", { name: file.name, text: await file.text() });
     if (header.faults?.length) { notice(`${file.name} was not opened: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "open"); return; }
     history.replaceState(null, "", location.pathname);
-    open({ name: header.name, tables: header.tables });
+    open({ now: { name: header.name, tables: header.tables } });
   } catch (problem) { failed(problem); }
 }
 
-/** Begin with another study. */
-function open(document, state = {}, first = document) {
+/** Begin with another study: its document, as it was opened, and what was done to it. */
+function open(next, state = {}) {
+  const document = next.now;
+  const left = { ...store.whole, edited: store.edited };
   model = null;
   maps = new Map();
   fields.reset();
@@ -392,7 +400,9 @@ function open(document, state = {}, first = document) {
   plots.setBefore(null, view.mode);
   tellStudies(document.name);
   byId("study-faults").replaceChildren();
-  store.open(document, first);
+  for (const kind of ["open", "save", "export"]) clear(kind);
+  store.open(next);
+  if (left.edited) notice(`“${left.now.name}” was changed.`, [["Back to it", () => open(left)]], false, "left");
 }
 
 function tellStudies(name) {
@@ -406,6 +416,7 @@ async function save() {
   try {
     const { header } = await transport.call("toml", payload());
     if (header.faults?.length) { notice(`Not saved: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "save"); return; }
+    clear("save");
     download(header.file, header.text, "application/toml");
     say(`Saved as ${header.file}`);
   } catch (problem) { failed(problem); }
@@ -428,7 +439,7 @@ function pin() {
 async function exportAs(kind) {
   say(`${kind.title}: being made …`);
   try {
-    const { header, arrays } = await transport.call("export", { ...payload(), what: kind.what, ...(kind.what === "csv" ? { drive: view.drive } : {}) });
+    const { header, arrays } = await transport.call("export", { ...payload(), what: kind.what, ...(kind.what === "csv" ? { drive: view.drive, count: view.count } : {}) });
     if (header.faults?.length) { notice(`${kind.title}: ${header.faults.map((fault) => fault.message).join(" ")}`, [], true, "export"); return; }
     download(header.file, arrays.content, header.type);
     say(`Saved as ${header.file}`);
@@ -467,13 +478,15 @@ byId("shipped").addEventListener("change", async () => {
   try {
     const { header } = await transport.call("shipped", { which: byId("shipped").value });
     history.replaceState(null, "", location.pathname);  // a link in the address is of the study before
-    open({ name: header.name, tables: header.tables });
+    open({ now: { name: header.name, tables: header.tables } });
   } catch (problem) { failed(problem); }
 });
 
 byId("count").addEventListener("change", () => {
   view.count = Number(byId("count").value);
+  if (model?.plane) arrange();
   askMaps();
+  askView();
 });
 
 store.subscribe((why) => {
@@ -487,7 +500,7 @@ async function openLink() {
   const content = await fromFragment(location.hash);
   if (content === null) return false;
   const { name, tables, drive = null, shown = [], point = null } = content;
-  open({ name, tables }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
+  open({ now: { name, tables } }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
   return true;
 }
 
@@ -498,11 +511,11 @@ async function begin() {
   version = header.version;
   shippedNames = new Set(header.shipped.map((one) => one.name));
   byId("shipped").replaceChildren(...header.shipped.map((one) => make("option", { value: one.name, title: one.description }, one.title)));
-  if (resumed) open(resumed.now, {}, resumed.opened);
-  else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open(header.study);
-  if (header.recovered) {
-    const { name, tables, time } = header.recovered;
-    notice(`The explorer stopped while you edited “${name}” (${time}). The study as last sent is still here.`, [["Restore", () => open({ name, tables })]], false, "recovered");
+  if (resumed) open(resumed);
+  else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open({ now: header.study });
+  for (const { id, name, tables, time } of header.recovered) {
+    const decided = () => transport.plain("decided", { id }).catch(failed);
+    notice(`The explorer stopped while you edited “${name}” (${time}). The study as last sent is still here.`, [["Restore", () => { open({ now: { name, tables } }); decided(); }]], false, `recovered ${id}`, decided);
   }
 }
 

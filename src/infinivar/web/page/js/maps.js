@@ -33,6 +33,7 @@ export function cellAt(map, point) {
 export function createMaps({ theme, onLook, onChoose, onDrive }) {
   const strip = byId("strip");
   let plane = null;
+  let cells = 1;  // along each axis
   let requirement = null;
   let figures = new Map();
   let maps = new Map();
@@ -61,7 +62,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       const inside = right >= -0.03 && right <= 1.03 && up >= -0.05 && up <= 1.05;
       const held = (value) => Math.min(Math.max(value, 0), 1);
       const at = ([low, high], part) => low + held(part) * (high - low);
-      return inside || plot.dragging ? { force: at(plane.force, right), speed: at(plane.speed, up) } : null;
+      return inside || plot.dragging ? centred({ force: at(plane.force, right), speed: at(plane.speed, up) }) : null;
     };
     over.addEventListener("pointerdown", (event) => {
       if (event.button !== 0 || plane === null) return;
@@ -87,8 +88,9 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       event.preventDefault();
       if (event.key === "Home") { onChoose(startOf(), name); return; }
       const step = event.shiftKey ? STEP.coarse : STEP.fine;
-      const moved = ([low, high], value, count) => Math.min(Math.max(value + count * step * (high - low), low), high);
-      onChoose({ force: moved(plane.force, chosen.force, move[0]), speed: moved(plane.speed, chosen.speed, move[1]) }, name);
+      const size = Math.max(1, Math.round(step * cells)) / cells;
+      const moved = ([low, high], value, count) => value + count * size * (high - low);
+      onChoose(centred({ force: moved(plane.force, chosen.force, move[0]), speed: moved(plane.speed, chosen.speed, move[1]) }), name);
     });
     over.addEventListener("focus", () => onDrive(name));
     return plot;
@@ -110,7 +112,16 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
   /** Where to look first: well within the required region, else within the plane. */
   function startOf() {
     const end = (ends, most) => (most === undefined ? 0.26 * ends[1] : Math.min(0.45 * most, ends[1]));
-    return { force: end(plane.force, requirement?.force), speed: end(plane.speed, requirement?.speed) };
+    return centred({ force: end(plane.force, requirement?.force), speed: end(plane.speed, requirement?.speed) });
+  }
+
+  /** The centre of the cell that holds a point, so that what a map and a view say there is about the same point. */
+  function centred(point) {
+    const at = (ends, value) => {
+      const cell = Math.min(Math.max(Math.floor(cells * share(ends, value) + 1e-9), 0), cells - 1);
+      return ends[0] + ((cell + 0.5) * (ends[1] - ends[0])) / cells;
+    };
+    return { force: at(plane.force, point.force), speed: at(plane.speed, point.speed) };
   }
 
   function layOut(plot, width, beside) {
@@ -307,8 +318,8 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
       if (!unchanged) strip.replaceChildren(...[...kept.values()].map((one) => one.figure));
       soon();
     },
-    /** Ends, names and units of the axes, and the requirement or null. */
-    setPlane(next, required) { plane = next; requirement = required; soon(); },
+    /** Ends, names and units of the axes, the requirement or null, and how many cells the maps have along each axis. */
+    setPlane(next, required, count) { [plane, requirement, cells] = [next, required, count]; soon(); },
     /** Paint these maps at once, so that they are in the next frame; `then` is called with it. */
     setMaps(next, then = () => {}) {
       maps = next;
@@ -327,6 +338,7 @@ export function createMaps({ theme, onLook, onChoose, onDrive }) {
     blank(...content) { figures = new Map(); strip.replaceChildren(make("div", { className: "blank" }, ...content)); byId("where").textContent = ""; },
     focus() { figures.values().next().value?.now.over.focus(); },
     startOf,
+    centred,
     /** The numbers at the point as one sentence, for a screen reader. */
     sentence() {
       if (plane === null || shown() === null) return "";

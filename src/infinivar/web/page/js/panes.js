@@ -125,7 +125,14 @@ export function createPanes({ host, theme }) {
       if (chosen.tab.hidden) choose(ids[0]);
     },
     /** Forget what was chosen in the views: another study. */
-    reset() { context = null; for (const pane of panes) { pane.more = {}; pane.shown = pane.asked = null; } },
+    reset() {
+      context = null;
+      for (const pane of panes) {
+        pane.more = {};
+        pane.shown = pane.asked = null;
+        pane.made?.then((view) => view.reset?.(), () => {});
+      }
+    },
     choose,
     focus() { chosen.tab.focus(); },
     get chosen() { return chosen.id; },

@@ -37,10 +37,14 @@ export function createStore() {
     get redoable() { return future.length > 0; },
     subscribe(listener) { listeners.add(listener); return () => listeners.delete(listener); },
 
-    /** Begin with another study, as it is and as it was opened: nothing to undo. */
-    open(document, first = document) {
-      [now, opened] = [document, first];
-      [past, future, gesture, before] = [[], [], null, null];
+    get edited() { return !same(now.tables, opened.tables); },
+    /** The document with its past and future, to be opened again. */
+    get whole() { return { now, opened, past, future }; },
+
+    /** Begin with another study, as it is and as it was opened, by default with nothing to undo. */
+    open(next) {
+      ({ now, opened = now, past = [], future = [] } = next);
+      gesture = before = null;
       tell("open");
     },
 

@@ -102,5 +102,14 @@ export function create(container, host) {
       make("div", { className: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows.map((cells) => make("tr", {}, ...cells.map((text) => make("td", {}, text))))))), save);
   }
 
-  return { update(model) { offer(model.study); old.hidden = shown === null || !result.firstChild || shown === host.document.tables; }, destroy() { ended = true; container.replaceChildren(); } };
+  /** Forget what was computed: another study. */
+  function reset() {
+    const mine = job;
+    job = shown = null;
+    if (mine?.id) host.plain("cancel", { id: mine.id }).catch(() => {});
+    tell("");
+    result.replaceChildren();
+  }
+
+  return { reset, update(model) { offer(model.study); old.hidden = shown === null || !result.firstChild || shown === host.document.tables; }, destroy() { ended = true; container.replaceChildren(); } };
 }
