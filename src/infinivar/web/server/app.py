@@ -37,6 +37,9 @@ LARGEST_BODY = 1_000_000
 BODY_SECONDS = 10.0
 """Longest that a request may take to arrive. [s]"""
 
+KEPT_AFTER = 0.1
+"""A study that was sent is kept so soon. [s]"""
+
 LONG = frozenset({"judge", "contact", "motion", "plane", "tasks", "export"})
 """Answers that may take seconds: they have processes of their own, so that maps do not wait for them."""
 
@@ -72,7 +75,9 @@ class Explorer:
         if name == "start":
             body = json.dumps({"recovered": self.recovery.found}).encode()
         elif client is not None and isinstance(payload.get("tables"), dict) and isinstance(payload.get("name"), str):
-            self.recovery.sent(client, payload["name"], payload["tables"])
+            # Not before the answer, which a slider waits for.
+            loop = asyncio.get_running_loop()
+            loop.call_later(KEPT_AFTER, self.recovery.sent, client, payload["name"], payload["tables"])
         lane = self.long if name in LONG else self.quick
         try:
             found = await lane.call(client, sequence, name, body, kind and f"{name} {kind}")

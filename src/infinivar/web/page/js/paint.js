@@ -126,29 +126,39 @@ function smoothed(limit, count, reach) {
   return found;
 }
 
-/** Add the line where values pass a level to a path, and call `seen` with a point of each piece; values that are nan have none. */
-function trace(path, values, count, step, level, x, y, seen = null) {
+/** Add the lines where values pass rising levels to a path, and call `seen` with a point of each piece and the place of its level;
+ *  values that are nan have none. */
+function trace(path, values, count, step, levels, x, y, seen = null) {
+  const [least, most] = [levels[0], levels.at(-1)];
   for (let i = 0; i + step < count; i += step) {
     for (let j = 0, at = i * count; j + step < count; j += step, at += step) {
       const a = values[at];
       const b = values[at + step * count];
       const c = values[at + step * count + step];
       const d = values[at + step];
-      const kinds = (a >= level) + 2 * (b >= level) + 4 * (c >= level) + 8 * (d >= level);
-      if (kinds === 0 || kinds === 15 || a + b + c + d !== a + b + c + d) continue;
-      let open = false;
-      const put = (p, q) => {
-        if (open) path.lineTo(x(p), y(q)); else path.moveTo(x(p), y(q));
-        open = !open;
-      };
-      if ((kinds & 1) !== (kinds & 2) >> 1) put(i + (step * (level - a)) / (b - a), j);
-      if ((kinds & 2) >> 1 !== (kinds & 4) >> 2) put(i + step, j + (step * (level - b)) / (c - b));
-      if ((kinds & 4) >> 2 !== (kinds & 8) >> 3) put(i + (step * (level - d)) / (c - d), j + step);
-      if ((kinds & 8) >> 3 !== (kinds & 1)) put(i, j + (step * (level - a)) / (d - a));
-      if (seen !== null) seen(i, j);
+      const low = Math.min(a, b, c, d);
+      const high = Math.max(a, b, c, d);
+      if (!(high >= least && low < most)) continue;
+      for (let k = 0; k < levels.length; k += 1) {
+        const level = levels[k];
+        if (high < level || low >= level) continue;
+        let open = false;
+        const put = (p, q) => {
+          if (open) path.lineTo(x(p), y(q)); else path.moveTo(x(p), y(q));
+          open = !open;
+        };
+        if (a >= level !== b >= level) put(i + (step * (level - a)) / (b - a), j);
+        if (b >= level !== c >= level) put(i + step, j + (step * (level - b)) / (c - b));
+        if (d >= level !== c >= level) put(i + (step * (level - d)) / (c - d), j + step);
+        if (a >= level !== d >= level) put(i, j + (step * (level - a)) / (d - a));
+        if (seen !== null) seen(i, j, k);
+      }
     }
   }
 }
+
+/** Cells between the points that a line is traced through: finer is not seen. */
+const stepOf = (count) => Math.max(1, Math.round(count / 100));
 
 const placesOf = (box, count) => [
   (i) => box.left + (box.width * (i + 0.5)) / count,
@@ -161,7 +171,7 @@ export function paintEdges(context, box, { limit, count }, colour, faint) {
   const thin = new Path2D();
   const [x, y] = placesOf(box, count);
   const reach = Math.max(1, Math.round(count / 80));
-  trace(bold, smoothed(limit, count, reach), count, 1, 0.5 * (2 * reach + 1) ** 2, x, y);
+  trace(bold, smoothed(limit, count, reach), count, stepOf(count), [0.5 * (2 * reach + 1) ** 2], x, y);
   for (let i = 0; i < count - 1; i += 1) {
     for (let j = 0, at = i * count; j < count - 1; j += 1, at += 1) {
       const a = limit[at];
@@ -183,16 +193,13 @@ export function paintEdges(context, box, { limit, count }, colour, faint) {
 export function paintContours(context, box, { efficiency, count }) {
   const path = new Path2D();
   const [x, y] = placesOf(box, count);
-  const step = Math.max(1, Math.round(count / 100));
+  const found = LEVELS.map(() => null);
+  trace(path, efficiency, count, stepOf(count), LEVELS, x, y, (i, j, k) => {
+    const off = Math.abs(i - j - 0.08 * count) + (Math.min(i, j) < 0.06 * count ? count : 0);
+    if (off < (found[k]?.off ?? 0.25 * count)) found[k] = { off, level: LEVELS[k], x: x(i), y: y(j) };
+  });
   const marks = [];
-  for (const level of LEVELS) {
-    let mark = null;
-    trace(path, efficiency, count, step, level, x, y, (i, j) => {
-      const off = Math.abs(i - j - 0.08 * count) + (Math.min(i, j) < 0.06 * count ? count : 0);
-      if (off < (mark?.off ?? 0.25 * count)) mark = { off, level, x: x(i), y: y(j) };
-    });
-    if (mark !== null && marks.every((other) => Math.hypot(other.x - mark.x, other.y - mark.y) > 22)) marks.push(mark);
-  }
+  for (const mark of found) if (mark !== null && marks.every((other) => Math.hypot(other.x - mark.x, other.y - mark.y) > 22)) marks.push(mark);
   context.strokeStyle = "rgb(255 255 255 / 70%)";
   context.lineWidth = 0.8;
   context.stroke(path);
