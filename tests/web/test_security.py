@@ -149,6 +149,14 @@ def test_the_page_asks_for_nothing_else(served):
             assert not re.search(r"\beval\(|new Function\(", text), file
 
 
+def test_a_file_that_a_browser_has_is_not_sent_again(served):
+    status, headers, body = asked(served, "/page/js/main.js", "GET")
+    assert (status, bool(body)) == (200, True)
+    status, again, body = asked(served, "/page/js/main.js", "GET", If_None_Match=headers["etag"])
+    assert (status, body, again["etag"]) == (304, b"", headers["etag"])
+    assert asked(served, "/page/js/main.js", "GET", If_None_Match='"another"')[0] == 200
+
+
 @pytest.mark.parametrize(
     "path",
     [

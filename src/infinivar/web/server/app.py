@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import json
 import mimetypes
 import re
@@ -14,9 +15,8 @@ from typing import Any
 from starlette.applications import Starlette
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, JSONResponse, Response
-from starlette.routing import Mount, Route
-from starlette.staticfiles import StaticFiles
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route
 
 from infinivar.web.server.recovery import Recovery
 from infinivar.web.server.work import (
@@ -60,10 +60,6 @@ class Explorer:
     long: Lane
     jobs: Jobs
     recovery: Recovery
-
-    async def index(self, request: Request) -> Response:
-        """The page."""
-        return FileResponse(PAGE / "index.html", headers={"Cache-Control": "no-cache"})
 
     async def answer(self, request: Request) -> Response:
         """An answer, by name."""
@@ -131,17 +127,16 @@ class Explorer:
 
 def made_app(explorer: Explorer) -> Starlette:
     """The routes."""
-    mimetypes.add_type("text/javascript", ".js")  # a browser refuses modules of another type, which some systems state
-    mimetypes.add_type("text/css", ".css")
+    page = _Files(PAGE)
     app = Starlette(
         routes=[
-            Route("/", explorer.index),
+            Route("/", page.index),
             Route("/api/job", explorer.job, methods=["POST"]),
             Route("/api/progress", explorer.progress, methods=["POST"]),
             Route("/api/cancel", explorer.cancel, methods=["POST"]),
             Route("/api/decided", explorer.decided, methods=["POST"]),
             Route("/api/{name}", explorer.answer, methods=["POST"]),
-            Mount("/page", _Files(directory=PAGE)),
+            Route("/page/{path:path}", page.file),
         ],
         exception_handlers={
             HTTPException: _refused,
@@ -153,13 +148,36 @@ def made_app(explorer: Explorer) -> Starlette:
     return app
 
 
-class _Files(StaticFiles):
-    """Files of the page; a browser asks whether they have changed."""
+class _Files:
+    """Files of the page, read once: a browser asks for a dozen before the first map, and whether they have changed."""
 
-    def file_response(self, *args: Any, **options: Any) -> Response:
-        response = super().file_response(*args, **options)
-        response.headers["Cache-Control"] = "no-cache"
-        return response
+    def __init__(self, folder: Path) -> None:
+        # A browser refuses modules of another type, which some systems state.
+        mimetypes.add_type("text/javascript", ".js")
+        mimetypes.add_type("text/css", ".css")
+        self._files: dict[str, tuple[bytes, str, str]] = {}
+        for file in folder.rglob("*"):
+            if file.is_file():
+                content, kind = file.read_bytes(), mimetypes.guess_type(file.name)[0] or "text/plain"
+                tag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
+                self._files[file.relative_to(folder).as_posix()] = content, kind, tag
+
+    async def index(self, request: Request) -> Response:
+        """The page."""
+        return self._response("index.html", request)
+
+    async def file(self, request: Request) -> Response:
+        """One of its files."""
+        return self._response(request.path_params["path"], request)
+
+    def _response(self, name: str, request: Request) -> Response:
+        if name not in self._files:
+            raise HTTPException(404, "no such file")
+        content, kind, tag = self._files[name]
+        headers = {"Cache-Control": "no-cache", "ETag": tag}
+        if request.headers.get("if-none-match") == tag:
+            return Response(status_code=304, headers=headers)
+        return Response(content, media_type=kind, headers=headers)
 
 
 def _header_of(content: bytes) -> Any:
