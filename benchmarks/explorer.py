@@ -23,7 +23,7 @@ MOVES, OPENED = 40, 7
 _PAUSE = 0.6
 """Between moves, so that each is timed alone: verdicts and views of the move before are done. [s]"""
 
-_SETTLED = 1.5
+_SETTLED = 3.0
 """[s]"""
 
 

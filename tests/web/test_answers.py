@@ -12,7 +12,7 @@ import pytest
 import infinivar as iv
 from infinivar.study.shipped import shipped_studies
 from infinivar.web.answers import document
-from infinivar.web.answers.answer import ANSWERS, Answer, RefusedError, answered, function_of, unpack
+from infinivar.web.answers.answer import ANSWERS, Answer, RefusedError, answered, function_of, plain, unpack
 from serving import unpacked
 
 
@@ -70,6 +70,23 @@ def test_maps_are_those_of_the_interface(asked, name):
     low, high = found.header["plane"]["force"]
     np.testing.assert_allclose(np.diff(arrays["force"]), (high - low) / 24)
     assert arrays["force"][0] - low == pytest.approx((high - low) / 48)
+
+
+@pytest.mark.parametrize(("most", "shown"), [(1, ["cobotic"]), (2, ["cobotic", "motor2-gear4"])])
+def test_the_page_begins_with_the_maps_that_it_would_ask_for(asked, most, shown):
+    begun = answered("start", {"count": 24, "most": most})
+    maps = answered("maps", {**asked, "count": 24, "drives": shown})
+    assert list(begun.header["maps"]["drives"]) == shown
+    assert plain(begun.header["maps"]) == plain(maps.header)
+    assert begun.arrays.keys() == maps.arrays.keys()
+    for name, array in maps.arrays.items():
+        np.testing.assert_array_equal(begun.arrays[name], array)
+
+
+@pytest.mark.parametrize("wrong", [{"count": 7}, {"count": "60"}, {"count": 24, "most": 3}])
+def test_the_page_begins_with_a_sensible_number_of_maps(wrong):
+    with pytest.raises(RefusedError):
+        answered("start", wrong)
 
 
 def test_losses_stand_where_the_load_drives(asked):

@@ -80,7 +80,7 @@ def test_a_part_of_the_catalogue_is_found_and_picked(page):
     before = page.efficiency("cobotic")
     page.page.locator("summary", has_text="Gearhead").first.click()
     page.page.get_by_role("button", name="Choose another part: Gearhead").click()
-    page.page.keyboard.type("gpx 32 up")
+    page.page.get_by_label("Search the catalogue").fill("gpx 32 up")
     dialog = page.page.get_by_role("dialog")
     dialog.get_by_role("button", name="GPX 32 UP").first.click()
     page.settled()

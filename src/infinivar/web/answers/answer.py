@@ -23,7 +23,7 @@ _ALIGNED = 8
 _DTYPES = ("float32", "float64", "uint8")
 
 ANSWERS: dict[str, str] = {
-    "start": "infinivar.web.answers.studies:start",
+    "start": "infinivar.web.answers.start:start",
     "study": "infinivar.web.answers.studies:study",
     "open": "infinivar.web.answers.studies:opened",
     "shipped": "infinivar.web.answers.studies:shipped",

@@ -1,12 +1,10 @@
-"""Start, the study with all its fields, opening and writing study files, and the shipped studies."""
+"""The study with all its fields, opening and writing study files, and the shipped studies."""
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from typing import Any
 
-from infinivar import __version__
 from infinivar.analysis.plane import MAP_REACH, of_study
 from infinivar.drivetrain.drive import is_machine, type_words
 from infinivar.errors import nearest
@@ -19,7 +17,6 @@ from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
 from infinivar.web.answers.document import (
     faults_by_field,
     name_and_tables,
-    source,
     study_of,
     tables_of,
 )
@@ -28,39 +25,6 @@ from infinivar.web.answers.payload import text
 
 LARGEST_TEXT = 400_000
 """Characters of a study file that is opened in the page."""
-
-
-def start(payload: Mapping[str, Any]) -> Answer:
-    """What the page begins with: the study of the command line, the shipped ones, and what pages of servers before edited."""
-    begun = source()
-    return Answer(
-        header={
-            "version": __version__,
-            "study": {"name": begun.name, "tables": begun.tables},
-            "shipped": _shipped(),
-            "recovered": _recovered(payload),
-        }
-    )
-
-
-def _recovered(payload: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What pages of servers before this one edited last, as the server found it."""
-    found = payload.get("recovered")
-    listed = [one for one in found if isinstance(one, dict)] if isinstance(found, list) else []
-    return [
-        {**{key: str(one.get(key, "")) for key in ("id", "name", "time")}, "tables": one["tables"]}
-        for one in listed
-        if isinstance(one.get("tables"), dict)
-    ]
-
-
-@functools.cache
-def _shipped() -> list[dict[str, str]]:
-    listed = []
-    for name, file in shipped_studies().items():
-        tables = read_tables(file)
-        listed.append({"name": name, "title": tables.get("title", name), "description": tables.get("description", "")})
-    return listed
 
 
 def study(payload: Mapping[str, Any]) -> Answer:

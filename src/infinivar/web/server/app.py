@@ -37,9 +37,6 @@ LARGEST_BODY = 1_000_000
 BODY_SECONDS = 10.0
 """Longest that a request may take to arrive. [s]"""
 
-KEPT_AFTER = 0.1
-"""A study that was sent is kept so soon. [s]"""
-
 LONG = frozenset({"judge", "contact", "motion", "plane", "tasks", "export"})
 """Answers that may take seconds: they have processes of their own, so that maps do not wait for them."""
 
@@ -69,11 +66,11 @@ class Explorer:
         client, sequence, kind = _asking(request)
         body, payload = await _json_body(request)
         if name == "start":
-            body = json.dumps({"recovered": self.recovery.found}).encode()
-        elif client is not None and isinstance(payload.get("tables"), dict) and isinstance(payload.get("name"), str):
-            # Not before the answer, which a slider waits for.
-            loop = asyncio.get_running_loop()
-            loop.call_later(KEPT_AFTER, self.recovery.sent, client, payload["name"], payload["tables"])
+            body = json.dumps({**payload, "recovered": self.recovery.found}).encode()
+        elif (
+            name == "study" and client is not None
+        ):  # once after each change; maps, which a slider waits for, have the same
+            self.recovery.sent(client, payload.get("name"), payload.get("tables"))
         lane = self.long if name in LONG else self.quick
         try:
             found = await lane.call(client, sequence, name, body, kind and f"{name} {kind}")

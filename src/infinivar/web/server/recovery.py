@@ -77,8 +77,10 @@ class Recovery:
         """Note a study as a page gets it: as long as it is unchanged, there is nothing to keep."""
         self._given.add(_digest(tables))
 
-    def sent(self, client: str, name: str, tables: dict[str, Any]) -> None:
-        """Keep the study that a page sent last, if it was edited."""
+    def sent(self, client: str, name: Any, tables: Any) -> None:
+        """Keep the study that a page sent last, if it is one and was edited."""
+        if not (isinstance(name, str) and isinstance(tables, dict)):
+            return
         before = self._sent.get(client)
         if before is not None and before["name"] == name and before["tables"] == tables:
             return

@@ -11,14 +11,17 @@ export const transport = createTransport();
 /** Cells along each axis of the maps at first. */
 export const COUNT = 200;
 
-/** Two drives to begin with: the first, and the last, which a study lists to compare it with; one in a narrow window. */
+/** Drives to begin with, as the program chooses them for its own study. */
 export const firstShown = (names) => (names.length > 1 ? (innerWidth <= 560 ? [names[0]] : [names[0], names.at(-1)]) : names);
-
-/** What the page begins with. */
-export const started = transport.call("start");
 
 /** What was edited in this window before it was loaded again: {now, opened}, or null. */
 export const resumed = performance.getEntriesByType("navigation")[0]?.type === "reload" ? kept() : null;
+
+/** Whether the page begins with the study of the program. */
+const own = !location.hash && !resumed;
+
+/** What the page begins with, and the first maps of that study. */
+export const started = transport.call("start", own ? { count: COUNT, most: innerWidth <= 560 ? 1 : 2 } : {});
 
 function kept() {
   try {
@@ -32,17 +35,13 @@ export function keep(now, opened) {
   try { sessionStorage.setItem("infinivar.study", JSON.stringify({ now, opened })); } catch { /* storage may be full or forbidden */ }
 }
 
-/** A question about the study that the page begins with; null if its address holds another one. */
+/** What is known of that study, once it is: {tables, shown, reply}; null if the page begins with another one. */
 function early(ask) {
-  if (location.hash || resumed) return null;
-  const asked = started.then(async ({ header }) => {
-    const { name, tables } = header.study;
-    return { tables, ...(await ask({ name, tables }, firstShown(Object.keys(tables.drives ?? {})))) };
-  });
+  if (!own) return null;
+  const asked = started.then(async ({ header, arrays }) => ({ tables: header.study.tables, ...(await ask(header, arrays)) }));
   asked.catch(() => {});  // told by who waits for it
   return asked;
 }
 
-/** The maps and the description of that study: {tables, shown, reply}. */
-export const firstMaps = early(async (study, shown) => ({ shown, reply: await transport.call("maps", { ...study, count: COUNT, drives: shown, known: {} }) }));
-export const firstStudy = early(async (study) => ({ reply: await transport.call("study", study) }));
+export const firstMaps = early(({ maps }, arrays) => (maps === undefined ? { shown: [] } : { shown: Object.keys(maps.drives), reply: { header: maps, arrays } }));
+export const firstStudy = early(async ({ study }) => ({ reply: await transport.call("study", study) }));
