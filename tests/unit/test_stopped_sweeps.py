@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,8 @@ import psutil
 import pytest
 
 import infinivar as iv
+from infinivar.sweeps.executors import in_processes
+from infinivar.sweeps.workers import Job
 from toys import Toy
 
 pytestmark = pytest.mark.slow
@@ -183,3 +186,19 @@ def test_ctrl_c_ends_at_once_and_the_sweep_continues(workers, whole, tmp_path):
     assert 5 < len(files(folder)) < CHUNKS
     assert (iv.sweep(Toy(chunks=CHUNKS), folder, resume=True)).finished
     check_whole(folder, whole)
+
+
+@pytest.mark.parametrize("within", ["here", "there"])
+def test_chunks_that_are_done_and_not_fetched_are_not_complained_about(within):
+    """The processes have done more than what was fetched when the sweep ends; Ctrl-C may come while a chunk is written."""
+    chunks = in_processes(Job(Toy(chunks=40), "sweep", {}), range(40), workers=2)
+    next(chunks)
+    time.sleep(0.5)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        if within == "here":
+            chunks.close()
+        else:
+            with pytest.raises(KeyboardInterrupt):
+                chunks.throw(KeyboardInterrupt)
+    assert told == []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import os
+import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
@@ -93,8 +94,14 @@ def _by_joblib(job: Job, numbers: Sequence[int], workers: int) -> Generator[Done
         parallel: Any = joblib.Parallel(n_jobs=workers, return_as="generator_unordered", **options)
         found = parallel(joblib.delayed(compute_apart)(job, number) for number in numbers)
     try:
-        yield from found
+        for done in found:  # noqa: UP028 - closed below, not by `yield from`
+            yield done
     except BaseException:
+        with warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore", UserWarning
+            )  # of chunks that are done and not fetched: they are computed again
+            found.close()
         get_reusable_executor().shutdown(wait=False, kill_workers=True)
         raise
 
