@@ -24,7 +24,7 @@ _PAUSE = 0.6
 """Between moves, so that each is timed alone: verdicts and views of the move before are done. [s]"""
 
 _SETTLED = 3.0
-"""[s]"""
+"""Until a new window has loaded the browser's own pages. [s]"""
 
 
 def run() -> list[Line]:
@@ -84,7 +84,7 @@ def _measured(browser: Any, address: str) -> list[Line]:
 
 def _opened(browser: Any, address: str) -> Any:
     page = browser.new_context(viewport={"width": 1280, "height": 720}).new_page()
-    time.sleep(_SETTLED)  # a new window loads pages of the browser's own
+    time.sleep(_SETTLED)
     page.goto(address)
     return page
 

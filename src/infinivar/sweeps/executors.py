@@ -98,9 +98,7 @@ def _by_joblib(job: Job, numbers: Sequence[int], workers: int) -> Generator[Done
             yield done
     except BaseException:
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore", UserWarning
-            )  # of chunks that are done and not fetched: they are computed again
+            warnings.simplefilter("ignore", UserWarning)  # of chunks that are done and not fetched
             found.close()
         get_reusable_executor().shutdown(wait=False, kill_workers=True)
         raise

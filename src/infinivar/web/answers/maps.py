@@ -30,7 +30,7 @@ from infinivar.web.answers.payload import MOST_CELLS, texts, whole, words
 from infinivar.web.answers.studies import plane_of, required_of
 
 _FINEST_LABELS = 80
-"""Labels of regions are placed on a map of about so many cells along each axis."""
+"""Cells along each axis, about, of the map on which the labels of regions are placed."""
 
 _SMALLEST_SHARE = 0.004
 """Regions of a limit below this share of the map get no label."""

@@ -19,7 +19,7 @@ MOST_MAPS = 2
 
 
 def start(payload: Mapping[str, Any]) -> Answer:
-    """What the page begins with; with `count` also the maps of so many cells of `most` drives, as `maps` answers them."""
+    """What the page begins with; with `count`, also the maps of `most` drives, as `maps` answers them."""
     begun = source()
     header = {
         "version": __version__,

@@ -72,7 +72,7 @@ def row(label: str, text: str) -> dict[str, str]:
 
 
 def thin(values: Any, most: int) -> Any:
-    """At most about so many of the values, at equal steps, the first and the last among them."""
+    """At most about `most` of the values, at equal steps, the first and the last among them."""
     values = np.asarray(values)
     if len(values) <= most:
         return values

@@ -67,9 +67,8 @@ class Explorer:
         body, payload = await _json_body(request)
         if name == "start":
             body = json.dumps({**payload, "recovered": self.recovery.found}).encode()
-        elif (
-            name == "study" and client is not None
-        ):  # once after each change; maps, which a slider waits for, have the same
+        elif name == "study" and client is not None:
+            # Asked once after each change; a slider waits for the maps, which have the same tables.
             self.recovery.sent(client, payload.get("name"), payload.get("tables"))
         lane = self.long if name in LONG else self.quick
         try:

@@ -388,7 +388,7 @@ async function openFile(file) {
 /** Begin with another study: its document, as it was opened, and what was done to it. */
 function open(next, state = {}) {
   const document = next.now;
-  const left = { ...store.whole, edited: store.edited };
+  const [left, edited] = [store.whole, store.edited];
   model = null;
   maps = new Map();
   fields.reset();
@@ -402,7 +402,7 @@ function open(next, state = {}) {
   byId("study-faults").replaceChildren();
   for (const kind of ["open", "save", "export"]) clear(kind);
   store.open(next);
-  if (left.edited) notice(`“${left.now.name}” was changed.`, [["Back to it", () => open(left)]], false, "left");
+  if (edited) notice(`“${left.now.name}” was changed.`, [["Back to it", () => open(left)]], false, "left");
 }
 
 function tellStudies(name) {
