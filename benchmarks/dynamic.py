@@ -2,7 +2,7 @@
 
 Theirs is a vectorised script of the same equations (``by_hand/dynamic.m``) that gives performance alone; ours gives
 limits, margins, losses by element and the energy audit, too. Each run is a fresh process that times the computation.
-The duty cycle, with settled temperatures, warm windings, limits, holding and losses by element, is held against bare NumPy
+The duty cycle, with settled temperatures, warm windings, limits, holding and losses by element, is compared with bare NumPy
 inverse dynamics of the same drive (``by_hand/duty_cycle.py``) in this process. A ratio counts only if both agree.
 """
 

@@ -14,15 +14,15 @@ from matplotlib.collections import PolyCollection
 
 import infinivar as iv
 
-patch = iv.RollingPatch(a_over_b=1.0, cells=16)
-distance = np.linspace(0.0, 8.0, 33)[1:]
+patch = iv.RollingPatch(a_over_b=1.0, cells=12)
+distance = np.linspace(0.0, 8.0, 17)[1:]
 lateral = np.where(distance <= 4.0, 0.35, -0.35)
 run = patch.transient(distance, lateral=lateral, keep=range(len(distance)))
 steady = patch.steady(lateral=0.35).fy
 
 grid = patch.grid
 x, y, length = np.broadcast_arrays(grid.x, grid.y[:, None], grid.length[:, None])
-some = np.s_[1::2, 1::2]
+some = np.s_[::2, ::2]
 fig, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.4), dpi=72, layout="constrained")
 corners = [(x + i * length / 2, y + j * grid.width / 2) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
 cells = left.add_collection(PolyCollection(np.reshape(np.transpose(corners, (2, 3, 0, 1)), (-1, 4, 2)), zorder=0))
@@ -45,7 +45,7 @@ def show(frame):
 
 fig.draw_without_rendering()
 fig.set_layout_engine("none")  # all frames have one layout
-film = FuncAnimation(fig, show, frames=len(distance), interval=150)
+film = FuncAnimation(fig, show, frames=len(distance), interval=300)
 plt.show()
 
 # %%

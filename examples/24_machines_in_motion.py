@@ -29,7 +29,7 @@ print(guided.verdict)
 # %%
 # The user pushes with a constant force. The wheels steer, so that the handle follows the path:
 
-moving = guided.animation(speed=0.5, frame_rate=20)
+moving = guided.animation(speed=0.5, frame_rate=12)
 
 # %%
 # How far the handle leaves the path:
@@ -44,8 +44,8 @@ plt.show()
 
 platform = iv.PlatformMachine(leg=leg, platform=iv.Platform.hexapod(), mass=1.0, inertia=[1e-3, 1e-3, 2e-3])
 plane = iv.Fixture(allowed=iv.InPlane(normal=[0.4, 0.0, 1.0]))
-slid = iv.session(platform, plane, user=[8.0, 2.0, -20.0], duration=0.12, title="Tool on six legs, in a plane")
-moving_legs = slid.animation(speed=0.1, frame_rate=10)
+slid = iv.session(platform, plane, user=[8.0, 2.0, -20.0], duration=0.08, title="Tool on six legs, in a plane")
+moving_legs = slid.animation(speed=0.1, frame_rate=8)
 
 # %%
 # `save_video` writes the same as a file, `to_mujoco` a scene for MuJoCo.

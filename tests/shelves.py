@@ -1,5 +1,7 @@
 """A small set of made-up parts to search, as a file that states what fits together, and a slide to search them for."""
 
+from dataclasses import fields, is_dataclass
+
 SHELF = """
 manufacturer = "Made Up"
 where = "data sheet 7"
@@ -107,3 +109,11 @@ def slides(folder, slide=SLIDE):
     for name, content in (("shelf", SHELF), ("slide", slide), ("heavy", HEAVY)):
         (folder / f"{name}.toml").write_text(content, "utf-8")
     return folder
+
+
+def changed(one, other, path=""):
+    """Paths of the fields in which two drives differ."""
+    if not is_dataclass(one) or type(one) is not type(other):
+        return [] if one == other else [path.removeprefix(".")]
+    names = [field.name for field in fields(one) if field.init]
+    return [found for name in names for found in changed(getattr(one, name), getattr(other, name), f"{path}.{name}")]

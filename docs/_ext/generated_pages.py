@@ -279,10 +279,9 @@ def figure_of_paper(number: int, title: str, caption: str, claims: list) -> str:
     """Image, caption and claims of a figure of the paper; number 0 stands for claims without a figure."""
     text = [f"![{title}](reference/generated/fig{number}.svg)\n", f"{caption}\n"] if number else []
     for claim in claims:
-        verdict = claim.verdict + (" by construction" if claim.by_construction else "")
         found = f"{_claimed(claim.computed, claim.unit)} (threshold: {claim.threshold})"
         said = f"Paper, section {claim.section}: {_claimed(claim.paper, claim.unit)}. Computed: {found}. {claim.why}"
-        text.append(f"{claim.id} {claim.claim}: **{verdict}**\n: {said}\n")
+        text.append(f"{claim.id} {claim.claim}: **{claim.verdict}**\n: {said}\n")
     return "\n".join(text)
 
 
@@ -449,7 +448,7 @@ def draw_motion(app) -> None:
 
 
 def draw_measurements(app) -> None:
-    """Draw a calibration, a tornado chart, and models held against measurements."""
+    """Draw a calibration, a tornado chart, and models compared with measurements."""
     import numpy as np
 
     import infinivar as iv

@@ -15,10 +15,12 @@ from .analysis.cycles.performance import Definition
 from .analysis.cycles.shaking import DynamicMap, dynamic_map, shaking
 from .analysis.cycles.single_strides import StrideEnergies, stride_energies
 from .analysis.cycles.tracking import TwoWays, two_ways
+from .analysis.hanging import Hanging
 from .analysis.least_loss import LeastLoss, least_loss
 from .analysis.machine_motion import simulate_machine
 from .analysis.machine_run import MachineRun
-from .analysis.machines import MachineComparison, follow_path, perform_task
+from .analysis.machine_tasks import follow_path, perform_task
+from .analysis.machines import MachineComparison
 from .analysis.motion_summary import MotionSummary, inspect_motion
 from .analysis.planar_motion import PlanarMotion, planar_motion
 from .analysis.robustness.sensitivity import Sensitivity, sensitivity
@@ -33,7 +35,13 @@ from .analysis.sessions.of_study import study_session
 from .analysis.sessions.passivity import Passivity, passivity
 from .analysis.sessions.session import session
 from .analysis.sessions.session_result import Overrun, Session, Touch
-from .analysis.sessions.stability import StabilityMap, least_stable_mass, stability_map, stiffest_wall
+from .analysis.sessions.stability import (
+    StabilityMap,
+    largest_force_gain,
+    least_stable_mass,
+    stability_map,
+    stiffest_wall,
+)
 from .analysis.sessions.z_width import ZWidth, swept_impedance, z_width
 from .analysis.shared_motor import SharedMotor, share_motor
 from .analysis.simulate import Simulation, simulate
@@ -54,7 +62,7 @@ from .contact.exact.spin_map import SpinMap, spin_map
 from .contact.exact.transient import TransientRolling
 from .drivetrain.cobotic import CoboticDrive
 from .drivetrain.conventional import ConventionalDrive
-from .drivetrain.drive import DrivePoint, MovingPoint
+from .drivetrain.drive import Drive, DrivePoint, MovingPoint
 from .drivetrain.graphs.machines import machine_graph
 from .drivetrain.graphs.plants import plant_graph
 from .drivetrain.guidance.controller import Commands, Measured
@@ -116,6 +124,7 @@ from .parts.linear import Guideway, Pulley
 from .parts.linkage import Linkage
 from .parts.motor import Motor
 from .parts.screw import Screw
+from .parts.shaft_bearings import CylinderBearings, PulleyBearings
 from .parts.spring import Spring, TorsionSpring
 from .parts.stage import Shaft
 from .parts.tables.consistency import CatalogueCheck, check_parts
@@ -123,7 +132,7 @@ from .parts.tables.importing import PartImport, import_parts
 from .parts.tables.search import PartSearch, search_parts
 from .parts.tables.stores import load_parts
 from .parts.tables.table import PartSet, PartTable
-from .report.saving import save
+from .report.stored import load_result, save
 from .sizing.builds.doubt import doubt
 from .sizing.builds.result import Doubt
 from .sizing.result import Sizing
@@ -197,11 +206,13 @@ __all__ = [
     "Course",
     "CreepLaw",
     "Cruise",
+    "CylinderBearings",
     "Definition",
     "DisplayClaims",
     "DisplayComparison",
     "DisplayPair",
     "Doubt",
+    "Drive",
     "DrivePoint",
     "DriveResult",
     "DutyComparison",
@@ -220,6 +231,7 @@ __all__ = [
     "Guideway",
     "HalfSpace",
     "HandleSession",
+    "Hanging",
     "Hold",
     "HoldGuide",
     "Holding",
@@ -281,6 +293,7 @@ __all__ = [
     "Pose",
     "Provenance",
     "Pulley",
+    "PulleyBearings",
     "PushingUser",
     "Rack",
     "Reach",
@@ -395,9 +408,11 @@ __all__ = [
     "holding",
     "import_parts",
     "inspect_motion",
+    "largest_force_gain",
     "least_loss",
     "least_stable_mass",
     "load_parts",
+    "load_result",
     "load_study",
     "load_sweep",
     "load_urdf",

@@ -23,6 +23,10 @@ class Axis:
     mass: str
     mass_unit: str
 
+    def __reduce__(self) -> str:
+        """Copies, pickles and saved results hold the same axis: there are two."""
+        return "ROTARY" if self.rotary else "LINEAR"
+
     @property
     def name(self) -> str:
         """Line or joint."""

@@ -20,6 +20,7 @@ NOT_FEASIBLE, BAD_INPUT, OWN_FAULT, INTERRUPTED = 1, 2, 3, 130
 def run(command: Callable[[], Any]) -> None:
     """Run a command and exit: 0 done, 1 not feasible, 2 invalid input, 3 internal error, 130 interrupted."""
     _usable_streams()
+    _quiet_libraries()
     try:
         try:
             command()
@@ -39,22 +40,61 @@ def run(command: Callable[[], Any]) -> None:
         sys.exit(OWN_FAULT)
 
 
+class _Tolerant(io.TextIOWrapper):
+    """A standard stream that drops what nobody can read any more, so that the answer still decides the exit code.
+
+    A reader that has gone, as after head, ends no command; nor does anything that happens to messages.
+    """
+
+    ignored: type[OSError] = OSError
+
+    def write(self, text: str, /) -> int:
+        """Write; the text is lost if the stream is."""
+        with self._dropping():
+            super().write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush; what is left is lost if the stream is."""
+        with self._dropping():
+            super().flush()
+
+    @contextlib.contextmanager
+    def _dropping(self) -> Iterator[None]:
+        try:
+            yield
+        except self.ignored:
+            with contextlib.suppress(OSError):  # what is buffered goes there as well
+                os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+
+
+class _Output(_Tolerant):
+    ignored = BrokenPipeError
+
+
 def _usable_streams() -> None:
-    """Make both streams writable, even if the shell closed them or their encoding lacks a character."""
-    for name in ("stdout", "stderr"):
+    """Make both streams writable, even if the shell closed them, nobody reads them, or their encoding lacks a character."""
+    for name, tolerant in (("stdout", _Output), ("stderr", _Tolerant)):
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 (as long as the program runs)
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+            if stream is getattr(sys, f"__{name}__"):
+                lines = stream.line_buffering
+                setattr(sys, name, tolerant(stream.buffer, stream.encoding, "replace", line_buffering=lines))
+
+
+def _quiet_libraries() -> None:
+    """Keep what libraries log, such as a cache that they cannot write, from the streams of a command."""
+    import logging
+
+    logging.getLogger().addHandler(logging.NullHandler())
 
 
 def flush() -> None:
-    """Flush stdout. A closed pipe, as after head, is not an error."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Hand over what is printed so far."""
+    sys.stdout.flush()
 
 
 def say(text: str = "") -> None:
@@ -64,10 +104,7 @@ def say(text: str = "") -> None:
 
 def write(text: str) -> None:
     """Write a part of the result unchanged."""
-    try:
-        sys.stdout.write(text)
-    except BrokenPipeError:
-        flush()
+    sys.stdout.write(text)
 
 
 def complain(text: str) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from os import PathLike
+from pathlib import Path
 
 
 class InfinivarError(Exception):
@@ -31,6 +33,12 @@ def require(condition: bool, field: str, value: object, wanted: str, unit: str =
     """
     if not condition:
         raise ParameterError(f"{field} must be {wanted}{' ' + unit if unit else ''}, got {value}")
+
+
+def path_of(value: object, what: str) -> Path:
+    """A path as a Path; ParameterError if it is something else."""
+    require(isinstance(value, str | PathLike), what, f"a {type(value).__name__}", "the path of a file or folder")
+    return Path(value)  # type: ignore[arg-type]
 
 
 def nearest(word: str, choices: Iterable[str]) -> str:

@@ -97,3 +97,22 @@ def numbers(option: str, text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise InputError(f"--{option} {text!r} must be numbers separated by commas, such as 100,8,1") from None
+
+
+def headings(option: str, text: str | None) -> dict[str, str] | None:
+    """Headings of columns by name, from "name=heading, name=heading"; None if the option is not given.
+
+    Raises
+    ------
+    InputError
+        If the text is anything else.
+    """
+    if text is None:
+        return None
+    found = {}
+    for part in text.split(","):
+        name, mark, heading = part.partition("=")
+        if not mark or not name.strip() or not heading.strip():
+            raise InputError(f'{option} {text!r} must be roles and headings, such as "time=t, angle=Knee angle [deg]"')
+        found[name.strip()] = heading.strip()
+    return found

@@ -17,6 +17,26 @@ _RUN_TOGETHER = re.compile(r"(?<![A-Za-z])[munkM]?Nm(?![A-Za-z])|gcm|kgm")
 _STRANGE = re.compile(r"[^\w\s*·/^().²³⁻¹°Ω-]")
 # Other dimensionless units (rad, dB, bit) are mistakes where a pure number is expected.
 _PURE = {"": 1.0, "1": 1.0, "%": 1e-2, "percent": 1e-2, "‰": 1e-3, "permille": 1e-3, "ppm": 1e-6}
+_SPELT = {
+    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
+    **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
+    **dict.fromkeys(("deg.", "degree", "degrees", "°"), "deg"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("deg/sec", "degrees/s", "degrees/sec", "°/s"), "deg/s"),
+    **dict.fromkeys(("rad/sec", "radians/s"), "rad/s"),
+    **dict.fromkeys(("m/sec",), "m/s"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("pct", "percent"), "%"),
+    "ohms": "ohm",
+    "-": "1",
+}
+"""Units as they are spelt in files, where that is not how studies spell them."""
+
+_FORCE_TIMES_LENGTH = re.compile(r"(?<![A-Za-z])([munkM]?N)(?:[-_.*·⋅ ]?([mc]?m)|([mc]?m)(s))(?![A-Za-z])")
+_MASS_TIMES_AREA = re.compile(r"(?<![A-Za-z])(k?g)[-_.*·⋅ ]?([mc]?m)(?:\^?2|²)")
+_OHM = re.compile(r"(?<![A-Za-z])([mkM]?)[Oo]hms?(?![A-Za-z])")
+
 _LARGEST = 1e20
 """Magnitudes above this, or below its inverse, are mistakes, and their products would overflow."""
 
@@ -249,6 +269,13 @@ def parse(text: object, si_unit: str, example: str | None = None) -> float:
     if value and not 1 / _LARGEST <= abs(value) <= _LARGEST:
         raise InputError(f"must be between {1 / _LARGEST:g} and {_LARGEST:g} in SI units; {hint}")
     return value
+
+
+def spelt(unit: str) -> str:
+    """Return a unit of a file as studies spell it: "Nm" as "N m", "mNm/A" as "mN m/A", "gcm2" as "g cm^2", "Ohm" as "ohm"."""
+    unit = _SPELT.get(unit.lower(), unit)
+    unit = _FORCE_TIMES_LENGTH.sub(lambda found: " ".join(filter(None, found.groups())), unit)
+    return _OHM.sub(r"\1ohm", _MASS_TIMES_AREA.sub(r"\1 \2^2", unit))
 
 
 def measures(unit: str, si_unit: str) -> bool:

@@ -88,7 +88,7 @@ FILES = {
     "key twice": ('[requirement]\nforce = "50 N"\nforce = "60 N"\n', "TOML", "line 3"),
     "table twice": (GOOD + MINE, "TOML", "drives", "mine", "line"),
     "nested without end": ("title = " + "[" * 5000, "nested"),
-    "keys nested without end": (mine(".".join("a" * 3000) + " = 1"), "nested"),
+    "keys nested without end": (mine(".".join("a" * 3000) + " = 1"), "key of more than 64 parts"),
     "number of 5000 digits": (mine("[drives.mine.transmission]\nfriction = 1" + "0" * 5000), "TOML"),
 }
 
@@ -166,7 +166,7 @@ def test_wrong_structure(infinivar, write, tmp_path, text, words):
     check(infinivar("compare", write(text)), tmp_path, words)
 
 
-@pytest.mark.parametrize("name", ["a/b", "a.b", "a b", "..", "", "../x", "é", "report.html", "a\\nb", "x" * 300])
+@pytest.mark.parametrize("name", ["a/b", "a.b", "a b", "..", "", "../x", "é", "report.html", "a\\nb", "x" * 200])
 def test_drive_names_are_file_names(infinivar, write, tmp_path, name):
     text = tables(f'[drives."{name}"]\nbase = "faulring2006.cobotic"\n')
     check(

@@ -324,4 +324,4 @@ def test_a_study_without_the_file_it_extends(infinivar, measured, tmp_path):
     (tmp_path / "moved.toml").write_text(text, "utf-8")
     outcome = infinivar("compare", "moved.toml")
     assert outcome.code == 2
-    assert "not found" in outcome.err
+    assert "gone.toml: no such file" in outcome.err

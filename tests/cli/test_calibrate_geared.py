@@ -1,6 +1,7 @@
 """`infinivar calibrate` of a geared drive: report, calibrated study, and files that are refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 import infinivar as iv
 from conftest import STUDY
 from infinivar.calibration.geared import virtual_bench
+from infinivar.errors import InputError
 from infinivar.report.calibration import save_data
 from infinivar.report.page import write_csv
 
@@ -109,6 +111,13 @@ def test_creep_laws_do_not_apply_to_a_geared_drive(infinivar, bench):
     done = infinivar("calibrate", bench, *DRIVE, "--creep-laws", "linear")
     assert done.code == 2
     assert "has no wheel" in done.err
+
+
+def test_a_study_that_does_not_fit_is_named_by_its_file_or_itself(study, bench):
+    for place, said in (("bench.toml", "bench.toml: "), (None, f"{study.name}: ")):
+        with pytest.raises(InputError) as refused:
+            iv.calibrate(replace(study, path=place), "motor1-gear1", bench, creep_laws=("linear",))
+        assert str(refused.value) == f"{said}drives.motor1-gear1 has no wheel: creep laws do not apply"
 
 
 STUDY_OF_PENDULUM = """

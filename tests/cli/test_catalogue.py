@@ -42,9 +42,9 @@ def test_import_keeps_good_rows_and_names_the_bad_ones(made, folder):
         "  motors that do not state: viscous_friction 2, peak_torque 2, inductance 1, max_speed 1, winding_to_housing 2, "
         "housing_to_ambient 2, continuous_speed 2, stated_friction_torque 2",
         "  gearheads that do not state: continuous_torque 1, intermittent_torque 1, inertia 1, stages 1",
-        "  1 motor does not state no_load_current: it cannot be used in a drive",
-        "  1 motor does not state continuous_torque: it cannot be used in a drive",
-        "  1 gearhead does not state efficiency: it cannot be used in a drive",
+        "  1 motor does not state no_load_current: it cannot be used in a drive: XX_C3",
+        "  1 motor does not state continuous_torque: it cannot be used in a drive: XX_C3",
+        "  1 gearhead does not state efficiency: it cannot be used in a drive: XX_G22_R5:1",
         "  made_motors.csv: max_int_torque is infinite, read as not stated (2 lines: 2, 3)",
         "  made_motors.csv: max_cont_speed is infinite, read as not stated (2 lines: 2, 4)",
         "  made_motors.csv: max_cont_power is infinite, read as not stated (3 lines: 2, 3, 4)",

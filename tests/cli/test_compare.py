@@ -53,7 +53,17 @@ def test_the_shipped_study_has_the_known_answer(compared):
 
 def test_json_has_the_promised_keys(compared):
     _, folder, said = compared
-    assert list(said) == ["study", "drives", "verdict", "warnings", "feasible", "best", "least_loss", "files"]
+    assert list(said) == [
+        "study",
+        "drives",
+        "verdict",
+        "warnings",
+        "feasible",
+        "best",
+        "hangs_on",
+        "least_loss",
+        "files",
+    ]
     assert (said["feasible"], said["best"]) == (True, "cobotic-b")
     assert said["verdict"].startswith(
         "3 of 6 drives cover the requirement; lowest mean loss over the required region: "
@@ -151,8 +161,10 @@ def test_other_files_stay_and_old_results_go(compared):
 def test_plain_output_is_one_line_a_drive(infinivar, write):
     outcome = infinivar("compare", write(ONE_DRIVE.format(force="50 N", power="12 W", base="cobotic")))
     assert (outcome.code, outcome.err) == (0, "")
-    verdict, report = outcome.out.splitlines()
+    verdict, left_out, table, *_, report = outcome.out.splitlines()
     assert "covers 100 %" in verdict
+    assert left_out == "Cylinder bearings not counted."
+    assert table.startswith("What this verdict hangs on (mean loss over the required region")
     assert report.startswith("Report: ")
 
 
@@ -251,7 +263,7 @@ def test_drives_of_one_base_are_told_apart(infinivar, write, tmp_path):
         drives.heavy = { base = "faulring2006.motor1-gear1", motor = { scale = 3 } }
     """
     outcome = infinivar("compare", write(text))
-    first, second, _ = outcome.out.splitlines()
+    _, first, second, *_ = outcome.out.splitlines()
     assert "light" in first
     assert "heavy" in second
     from infinivar import compare, load_study

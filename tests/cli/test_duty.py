@@ -37,8 +37,10 @@ def test_knee_study_has_the_known_answer(walked):
     drives = said["duty"]["walking"]["drives"]
     assert list(drives) == ["cobotic", "geared"]
     assert all(drive["feasible"] for drive in drives.values())
-    assert drives["geared"]["energy_per_cycle_J"] == pytest.approx(5.75, rel=0.01)
-    assert drives["cobotic"]["energy_per_cycle_J"] == pytest.approx(5.29, rel=0.01)
+    # 5.755 and 5.294 J without the bearings of pulley and cylinder.
+    assert drives["geared"]["energy_per_cycle_J"] == pytest.approx(5.786, rel=1e-3)
+    assert drives["cobotic"]["energy_per_cycle_J"] == pytest.approx(5.698, rel=1e-3)
+    assert "not counted" not in said["verdict"]
 
 
 def test_energies_add_up_in_the_json(walked):
@@ -89,11 +91,11 @@ def test_report_reads_as_a_designer_would(walked):
     ):
         assert heading in page
     # The motion leads; requirement and maps come after.
-    first = page.index(
-        '<p class="headline">Level walking, 75 kg, 1.1 s per stride: 2 of 2 drives are feasible; lowest energy: '
-    )
+    first = page.index('<p class="headline">Undecidable: Geared, DCX 32 L wins with ')
+    assert first < page.index("Level walking, 75 kg, 1.1 s per stride: 2 of 2 drives are feasible; lowest energy: ")
+    assert first < page.index("What this verdict hangs on") < page.index("Duty cycle: ")
     assert first < page.index("Duty cycle: ") < page.index("Required:") < page.index("Which drive loses least")
-    assert "5.23 Wh" in page
+    assert "5.26 Wh" in page
     assert "Grimmer" in page
     figures = [
         f"report-{name}.{kind}"

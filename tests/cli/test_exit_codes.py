@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from infinivar._core import engine
 from infinivar.study import load
 from sampled import sampled
 
@@ -61,11 +62,47 @@ def _shell(command: str) -> subprocess.CompletedProcess:
         ("infinivar catalogue | head -n 1; exit ${PIPESTATUS[0]}", 0),
         ("infinivar catalogue >/dev/full", 2),
         ("infinivar catalogue nonsense", 2),
+        ("infinivar --help | true; exit ${PIPESTATUS[0]}", 0),
+        ("infinivar --help >/dev/full", 2),
+        ("infinivar check nope.toml 2>/dev/full", 2),
+        ("infinivar check nope.toml 2>&-", 2),
+        ("infinivar check nope.toml 2>&1 >/dev/full | true; exit ${PIPESTATUS[0]}", 2),
+        ("infinivar check nope.toml >/dev/full 2>/dev/full", 2),
+        ("infinivar check --nonsense 2>/dev/full", 2),
+        ("infinivar 2>/dev/full", 2),
+        ("infinivar catalogue >/dev/full 2>/dev/full", 2),
+        ("infinivar catalogue 2>/dev/full", 0),
+        ("infinivar catalogue search motors 'mass < 1 mg' 2>/dev/full", 1),
     ],
-    every=2,
+    every=3,
 )
 def test_streams_that_are_closed_or_full_give_no_traceback(command, code):
     found = _shell(command)
     assert found.returncode == code, found.stderr
     assert "Traceback" not in found.stderr
     assert "Exception ignored" not in found.stderr
+
+
+@pytest.mark.parametrize("home", ["HOME=/dev/null/none", "-u HOME"])
+def test_without_a_home_no_library_speaks(home, tmp_path):
+    """Matplotlib then has no folder for its cache of fonts, and logs that twice."""
+    found = _shell(
+        f"env -u XDG_CACHE_HOME -u XDG_CONFIG_HOME -u MPLCONFIGDIR {home} infinivar graph {STUDY} cobotic --out {tmp_path}/g.svg"
+    )
+    assert found.returncode == 0
+    assert [line for line in found.stderr.splitlines() if not line.startswith("infinivar: ")] == []
+
+
+def test_a_user_whom_the_system_does_not_know_has_no_cache(monkeypatch, infinivar, tmp_path):
+    """As in a container that runs under a number of its own."""
+    for name in ("HOME", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("os.path.expanduser", lambda path: path)
+    monkeypatch.chdir(tmp_path)
+    assert engine.cache_folder() is None
+    assert infinivar("graph", STUDY, "cobotic", "--out", "g.svg").code == 0
+    assert infinivar("catalogue", "list").code == 0
+    (tmp_path / "mine.csv").write_text("key,resistance [ohm]\n")
+    found = infinivar("catalogue", "import", "mine", "mine.csv")
+    assert (found.code, found.out) == (2, "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["g.svg", "mine.csv"]

@@ -6,16 +6,20 @@ import subprocess
 import sys
 import threading
 import time
+import tomllib
 from pathlib import Path
 
 import pytest
 
+import infinivar as iv
 from folders import results
-from infinivar._core import files
+from infinivar._core import files, toml
 from infinivar.errors import InputError
 from infinivar.motion.files import reading
 from infinivar.report.output import all_or_nothing, claimed
 from infinivar.study import load
+from infinivar.web.answers.answer import FaultyError
+from infinivar.web.answers.document import tables_of
 
 STUDY = """
 {top}
@@ -54,6 +58,90 @@ def test_a_device_is_not_read(infinivar, write):
     write(study(rest=RECORDED.format(file="/dev/zero")))
     assert refused(infinivar("check", "study.toml"), "/dev/zero: is not a regular file")
     assert refused(infinivar("check", "/dev/zero"), "/dev/zero: is not a regular file")
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux has tables of the system as files")
+def test_a_table_of_the_system_is_no_regular_file(infinivar, write, tmp_path):
+    """They look like empty files; one of them never ends, and one has nothing to read until something happens."""
+    write('extends = "/proc/self/status"\n')
+    assert refused(
+        infinivar("check", "study.toml"), 'extends = "/proc/self/status": /proc/self/status: is not a regular file'
+    )
+    os.mkfifo(tmp_path / "pipe")
+    write('extends = "pipe"\n')
+    assert refused(infinivar("check", "study.toml"), 'extends = "pipe": pipe: is not a regular file')
+    write('extends = "/dev/zero"\n')
+    assert refused(infinivar("check", "study.toml"), "/dev/zero: is not a regular file")
+
+
+def test_a_regular_file_that_has_nothing_to_read_yet(monkeypatch, tmp_path):
+    """As the kernel's log: a read that would wait."""
+    os.mkfifo(tmp_path / "log")
+    writer = os.open(tmp_path / "log", os.O_RDWR)
+    monkeypatch.setattr(files.stat, "S_ISREG", lambda mode: True)
+    try:
+        with pytest.raises(InputError, match="log: cannot be read: "):
+            files.read(tmp_path / "log", 5)
+    finally:
+        os.close(writer)
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        lambda path: iv.load_urdf(path, legs=("a",), frame="b", pulley_radius=0.1),
+        lambda path: iv.TriangleMesh.read(path, unit="m"),
+    ],
+    ids=["robot", "mesh"],
+)
+def test_a_pipe_in_place_of_a_robot_or_a_mesh_does_not_hang(read, tmp_path):
+    os.mkfifo(tmp_path / "pipe.stl")
+    with pytest.raises(InputError, match=r"pipe\.stl: is not a regular file"):
+        read(tmp_path / "pipe.stl")
+
+
+DEEP = {
+    "dotted key": ".".join(["a"] * 30_000) + " = 1",
+    "quoted, spaced": " . ".join(['"a"'] * 12_000) + " = 1",
+    "heading": "[" + ".".join(["a"] * 30_000) + "]",
+    "inline table": "x = {" + ".".join(["a"] * 30_000) + " = 1}",
+    "after a text": 'description = """\n[\n"""\n' + ".".join(["a"] * 30_000) + " = 1",
+}
+
+
+@pytest.mark.parametrize("text", DEEP.values(), ids=DEEP)
+def test_keys_that_a_parser_pays_for_are_refused_before_it_sees_them(monkeypatch, text):
+    """One of 30,000 parts takes the parser 5 GB."""
+    monkeypatch.setattr(toml.tomllib, "loads", lambda given: pytest.fail("the parser saw it"))
+    with pytest.raises(InputError, match=r"has a key of more than 64 parts \(at line \d\)"):
+        toml.loads(text)
+
+
+def test_a_deep_or_long_key_is_refused_in_every_file(infinivar, write, tmp_path):
+    write(DEEP["dotted key"])
+    assert refused(infinivar("check", "study.toml"), "study.toml: has a key of more than 64 parts (at line 1)")
+    (tmp_path / "mine.toml").write_text(DEEP["dotted key"])
+    found = infinivar("catalogue", "import", "mine", "mine.toml")
+    assert refused(found, "mine.toml: has a key of more than 64 parts (at line 1)")
+    with pytest.raises(FaultyError, match="more than 64 parts"):
+        tables_of(DEEP["dotted key"], "mine")
+    write("a" * 60_000 + " = 1")
+    outcome = infinivar("check", "study.toml")
+    assert refused(outcome, "has a key of 60000 characters, which begins with 'aaaa")
+    assert len(outcome.err) < 200
+    write("x = " + "[" * 300 + "]" * 300)
+    assert refused(infinivar("check", "study.toml"), "is nested too deeply (at line 1)")
+
+
+def test_dots_and_brackets_in_texts_and_comments_are_no_keys():
+    dots, brackets = ".".join(["a"] * 200), "[" * 200
+    text = f"""# {dots} {brackets} it's
+    a = "{dots} {brackets} # \\" {dots}"
+    b = '{dots}'
+    c = {'"' * 3}\n{dots} "" {brackets}{'"' * 3}
+    d = [{", ".join(["[1.5, {x.y = 2}]"] * 200)}]
+    """
+    assert toml.loads(text) == tomllib.loads(text)
 
 
 def test_large_files_are_refused_before_reading(infinivar, write, tmp_path):

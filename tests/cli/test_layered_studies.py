@@ -97,7 +97,7 @@ def test_files_are_found_from_the_study_that_names_them(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('extends = "nothing.toml"', 'extends = "nothing.toml": file nothing.toml not found'),
+        ('extends = "nothing.toml"', 'extends = "nothing.toml": nothing.toml: no such file'),
         ("extends = 3", "extends = 3 must be text"),
         ('extends = "study.toml"', "check for a circle"),
         ("rig = 3\n" + HEAD, "rig = 3 must be a table [rig]"),

@@ -48,7 +48,10 @@ def test_json_has_every_number(write, infinivar):
     said = json.loads(outcome.out)
     assert said["drives"]["cobotic"]["tasks"]["lift"]["parts"]["leg 1"]["loss_W"] > 0.0
     assert said["drives"]["separate"]["paths"]["circle"]["energy_J"] > 0.0
-    assert said["best"] == "cobotic"
+    assert said["best"] == "separate"  # at steady points: cobotic
+    power = {name: one["steady_power_W"] for name, one in said["drives"].items()}
+    assert power["cobotic"] < power["separate"]
+    assert "mass is missing" in said["verdict"]
 
 
 def test_exit_code_says_that_no_machine_is_feasible(write, infinivar):

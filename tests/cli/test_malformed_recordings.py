@@ -40,7 +40,6 @@ def at(line, text, whole=CSV):
 FAULTS = {
     # Cells
     "text in a cell": (at(5, "0.075,abc,-4.0"), "", "line 5, column 'Pos (mm)': must be a finite number, got 'abc'"),
-    "empty cell": (at(5, "0.075,,-4.0"), "", "line 5, column 'Pos (mm)': must be a finite number, got ''"),
     "nan": (at(6, "0.1,nan,-4.0"), "", "line 6, column 'Pos (mm)': must be a finite number, got 'nan'"),
     "inf": (at(6, "0.1,1.0,-inf"), "", "line 6, column 'Fz (N)': must be a finite number, got '-inf'"),
     "overflow": (at(6, "0.1,1e999,-4.0"), "", "line 6, column 'Pos (mm)': must be a finite number, got '1e999'"),
@@ -130,6 +129,11 @@ FAULTS = {
         "",
         "line 1, columns 'Pos A (mm)', 'Pos B (mm)': could each be the position; choose in the study with one line for all "
         'columns, such as columns = { time = "time [s]", position = "Pos A (mm)" }',
+    ),
+    "two angles and heel strikes": (
+        at(1, "time [s],Knee angle (deg),Hip angle (deg),heel strike").replace(",-4.0", ",-4.0,0"),
+        "",
+        'such as columns = { time = "time [s]", angle = "Knee angle (deg)", heel_strike = "heel strike" }',
     ),
     "heading twice": (
         at(1, "time [s],Pos (mm),Pos (mm)"),

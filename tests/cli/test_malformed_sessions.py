@@ -74,7 +74,7 @@ FAULTS = {
     "mesh that is not there": (
         "wall",
         ("surface", {"shape": "mesh", "file": "no.stl", "unit": "mm"}),
-        "no.stl': it does not exist",
+        "no.stl: no such file",
     ),
     "mesh without unit": (
         "wall",

@@ -159,6 +159,8 @@ def test_a_joint_is_shown_with_its_words(infinivar, tmp_path):
     ("arguments", "message"),
     [
         (["log.csv", "--columns", "time"], "must be roles and headings"),
+        (["log.csv", "--columns", "time="], "must be roles and headings"),
+        (["log.csv", "--columns", " =Time (s)"], "must be roles and headings"),
         (["log.csv", "--columns", "tme=Time (s)"], "tme"),
         (["log.csv", "--window", "2 s"], "must be a start and an end"),
         (["log.csv", "--window", "2 s, 90 s"], "outside"),

@@ -165,6 +165,11 @@ def test_init_leaves_a_schema_that_is_there(infinivar, tmp_path):
     assert (tmp_path / "infinivar.schema.json").read_text("utf-8") == "{}"
 
 
+@pytest.mark.parametrize(("like", "command"), [("guided_cart", "session"), ("hand_controller", "compare")])
+def test_init_names_a_command_that_takes_the_study(infinivar, tmp_path, like, command):
+    assert f"Next: infinivar {command} mine.toml --out out" in infinivar("init", "mine", "--like", like).out
+
+
 def test_init_copies_a_shipped_study(infinivar, tmp_path):
     assert infinivar("init", "mine", "--like", "hand_controller").code == 0
     assert iv.load_study(tmp_path / "mine.toml").drives == iv.load_study("hand_controller").drives

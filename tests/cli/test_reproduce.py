@@ -10,15 +10,16 @@ import pytest
 
 from folders import results
 from infinivar.paper.claims.claim import Machine, statements
+from infinivar.paper.claims.verdict import counted
 from infinivar.paper.figures import FIGURES as FIGURES_BY_NUMBER
 from infinivar.paper.report import left_out, save
 from infinivar.paper.reproduce import Reproduction
 from infinivar.units import plain
 from pages import is_set_well, needs_no_network
 
-KEYS = ["id", "section", "claim", "paper", "computed", "unit", "threshold", "verdict", "shown", "by_construction"]
+KEYS = ["id", "section", "claim", "paper", "computed", "unit", "threshold", "verdict", "shown"]
 KEYS += ["why", "ranges", "variants"]
-VERDICTS = {"holds", "does not hold", "undecidable"}
+VERDICTS = {"holds", "by construction", "does not hold", "undecidable"}
 FIGURES = list(range(1, 18))
 BOND_GRAPHS = [2, 6, 10, 11, 12, 13, 14]
 
@@ -44,20 +45,20 @@ def test_claims_are_complete(reproduced):
         assert claim["why"].endswith(".")
         if claim["verdict"] in ("holds", "does not hold"):
             assert claim["computed"] is not None
-    assert len(claims) == 47
+    assert len(claims) == 54
 
 
 @pytest.mark.parametrize(
     ("claim", "verdict"),
     [
-        ("E1", "holds"),
-        ("E2", "holds"),
+        ("E1", "by construction"),
+        ("E2", "by construction"),
         ("E3", "does not hold"),  # Eqs 16 and 17 give about 0.985 at 1:1
         ("E4", "undecidable"),  # 0.988 is within a point of 98 %, but rounds to 99 %
         ("E7", "undecidable"),  # no threshold for "independent" is printed
         ("C1", "holds"),
-        ("C3", "holds"),
-        ("B1", "holds"),
+        ("C3", "by construction"),
+        ("B1", "by construction"),
         ("D1", "holds"),
         ("D2", "undecidable"),  # 1.78 on a linear axis of power, 0.83 on a logarithmic one
         ("D5", "undecidable"),  # 9 % in reconstruction A, 45 to 58 % in B
@@ -76,7 +77,8 @@ def test_thresholds_and_variants_stand_beside_every_verdict(reproduced):
     for claim in reproduced[2]:
         assert claim["threshold"]
         assert claim["shown"] in VERDICTS
-        assert claim["verdict"] in (claim["shown"], "undecidable")
+        built = claim["verdict"] == "by construction"
+        assert claim["verdict"] in (claim["shown"], "undecidable") or (built and claim["shown"] == "holds")
         kinds = {"choice", "definition", "value", "contrary"}
         for variant in claim["variants"]:
             assert list(variant) == ["kind", "assuming", "computed", "threshold", "verdict"]
@@ -85,7 +87,7 @@ def test_thresholds_and_variants_stand_beside_every_verdict(reproduced):
             variant["kind"] != "contrary" and variant["verdict"] == opposite.get(claim["shown"])
             for variant in claim["variants"]
         )
-        if not claim["by_construction"]:
+        if not built:
             assert (claim["verdict"] == "undecidable") == (turned or claim["shown"] == "undecidable")
 
 
@@ -125,7 +127,7 @@ def test_files_agree_with_what_is_printed(reproduced):
         unit = claim["unit"]
         assert unit == "1" or f"{plain(claim['computed'])}\N{NO-BREAK SPACE}{unit}" in page
         tried = re.search(rf"<summary>{claim['id']} .*", page)
-        assert tried is None or (">by construction (" in tried[0]) == claim["by_construction"]
+        assert tried is None or f">{claim['verdict']}<" in tried[0]
     units = {claim["id"]: claim["unit"] for claim in claims if claim["unit"] != "1"}
     assert units == {
         **{"C2": "W", "B5": "rad/s", "S1": "%", "S2": "%", "S3": "%"},
@@ -224,7 +226,9 @@ def test_without_igraph_bond_graphs_are_left_out_with_a_word(infinivar, tmp_path
 def test_plain_output_is_one_line_a_claim(infinivar):
     outcome = infinivar("reproduce", "--figure", 8)
     assert (outcome.code, outcome.err) == (0, "")
-    *claims, exact, report = outcome.out.splitlines()
+    counts, *claims, exact, report = outcome.out.splitlines()
+    found = [next(verdict for verdict in VERDICTS if f" {verdict} " in claim[4:20] + " ") for claim in claims]
+    assert counts == counted(found)
     assert (
         exact == "With the creep law exact instead of the paper's, the computed values of E9 change; no verdict does."
     )

@@ -1,6 +1,6 @@
 """Random machines and operating points: hypothesis draws the machine, NumPy fills it with points.
 
-With 40 examples of 500 points each property is held against 20,000 points.
+With 40 examples of 500 points each property is checked at 20,000 points.
 """
 
 from dataclasses import replace

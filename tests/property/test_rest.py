@@ -72,7 +72,8 @@ def agree(random, folder, names):
     """Deviations of the energy of one random motion: by recordings, simulated where controllers track, and as it turned.
 
     They track where load and cylinder are within 1 % of what is prescribed. Where the cylinder swings, inverse dynamics is
-    given its speed: then nothing but the load's small errors is left between the two ways.
+    given its speed, and where the controllers leave the load at rest, it rests: then nothing but the load's small errors is
+    left between the two ways.
     """
     motion = moves_and_dwells(random)
     by_file, simulated, as_turning = [], [], []
@@ -85,7 +86,7 @@ def agree(random, folder, names):
         ]
         both = two_ways(drive, motion)
         if both.rms_error < 0.01 * motion.motion.distance:
-            as_turning.append(abs(both.followed / both.as_turning - 1.0))
+            as_turning.append(abs(both.followed / both.as_controlled - 1.0))
             if both.speed_ripple < 0.01:
                 simulated.append(abs(both.followed / both.prescribed - 1.0))
     return by_file, simulated, as_turning

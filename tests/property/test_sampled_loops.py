@@ -94,15 +94,18 @@ class ByHand:
             total = show.virtual_mass / self.period + damping + show.wall_stiffness * self.period
             pull = show.wall_stiffness * self.place
         speed = (show.virtual_mass / self.period * self.before + force - pull) / total
-        quickening, self.before = (speed - self.before) / self.period, speed
+        wanted_acceleration, self.before = (speed - self.before) / self.period, speed
         if not measured:
             self.place += self.period * speed
             gain = 2.0 * math.pi * show.drive.control.link_bandwidth
-            wanted, quickening = speed + gain * (self.place - state[0]), quickening + gain * (speed - state[1])
+            wanted, wanted_acceleration = (
+                speed + gain * (self.place - state[0]),
+                wanted_acceleration + gain * (speed - state[1]),
+            )
         else:
             wanted = speed
         pole = 2.0 * math.pi * show.drive.control.steering_bandwidth
-        rate = -quickening / self.surface if show.rate_feedforward else 0.0
+        rate = -wanted_acceleration / self.surface if show.rate_feedforward else 0.0
         error = -wanted / self.surface - state[2]
         return self.bell / self.pull * (pole**2 * error + 2.0 * pole * (rate - state[3]))
 

@@ -1,6 +1,7 @@
 """The map of lateral creep with spin: against the solver, limits, symmetry, dissipation, gradients and inverse."""
 
 import math
+from importlib import resources
 
 import numpy as np
 import pytest
@@ -75,6 +76,19 @@ def test_a_sample_of_the_table_is_what_the_solver_finds():
         found = spin_table.solved(ratio, poisson, lateral, turn)
         room = 5e-3 if ratio > spin_table.SLENDER else 1e-6
         assert_allclose(patch.forces(lateral, turn), found, atol=room * patch.scale.lever)
+
+
+@pytest.mark.parametrize("ratio", [spin_nodes.A_OVER_B[0], spin_nodes.A_OVER_B[5], spin_nodes.A_OVER_B[-1]])
+def test_the_stored_table_is_what_its_generator_makes(ratio):
+    """Nodes of the file as the generator makes them, what is added for slender patches and full slip included."""
+    with np.load(resources.files("infinivar.contact") / "data" / "spin_map.npz") as stored:
+        values = stored["values"]
+    rng, place = np.random.default_rng(RNG_SEED), spin_nodes.A_OVER_B.index(ratio)
+    rows = [*rng.integers(spin_nodes.SIZES - 1, size=2), spin_nodes.SIZES - 1]
+    for i in map(int, rows):
+        j, number = int(rng.integers(1, spin_nodes.ANGLES)), int(rng.integers(len(spin_nodes.POISSON)))
+        found = spin_table.node(ratio, spin_nodes.POISSON[number], i, j)
+        assert_allclose(values[place, number, i, j], found, atol=1e-6)  # its single precision
 
 
 def test_friction_takes_power_everywhere():

@@ -11,7 +11,7 @@ import infinivar as iv
 from infinivar.contact import exact_tables, kalker
 from infinivar.contact.exact import grid as cells_of
 from infinivar.contact.exact.influence import influence
-from infinivar.contact.exact.many import rolling_forces
+from infinivar.contact.exact.many import extrapolated, rolling_forces
 from infinivar.contact.exact.newton import Friction
 from sampled import sampled
 
@@ -177,3 +177,32 @@ def test_cattaneo(monkeypatch, shift):
     assert found.outcome == "converged"
     force = -np.sum(patch.area * found.traction[0].reshape(20, 20))
     assert_allclose(force, 1.0 - (1.0 - shift) ** 1.5, atol=0.003)
+
+
+@pytest.mark.parametrize(("lateral", "spin"), [(-0.1, 1.0), (-0.3, 1.0), (-1.66, 1.5)])
+def test_slender_patches_under_spin_are_refined_where_two_grids_do_not_agree(lateral, spin):
+    """At a/b = 0.1, 10 and 20 cells extrapolated err by 0.008, more than 20 cells alone; with 20 and 40 by 0.001."""
+    linear = kalker.coefficients(0.1, 0.3)
+    creepage = (0.0, lateral / linear.c22, spin / linear.c23)
+    rough = extrapolated(iv.RollingPatch(0.1), creepage, 10)
+    fine = iv.RollingPatch(0.1, cells=40).steady(*creepage)
+    assert rough.error[1] > 0.005
+    assert abs(rough.forces[1] - fine.fy) > 0.006 > 0.003 > abs(rough.fine.fy - fine.fy)
+    found = rolling_forces(0.1, *creepage)
+    assert_allclose(found.fy, fine.fy, rtol=0, atol=0.001)
+    assert_allclose(found.mz, fine.mz, rtol=0, atol=0.003)
+    assert found.error.max() < 0.003
+
+
+@pytest.mark.slow
+def test_rolling_forces_at_fresh_random_points():
+    """Against 20 and 40 cells, extrapolated: within 0.003 up to a/b = 5."""
+    rng = np.random.default_rng(90210)
+    for _ in range(24):
+        ratio, poisson = float(np.exp(rng.uniform(np.log(0.05), np.log(5.0)))), float(rng.uniform(0.0, 0.5))
+        linear, (angle, size) = kalker.coefficients(ratio, poisson), rng.uniform([0.0, 0.02], [2.0 * np.pi, 0.97])
+        rho = 2.0 * size / (1.0 - size)
+        creepage = (0.0, rho * np.cos(angle) / linear.c22, rho * np.sin(angle) / np.sqrt(linear.c22 * linear.c33))
+        fine = extrapolated(iv.RollingPatch(ratio, poisson, cells=40), creepage, 20)
+        found = rolling_forces(ratio, *creepage, poisson=poisson)
+        assert_allclose([found.fx, found.fy, found.mz], fine.forces, rtol=0, atol=0.003)

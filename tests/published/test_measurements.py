@@ -1,4 +1,4 @@
-"""Models held against measurements by others: a motor's efficiency map, and the friction of geared actuators."""
+"""Models compared with measurements by others: a motor's efficiency map, and the friction of geared actuators."""
 
 import math
 

@@ -72,6 +72,14 @@ def test_verdicts(found):
     verdicts = {claim: found.verdict(claim) for claim in found.claims}
     assert verdicts["E1"] == verdicts["E2"] == verdicts["E4"] == "does not hold"
     assert verdicts["B2"] == "holds"
+    # Against all gears, and against those known with high confidence, which are planetary.
+    sphere, wheel = of(found, "E8 high")
+    assert np.all(of(found, "E8")[0] < -0.5)
+    assert np.all(np.abs(wheel) < 0.15)
+    assert np.all(sphere > of(found, "E8")[0])
+    apart = np.array(found.sphere_holds)
+    apart[found.claims.index("E8 high"), 0] = True
+    assert replace(found, sphere_holds=apart).verdict("E8") == "undecidable"
     some = np.array(found.sphere_holds)
     some[0] = True, False
     assert replace(found, sphere_holds=some).verdict("E1") == "undecidable"

@@ -8,12 +8,14 @@ import jax
 import numpy as np
 import pytest
 import sympy
+import threadpoolctl
 from numpy.testing import assert_allclose
 
 import infinivar as iv
 from infinivar import Scenario, Step
 from infinivar._core.array_namespace import namespace
-from infinivar.bondgraph import audit
+from infinivar._core.threads import products_on_one_thread
+from infinivar.bondgraph import audit, march
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph import model as models
 from infinivar.bondgraph import solver as solving
@@ -265,10 +267,15 @@ def test_tracing_refuses_branches():
         trace(lambda x: 1.0 if x > 0 else 2.0, sympy.Symbol("x"))
 
 
-@sampled("name", ["cobotic", "cobotic-b", "motor2-gear4"], every=3)
+@sampled("name", ["cobotic", "cobotic-b", "motor2-gear4", "held"], every=3)
 @pytest.mark.parametrize("electrical", ["current", "voltage"])
 def test_one_code_for_floats_numpy_jax_and_casadi(study, name, electrical):
-    graph = plants.plant_graph(study.drives[name], electrical=electrical, load_mass=0.8)
+    drive = study.drives["cobotic" if name == "held" else name]
+    if name == "held":
+        bearing = replace(drive.steering.bell_bearing, friction_model="skf")
+        bearings = iv.CylinderBearings(bearing=bearing, span=0.14, backing_rollers=1)
+        drive = replace(drive, cylinder_bearings=bearings, guideway=iv.Guideway(friction=1.0))
+    graph = plants.plant_graph(drive, electrical=electrical, load_mass=0.8)
     made = model(graph)
     parameters = {symbol: parameter.value for symbol, parameter in graph.parameters.items()}
     random = np.random.default_rng(1)
@@ -465,3 +472,32 @@ def test_fastsim_has_a_value_in_slip(study):
     step = Step(distance=-0.015625, start=0.02)
     result = iv.simulate(drive, Scenario(duration=0.05, output_step=0.01, motion=step, load_mass=1.0))
     assert result.complete, result.trajectory.outcome
+
+
+def test_what_a_run_holds_does_not_grow_with_its_duration(monkeypatch):
+    """Powers between the results are summed as it goes, in batches of any size the same."""
+    study = iv.load_study("hand_controller")
+    scenario = replace(study.scenarios["shake"], duration=0.2)
+    whole = iv.simulate(study.drives["cobotic"], scenario).trajectory
+    held = []
+    summed = march.March._sum
+
+    def watched(self):
+        held.append(sum(len(widths) for widths in self.widths))
+        summed(self)
+
+    monkeypatch.setattr(march, "_MOST_NODES", 40)
+    monkeypatch.setattr(march.March, "_sum", watched)
+    again = iv.simulate(study.drives["cobotic"], scenario).trajectory
+    assert len(held) > 10
+    assert max(held) < 40
+    for name, energy in whole.by_element.items():
+        assert_allclose(again.by_element[name], energy, rtol=1e-12, atol=1e-15)
+
+
+def test_products_on_one_thread_include_those_of_scipy():
+    """Else the number of threads would change what a search finds, from the tenth digit on."""
+    with products_on_one_thread():
+        found = [one for one in threadpoolctl.threadpool_info() if one["user_api"] == "blas"]
+    assert found
+    assert {one["num_threads"] for one in found} == {1}

@@ -1,9 +1,11 @@
 """Drawings of bond graphs: nothing on top of another, and what is drawn is what the graph says."""
 
 import itertools
+from dataclasses import replace
 
 import pytest
 
+import infinivar as iv
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.graph import BondGraph
@@ -22,13 +24,17 @@ CASES = [
     ("cobotic", "link", "current"),
     ("motor2-gear4", "system", "current"),
     ("motor2-gear4", "system", "voltage"),
+    ("with bearings", "system", "current"),
+    ("with bearings", "cylinder", "current"),
 ]
+BEARINGS = iv.CylinderBearings(friction_coefficient=0.0015, bore=0.02, span=0.2)
 
 
 @pytest.fixture(params=CASES, ids="-".join)
 def graph(request, study):
     name, plant, electrical = request.param
-    return plant_graph(study.drives[name], plant, electrical=electrical, load_mass=0.8)
+    drives = {**study.drives, "with bearings": replace(study.drives["cobotic"], cylinder_bearings=BEARINGS)}
+    return plant_graph(drives[name], plant, electrical=electrical, load_mass=0.8)
 
 
 def test_no_element_covers_another(graph):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,11 +18,13 @@ from infinivar.calibration.data import COLUMNS
 from infinivar.calibration.fit import fit
 from infinivar.calibration.problem import Problem
 from infinivar.contact import creep
-from infinivar.errors import ParameterError
+from infinivar.errors import InputError, ParameterError
 from infinivar.study.rig import Rig
 from rigs import RIG, exact_law, law_of, session, under
 
 LAWS = tuple(name for name, law in creep.LAWS.items() if law.on_patch is None)
+"""Laws that a study with measured values has as candidates; with its geometry, "exact" is one as well."""
+APPROXIMATIONS = tuple(name for name, law in creep.LAWS.items() if law.approximates == "exact")
 TOLD = ("creep_stiffness", "guideway_friction", "nominal_torque")
 
 
@@ -56,11 +59,11 @@ def test_data_of_each_law_are_attributed_to_it_or_left_open(drive, law, sessions
     alone = wrong = hits = told = 0
     for seed in range(sessions):
         choice = chosen(drive, session(under(drive, law), seed))
-        wrong += law not in choice.undecided
-        alone += choice.undecided == (law,)
+        wrong += law not in choice.left
+        alone += choice.left == (law,)
         hits += contains(choice, known)
         told += choice.contradicted
-        assert choice.fit.law == ("linear" if "linear" in choice.undecided else choice.best.law)
+        assert choice.fit.law == ("linear" if "linear" in choice.left else choice.undecided[0])
         assert not choice.misfit
     print(f"{law}: alone {alone}, wrongly excluded {wrong}, study's law contradicted {told}, interval holds {hits}")
     assert wrong <= sessions // 100
@@ -82,7 +85,7 @@ def test_a_law_that_bends_is_told_and_its_bias_gone(drive, sessions, bias_left, 
         before.append((one.values["creep_stiffness"] / known - 1.0, one.chi_square / one.freedom))
         after.append((right.values["creep_stiffness"] / known - 1.0, right.chi_square / right.freedom))
         assert choice.contradicted
-        assert "vermeulen-johnson" in choice.undecided
+        assert "vermeulen-johnson" in choice.left
         assert contains(choice, known={"creep_stiffness": known})
     (bias, chi), (bias_after, chi_after) = np.mean(before, axis=0), np.mean(after, axis=0)
     print(f"bias {bias:+.3f} -> {bias_after:+.4f}, chi-square per degree {chi:.2f} -> {chi_after:.2f}")
@@ -148,7 +151,7 @@ def test_a_new_law_is_a_candidate_by_itself(drive, monkeypatch):
     ratio = np.linspace(0.0, 1.0, 60)
     monkeypatch.setitem(creep.LAWS, "mine", law_of(ratio, 2.0 * known.creepage(ratio) - ratio, "mine"))
     choice = chosen(drive, session(under(drive, "mine"), 2, loads=(0.1, 0.3, 0.5)))
-    assert {one.law for one in choice.candidates} == {*LAWS, "mine"}
+    assert {one.law for one in choice.candidates} == {*LAWS, "exact", "mine"}
     assert choice.undecided == ("mine",)
     assert choice.contradicted
 
@@ -228,27 +231,176 @@ def test_sensors_worse_than_said_do_not_decide_between_laws(drive):
     assert choice.misfit
 
 
-@pytest.mark.slow
-def test_a_law_of_the_patch_is_a_candidate_where_the_study_has_it(drive):
-    """On the patch of the geometry, though the element that is fitted has measured values; by its name it is one anywhere."""
-    exact = under(drive, "exact")
-    crowned = replace(exact.transmission.geometry, crown_radius=0.05)
-    exact = replace(exact, transmission=replace(exact.transmission, geometry=crowned))
-    assert exact.transmission.contact.axis_ratio < 0.6
-    data = session(exact, 3, loads=(0.1, 0.3, 0.5))
-    choice = chosen(exact, data)
-    assert {one.law for one in choice.candidates} == {*LAWS, "exact"}
-    assert choice.fit.law == "exact"
-    assert not choice.misfit
-    assert contains(choice, model.known_values(exact))
-    assert chosen(under(exact, "linear"), data, ("linear", "exact")).best.law == "exact"
-    assert "exact" not in {one.law for one in chosen(drive, session(drive, 3)).candidates}
+FINE = {"steering_zero_deviation": 2e-5, "steering_resolution": 5e-6, "preload_deviation": 1e-3}
+CLEAN = {
+    "steering_zero_deviation": 1e-6,
+    "steering_resolution": 1e-6,
+    "preload_deviation": 1e-4,
+    "current_noise": 1e-3,
+    "link_resolution": 1e-7,
+    "cylinder_resolution": 1e-6,
+    "current_gain_deviation": 1e-4,
+    "mass_deviation": 1e-5,
+}
+RIGS = (RIG, replace(RIG, **FINE), replace(RIG, **CLEAN))
+PLANS = (
+    {"ratios": virtual_rig.RATIOS, "loads": (0.15, 0.5)},
+    {"ratios": virtual_rig.RATIOS, "loads": (0.15, 0.5, 0.8)},
+    {"loads": (0.2, 0.5, 0.8)},
+    {"loads": (0.1, 0.3, 0.5)},
+    {"ratios": virtual_rig.RATIOS, "loads": (0.3, 0.6, 0.9)},
+)
+
+
+def crowned(drive, radius):
+    """The drive with another crown of the wheel, hence another shape of the patch."""
+    element = drive.transmission
+    return replace(drive, transmission=replace(element, geometry=replace(element.geometry, crown_radius=radius)))
+
+
+def measured(drive):
+    """The drive with measured values in place of the geometry."""
+    groups = drive.transmission.groups(drive.cylinder_speed)
+    values = {name: float(getattr(groups, name)) for name in ("creep_stiffness", "rolling_torque", "bearing_torque")}
+    element = replace(drive.transmission, geometry=None, steering_model="shear", **values)
+    return replace(drive, transmission=element, steering=None)
+
+
+def test_a_law_of_the_patch_is_a_candidate_where_the_study_has_the_geometry(drive, study):
+    """Clean readings of an exact wheel under a study that says linear: without the law, 18 of 42 runs are no outliers."""
+    data = session(under(drive, "exact"), 0, RIGS[-1], loads=(0.15, 0.4, 0.65, 0.9))
+    clean = replace(study, rig=RIGS[-1])
+    with pytest.raises(InputError, match=r"too many for outliers: .* Not tried: creep law exact \(give drives.cobotic"):
+        calibrate(replace(clean, drives={"cobotic": measured(drive)}), "cobotic", data)
+    found = calibrate(clean, "cobotic", data)
+    assert {one.law for one in found.laws.candidates} == {*LAWS, "exact"}
+    assert found.laws.undecided == ("exact",)
+    assert not found.laws.misfit
+    known = model.known_values(drive)
+    assert_allclose(found.fit.values["creep_stiffness"], known["creep_stiffness"], rtol=5e-4)
+    assert contains(found.laws, known)
+
+
+@pytest.mark.parametrize(
+    "sessions",
+    [3, pytest.param(24, marks=pytest.mark.slow), pytest.param(200, marks=pytest.mark.full)],
+)
+def test_sessions_of_an_exact_wheel(drive, study, sessions):
+    """Patches from a/b 0.2 to 2, three qualities of sensors, five protocols: none refused, undecided or misfitted.
+
+    As many intervals may miss as 95 % intervals do in all but 1 % of such samples.
+    """
+    missed, bias, beside = dict.fromkeys(TOLD, 0), [], 0
+    for seed in range(sessions):
+        rig = RIGS[(seed + 2) % len(RIGS)]
+        wheel = crowned(drive, (0.003, 0.008, 0.03, 0.1)[seed % 4])
+        data = session(under(wheel, "exact"), seed, rig, **PLANS[seed % len(PLANS)])
+        found = calibrate(replace(study, rig=rig, drives={"cobotic": wheel}), "cobotic", data)
+        known = model.known_values(wheel)
+        assert found.laws.undecided == ("exact",)
+        assert found.fit.law == "exact"
+        assert not found.laws.misfit
+        assert not found.left_out
+        for name in TOLD:
+            missed[name] += not contains(found.laws, known, name)
+        beside += bool(found.laws.agreeing)
+        bias.append(found.fit.values["creep_stiffness"] / known["creep_stiffness"] - 1.0)
+    print(f"{sessions} sessions, {beside} with approximations: missed {missed}, stiffness off by {np.mean(bias):+.4f}")
+    assert all(count < stats.binom.isf(0.01, sessions, 0.05) + 0.5 for count in missed.values())
+    assert abs(np.mean(bias)) < (0.002 if sessions == 200 else 0.01)
+
+
+@pytest.mark.parametrize(
+    "sessions", [3, pytest.param(20, marks=pytest.mark.slow), pytest.param(100, marks=pytest.mark.full)]
+)
+@pytest.mark.parametrize("law", APPROXIMATIONS)
+def test_intervals_contain_the_truth_where_an_approximation_is_the_truth(drive, law, sessions):
+    """Readings of a law that is listed as an approximation of the one that is fitted, on every patch, rig and protocol.
+
+    Each of five other laws may exclude the true one in one session of 1300: two of 20 would be so with a probability of 0.003.
+    """
+    missed, shared, wrong = dict.fromkeys(TOLD, 0), 0, 0
+    for seed in range(sessions):
+        wheel, rig = crowned(drive, (0.003, 0.008, 0.03, 0.1)[seed % 4]), RIGS[(seed + 2) % len(RIGS)]
+        choice = chosen(wheel, session(under(wheel, law), seed, rig, **PLANS[seed % len(PLANS)]), rig=rig)
+        assert choice.contradicted
+        assert (choice.fit.law == "exact") == ("exact" in choice.left)
+        wrong += law not in choice.left
+        shared += law in choice.agreeing
+        for name in TOLD:
+            missed[name] += not contains(choice, model.known_values(wheel), name)
+    print(f"{law}, {sessions} sessions: {shared} with exact, {wrong} without the true law, missed {missed}")
+    assert wrong <= (1 if sessions <= 20 else 2)
+    assert all(count < stats.binom.isf(0.01, sessions, 0.05) + 0.5 for count in missed.values())
+
+
+def test_an_approximation_is_no_rival_of_the_law_that_it_approximates(drive, study):
+    """It is listed beside it, its difference is in the interval; as the study's law it is kept, and named as what it is."""
+    data = session(under(drive, "exact"), 1, ratios=(20.0, 2.0), loads=(0.4, 0.8))
+    found = calibrate(study, "cobotic", data)
+    choice = found.laws
+    assert choice.undecided == ("exact",)
+    assert "vermeulen-johnson" in choice.agreeing
+    assert {*choice.undecided, *choice.agreeing} == set(choice.left)
+    assert choice.fit.deviations["creep_stiffness"] > choice.alone.deviations["creep_stiffness"]
+    assert not found.plan.telling
+    said = " ".join(found.remarks)
+    assert "exact fits better than linear by" in said
+    assert "vermeulen-johnson approximates exact and agrees with it within the data" in said or (
+        "approximate exact and agree with it within the data" in said
+    )
+    assert "Not excluded" not in said
+    assert "iscriminate" not in said
+    written = found.to_dict()["creep_law"]
+    assert written["undecided"] == ["exact"]
+    assert "vermeulen-johnson" in written["agreeing"]
+    own = calibrate(replace(study, drives={"cobotic": under(drive, "vermeulen-johnson")}), "cobotic", data)
+    assert own.fit.law == "vermeulen-johnson"
+    assert own.laws.undecided == ("exact",)
+    assert not own.laws.contradicted
+    assert "The data support exact, which the study's creep law, vermeulen-johnson, approximates" in " ".join(
+        own.remarks
+    )
+    # Without the law that they approximate, approximations are rivals of one another.
+    alone = chosen(drive, data, ("vermeulen-johnson", "fastsim"))
+    assert alone.agreeing == ()
+    assert alone.undecided == alone.left
+
+
+def test_the_patch_that_a_calibrated_study_loses_is_named(drive, study):
+    """The difference of forces, by the fitted patch and by the calibrated element, on slender patches only."""
+    said = {}
+    for radius in (0.008, 0.1):
+        wheel = crowned(drive, radius)
+        data = session(under(wheel, "exact"), 0, RIGS[1], loads=(0.15, 0.5, 0.8))
+        found = calibrate(replace(study, rig=RIGS[1], drives={"cobotic": wheel}), "cobotic", data)
+        said[radius] = " ".join(found.remarks)
+    assert "an error of 1 % in the curvature of a law" in said[0.008]
+    assert "in place of the geometry" not in said[0.008]
+    k = np.linspace(0.0, 1.0, 60)
+    contact = wheel.transmission.contact
+    apart = creep.lateral_force("exact", k, contact.axis_ratio, contact.poisson) - creep.lateral_force("exact", k)
+    named = re.search(
+        r"differ by up to ([\d.]+) of the slip force from those of the fitted patch \(a/b = 0\.198\)", said[0.1]
+    )
+    assert named is not None
+    assert_allclose(float(named[1]), np.abs(apart).max(), rtol=0.05)
+
+
+def test_without_geometry_a_law_of_the_patch_is_one_by_its_name_only(drive):
+    """As the study's law, or asked for."""
+    plain = measured(drive)
+    data = session(plain, 3)
+    assert {one.law for one in chosen(plain, data).candidates} == set(LAWS)
+    assert {one.law for one in chosen(under(plain, "exact"), data).candidates} == {*LAWS, "exact"}
+    assert {one.law for one in chosen(plain, data, ("linear", "exact")).candidates} == {"linear", "exact"}
 
 
 def test_intervals_contain_what_the_laws_left_open_differ_by(drive):
     """Few runs leave all laws open: the variance is the mean square about the value used, by Akaike's weights."""
     choice = chosen(drive, session(under(drive, "vermeulen-johnson"), 1, ratios=(20.0, 2.0), loads=(0.2, 0.4)))
-    assert len(choice.undecided) == len(LAWS)
+    assert len(choice.left) == len(LAWS) + 1
+    assert set(choice.undecided) == {"linear", "faulring", "exact"}
     used = choice.alone
     weights = np.exp([-0.5 * one.behind for one in choice.candidates])
     weights /= weights.sum()

@@ -15,6 +15,7 @@ from infinivar.sizing.cobotic.bounds import MOTOR, cylinder_signals, lower_bound
 from infinivar.sizing.cobotic.capped import least_power
 from infinivar.sizing.cobotic.choice import Behind, best_behind
 from infinivar.sizing.cobotic.evaluation import TIER
+from infinivar.sizing.cobotic.evolution import _Space
 from infinivar.sizing.cobotic.region import judged, outer
 from infinivar.sizing.cobotic.sampled import Sampled, sample
 from infinivar.sizing.cobotic.search import prepared
@@ -274,6 +275,31 @@ def test_blocks_of_wheel_designs_are_chosen_for_as_together(monkeypatch):
     for one, other in zip(*seen, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-13)
     assert np.sum(seen[0][0] < TIER) > 5
+
+
+def test_the_first_generation_has_the_template_and_the_designs_that_are_known():
+    _, box = problem()
+    space = _Space(box)
+    known = some_points(box, 5, seed=3, spread=0.1)
+    first = space.start(12, 4, known)
+    np.testing.assert_allclose(first[0], space.own)
+    np.testing.assert_allclose(space.points(first[1:6].T).values, known.values, rtol=1e-12)
+    np.testing.assert_array_equal(space.points(first[1:6].T).bearing, known.bearing)
+    np.testing.assert_allclose(first[6:], space.start(12, 4, None)[6:])
+
+
+def test_values_of_infeasible_designs_lead_towards_feasible_ones():
+    """A preload that damages the wheel ranks behind all that let it slip; in both, the further off, the worse."""
+    evaluation, box = problem()
+    place = FREE.index("preload")
+    values = np.repeat(box.own[None], 8, axis=0)
+    values[:, place] *= np.array([0.1, 0.25, 0.5, 1.0, 20.0, 60.0, 200.0, 600.0])
+    found = evaluation.values(Points(values, np.zeros(8, dtype=int))).value
+    slipping, broken = found[:3], found[4:]
+    assert found[3] < TIER <= slipping[-1]
+    assert np.all(np.diff(slipping) < 0.0)
+    assert np.all(np.diff(broken) > 0.0)
+    assert np.max(slipping) < np.min(broken)
 
 
 @pytest.mark.parametrize("heaviest", [0.125, 0.25, 0.5, 1.5, 3.0, 10.0])

@@ -49,6 +49,10 @@ draws = 64
 """
 
 
+SETTLED = 1e-9
+"""Settled temperatures, and the energies that follow from them, solve for a fixed point: rounding grows up to a thousandfold."""
+
+
 def samples(drive, count):
     paths = [path for path in VARIED if path in quantities_of(drive)]
     return paths, values_of(drive, paths) * (0.9 + 0.2 * low_discrepancy(32, len(paths))[:count])
@@ -59,7 +63,7 @@ def assert_same_in_cycle(drive, duty, count=24):
     paths, at = samples(drive, count)
     of = functools.partial(outcomes.worked, duty=duty, travel=0.5)
     fast, plain = (evaluated(of, drive, paths, at, width=3, engine=engine) for engine in ("jax", "numpy"))
-    assert_allclose(fast, plain, rtol=1e-12)
+    assert_allclose(fast, plain, rtol=SETTLED)
     assert np.isfinite(plain[:, 0]).any()
     assert fast.shape == (count, 3)
 
@@ -127,7 +131,7 @@ def test_builds_are_those_of_numpy(load, monkeypatch):
     for one, other in ((fast, plain), (fast.duty["shake"], plain.duty["shake"])):
         for name in ("coverage", "margin", "loss", "energy", "temperature", "able"):
             if hasattr(one, name):
-                assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, err_msg=name)
+                assert_allclose(getattr(one, name), getattr(other, name), rtol=SETTLED, err_msg=name)
     assert_array_equal(fast.map.within, plain.map.within)
     assert_allclose(fast.map.efficiency, plain.map.efficiency, rtol=1e-12)
     assert 0.0 < fast.covering < 1.0 or fast.coverage.std() > 0.0

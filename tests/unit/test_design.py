@@ -9,6 +9,7 @@ import pytest
 
 from infinivar import Limit
 from infinivar.analysis.design_trends import SWEPT, Duty, elasticities, sweep, with_friction
+from infinivar.parts.bearing import SIZE_POWERS
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +46,21 @@ def test_more_friction_takes_less_preload(element):
 def test_losses_follow_known_powers(element, duty, parameter, loss, exponent):
     """Hertz's powers. The step of 1 % leaves 1e-4, and that more creep lets the wheel roll faster a little."""
     assert elasticities(element, parameter, duty)[loss] == pytest.approx(exponent, abs=0.005)
+
+
+def test_a_larger_axle_has_a_larger_bearing(element, duty):
+    """By the maker's model, in which friction depends on the ratings: against designs with both sizes, by differences."""
+    geometry = element.geometry
+    bearing = replace(geometry.axle_bearing, friction_model="skf")
+
+    def loss(scale):
+        sizes = {name: getattr(bearing, name) * scale**power for name, power in SIZE_POWERS.items()}
+        sized = replace(element, geometry=replace(geometry, axle_bearing=replace(bearing, **sizes)))
+        return float(duty.at(sized).losses["bearing"])
+
+    own = replace(element, geometry=replace(geometry, axle_bearing=bearing))
+    slope = (math.log(loss(1.0 + 1e-5)) - math.log(loss(1.0 - 1e-5))) / 2e-5
+    assert elasticities(own, "axle_bore", duty)["bearing"] == pytest.approx(slope, rel=1e-4)
 
 
 def test_total_is_the_weighted_mean_of_its_parts(element, duty):

@@ -191,6 +191,15 @@ def test_cobotic_builds_are_those_of_duty_cycle():
     np.testing.assert_allclose(found.power, power, rtol=1e-9)
 
 
+def test_a_gear_of_another_efficiency_loses_more_in_both_directions():
+    """Losses of both directions stay in proportion, as one friction causes them."""
+    drive = KNEE.drives["geared"]
+    gear = replace(drive.gearhead, loss_model="proportional", efficiency=0.8, backdriving_efficiency=0.7)
+    efficiencies = np.array([[0.8], [0.76], [0.9], [0.2]])
+    made = built(replace(drive, gearhead=gear), {"gearhead.efficiency": efficiencies})
+    np.testing.assert_allclose(np.ravel(made.gearhead.backdriving_efficiency), [0.7, 0.64, 0.85, 0.0], rtol=1e-12)
+
+
 def test_share_of_one_limit_is_that_of_its_distribution():
     """Continuous torque with a lossless gear: the demand is D0 (K0/K) sqrt(R/R0), a function of two uniform values."""
     motor = {

@@ -15,15 +15,18 @@ from scipy.optimize import differential_evolution
 
 import infinivar as iv
 from infinivar import DutyCycle, Hold, Limit, Reaches, Recording, Running, Sinusoid, Tremor, Walking
+from infinivar.analysis.cycles import cylinder_policy
 from infinivar.analysis.cycles.cylinder_policy import RANGE, policies, schedule
 from infinivar.analysis.cycles.duty_cycle import duty_cycle, holding
 from infinivar.analysis.cycles.performance import demands
 from infinivar.analysis.cycles.tracking import two_ways
+from infinivar.drivetrain.drive import MovingPoint
 from infinivar.motion.fourier import Series
 from infinivar.study.load import shipped_study
 
 STUDY = shipped_study("faulring2006")
 COBOTIC, GEARED = STUDY.drives["cobotic"], STUDY.drives["motor2-gear4"]
+RNG_SEED = 31
 KNEE = {"joint": "knee", "body_mass": 75.0, "stride_time": 1.1, "lever_arm": 0.05}
 SHAPES = {
     "hold": DutyCycle(motion=Hold(time=2.0), force=-30.0, load_mass=0.8),
@@ -383,6 +386,26 @@ def test_unknown_heat_is_said():
     found = duty_cycle(drive, duty("sinusoid"))
     assert found.heat == {"motor": None}
     assert found.lacking == {"motor": ("housing_time_constant",)}
+
+
+def test_a_schedule_gives_its_own_derivatives():
+    """Against central differences, for levels and harmonics drawn at random."""
+    parameters = np.random.default_rng(RNG_SEED).uniform(-0.3, 0.3, 1 + 2 * cylinder_policy.HARMONICS)
+    time, step = np.linspace(0.0, 0.7, 50), 1e-5
+    before, found, after = (schedule(14.0, 0.7, parameters, time + shift) for shift in (-step, 0.0, step))
+    assert_allclose(found.rate, (after.value - before.value) / (2.0 * step), rtol=1e-6, atol=1e-5)
+    assert_allclose(found.curvature, (after.rate - before.rate) / (2.0 * step), rtol=1e-6, atol=1e-3)
+
+
+@pytest.mark.parametrize("returned", [-90.0, 30.0])
+def test_search_prefers_limits_kept_whatever_the_direction_of_power(returned):
+    """A load that drives all the time returns power: what exceeds limits, and what slips, still costs more than what does not."""
+    drawn, unknown = np.full(4, returned), np.full(4, np.nan)
+    point = functools.partial(MovingPoint, power_out=0.9 * drawn, losses={}, stored={}, states={})
+    kept = cylinder_policy._penalised(point(power_in=drawn, utilisation={(Limit.SLIP, "wheel"): 0.5 * np.ones(4)}))
+    exceeded = cylinder_policy._penalised(point(power_in=drawn, utilisation={(Limit.SLIP, "wheel"): 1.2 * np.ones(4)}))
+    slipping = cylinder_policy._penalised(point(power_in=unknown, utilisation={}))
+    assert kept == returned < exceeded < slipping
 
 
 @functools.cache

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -58,9 +59,9 @@ def test_amplitude_gives_the_power():
 
 
 def test_derivatives_of_shaking():
-    """Speed to snap follow from one another: by differences over a step, to second order."""
+    """From speed to the sixth, each follows from the one before: by differences over a step, to second order."""
     course, step = shaking(0.1, 2.0, 4000), 1 / (2.0 * 4000)
-    for lower, higher in (("speed", "acceleration"), ("acceleration", "jerk"), ("jerk", "snap")):
+    for lower, higher in pairwise(("speed", "acceleration", "jerk", "snap", "fifth", "sixth")):
         slope = np.gradient(getattr(course, lower), step, edge_order=2)
         assert_allclose(slope, getattr(course, higher), atol=1e-5 * np.max(np.abs(getattr(course, higher))))
 

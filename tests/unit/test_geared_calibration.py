@@ -7,7 +7,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.calibration import motor_map
-from infinivar.calibration.geared import model, pendulum, virtual_bench
+from infinivar.calibration.geared import model, pendulum, virtual_bench, words
 from infinivar.calibration.geared.data import Dynamometer
 from infinivar.report.calibration import save_data
 
@@ -109,6 +109,26 @@ def test_torque_constant_needs_voltage_or_current(study):
     assert value == pytest.approx(TRUE["resistance"] / TRUE["torque_constant"] ** 2, rel=0.1)
 
 
+def test_advised_data_identify_what_they_promise(study):
+    """The number of combinations that stay open after each remedy, against a calibration of a bench that has these data."""
+    speed = np.linspace(10.0, 60.0, 30)
+    points = (speed, np.full(30, 0.2))
+    found = iv.calibrate(study, NAME, measured(study, points=points))
+    advised = {one.words: one.left for one in words.remedies(found.fit)}
+    more = {
+        "the same points while the load drives": (speed, -points[1]),
+        "the same points at half the load": (speed, 0.5 * points[1]),
+        "the same points at half the speed": (0.5 * speed, points[1]),
+    }
+    left = {}
+    for said, further in more.items():
+        both = tuple(np.concatenate(pair) for pair in zip(points, further, strict=True))
+        left[said] = iv.calibrate(study, NAME, measured(study, points=both)).fit.untold.shape[1]
+    least = min(left.values())
+    assert least < max(left.values())
+    assert advised == {said: one for said, one in left.items() if one == least}
+
+
 def test_current_alone_tells_torque_constant_from_load_share_only_if_the_load_drives(study):
     one_way = iv.calibrate(study, NAME, measured(study, noise={"current": 0.005}, points=driving()))
     assert {"torque_constant", "load_share"}.isdisjoint(one_way.fit.told)
@@ -175,14 +195,17 @@ def test_the_map_of_a_real_motor_gives_the_fit_of_the_docs(study):
     assert 0.98 < wider < 1.05  # Student's distribution
 
 
-def test_an_outlier_is_named_and_left_out(study):
+@pytest.mark.parametrize(
+    ("place", "factor", "signal"), [(0, 1.5, "current"), (0, 0.9, "current"), (1, 1.5, "voltage"), (1, 0.9, "voltage")]
+)
+def test_an_outlier_is_named_and_left_out(study, place, factor, signal):
     data = measured(study)
     read = data.read.copy()
-    read[40, 0] *= 1.5
+    read[40, place] *= factor
     found = iv.calibrate(study, NAME, dataclasses.replace(data, read=read))
     (one,) = found.left_out
     assert one.line == 42
-    assert "current is" in one.reason
+    assert f"{signal} is" in one.reason
     assert "standard deviations off" in one.reason
     for name, value in TRUE.items():
         assert abs(found.fit.values[name] - value) < 4.0 * found.fit.deviations[name], name

@@ -1,6 +1,7 @@
 """Search over geared drives: each pair is a design, excluded by a limit or not judged; amplifiers that accept no power."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import infinivar as iv
 from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.linear import Guideway, Pulley
-from infinivar.sizing.geared import nearest_geared, size_geared
+from infinivar.sizing.geared import nearest_geared, over_radius, size_geared
 from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.geared.extremes import braking_places
 from infinivar.sizing.geared.radius_bounds import Bounds
@@ -89,6 +90,23 @@ def test_counts_add_up_at_given_stages(name):
     assert sum(count.first for count in found.counts) + len(found.designs) == found.candidates == 90
     assert found.feasible.sum() == len(found.designs)
     assert all(count.first <= count.exceeded <= count.checked for count in found.counts)
+
+
+def test_every_pair_that_fails_at_its_radii_is_counted_once():
+    """All but those that came out feasible in one of their ranges, or were not evaluated in all; the first pair as well."""
+    keys = [("walk", *key) for key in ((Limit.SPEED, "motor"), (Limit.THERMAL, "motor"))]
+    places = np.array([0, 0, 1, 2, 2, 3, -1])
+    first = SimpleNamespace(
+        keys=keys,
+        worst=np.array([2.0, 1.5, 3.0, 0.9, 4.0, 1.1, 9.0]),
+        tightest=np.array([0, 1, 0, 1, 0, 1, 0]),
+        able=np.array([False, False, False, True, False, False, False]),
+        evaluated=np.array([True, True, True, True, True, False, True]),
+    )
+    counted = []
+    tally = SimpleNamespace(tightest=lambda named, which: counted.append([named[one] for one in which]))
+    over_radius._tally_evaluated(tally, first, places)
+    assert counted == [[keys[1], keys[0]]]  # pairs 0, by the milder of its two ranges, and 1
 
 
 def dense(found, tasks, radii):

@@ -16,8 +16,9 @@ from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.geared.radius_bounds import Bounds, Laurent, Resting, below, mean_square_below
 from infinivar.sizing.geared.radius_limits import least_power, limits, load_of, region_points
-from infinivar.sizing.geared.sampled import UNCHECKED, sample
+from infinivar.sizing.geared.sampled import HOT, UNCHECKED, sample
 from infinivar.sizing.geared.tasks import REQUIREMENT, RegionTask, tasks_of
+from infinivar.sizing.geared.warmth import SPARE
 from part_tables import part_tables
 from sampled import sampled
 
@@ -139,6 +140,30 @@ def test_demands_are_those_of_duty_cycle_and_steady_map(template, loss_model):
             exact += int(cold.sum())
     assert exact > 50
     assert warm > 5
+
+
+@sampled("loss_model", ["coulomb", "proportional"], every=2)
+@pytest.mark.parametrize("duty", [SHAKE, REACH], ids=["shake", "reach"])
+def test_bound_of_the_winding_temperature_is_tight_where_the_resistance_hardly_changes(duty, loss_model):
+    """Windings that are cooled well, and slow, so that they stay at their mean: the bound is then all but the demand."""
+    motors, gearheads, pairs = part_tables(4, thermal=1.0)
+    ones = np.ones(len(motors["mass"]))
+    motors |= {
+        "winding_to_housing": 2e-3 * motors["winding_to_housing"],
+        "housing_to_ambient": 2e-3 * motors["housing_to_ambient"],
+        "max_winding_temperature": (duty.ambient + 0.5) * ones,
+        "winding_time_constant": 500.0 * ones,
+        "housing_time_constant": 5000.0 * ones,
+        "no_load_current": 3.0 * motors["no_load_current"],
+    }
+    found, tasks = judged(PULLEY, (motors, gearheads, pairs), {"work": duty}, loss_model=loss_model)
+    done = sample(found, found.usable, tasks, PULLEY.stage)
+    (bound,) = (one for key, one in closed_forms(found, tasks[0], PULLEY.stage) if key == HOT)
+    evaluated = done.demands[tasks[0].name, *HOT]
+    mild = evaluated < 2.0
+    assert np.sum(mild) > 10
+    # 1 K is 0.4 % of the resistance.
+    np.testing.assert_allclose((1.0 + SPARE) * bound[mild], evaluated[mild], rtol=0.005)
 
 
 @pytest.mark.parametrize("name", ["geared", "geared-series", "geared-parallel"])
@@ -363,7 +388,9 @@ def test_a_narrow_range_of_cool_radii_is_found():
         if objective == "energy":
             every = np.linspace(low, high, 50)
             rows = np.full(50, best.best.pair)
-            done = sample(found, rows, tasks, lambda places, every=every: Pulley(radius=every[places][:, None]))
+            done = sample(
+                found, rows, tasks, lambda places, every=every: replace(PULLEY.pulley, radius=every[places][:, None])
+            )
             assert best.best.power <= done.power["reach"].min() * (1.0 + 1e-7)
 
 

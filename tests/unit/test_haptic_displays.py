@@ -101,6 +101,29 @@ def test_the_impedance_at_low_frequency_is_that_wanted(admittance, geared):
     assert -spring.imag * omega == pytest.approx(2000.0 - omega**2 * geared.reflected_mass, rel=1e-4)
 
 
+def test_a_force_sensor_makes_a_geared_drive_lighter_and_no_wall_softer(geared):
+    """At low frequency the drive feels as its mass over 1 + gain, its wall as stated; the largest gain is where growth begins."""
+    helped = replace(geared, force_gain=4.0, filter_frequency=100.0)
+    omega = 2.0 * math.pi * 0.2
+    mass, spring = (complex(impedance(one, [0.2], ARM)[0]) for one in (helped.softest(), helped))
+    # Filter, held current and late sample delay the help; by their lag the viscous friction feels as mass.
+    lag = math.sqrt(2.0) / (2.0 * math.pi * 100.0) + 1.5 * geared.period
+    assert mass.imag / omega == pytest.approx(geared.reflected_mass / 5.0 + 4.0 * lag * geared.damping / 25.0, rel=1e-4)
+    assert -spring.imag * omega == pytest.approx(2000.0 - omega**2 * geared.reflected_mass / 5.0, rel=1e-3)
+    free = replace(helped.softest(), handle_mass=0.5)
+    largest = iv.largest_force_gain(free, ARM)
+    assert sampled_loop(replace(free, force_gain=largest), ARM).growth == pytest.approx(1.0, abs=1e-8)
+    assert not sampled_loop(replace(free, force_gain=1.01 * largest), ARM).stable
+    # A clamped handle feels the motor's force at once: in the loop are the gain, the filter and the late sample.
+    assert iv.largest_force_gain(free, "clamped") < largest
+    with pytest.raises(iv.InputError, match="filter_frequency is missing"):
+        replace(geared, force_gain=1.0)
+    with pytest.raises(iv.InputError, match="display must be an ImpedanceDisplay, got an AdmittanceDisplay"):
+        iv.largest_force_gain(
+            iv.AdmittanceDisplay(drive=iv.load_study("hand_controller").drives["cobotic"], virtual_mass=1.0), ARM
+        )
+
+
 def test_z_width(admittance, geared):
     width = iv.z_width(admittance, ARM)
     assert width.least_mass == pytest.approx(1.1 * iv.least_stable_mass(admittance, ARM))

@@ -97,8 +97,8 @@ def test_drawn_planar_cobot():
     numbers = planar_cobot.data(CART, point)
     spots, force = numbers["positions"], numbers["force"]
     moments = spots[:, 0] * force[:, 1] - spots[:, 1] * force[:, 0]
-    assert_allclose([*force.sum(axis=0), moments.sum()], -numbers["wrench"], atol=1e-9)
-    assert_allclose(numbers["wrench"][1:], [50.0, 4.0], atol=1e-6)
+    assert_allclose([*force.sum(axis=0), moments.sum()], -numbers["applied"], atol=1e-9)
+    assert_allclose(numbers["applied"][1:], [50.0, 4.0], atol=1e-6)
     radius = spots - numbers["centre"]
     velocity = twist[2] * np.stack([-radius[:, 1], radius[:, 0]], axis=-1)
     assert -np.sum(force * velocity) == pytest.approx(sum(point.losses.values()), rel=1e-9)
@@ -111,6 +111,28 @@ def test_drawn_planar_cobot():
     words = [text.get_text() for text in made.axes[0].texts]
     assert "instant centre" in words
     assert f"{100 * numbers['slip'][0]:.0f} % of slip limit" in " ".join(words)
+
+
+def test_source_and_load_of_a_drawn_cart_are_told_apart():
+    """A source that tows a load of 200 N gives that and what the wheels lose, and none of what acts across."""
+    wheel = iv.Wheel(**{**MEASURED, "preload": 1000.0}, rolling_torque=0.4, bearing_torque=0.006, creep_law="exact")
+    drive = iv.PlanarDrive(wheel=wheel, positions=[iv.Point(x=x, y=y) for x, y in CART.positions])
+    twist, wrench = np.array([0.5, 0.0, 0.0]), np.array([200.0, 60.0, 0.0])
+    point = drive.operated(twist, wrench)
+    numbers = planar_cobot.data(drive.machine, point, wrench)
+    assert numbers["source"][0] == pytest.approx((wrench @ twist + sum(point.losses.values())) / 0.5, rel=1e-9)
+    assert numbers["source"][0] > 220.0
+    assert_allclose(numbers["source"][1:], 0.0, atol=1e-6)
+    assert_allclose(numbers["load"], -wrench)
+    assert_allclose([*numbers["force"].sum(axis=0)], -(numbers["source"] + numbers["load"])[:2], atol=1e-9)
+    words = key(planar_cobot.draw_all(drive.machine, point, wrench))
+    assert f"force of the source {numbers['source'][0]:.3g} N, with 0 N m" in words
+    assert "force of the load 209 N, with 0 N m" in words
+    assert any(word.startswith("applied force ") for word in key(planar_cobot.draw_all(drive.machine, point)))
+
+
+def key(made):
+    return [text.get_text() for text in made.legends[0].get_texts()]
 
 
 def test_planar_cobots_that_roll_straight_or_rest():
@@ -227,7 +249,7 @@ def test_drawn_carriage_on_one_wheel():
     carriage = iv.PlanarCarriage(contact=WHEEL)
     point = carriage.mechanism.operate(rates=[0.3, 0.4], heading=[np.arctan2(0.4, 0.3)])
     numbers = planar_cobot.data(carriage, point)
-    assert_allclose(numbers["force"].sum(axis=0), -numbers["wrench"][:2], atol=1e-9)
+    assert_allclose(numbers["force"].sum(axis=0), -numbers["applied"][:2], atol=1e-9)
     assert planar_cobot.draw_all(carriage, point).axes[0].get_title() == "instant centre at infinity"
 
 

@@ -17,11 +17,15 @@ from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.figures import bond_graph
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
+from infinivar.parts.shaft_bearings import CylinderBearings
 from infinivar.transmission.platform import rotation_matrix
 from machines_to_move import LEG, MACHINES
 from sampled import sampled
 
 STICK = 1e-4
+BEARINGS = CylinderBearings(
+    bearing=LEG.steering.bell_bearing, span=0.14, pull=80.0, pull_position=-0.02, backing_rollers=1
+)
 PROPORTIONAL = {"efficiency": 0.7, "backdriving_efficiency": 0.4, "loss_model": "proportional"}
 
 
@@ -73,6 +77,9 @@ def graph_at(machine, name, state, angles, current, wrench):
     if name == "serial arm":
         flows = np.cumsum(flows)
     given = dict(zip(states, flows, strict=True)) | {f"angle_{place + 1}": angle for place, angle in enumerate(c)}
+    if name == "platform":
+        link = system.mechanics.load.at(c[None], nu[None, :-1])
+        given |= {f"l_{place + 1}": position for place, position in enumerate(link.position[0])}
     dynamics = made.function("dynamics", FloatNamespace, parameters)
     found = dynamics(
         [float(given[one]) for one in made.states],
@@ -99,6 +106,10 @@ def graph_at(machine, name, state, angles, current, wrench):
     [
         *((name, {}) for name in ("planar", "sphere", "arm", "serial arm", "platform")),
         ("arm", {"tip_inertia": 0.02}),
+        *(
+            (name, {"leg": replace(LEG, cylinder_bearings=BEARINGS, guideway=iv.Guideway(friction=1.0))})
+            for name in ("arm", "platform")
+        ),
         ("sphere", {"gearhead": replace(LEG.gearhead, rated_torque=None, **PROPORTIONAL)}),
     ],
     every=3,

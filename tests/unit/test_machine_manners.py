@@ -9,7 +9,7 @@ import pytest
 
 import infinivar as iv
 from infinivar.analysis.machine_motion import simulate_machine
-from infinivar.analysis.machines import follow_path
+from infinivar.analysis.machine_tasks import follow_path
 from infinivar.figures import machine_tasks, wheels
 from infinivar.limits import Limit, words_of
 from infinivar.motion.machine_scenario import MachineScenario, check_continuous

@@ -8,6 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 import infinivar as iv
+from infinivar.analysis import marching
 from infinivar.analysis.machine_motion import simulate_machine
 from infinivar.figures import machine_run
 from infinivar.limits import Limit
@@ -366,9 +367,30 @@ def test_bad_scenarios_have_one_clear_message(change, message):
         (lambda: replace(MACHINES["arm"][0], member_masses=[1.0]), "member_masses must be 2"),
         (lambda: simulate_machine(MACHINES["sphere"][0], MachineScenario(duration=0.01)), "steering must be 'locked' or"),
         (lambda: VectorHistory(time=[0.0, 0.0], values=[[0.0], [1.0]]), "time must be two increasing instants"),
+        (lambda: VectorHistory(time=[0.0], values=[[0.0]]), "time must be two increasing instants"),
+        (lambda: VectorHistory(time=[0.0, np.inf], values=[[0.0], [1.0]]), "time must be two increasing instants"),
+        (lambda: VectorHistory(time=[[0.0, 1.0]], values=[[0.0], [1.0]]), "time must be two increasing instants"),
+        (lambda: VectorHistory(time=[0.0, 1.0], values=[0.0, 1.0]), "values must be of shape (2, quantities), got shape (2,)"),
+        (lambda: VectorHistory(time=[0.0, 1.0], values=[[0.0]] * 3), "values must be of shape (2, quantities), got shape (3, 1)"),
+        (lambda: VectorHistory(time=[0.0, 1.0], values=[[0.0], [np.nan]]), "values must be finite, got nan or inf"),
+        (lambda: VectorHistory.of(None, 1.0), "function must be a function of time, got None"),
+        (lambda: VectorHistory.of(lambda time: time, 0.0), "duration must be > 0 s"),
+        (lambda: VectorHistory.of(lambda time: time, 1.0, points=1), "points must be a whole number, 2 or more, got 1"),
+        (lambda: VectorHistory.of(lambda time: time, 1.0, points=True), "points must be a whole number, 2 or more, got True"),
     ],
 )  # fmt: skip
 def test_bad_machines_have_one_clear_message(make, message):
     with pytest.raises(iv.ParameterError) as caught:
         make()
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_residual_is_over_all_energy_moved_whichever_way_it_goes(way):
+    """A source that takes energy back moves as much as one that gives it."""
+    stored = np.array([[7.0], [7.0 + 7.0 * way], [1e-9]])
+    lost = np.array([[0.0], [1.0], [2.0]])
+    supplied = stored - stored[0] + lost
+    stored[-1] += 1.4e-8
+    moved = np.max(np.abs(supplied[:, 0]) + lost[:, 0]) + np.max(stored[:, 0])
+    assert_allclose(marching._residual(supplied, lost, stored), [0.0, 0.0, 1.4e-8 / moved], rtol=1e-6, atol=1e-18)

@@ -10,7 +10,7 @@ from infinivar.limits import Limit
 from infinivar.parts.screw import Screw
 from infinivar.sizing.geared import nearest_geared
 from infinivar.sizing.geared.candidates import candidates
-from infinivar.sizing.margins import nearest_of, shortfalls
+from infinivar.sizing.margins import margin_of, nearest_of, shortfalls, tightest_of
 from part_tables import part_tables
 
 KNEE = iv.load_study("knee_walking")
@@ -97,3 +97,9 @@ def test_the_order_of_candidates_does_not_matter(order):
     which = np.arange(300)[order][nearest_of(demands[:, order], mass[order])]
     rank = [(*sorted(np.maximum(demands[:, one], 1.0), reverse=True), mass[one]) for one in range(300)]
     assert which == min(range(300), key=rank.__getitem__)
+
+
+def test_margin_without_load_is_unbounded():
+    assert margin_of({}) == margin_of({Limit.SPEED: 0.0, Limit.THERMAL: 0.0}) == float("inf")
+    assert tightest_of({}) is None
+    assert margin_of({Limit.SPEED: 0.5, Limit.THERMAL: 0.25}) == 2.0

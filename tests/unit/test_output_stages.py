@@ -198,6 +198,13 @@ def test_limits_of_a_screw():
     assert set(SCREW.utilisation(force=1.0, speed=1.0)) == set()
 
 
+def test_life_does_not_depend_on_directions():
+    forces, speeds = np.array([[2000.0], [-2000.0]]), np.array([3.0, -3.0, 0.0])
+    demand = screw.life_demand(forces, speeds, 8000.0, 1e7)
+    assert_allclose(demand, np.full((2, 3), [demand[0, 0], demand[0, 0], 0.0]))
+    assert demand[0, 0] > 0.0
+
+
 def test_life_over_a_cycle_is_that_of_the_cubic_mean_load():
     """Half the travel at 3 kN, half at 1 kN, at different speeds: damage adds up by revolutions (Palmgren and Miner)."""
     part = iv.Screw(shape="ball", lead=5e-3, diameter=16e-3, efficiency=0.9, dynamic_load=8000.0, life=1e7)

@@ -394,11 +394,13 @@ def test_means_keep_out_what_a_rate_cannot_resolve():
     assert np.max(np.abs(single - np.sin(2 * np.pi * at))) > 0.09
 
 
-def test_heel_strikes_stay_marks(tmp_path):
-    text = "t [s],pos [mm],heel strike\n" + "".join(f"{k / 100:.2f},{k},{int(k in (20, 77))}\n" for k in range(101))
+@pytest.mark.parametrize("start", [0.0, 7.5])
+def test_heel_strikes_stay_marks(tmp_path, start):
+    rows = (f"{start + k / 100:.2f},{k},{int(k in (20, 77))}\n" for k in range(101))
+    text = "t [s],pos [mm],heel strike\n" + "".join(rows)
     table = resampled(read_table(saved(tmp_path, text)), 50.0)
     assert np.flatnonzero(table.columns["heel_strike"].values).tolist() == [10, 38]
-    assert table.columns["time"].values == pytest.approx(np.arange(51) / 50)
+    assert table.columns["time"].values == pytest.approx(start + np.arange(51) / 50)
 
 
 def test_rate_and_method_of_a_study(tmp_path):

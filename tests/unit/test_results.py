@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 import infinivar as iv
-from infinivar._core import engine
+from infinivar._core import engine, stored
 from infinivar._core.frozen import FrozenDict, frozen
 from infinivar._core.presentation import presenter
 from infinivar._core.result import Result
@@ -20,6 +20,7 @@ from infinivar.calibration.geared import virtual_bench
 from infinivar.motion.course import Course
 from infinivar.motion.waypoints import Waypoints
 from infinivar.study.load import shipped_study
+from locks import SAVED, arrays_in, assert_locked
 from sampled import sampled
 
 SPEED, FORCE = np.linspace(0.05, 0.5, 5), np.linspace(5.0, 60.0, 4)
@@ -165,33 +166,6 @@ def test_what_cannot_be_saved_is_named(results, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def arrays_in(value):
-    """All NumPy arrays that can be reached through fields, dictionaries and tuples of a result."""
-    if isinstance(value, np.ndarray):
-        yield value
-    elif dataclasses.is_dataclass(value):
-        for field in dataclasses.fields(value):
-            yield from arrays_in(getattr(value, field.name))
-    elif isinstance(value, dict):
-        for item in value.values():
-            yield from arrays_in(item)
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from arrays_in(item)
-
-
-def assert_locked(value):
-    """No array can be written to, nor can anyone open its lock or that of the memory below it."""
-    for array in arrays_in(value):
-        base = array
-        while isinstance(base, np.ndarray):
-            assert not base.flags.writeable
-            with pytest.raises(ValueError, match="WRITEABLE"):
-                base.flags.writeable = True
-            base = base.base
-        assert type(base) is bytes
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_no_array_of_a_result_can_be_changed(results, name):
     assert_locked(results[name])
@@ -225,6 +199,20 @@ def test_copies_and_pickles_are_equal_and_locked(results, name):
         assert (other == value) is True
         assert value.equals(other, rtol=1e-12)
         assert_locked(other)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_loaded_results_are_equal_and_locked(results, name):
+    value = results[name]
+    loaded = stored.from_arrays(stored.to_arrays(value, name))
+    assert loaded == value
+    assert repr(loaded) == repr(value)
+    assert_locked(loaded)
+
+
+def test_public_results_are_among_them(results):
+    public = {type(one).__name__ for one in results.values() if isinstance(one, Result)}
+    assert {*public}.intersection(iv.__all__) == SAVED
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -302,6 +302,21 @@ class TestSensitivity:
             assert row.high <= 1.0 or row.path != "amplifier.efficiency"
             assert row.low < row.high
 
+    def test_what_sobols_indices_leave_out_is_said(self, study):
+        found = sensitivity(study, "cobotic", "efficiency", samples=0)
+        assert not any("Sobol" in said for said in found.remarks)
+        correlated = {
+            owner: replace(study, uncertainty=replace(study.uncertainty, correlations={(owner, "one", "other"): 0.5}))
+            for owner in ("cobotic", "motor2-gear4")
+        }
+        some = replace(found, impossible=0.125, engine="jax", study=correlated["cobotic"])
+        assert some.remarks[-3:] == (
+            "The samples of Sobol's indices were computed by compiled code (JAX).",
+            "12 % of the samples are infeasible; Sobol's indices count them as the worst feasible sample.",
+            "Sobol's indices treat the parameters as independent and ignore the study's correlations.",
+        )
+        assert not any("Sobol" in said for said in replace(found, study=correlated["motor2-gear4"]).remarks)
+
     def test_what_the_paper_recommends(self, study):
         """Each of section VII's recommendations helps the loss at a corner, or has no effect in steady operation."""
         found = {row.words: row for row in sensitivity(study, "cobotic", "loss", samples=0).conclusions}

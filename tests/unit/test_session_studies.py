@@ -3,7 +3,9 @@
 import importlib
 import importlib.util
 import json
+import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,15 +14,17 @@ from numpy.testing import assert_allclose
 import infinivar as iv
 import solids
 from infinivar.analysis.sessions.measures import measures
-from infinivar.analysis.sessions.of_study import check_sessions
+from infinivar.analysis.sessions.of_study import check_sessions, study_session
 from infinivar.figures import session_motion
 from infinivar.study.json_schema import json_schema
 from infinivar.study.schema import keys
 from infinivar.study.sessions import SessionTask
 from infinivar.study.shipped import shipped_studies
 from rendering import rendered
+from sampled import sampled
 from session_studies import CART, tables, text
 
+RNG_SEED = 30
 NAMES = ("guided_cart", "one_axis_display", "tool_on_six_legs")
 
 
@@ -223,3 +227,40 @@ def test_walls_on_one_axis_are_half_spaces_of_one_coordinate():
     assert_allclose(wall.normal(np.array([0.0])), [-1.0])
     assert_allclose(wall.hessian(np.array([0.0])), [[0.0]])
     assert CART["type"] == "planar"
+
+
+def at_a_wall(stiffness, damping):
+    """The geared display at a wall of another stiffness [N/mm] and damping [N s/m]."""
+    text = shipped_studies()["one_axis_display"].read_text("utf-8")
+    text = text.replace('"4 N/mm"', f'"{stiffness} N/mm"').replace('"20 N s/m"', f'"{damping} N s/m"')
+    return study_session(iv.Study.from_dict(tomllib.loads(text), name="wall"), "wall", "geared")
+
+
+WALLS = [
+    *((1, 60), (4, 20), (0.5, 200), (20, 0)),
+    *(
+        (round(20.0 * 40.0**-soft, 3), round(200.0 * damped, 1))
+        for soft, damped in np.random.default_rng(RNG_SEED).uniform(size=(20, 2)).tolist()
+    ),
+]
+
+
+@sampled(("stiffness", "damping"), WALLS, every=8)
+def test_the_stiffness_rendered_is_that_of_the_wall_whatever_its_damping(stiffness, damping):
+    """Damper, inertia, friction and delay of the loop are no part of it; 1 % for the resolution of the encoder."""
+    assert at_a_wall(stiffness, damping).rendered_stiffness == pytest.approx(1e3 * stiffness, rel=0.01)
+
+
+def test_a_stiffness_that_the_motion_does_not_show_is_not_stated():
+    """Residuals that could hide 5 % of it: here the current of the motor, of which half is random."""
+    run = at_a_wall(4, 20)
+    words = "stiffness rendered: not determined, as the motion does not separate it from damping"
+    assert words not in map(str, measures(run))
+    current = run.columns["motor_1_current_A"]
+    noise = np.random.default_rng(RNG_SEED).normal(0.0, np.std(current), current.size)
+    noisy = replace(run, columns={**run.columns, "motor_1_current_A": current + noise})
+    assert math.isnan(noisy.rendered_stiffness)
+    assert words in map(str, measures(noisy))
+    short = replace(run, wall=iv.HalfSpace(point=[float(np.max(run.position)) - 1e-6], direction=[-1.0]))
+    assert np.count_nonzero(short.penetration > 0.0) <= 3
+    assert math.isnan(short.rendered_stiffness)

@@ -240,6 +240,33 @@ def test_wall_of_the_admittance_stops_the_handle():
     assert run.wall_force[-1] > 5.0
 
 
+@pytest.mark.parametrize("away", [3e-4, -3e-4])
+def test_approach_of_a_wall_is_bounded_while_the_pose_error_is_corrected(away):
+    """Whatever the correction of the pose adds, the handle is not sent to the wall faster than distance over time constant."""
+    height, wall_time = HEXAPOD.home[2] - 1e-3, 0.02
+    guide = AdmittanceGuide(wall=Floor(height), slip_feedforward=False, wall_time=wall_time)
+    system = System(mechanics=HEXAPOD.mechanics(1e-4), motor=HEXAPOD.power_motor(1e-4))
+    law = begun(guide, Plant(machine=HEXAPOD, system=system, grip=grip_of(system.mechanics), period=1e-3))
+    for sample, off in enumerate((0.0, away, away)):
+        pose = HEXAPOD.home + np.array([0.0, 0.0, off, 0.0, 0.0, 0.0])
+        commands = law(
+            Measured(
+                time=1e-3 * sample,
+                configuration=pose,
+                rates=np.array([*np.zeros(6), 14.0]),
+                position=pose[:3],
+                velocity=np.zeros(3),
+                force=np.array([0.0, 0.0, -400.0]),
+                steering=np.zeros(6),
+                steering_rate=np.zeros(6),
+            )
+        )
+        twist = np.linalg.solve(PLATFORM.at(pose[:3]).jacobian, -0.05 * 14.0 * np.tan(commands.steering))
+        fastest = (pose[2] - height) / wall_time
+        assert -twist[2] <= fastest * (1.0 + 1e-6)
+        assert sample == 0 or -twist[2] > 0.99 * fastest  # the push is strong enough to reach the bound
+
+
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_legs_stop_the_handle_at_the_ends_of_an_open_path(way):
     machine = SlideMachine(leg=LEG, masses=[0.5, 0.5])

@@ -13,7 +13,7 @@ from infinivar.sizing.geared.candidates import candidates
 from infinivar.sizing.pool import pool
 from infinivar.sizing.studies import motion_file, not_simulated, scenario_of, study_of
 from part_tables import part_tables
-from shelves import SHELF
+from shelves import SHELF, changed
 
 KNEE = iv.load_study("knee_walking")
 WALKING = replace(KNEE.with_drives("geared"), requirement=None)
@@ -358,3 +358,54 @@ def test_each_pair_is_tried_with_each_lead_of_a_screw(shelf, tmp_path):
             iv.size(study, sets=shelf, leads=wrong)
     with pytest.raises(iv.InputError, match="leads: the template has no screw, but a pulley, whose radius is searched"):
         iv.size(WALKING, sets=shelf, leads=leads, drive="geared")
+
+
+def test_a_search_keeps_the_number_of_motors_on_the_shaft(tmp_path):
+    """Two motors on one shaft stay two; a scale that is no whole number is a motor of another size, which is replaced."""
+    tables = {"base": "faulring2006.motor2-gear4", "motor": {"part": "dc-max-26-s-24v", "scale": 2}}
+    need = {"force": "40 N", "speed": "0.3 m/s"}
+    study = iv.Study.from_dict({"requirement": need, "drives": {"geared": tables}}, name="two")
+    design = iv.size(study, sets="shipped", builds=0, objective="mass", top=1).designs[0]
+    single = (
+        iv.Study.from_dict(
+            {"requirement": need, "drives": {"geared": {**tables, "motor": {"part": design.parts["motor"].key}}}},
+            name="one",
+        )
+        .drives["geared"]
+        .motor
+    )
+    assert design.drive.motor.mass == 2 * single.mass
+    assert design.drive.motor == replace(single.scaled(2), diameter=design.drive.motor.diameter)
+    assert design.title.startswith(f"2 x {single.name}")
+    again = iv.load_study(iv.save_study(study_of(study, design, "design"), tmp_path / "design.toml"))
+    assert again.drives["geared"].motor.continuous_torque == 2 * single.continuous_torque
+    tables["motor"]["scale"] = 2.7
+    study = iv.Study.from_dict({"requirement": need, "drives": {"geared": tables}}, name="larger")
+    assert not iv.size(study, sets="shipped", builds=0, objective="mass", top=1).designs[0].title.startswith("2.7 x")
+
+
+def test_a_design_keeps_all_of_its_template_but_what_was_searched(shelf):
+    """Parts of sets replace those of the template whole; what they do not state and the template has is said."""
+    own = KNEE.drives["geared"]
+    template = replace(
+        own,
+        motor=replace(own.motor, viscous_friction=3e-6),
+        gearhead=replace(own.gearhead, stiffness=900.0, backlash=0.01),
+        amplifier=replace(own.amplifier, efficiency=0.9, standby_power=0.7),
+        guideway=replace(own.guideway, friction=3.0, coefficient=0.01),
+        output=replace(own.output, parallel_spring=iv.Spring(stiffness=300.0)),
+        output_inertia=3e-6,
+        control=replace(own.control, sample_rate=2000.0, speed_bandwidth=20.0),
+    )
+    assert template.pulley.bearings is not None
+    study = replace(WALKING, drives={"geared": template})
+    found = iv.size(study, sets=shelf, radius=RADII, objective="energy", top=1)
+    searched = {path for path in changed(template, found.best.drive) if not path.startswith(("motor.", "gearhead."))}
+    assert searched == {"pulley.radius"}
+    walking = iv.duty_cycle(found.best.drive, study.duty["walking"])
+    assert found.best.power == pytest.approx(walking.power_in, rel=1e-12)
+    assert found.notes[:2] == (
+        "drives.geared: designs like it do not count viscous_friction of its motor, which c does not state",
+        "drives.geared: designs like it do not count stiffness and backlash of its gearhead, which p5 does not state",
+    )
+    assert not [one for one in iv.size(WALKING, sets=shelf, radius=RADII, top=1).notes if "do not count" in one]

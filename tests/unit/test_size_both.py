@@ -14,7 +14,7 @@ from infinivar.limits import Limit
 from infinivar.sizing import of_cobotic
 from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR
 from infinivar.sizing.studies import motion_file, scenario_of
-from shelves import SLOW
+from shelves import SLOW, changed
 
 ROOT = Path(__file__).parents[2]
 KNEE = iv.load_study(ROOT / "studies" / "knee_walking.toml")
@@ -105,6 +105,20 @@ def test_a_cobotic_design_as_a_study_compares_and_loads_again(found, tmp_path):
     assert cycle.power_in == pytest.approx(best.power, rel=1e-9)
     slip = cycle.demands[Limit.SLIP, "wheel"]
     assert best.demands["walking", Limit.SLIP, "wheel"] == pytest.approx(1.1 * slip, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_cobotic_design_keeps_all_of_its_template_but_what_was_searched(found):
+    """The speed loop of the cylinder holds the constant speed that the search assumes, as its provenance says."""
+    own, best = KNEE.drives["cobotic"], found.best_of["cobotic"].drive
+    assert own.cylinder_bearings is not None
+    parts = ("motor.", "gearhead.", "steering.motor.", "transmission.geometry.axle_bearing.")
+    others = {path for path in changed(own, best) if not path.startswith(parts)}
+    free = {*found.best_of["cobotic"].free}
+    assert others <= {*free, "control.cylinder_bandwidth"}
+    assert {"transmission.preload", "control.cylinder_bandwidth"} <= others
+    rows = {row.field: row for row in found.study_of(found.best_of["cobotic"]).provenance}
+    assert rows["control.cylinder_bandwidth"].where.startswith("as fast as the steering servo")
 
 
 @pytest.mark.slow

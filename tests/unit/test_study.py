@@ -4,6 +4,7 @@ import dataclasses
 import re
 import tomllib
 import typing
+from dataclasses import replace
 
 import pytest
 
@@ -18,8 +19,9 @@ from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.schema import DRIVES, KINDS, described
-from infinivar.study.shipped import parameter_set, parameter_sets
+from infinivar.study.shipped import parameter_set, parameter_sets, shipped_studies
 from infinivar.study.template import TEMPLATE
+from infinivar.transmission import turning
 
 MINIMAL = """
 [requirement]
@@ -229,3 +231,65 @@ def test_examples_are_permitted():
     for field in looked:
         unit, bound = field.metadata["unit"], field.metadata["bound"]
         check_value(field.name, units.parse(schema.example(unit, bound), unit), unit, bound)
+
+
+@pytest.mark.parametrize(("law", "more"), [("linear", 1.22), ("polach", 1.08), ("exact", None)])
+def test_a_creep_law_that_spin_replaces_in_motion_is_named(study, law, more):
+    """By how much creep differs: from the creep law at steady points, and from the map of spin at no spin."""
+    drive = study.drives["cobotic"]
+    element = replace(drive.transmission, steering_model="spin", creep_law=law)
+    said = replace(study, drives={"cobotic": replace(drive, transmission=element)}).warnings
+    assert len(said) == (more is not None)
+    if more is None:
+        return
+    assert 'drives.cobotic.transmission: steering_model = "spin" knows exact rolling theory only' in said[0]
+    assert f"creeps {more:g} times as much" in said[0]
+    speed = drive.cylinder_speed
+    groups = element.groups(speed)
+    steady = iv.contact.creep.lateral_creep(law, 0.5, element.contact.axis_ratio, 0.3) * 3.0 / groups.creep_group
+    force, _ = turning.law(more * steady, 0.0, 1.0, **turning.TurningPatch.of(element, groups)._asdict())
+    assert force / groups.slip_force == pytest.approx(0.5, abs=0.004)
+
+
+def test_a_speed_that_no_machine_has_is_warned_of():
+    """A slip of the unit, such as km/s for m/s; nothing else bounds a planar cart, which has no part with a speed limit."""
+    text = shipped_studies()["planar_cart"].read_text("utf-8")
+    assert not iv.Study.from_dict(tomllib.loads(text), name="cart").warnings
+    study = iv.Study.from_dict(tomllib.loads(text.replace('x = "0.5 m/s" }', 'x = "47 km/s" }')), name="cart")
+    assert any("47000 m/s is above 100 m/s" in one for one in study.warnings)
+    drive = {"base": "faulring2006.motor2-gear4"}
+    study = iv.Study.from_dict(
+        {"requirement": {"force": "4 N", "speed": "1.9 km/s"}, "drives": {"one": drive}}, name="one"
+    )
+    assert study.warnings == (
+        "requirement.speed = 1.9 km/s is above 100 m/s; no limit of a part bounds it, so check the unit",
+    )
+
+
+def slipped(name, before, after):
+    """Warnings of a shipped study with a slip of a unit that nothing else bounds."""
+    path = shipped_studies()[name]
+    text = path.read_text("utf-8")
+    assert before in text
+    sound, wrong = (
+        iv.Study.from_dict(tomllib.loads(one), name=name, folder=path.parent).warnings
+        for one in (text, text.replace(before, after))
+    )
+    assert not [one for one in sound if "above 100 m/s" in one]
+    return [one.partition(" is above 100 m/s; ")[0] for one in wrong if "above 100 m/s" in one]
+
+
+def test_speeds_of_motions_sessions_and_parts_are_warned_of_too():
+    assert slipped("guided_cart", '{ x = "0.3 m/s" }', '{ x = "300 m/s" }') == [
+        "tasks.path.twist: 300 m/s",
+        "tasks.free.twist: 300 m/s",
+    ]
+    assert slipped("two_joint_arm", 'distance = "80 mm", time = "0.6 s"', 'distance = "800 m", time = "0.6 s"')[
+        0
+    ].startswith("paths.reach.x: ")
+    turning = slipped("planar_cart", 'angle = "0.25 rad/s"', 'angle = "500 rad/s"')
+    assert turning == ["tasks.turn, parts of three-wheels: 200 m/s", "tasks.turn, parts of two-wheels: 200 m/s"]
+    duty = iv.DutyCycle(motion=iv.Sinusoid(distance=2.0, frequency=100.0))
+    drive = iv.load_study("hand_controller").drives["cobotic"]
+    study = iv.Study(name="fast", duty={"fast": duty}, drives={"one": drive})
+    assert [one.partition(" m/s is above")[0] for one in study.warnings if "above 100" in one] == ["duty.fast: 1257"]

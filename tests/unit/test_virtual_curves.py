@@ -69,6 +69,26 @@ def test_a_helix_in_space():
 
 
 @pytest.mark.parametrize(
+    "axis",
+    [(1.0, 0.0, 0.0), (-2.0, 0.0, 0.0), (1.0, 1.0, 1.0), (0.8, -0.6, 0.3)],
+    ids=["x", "-x", "diagonal", "slanted"],
+)
+def test_an_arc_about_any_axis_keeps_its_distance_and_advances_with_its_turn(axis):
+    """By definition of the helix, and of where its angle is zero."""
+    centre, along = np.array([0.1, -0.2, 0.3]), np.array(axis) / np.linalg.norm(axis)
+    curve = ArcCurve(centre=centre.tolist(), radius=0.25, axis=axis, pitch=0.06, turn=4.0, start_angle=0.4)
+    there, rise = np.linspace(0.0, curve.length, 40), 0.06 / (2.0 * math.pi)
+    off = curve.at(there)[0] - centre
+    advance = off @ along
+    assert_allclose(np.linalg.norm(off - np.outer(advance, along), axis=1), 0.25, atol=1e-9)
+    assert_allclose(advance, rise * there / math.hypot(0.25, rise), atol=1e-9)
+    reference = np.eye(3)[1 if abs(along[0]) == 1.0 else 0]
+    first = reference - (reference @ along) * along
+    first /= np.linalg.norm(first)
+    assert_allclose(off[0], 0.25 * (math.cos(0.4) * first + math.sin(0.4) * np.cross(along, first)), atol=1e-9)
+
+
+@pytest.mark.parametrize(
     "curve", [CIRCLE, ELLIPSE, HELIX, WAVE, EIGHT], ids=["circle", "ellipse", "helix", "wave", "eight"]
 )
 def test_derivatives_by_the_arc_length(curve):
@@ -219,6 +239,7 @@ U_TURN = [[0, 0], [1, 0], [0, 0.01]]
             lambda: ArcCurve(centre=(0.0, 0.0, 0.0), radius=1.0, axis=(0.0, 0.0, 0.0)),
             "axis must be a direction, not zero",
         ),
+        (lambda: FunctionCurve(function=lambda u: (u, 0.0), closed=1), "closed must be true or false, got 1"),
         (lambda: FunctionCurve(function=3), "function must be a function of one parameter"),
         (lambda: FunctionCurve(function=lambda u: (u, u), start=1.0, end=1.0), "end must be > start, 1, got 1"),
         (lambda: FunctionCurve(function=lambda u: (u, math.nan)), "value of function must be 2 finite coordinates"),

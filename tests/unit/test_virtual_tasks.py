@@ -120,9 +120,7 @@ def test_a_mesh_in_a_table(tmp_path):
     assert made.surface == MeshFile(file=str(file), unit="mm")
     assert made.surface.distance([0.02, 0.0, 0.0]) == pytest.approx(0.01)
     file.unlink()
-    with pytest.raises(
-        StudyError, match=r"tasks.mine.surface: cannot read the mesh file '.*block.stl': it does not exist"
-    ):
+    with pytest.raises(StudyError, match=r"tasks.mine.surface: .*block.stl: no such file"):
         read(f'type = "wall"\nsurface = {{ shape = "mesh", file = "{file}", unit = "mm" }}')
 
 
@@ -214,3 +212,14 @@ def test_one_clear_message(make, message):
     with pytest.raises(iv.InputError, match=message) as caught:
         make()
     assert "\n" not in str(caught.value)
+
+
+def test_a_fixture_of_an_own_kind_serves_every_machine():
+    class Own:
+        def rows(self, coordinates, position=(0.0, 0.0, 0.0), twist=None):
+            return iv.AlongLine(point=(0.0, 0.0, 0.0), direction=(1.0, 0.0, 0.0)).rows(coordinates, position, twist)
+
+    own = Own()
+    assert iv.Fixture(allowed=own).allowed is own
+    with pytest.raises(iv.ParameterError, match="allowed must be what is allowed to move"):
+        iv.Fixture(allowed=3)

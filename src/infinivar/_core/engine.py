@@ -21,7 +21,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from infinivar._core import extras
+from infinivar._core import extras, files
 from infinivar.errors import InputError, require
 
 Engine = Literal["auto", "numpy", "jax"]
@@ -203,9 +203,7 @@ def local(jax: Any) -> Iterator[None]:
 
 def cache_folder() -> Path | None:
     """Folder of compiled functions, which only the user can write to; None where there is none."""
-    import platformdirs
-
-    folder = platformdirs.user_cache_path("infinivar", appauthor=False) / "compiled"
+    folder = files.of_user("cache") / "compiled"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError:

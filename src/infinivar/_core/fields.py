@@ -332,6 +332,8 @@ def check_kind(field: str, value: Any, kinds: Mapping[str, type], method: str) -
     """Raise ParameterError unless a value has the method by which values of these kinds are used."""
     names = ", ".join(kind.__name__ for kind in kinds.values())
     usable = callable(getattr(value, method, None)) and not isinstance(value, type)
+    if callable(getattr(getattr(value, field, None), method, None)):  # a task in place of its motion
+        raise ParameterError(f"{field} must be one of {names}, got a {type(value).__name__}; write its .{field}")
     require(usable, field, repr(value), f"one of {names}")
 
 
@@ -372,6 +374,25 @@ def check_one_of(instance: Any, line: str, joint: str) -> None:
         raise ParameterError(f"{line} is missing: give {line}, or {joint} about a joint")
     if len(given) == 2:
         raise ParameterError(f"{line} and {joint} exclude each other: {line} is along a line, {joint} about a joint")
+
+
+def brief(self: Any) -> str:
+    """Class and main contents of a drive in one line, for `repr`: its parts by name, and single values that are no defaults."""
+    said = []
+    for field in dataclasses.fields(self):
+        value = getattr(self, field.name)
+        factory = field.default_factory
+        usual = field.default if factory is dataclasses.MISSING else factory()
+        if not field.repr or value is None or (type(value) is type(usual) and value == usual):
+            continue
+        if dataclasses.is_dataclass(value):
+            name = getattr(value, "name", "")
+            said.append(f"{field.name}={name!r}" if name else f"{field.name}={type(value).__name__}(...)")
+        elif isinstance(value, float | int | str):
+            unit = field.metadata.get("unit", "1")
+            number = f"{value:.6g}" if isinstance(value, float) else repr(value)
+            said.append(f"{field.name}={number}{'' if unit == '1' else f' {unit}'}")
+    return f"{type(self).__name__}({', '.join(said)})"
 
 
 def quantities_of(instance: Any, prefix: str = "") -> dict[str, dataclasses.Field]:

@@ -26,8 +26,8 @@ def read(path: Path, most: int) -> bytes:
     Raises
     ------
     InputError
-        If the file does not exist, is not a regular file (a folder, a device, a pipe that would block), is too large, or
-        cannot be read.
+        If the file does not exist, is not a regular file (a folder, a device, a pipe that would block, a table of the
+        system), is too large, or cannot be read.
     """
     try:
         # O_NONBLOCK: opening a pipe would otherwise block until a writer opens it.
@@ -39,6 +39,9 @@ def read(path: Path, most: int) -> bytes:
                 raise InputError(
                     f"{printable(path)}: has {found.st_size / _MB:.3g} MB, more than the {most / _MB:g} MB allowed"
                 )
+            if not found.st_size and os.read(file.fileno(), 1):
+                # A log or table of the system that looks like an empty file; reading on could wait, or not end.
+                raise InputError(f"{printable(path)}: is not a regular file")
             return file.read(most + 1)[:most]
     except FileNotFoundError as problem:
         raise InputError(f"{printable(path)}: no such file") from problem
@@ -48,3 +51,23 @@ def read(path: Path, most: int) -> bytes:
         raise InputError(
             f"{printable(path)}: cannot be read: {getattr(problem, 'strerror', None) or problem}"
         ) from problem
+
+
+def of_user(purpose: str) -> Path:
+    """Folder in which the program keeps something for the user.
+
+    Parameters
+    ----------
+    purpose : str   "cache", "data" or "state".
+
+    Returns
+    -------
+    Path   As the system has it, by `platformdirs`. For a user without a home, as in some containers, one that cannot exist:
+        nothing is found there, and what is written raises `OSError`.
+    """
+    import platformdirs
+
+    try:
+        return Path(getattr(platformdirs, f"user_{purpose}_path")("infinivar", appauthor=False)).expanduser().absolute()
+    except RuntimeError:  # of platformdirs or of expanduser: neither a variable nor the system names a home
+        return Path(os.devnull) / "infinivar"

@@ -13,6 +13,8 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
+from infinivar.errors import nearest
+
 K = TypeVar("K")
 V = TypeVar("V")
 
@@ -26,11 +28,36 @@ _REFERENCES = "OT"
 """Kinds of arrays that hold references to their items: bytes cannot keep those alive, so that they are locked as views."""
 
 
+_LISTED = 12
+"""Most keys named in a message."""
+
+
+class UnknownKeyError(KeyError):
+    """A key that a frozen dictionary does not have; its text suggests the nearest one."""
+
+    def __init__(self, key: object, known: tuple[str, ...]) -> None:
+        super().__init__(key)
+        self.known = known
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.args[0], self.known)
+
+    def __str__(self) -> str:
+        hint = nearest(self.args[0], self.known) if isinstance(self.args[0], str) else ""
+        listed = ", ".join(self.known[:_LISTED]) + (
+            f" and {len(self.known) - _LISTED} more" * (len(self.known) > _LISTED)
+        )
+        return f"{self.args[0]!r}{hint}; keys: {listed or 'none'}"
+
+
 class FrozenDict(dict[K, V]):
     """Immutable dictionary. Unlike `types.MappingProxyType` it can be pickled."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise TypeError("this mapping is part of a frozen value; use dataclasses.replace to make another")
+
+    def __missing__(self, key: object) -> NoReturn:
+        raise UnknownKeyError(key, tuple(one for one in self if isinstance(one, str)))
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
 

@@ -37,6 +37,16 @@ def registered(group: str) -> tuple[str, ...]:
     return tuple(_found(group, tuple(sys.path)))
 
 
+def packages() -> set[str]:
+    """Names of the packages of all extensions that are installed."""
+    return {
+        point.module.partition(".")[0]
+        for group in GROUPS
+        for points in _found(group, tuple(sys.path)).values()
+        for point in points
+    }
+
+
 def _one(group: str, name: str, known: Collection[str]) -> metadata.EntryPoint:
     """The one entry point of a registered word; raises InputError if the program or two packages have it."""
     points = _found(group, tuple(sys.path))[name]

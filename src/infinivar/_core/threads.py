@@ -42,7 +42,7 @@ def in_order(function: Callable[[T], R], items: Sequence[T], *, workers: int | N
     from concurrent.futures import ThreadPoolExecutor
 
     pool = ThreadPoolExecutor(workers)
-    with _products_on_one_thread():
+    with products_on_one_thread():
         try:
             try:
                 pending = [pool.submit(function, item) for item in items]
@@ -60,8 +60,12 @@ _lock, _inside, _limit = threading.Lock(), 0, contextlib.ExitStack()
 
 
 @contextlib.contextmanager
-def _products_on_one_thread() -> Iterator[None]:
-    """Products of matrices start no threads beside those of the block, which would wait for each other."""
+def products_on_one_thread() -> Iterator[None]:
+    """Products of matrices start no threads in the block.
+
+    Beside threads of the block they would wait for each other; and their rounding would be that of the number of threads, which
+    a search carries from the last digit to the tenth.
+    """
     _count(1)
     try:
         yield
@@ -82,6 +86,7 @@ def _count(change: int) -> None:
 
 @functools.cache
 def _libraries() -> ThreadpoolController:
+    import scipy.linalg  # noqa: F401  it has a library of its own, which is found only once it is loaded
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController()

@@ -15,6 +15,7 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import Array
 from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
+from infinivar._core.threads import products_on_one_thread
 from infinivar.analysis.cycles.cylinder_policy import HARMONICS, RANGE, schedule, schedules_within
 from infinivar.drivetrain.many_legs import LeggedDrive, MachinePoint
 from infinivar.errors import require
@@ -63,6 +64,7 @@ class CommonSpeed(Result):
     scheduled_power: float
 
 
+@products_on_one_thread()
 def best_cylinder_speed(
     drive: LeggedDrive,
     configuration: Configuration,

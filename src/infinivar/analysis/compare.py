@@ -4,33 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, field
+from dataclasses import asdict, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar import power
 from infinivar._core.engine import Engine
 from infinivar._core.frozen import FrozenDict
-from infinivar._core.result import Frozen, Result, result
+from infinivar._core.result import Result, result
 from infinivar.analysis import sampled_springs
 from infinivar.analysis.cycles.cylinder_policy import Policy, policies
 from infinivar.analysis.cycles.duty_comparison import FEW, DutyComparison, over_all
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.duty_result import DutyResult
 from infinivar.analysis.cycles.mixed_use import MixedUse, mixed_use
+from infinivar.analysis.deciding import hanging_drives, hanging_machines
+from infinivar.analysis.hanging import Hanging, Judged, winner
 from infinivar.analysis.least_loss import LeastLoss, least_loss
 from infinivar.analysis.machines import MachineComparison, compare_machines
 from infinivar.analysis.plane import Plane, of_drives, place
+from infinivar.analysis.region import Corner, Margin, against, peak
 from infinivar.analysis.robustness.verdicts import Builds, builds
 from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive, MovingDrive, operated
+from infinivar.drivetrain.drive import Drive, MovingDrive
+from infinivar.drivetrain.uncounted import not_counted
 from infinivar.errors import InputError
-from infinivar.limits import LEADING, Limit, binding
 from infinivar.motion.duty_cycles import DutyCycle
-from infinivar.study.check import check_asked, check_duty, check_spreads
+from infinivar.study.check import check_asked, check_duty, check_spreads, check_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import margin_words, plain
@@ -40,29 +42,6 @@ if TYPE_CHECKING:
 
 PEAK_REACH = 10.0
 """Multiple of the required force and speed up to which the peak efficiency is searched."""
-
-
-@result
-class Margin(Frozen):
-    """Tightest limit of a drive in the required region."""
-
-    limit: Limit
-    value: float
-    force: float
-    speed: float
-
-
-@result
-class Corner(Frozen):
-    """A drive at one corner of the required region. [m/s], [N], or [rad/s], [N m]; [W]"""
-
-    speed: float
-    force: float
-    power_in: float
-    losses: Mapping[str, float]
-    efficiency: float
-    limit: Limit
-    margin: float
 
 
 @result
@@ -145,6 +124,8 @@ class Comparison(Result):
     duty: Mapping[str, DutyComparison] = field(default_factory=dict)
     builds: Mapping[str, Builds] = field(default_factory=dict)
     """Sampled builds of the drives for which the study states spreads."""
+    hangs_on: Hanging | None = None
+    """Choices that no source settles, each with the winner it gives."""
     least_loss: LeastLoss | None = None
     """Drive with the least loss over the force-speed plane; None with a single drive."""
 
@@ -171,21 +152,34 @@ class Comparison(Result):
         lowest energy in every duty cycle, or None if no drive has that. Without, the drive with the lowest mean loss over the
         required region.
         """
-        able = {name: result for name, result in self.results.items() if self.able(name)}
-        if not able:
-            return None
-        if not self.duty:
-            return min(able.values(), key=lambda result: result.mean_loss)
-        mixed = self.mixed
-        if mixed is not None:
-            return self.results[min(able, key=lambda name: mixed.power[name])]
-        least = {min(able, key=lambda name: found.results[name].energy) for found in self.duty.values()}
-        return self.results[least.pop()] if len(least) == 1 else None
+        best = winner(self._judged)
+        return None if best is None else self.results[best]
+
+    @property
+    def _judged(self) -> dict[str, Judged]:
+        """What decides between the drives: energy of each cycle or of mixed use, else mean loss over the region."""
+        mixed, found = self.mixed, {}
+        for name, one in self.results.items():
+            if mixed is not None:
+                values: tuple[float, ...] = (mixed.power[name],)
+            elif self.duty:
+                values = tuple(cycle.results[name].energy for cycle in self.duty.values())
+            else:
+                values = (one.mean_loss,)
+            found[name] = Judged(self.able(name), values)
+        return found
 
     @property
     def verdict(self) -> str:
-        """The answer in one or two sentences, about the duty cycles first."""
-        return " ".join(verdicts(self))
+        """The answer in one or two sentences, about the duty cycles first; undecidable if an open choice changes the winner."""
+        prefix = "" if self.hangs_on is None else self.hangs_on.prefix
+        return prefix + " ".join((*verdicts(self), *filter(None, [self.not_counted])))
+
+    @property
+    def not_counted(self) -> str:
+        """Sentence on the bearings whose friction drives do not state; "" if all do."""
+        drives = {name: one.drive for name, one in self.results.items()}
+        return not_counted(drives, {name: one.title for name, one in self.results.items()})
 
     def to_dict(self) -> dict[str, Any]:
         """Verdicts as plain numbers, for scripts."""
@@ -200,6 +194,7 @@ class Comparison(Result):
             "feasible": self.feasible,
             "best": None if best is None else best.name,
             **({} if self.mixed is None else {"mixed_use": self.mixed.to_dict()}),
+            **({} if self.hangs_on is None else {"hangs_on": self.hangs_on.to_dict()}),
             **({} if self.least_loss is None else {"least_loss": self.least_loss.to_dict()}),
         }
 
@@ -262,68 +257,10 @@ def evaluate(
         name=name,
         title=title,
         drive=drive,
-        peak_efficiency=_peak(np.concatenate([found.ravel() for found in efficiencies])),
+        peak_efficiency=peak(np.concatenate([found.ravel() for found in efficiencies])),
         map=steady,
         audit_residual=max(residuals),
         **judged,
-    )
-
-
-def against(name: str, drive: Drive, requirement: Requirement) -> tuple[dict[str, Any], np.ndarray, float]:
-    """Evaluate a drive on a requirement: fields of `DriveResult`, efficiencies over the region, largest residual there."""
-    speed, force, weight = requirement.sample()
-    point = operated(drive, speed=speed, force=force)
-    limit, margin = (np.broadcast_to(part, speed.shape) for part in binding(point.utilisation))
-    within = limit == Limit.OK
-    residual = power.audit(point.power_in, point.power_out, point.losses, name)
-    efficiency = power.efficiency_within(limit, point.power_in, point.power_out)
-    loss = point.power_in - point.power_out
-    # Among points of equal margin, report the one with the highest power.
-    tight = int(np.argmax(np.where(margin <= margin.min() * (1 + 1e-9), np.abs(speed * force), -1.0)))
-    worst = binding_at(point.utilisation, tight)
-    found = {
-        "coverage": float(weight[within].sum()) if not within.all() else 1.0,
-        "peak_efficiency_in_region": _peak(efficiency),
-        "mean_loss": float(np.average(loss[within], weights=weight[within])) if weight[within].sum() > 0 else np.nan,
-        "tightest": Margin(
-            limit=worst, value=float(margin[tight]), force=float(force[tight]), speed=float(speed[tight])
-        ),
-        "corners": FrozenDict({label: corner(drive, *where) for label, where in requirement.corners().items()}),
-    }
-    return found, efficiency, residual
-
-
-def _peak(efficiency: np.ndarray) -> float:
-    """Largest efficiency; nan if none is known."""
-    known = efficiency[~np.isnan(efficiency)]
-    return float(known.max()) if known.size else float("nan")
-
-
-def binding_at(utilisation: Mapping[Limit, Any], index: int) -> Limit:
-    """The tightest limit at one point of a flat sample, exceeded or not."""
-    demands = {
-        limit: float(np.ravel(demand)[index if np.size(demand) > 1 else 0]) for limit, demand in utilisation.items()
-    }
-    if not demands:
-        return Limit.OK
-    for leading in reversed(LEADING):
-        if demands.get(leading, 0.0) > 1.0:
-            return leading
-    return max(demands, key=lambda limit: -1.0 if np.isnan(demands[limit]) else demands[limit])
-
-
-def corner(drive: Drive, speed: float, force: float) -> Corner:
-    """Evaluate one operating point as plain numbers."""
-    point = operated(drive, speed=speed, force=force)
-    limit, margin = binding(point.utilisation)
-    return Corner(
-        speed=speed,
-        force=force,
-        power_in=float(point.power_in),
-        losses=FrozenDict({name: float(loss) for name, loss in point.losses.items()}),
-        efficiency=float(power.efficiency(point.power_in, point.power_out)),
-        limit=Limit(int(limit)),
-        margin=float(margin),
     )
 
 
@@ -356,11 +293,15 @@ def compare(
     AuditError
         If a power balance does not close.
     """
+    check_study(study)
     check_spreads(study)
     check_asked(study, "compare")
     if study.tasks or study.paths:
-        return compare_machines(study, progress)
-    return compare_drives(study, quick=quick, engine=engine, progress=progress)
+        found = compare_machines(study, progress)
+        return replace(found, hangs_on=hanging_machines(found))
+    made = compare_drives(study, quick=quick, engine=engine, progress=progress)
+    covers = {name: one.covers for name, one in made.results.items()}
+    return replace(made, hangs_on=hanging_drives(study, made._judged, covers))
 
 
 def compare_drives(
@@ -370,7 +311,7 @@ def compare_drives(
     engine: Engine = "auto",
     progress: Callable[[str, float], None] | None = None,
 ) -> Comparison:
-    """As `compare`, for a study of drives of one axis, with a requirement or duty cycles."""
+    """As `compare`, for a study of drives of one axis, with a requirement or duty cycles, without what the verdict hangs on."""
     check_duty(study)
     check_spreads(study)
     plane = of_drives(study)

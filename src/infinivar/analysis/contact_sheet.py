@@ -17,6 +17,7 @@ from infinivar.drivetrain.machines.legged import legs_of
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import InputError
 from infinivar.limits import Limit
+from infinivar.study.check import check_study
 from infinivar.study.provenance import Provenance
 from infinivar.study.study import Study
 from infinivar.transmission import turning
@@ -135,6 +136,7 @@ def contact_sheets(study: Study, drive: str | None = None) -> tuple[ContactSheet
     InputError
         If the drive does not exist or has no wheel on a cylinder.
     """
+    check_study(study)
     return tuple(contact_sheet(study, name) for name in cobotic_drives(study, drive))
 
 

@@ -16,6 +16,7 @@ from infinivar.axis import LINEAR, Axis
 from infinivar.drivetrain.drive import Drive, DrivePoint, operated
 from infinivar.errors import InputError
 from infinivar.limits import Limit, binding
+from infinivar.study.check import check_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
 from infinivar.units import plain
@@ -141,6 +142,7 @@ def least_loss(
     InputError
         If the study has a single drive, or only one of `speed` and `force` is given.
     """
+    check_study(study)
     if len(study.drives) < 2:
         raise InputError("least_loss: the study has one drive; it takes two to find the one that loses less")
     if (speed is None) != (force is None):

@@ -196,7 +196,7 @@ class _Run:
                 system=system,
                 period=self.period,
                 motor=motor,
-                servo=control.placed_servo(system, settings, 10.0 * system.servo.stick_speed if system.servo else 1.0),
+                servo=control.placed_servo(system, settings),
                 integrals=idle,
             ),
             duration=scenario.duration,

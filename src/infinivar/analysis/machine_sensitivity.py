@@ -12,10 +12,11 @@ import numpy as np
 from infinivar._core.bounds import fits
 from infinivar._core.fields import quantities_of, value_at, with_values
 from infinivar._core.result import Frozen, Result, result
-from infinivar.analysis.machines import PathResult, TaskResult, follow_path, perform_task
+from infinivar.analysis.machine_tasks import PathResult, TaskResult, follow_path, perform_task
 from infinivar.drivetrain.drive import with_rated_gear
 from infinivar.errors import InputError, ParameterError, nearest
 from infinivar.motion.machine_tasks import MachineTask
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.units import show, signed
 
@@ -123,6 +124,7 @@ def machine_sensitivity(
     InputError
         If a name is unknown, or the result is undefined or 0, so that it has no relative change.
     """
+    check_study(study)
     if of not in OUTCOMES:
         raise InputError(f"of must be one of {', '.join(OUTCOMES)}, got {of!r}{nearest(of, OUTCOMES)}")
     name, one = asked_of(study, asked)

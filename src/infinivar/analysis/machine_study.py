@@ -19,17 +19,16 @@ from infinivar._core.fields import given
 from infinivar.analysis.machine_motion import simulate_machine
 from infinivar.analysis.machine_run import MachineRun
 from infinivar.drivetrain.drive import EVERY_MACHINE, axis_of, is_machine, type_words
+from infinivar.drivetrain.machines.course import passing
 from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
 from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.drivetrain.machines.sphere import SphereDrive
 from infinivar.drivetrain.many_legs import LeggedDrive
 from infinivar.drivetrain.moving import control
-from infinivar.drivetrain.moving.bodies import rotation_between
 from infinivar.errors import ParameterError
 from infinivar.motion.histories import VectorHistory
 from infinivar.motion.machine_scenario import MachineScenario
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
-from infinivar.motion.vectors import ROTATIONS
 from infinivar.transmission.configuration import Configuration
 
 HELD = 0.2
@@ -174,16 +173,5 @@ def _through(drive: Any, task: MachineTask) -> tuple[np.ndarray, np.ndarray, np.
     """Instants of a steady motion with the pose of the task in its middle, as `_along`."""
     names = drive.coordinates
     time = np.linspace(0.0, HELD, _STEPS + 1)
-    away = (time - 0.5 * HELD)[:, None]
-    middle, twist = task.pose.row(names, drive.home), task.twist.row(names)
-    pose = middle + away * twist
-    turning = [place for place, name in enumerate(names) if name in ROTATIONS]
-    if len(turning) == 3 and np.any(twist[turning]):
-        pose[:, turning] = [_turned(middle[turning], vector) for vector in away * twist[turning]]
+    pose = passing(task.pose.row(names, drive.home), task.twist.row(names), names, time - 0.5 * HELD)
     return time, pose, np.tile(-task.wrench.row(names), (len(time), 1))
-
-
-def _turned(rotation: np.ndarray, further: np.ndarray) -> np.ndarray:
-    """Rotation vector of a rotation, and after it another, both about fixed axes. (3,) each [rad]"""
-    # The turn from the inverse of the first to the second is R(further) R(rotation).
-    return rotation_between(-rotation, further)

@@ -1,195 +1,22 @@
-"""Compare machines in the tasks and on the paths of a study: one walk for all, over `Machine.perform`."""
+"""Compare machines in the tasks and on the paths of a study: one walk for all, over `perform_task` and `follow_path`."""
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import field
 from typing import Any
 
-import numpy as np
-
-from infinivar import power
 from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Result, result
+from infinivar.analysis.hanging import Hanging, Judged, winner
+from infinivar.analysis.machine_tasks import PathResult, Prepared, TaskResult, evaluated, power_and_feasibility
 from infinivar.drivetrain.machines.legged import motor_mass
-from infinivar.drivetrain.machines.machine import Machine, TaskPoint, as_machine, unit_of
-from infinivar.errors import ParameterError, require
-from infinivar.limits import LEADING, ROOT_MEAN_SQUARE, Demand, Limit, words_of
+from infinivar.drivetrain.machines.machine import Machine, as_machine
+from infinivar.drivetrain.uncounted import uncounted
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.study.check import check_machines
 from infinivar.study.study import Study
-from infinivar.units import margin_words, plain
-
-_BETWEEN = 15
-"""Points between the ends of a range of wrenches of one coordinate at which limits are judged."""
-
-_LOADED = 1e-6
-"""Demand over allowance below which a limit counts as not loaded. [-]"""
-
-_NO_DEMAND: Demand = (Limit.OK, "load")
-
-
-@result
-class TaskResult(Result):
-    """One machine in one task.
-
-    Attributes
-    ----------
-    title : str
-    pose, twist, wrench : (d,) float   In the coordinates of the machine; the wrench on the load.
-    corners : (m, d) float             Wrenches at which limits are judged: the task's own, corners of its polytope, and points
-        between them if the machine has one coordinate.
-    point : TaskPoint                  At the task's own wrench.
-    demand : (Limit, part)             The tightest limit over all of them.
-    margin : float                     Allowance over demand there; below 1 if infeasible. [-]
-    corner : int                       The corner at which it is the tightest.
-    audit_residual : float             Largest relative residual of the power balance. [-]
-    """
-
-    title: str
-    coordinates: tuple[str, ...]
-    pose: np.ndarray
-    twist: np.ndarray
-    wrench: np.ndarray
-    corners: np.ndarray
-    point: TaskPoint
-    demand: Demand
-    margin: float
-    corner: int
-    audit_residual: float
-
-    @property
-    def feasible(self) -> bool:
-        """Whether every wrench of the polytope is within all limits."""
-        return self.margin >= 1.0
-
-    @property
-    def mean_power(self) -> float:
-        """Power from the source under the task's own wrench. [W]"""
-        return float(self.point.power_in)
-
-    @property
-    def losses(self) -> dict[str, float]:
-        """By name. [W]"""
-        return {name: float(loss) for name, loss in self.point.losses.items()}
-
-    @property
-    def tightest_words(self) -> str:
-        """The tightest limit, with its margin, and where if other wrenches are asked for."""
-        where = "" if self.corner == 0 else f" at {_vector(self.coordinates, self.corners[self.corner], 'wrench')}"
-        return tight_words(self.demand, self.margin) + where
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "title": self.title,
-            "feasible": self.feasible,
-            "power_in_W": self.mean_power,
-            "power_out_W": float(self.point.power_out),
-            "losses_W": self.losses,
-            "efficiency": float(self.point.efficiency),
-            "tightest_limit": self.demand[0].name,
-            "part": self.demand[1],
-            "margin": self.margin,
-            "parts": {
-                part: {
-                    "force": float(self.point.part_forces[place]),
-                    "speed": float(self.point.part_speeds[place]),
-                    "steering_rad": float(self.point.steering[place]),
-                    "loss_W": float(self.point.part_losses[place]),
-                }
-                for place, part in enumerate(self.point.parts)
-            },
-            "audit_residual": self.audit_residual,
-        }
-
-
-@result
-class PathResult(Result):
-    """One machine on one path.
-
-    Attributes
-    ----------
-    title, per : str                   Name, and what energies refer to.
-    period : float                     [s]
-    time : (t,) float                  [s]
-    pose, twist, wrench : (t, d) float In the coordinates of the machine.
-    point : TaskPoint                  At each instant.
-    demands : (Limit, part) to float   Over the path: root mean squares of heating, peaks of all else. [-]
-    demand, margin                     The tightest of them.
-    audit_residual : float             [-]
-    """
-
-    title: str
-    per: str
-    coordinates: tuple[str, ...]
-    period: float
-    time: np.ndarray
-    pose: np.ndarray
-    twist: np.ndarray
-    wrench: np.ndarray
-    point: TaskPoint
-    demands: Mapping[Demand, float]
-    demand: Demand
-    margin: float
-    audit_residual: float
-
-    @property
-    def feasible(self) -> bool:
-        """Whether all limits hold over the path."""
-        return self.margin >= 1.0
-
-    @property
-    def mean_power(self) -> float:
-        """Mean power from the source; nan where a wheel slips or the machine does not reach. [W]"""
-        return float(np.mean(self.point.power_in))
-
-    @property
-    def energy(self) -> float:
-        """Energy from the source over the period. [J]"""
-        return self.mean_power * self.period
-
-    @property
-    def losses(self) -> dict[str, float]:
-        """Means, by name. [W]"""
-        return {name: float(np.mean(loss)) for name, loss in self.point.losses.items()}
-
-    @property
-    def tightest_words(self) -> str:
-        """The tightest limit, with its margin."""
-        return tight_words(self.demand, self.margin)
-
-    @property
-    def columns(self) -> dict[str, np.ndarray]:
-        """Histories for a data file, by name with unit."""
-        found = {"time_s": self.time}
-        for what in ("pose", "twist", "wrench"):
-            for place, name in enumerate(self.coordinates):
-                unit = unit_of(name, what).replace("/", "_").replace(" ", "")
-                found[f"{what}_{name}_{unit}"] = getattr(self, what)[:, place]
-        return {
-            **found,
-            "power_in_W": np.asarray(self.point.power_in),
-            "power_out_W": np.asarray(self.point.power_out),
-            **{f"loss_{name.replace(' ', '_')}_W": np.asarray(loss) for name, loss in self.point.losses.items()},
-        }
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain numbers, for scripts."""
-        return {
-            "title": self.title,
-            "feasible": self.feasible,
-            "period_s": self.period,
-            "energy_J": self.energy,
-            "mean_power_W": self.mean_power,
-            "peak_power_W": float(np.max(self.point.power_in)),
-            "mean_losses_W": self.losses,
-            "tightest_limit": self.demand[0].name,
-            "part": self.demand[1],
-            "margin": self.margin,
-            "audit_residual": self.audit_residual,
-        }
+from infinivar.units import plain
 
 
 @result
@@ -222,9 +49,22 @@ class MachineResult(Result):
     @property
     def mean_power(self) -> float:
         """Weighed by the shares of time; nan without shares. [W]"""
+        return self._weighed("mean_power")
+
+    @property
+    def steady_power(self) -> float:
+        """The same of steady points. [W]"""
+        return self._weighed("steady_power")
+
+    def _weighed(self, name: str) -> float:
         if not self.shares:
             return float("nan")
-        return sum(share * self.found[key].mean_power for key, share in self.shares.items())
+        return sum(share * getattr(self.found[key], name) for key, share in self.shares.items())
+
+    @property
+    def lacking(self) -> Mapping[str, str]:
+        """What does not count, "steering", "rotors", "moving masses" or bearings that carry forces, with the reason."""
+        return {**lacking_of(self.machine), **dict.fromkeys(uncounted(self.machine), "none are stated")}
 
     @property
     def audit_residual(self) -> float:
@@ -244,7 +84,7 @@ class MachineResult(Result):
             if len(self.found) == 1
             else f"infeasible in {misses} of {len(self.found)}"
         )
-        used = f"; {plain(self.mean_power, 3)} W in mixed use" if self.shares and self.feasible else ""
+        used = f"; {power_words(self)} in mixed use" if self.shares and self.feasible else ""
         return f"{able}; {tight.tightest_words}{where}{used}"
 
     def to_dict(self) -> dict[str, Any]:
@@ -254,6 +94,8 @@ class MachineResult(Result):
             "feasible": self.feasible,
             "verdict": self.verdict,
             "mean_power_W": self.mean_power,
+            "steady_power_W": self.steady_power,
+            "not_counted": dict(self.lacking),
             "motor_mass_kg": self.motor_mass,
             "tasks": {name: one.to_dict() for name, one in self.tasks.items()},
             "paths": {name: one.to_dict() for name, one in self.paths.items()},
@@ -266,6 +108,8 @@ class MachineComparison(Result):
 
     study: Study
     results: Mapping[str, MachineResult]
+    hangs_on: Hanging | None = None
+    """Choices that no source settles, each with the winner it gives."""
 
     @property
     def feasible(self) -> bool:
@@ -275,17 +119,31 @@ class MachineComparison(Result):
     @property
     def best(self) -> MachineResult | None:
         """The feasible machine with the lowest mean power: in mixed use if shares are stated, else in every task and path."""
-        able = [one for one in self.results.values() if one.feasible]
-        if not able:
-            return None
-        if able[0].shares:
-            return min(able, key=lambda one: one.mean_power)
-        least = {min(able, key=lambda one: one.found[key].mean_power).name for key in able[0].found}
-        return self.results[least.pop()] if len(least) == 1 else None
+        best = winner({name: judged_machine(one) for name, one in self.results.items()})
+        return None if best is None else self.results[best]
 
     @property
     def verdict(self) -> str:
-        """The answer in one or two sentences."""
+        """The answer in one or two sentences, and what does not count; undecidable if an open choice changes the winner."""
+        prefix = "" if self.hangs_on is None else self.hangs_on.prefix
+        return prefix + " ".join(one for one in (self._answer, self.not_counted) if one)
+
+    @property
+    def not_counted(self) -> str:
+        """A sentence on what the powers leave out; empty if nothing."""
+        titles: dict[tuple[str, str], list[str]] = {}
+        for one in self.results.values():
+            for what, why in one.lacking.items():
+                titles.setdefault((what, why), []).append(one.title)
+        every = len(self.results)
+        said = [
+            f"{what} ({why})" if len(names) == every else f"{what} of {' and '.join(names)} ({why})"
+            for (what, why), names in titles.items()
+        ]
+        return f"Not counted: {', '.join(said)}." if said else ""
+
+    @property
+    def _answer(self) -> str:
         count = len(self.results)
         able = [one for one in self.results.values() if one.feasible]
         best = self.best
@@ -300,15 +158,14 @@ class MachineComparison(Result):
             return f"{head}; none has the lowest power in each task."
         rest = [one for one in able if one is not best]
         if best.shares:
-            against = f", against {_listed(rest, lambda one: one.mean_power)}" if rest else ""
-            return f"{head}; lowest mean power: {best.title} with {plain(best.mean_power, 3)} W{against}."
+            against = f", against {_listed(rest)}" if rest else ""
+            return f"{head}; lowest mean power: {best.title} with {power_words(best)}{against}."
         if not rest:
             return f"{head}: {best.title}; {best.verdict}."
         if len(best.found) > 1:
             return f"{head}; lowest power in each: {best.title}."
         (key,) = best.found
-        against = _listed(rest, lambda one: one.found[key].mean_power)
-        return f"{head}; lowest power: {best.title} with {plain(best.found[key].mean_power, 3)} W, against {against}."
+        return f"{head}; lowest power: {best.title} with {power_words(best.found[key])}, against {_listed(rest, key)}."
 
     def to_dict(self) -> dict[str, Any]:
         """Verdicts as plain numbers, for scripts."""
@@ -320,15 +177,49 @@ class MachineComparison(Result):
             "warnings": list(self.study.warnings),
             "feasible": self.feasible,
             "best": None if best is None else best.name,
+            **({} if self.hangs_on is None else {"hangs_on": self.hangs_on.to_dict()}),
         }
 
 
-def _listed(rest: list[MachineResult], value: Callable[[MachineResult], float]) -> str:
-    return ", ".join(f"{plain(value(one), 3)} W of {one.title}" for one in rest)
+def judged_machine(found: MachineResult) -> Judged:
+    """What decides on a machine: its mean power in mixed use, or in each task and path without shares."""
+    values = (found.mean_power,) if found.shares else tuple(one.mean_power for one in found.found.values())
+    return Judged(found.feasible, values)
+
+
+def decided_machine(drive: Any, asked: Prepared, shares: Mapping[str, float]) -> Judged:
+    """The same of a machine in tasks and on paths, without anything else."""
+    found = power_and_feasibility(drive, asked)
+    powers = {key: power for key, (power, _) in found.items()}
+    values = (sum(share * powers[key] for key, share in shares.items()),) if shares else tuple(powers.values())
+    return Judged(all(feasible for _, feasible in found.values()), values)
+
+
+def tasks_and_paths(study: Study) -> dict[str, MachineTask | MachinePath]:
+    """Of a study, by "tasks.NAME" and "paths.NAME"."""
+    return {f"tasks.{key}": one for key, one in study.tasks.items()} | {
+        f"paths.{key}": one for key, one in study.paths.items()
+    }
+
+
+def _listed(rest: list[MachineResult], key: str | None = None) -> str:
+    return ", ".join(f"{power_words(one if key is None else one.found[key])} of {one.title}" for one in rest)
+
+
+def lacking_of(machine: Any) -> Mapping[str, str]:
+    """What of the motion of a machine does not count, with the reason; all of it where it has only steady points."""
+    known = getattr(machine, "lacking", None)
+    return {"moving masses": f"{type(machine).__name__} has steady points only"} if known is None else known
 
 
 def _name(key: str) -> str:
     return key.partition(".")[2]
+
+
+def power_words(found: TaskResult | PathResult | MachineResult) -> str:
+    """A mean power, with that of steady points beside it where they differ."""
+    power, steady = plain(found.mean_power, 3), plain(found.steady_power, 3)
+    return f"{power} W" if power == steady else f"{power} W (steady {steady} W)"
 
 
 def compare_machines(study: Study, progress: Callable[[str, float], None] | None = None) -> MachineComparison:
@@ -352,170 +243,29 @@ def compare_machines(study: Study, progress: Callable[[str, float], None] | None
     """
     check_machines(study)
     results: dict[str, MachineResult] = {}
-    count = len(study.tasks) + len(study.paths)
     for index, (name, drive) in enumerate(study.drives.items()):
-        machine, found = as_machine(drive), {}
-
-        def report(done: int, title: str = study.titles[name], index: int = index) -> None:
-            if progress is not None:
-                progress(title, (index + done / count) / len(study.drives))
-
-        for task, one in study.tasks.items():
-            report(len(found))
-            found[f"tasks.{task}"] = perform_task(machine, one)
-        for path, one in study.paths.items():
-            report(len(found))
-            found[f"paths.{path}"] = follow_path(machine, one)
-        results[name] = MachineResult(
-            name=name,
-            title=study.titles[name],
-            machine=machine,
-            found=FrozenDict(found),
-            shares=FrozenDict(study.machine_shares),
-            motor_mass=motor_mass(drive),
-        )
+        if progress is not None:
+            progress(study.titles[name], index / len(study.drives))
+        results[name] = evaluate_machine(study, name, drive)
     return MachineComparison(study=study, results=FrozenDict(results))
 
 
-def perform_task(drive: Any, task: MachineTask) -> TaskResult:
-    """One machine, or drive of one axis, in a task: all losses, and limits at every corner of its polytope of wrenches.
+def evaluate_machine(study: Study, name: str, drive: Any = None) -> MachineResult:
+    """One machine of a study in all its tasks and on all its paths; what decides is `mean_power`, or that of each of `found`.
 
-    Raises
-    ------
-    ParameterError
-        If the task states a coordinate that the machine does not have.
-
-    Notes
-    -----
-    Between the corners the demands of most machines are smaller: at one twist and pose they are convex in the wrench, as forces
-    of links are linear in it. Where creep by spin changes with the load, as on a sphere, they need not be: a machine of one
-    coordinate is judged at points between them, too.
+    Parameters
+    ----------
+    study : Study
+    name : str         Of one of its drives.
+    drive : Machine    A variant to evaluate in its place; by default that of the study.
     """
+    drive = study.drives[name] if drive is None else drive
     machine = as_machine(drive)
-    names = machine.coordinates
-    require(isinstance(task, MachineTask), "task", f"a {type(task).__name__}", "a MachineTask")
-    for key, vector in task.vectors.items():
-        for name in vector.beyond(names):
-            raise ParameterError(f"{key}.{name} does not apply: the machine has {', '.join(names)} only")
-    pose, twist, corners = task.pose.row(names, machine.home), task.twist.row(names), _judged(task.corners(names))
-    every = machine.perform(pose=pose, twist=twist, wrench=corners)
-    residual = power.audit(every.power_in, every.power_out, every.losses, f"task {task.title!r}")
-    margins = np.empty(len(corners))
-    tightest = []
-    for place in range(len(corners)):
-        demand, margins[place] = tightest_of({key: float(values[place]) for key, values in every.demands.items()})
-        tightest.append(demand)
-    corner = int(np.argmin(margins))
-    return TaskResult(
-        title=task.title,
-        coordinates=names,
-        pose=pose,
-        twist=twist,
-        wrench=corners[0],
-        corners=corners,
-        point=every.first(),
-        demand=tightest[corner],
-        margin=float(margins[corner]),
-        corner=corner,
-        audit_residual=residual,
+    return MachineResult(
+        name=name,
+        title=study.titles[name],
+        machine=machine,
+        found=FrozenDict(evaluated(machine, tasks_and_paths(study))),
+        shares=FrozenDict(study.machine_shares),
+        motor_mass=motor_mass(drive),
     )
-
-
-def _judged(corners: np.ndarray) -> np.ndarray:
-    """The wrenches at which a task is judged: the corners, and of one coordinate as many between them as show a maximum."""
-    if corners.shape[-1] > 1 or len(corners) == 1:
-        return corners
-    between = np.linspace(np.min(corners), np.max(corners), _BETWEEN + 2)[1:-1]
-    return np.concatenate([corners, between[~np.isin(between, corners[:, 0])][:, None]])
-
-
-def follow_path(drive: Any, path: MachinePath) -> PathResult:
-    """One machine, or drive of one axis, on a path: operation at every instant, as if it were steady.
-
-    The wrench accelerates the load; inertias within the machine, the steering and the warming of windings are left out.
-    """
-    machine = as_machine(drive)
-    at = path.instants(machine.coordinates, machine.home)
-    point = machine.perform(pose=at.pose, twist=at.twist, wrench=at.wrench)
-    residual = power.audit(point.power_in, point.power_out, point.losses, f"path {path.title!r}")
-    demands = {key: _over_time(key, np.asarray(values)) for key, values in point.demands.items()}
-    demand, margin = tightest_of(demands)
-    return PathResult(
-        title=path.title,
-        per=path.per,
-        coordinates=machine.coordinates,
-        period=path.period,
-        time=at.time,
-        pose=at.pose,
-        twist=at.twist,
-        wrench=at.wrench,
-        point=point,
-        demands=FrozenDict(demands),
-        demand=demand,
-        margin=margin,
-        audit_residual=residual,
-    )
-
-
-def _over_time(key: Demand, values: np.ndarray) -> float:
-    """Demand over a path at equal steps; inf where it is undefined at an instant at which a wheel slips."""
-    if key[0] in LEADING:
-        return float(np.max(np.where(np.isnan(values), np.inf, values)))
-    return float(np.sqrt(np.mean(values * values))) if key[0] in ROOT_MEAN_SQUARE else float(np.max(values))
-
-
-def tightest_of(demands: Mapping[Demand, float]) -> tuple[Demand, float]:
-    """The largest demand, with its margin; a linkage out of reach and slip take precedence, as in `infinivar.limits.binding`."""
-    exceeded = [
-        (limit.value, key)
-        for limit in reversed(LEADING)
-        for key in demands
-        if key[0] is limit and not demands[key] <= 1.0
-    ]
-    if exceeded:
-        first = exceeded[0][1][0]
-        worst = functools.reduce(
-            lambda one, other: other if _size(demands[other]) > _size(demands[one]) else one,
-            [key for key in demands if key[0] is first],
-        )
-        return worst, 1.0 / _size(demands[worst])
-    known = {key: value for key, value in demands.items() if np.isfinite(value) and value > _LOADED}
-    if not known:
-        return _NO_DEMAND, float("inf")
-    worst = max(known, key=lambda key: known[key])
-    return worst, 1.0 / known[worst]
-
-
-def _size(demand: float) -> float:
-    return float("inf") if np.isnan(demand) else demand
-
-
-def tight_words(demand: Demand, margin: float) -> str:
-    """A tightest limit in words, with its margin."""
-    if demand == _NO_DEMAND:
-        return "no limit is loaded"
-    if margin >= 1.0:
-        return f"tightest limit: {words_of(demand)} (margin {margin_words(margin)})"
-    if margin == 0.0 and demand[0] is Limit.LINKAGE:
-        return "singular pose: the links leave a motion of the machine free"
-    if margin == 0.0:
-        return f"no steady motion: {words_of(demand)}"
-    share = "just under 100" if margin >= 0.995 else f"{100 * margin:.0f}" if margin >= 0.005 else "less than 1"
-    return f"tightest limit: {words_of(demand)}, {share} % of the demand"
-
-
-def _vector(coordinates: tuple[str, ...], values: np.ndarray, what: str) -> str:
-    """A vector as "x 20 N, rz 0.1 N m", without zeros."""
-    return ", ".join(vector_words(coordinates, values, what)) or "no load"
-
-
-def vector_words(coordinates: tuple[str, ...], values: np.ndarray, what: str) -> Iterator[str]:
-    """Yield each component that is not zero, with its unit; angles of poses in degrees."""
-    for name, value in zip(coordinates, values, strict=True):
-        unit = unit_of(name, what)
-        if value != 0.0:
-            yield (
-                f"{name} {plain(float(np.degrees(value)), 3)}°"
-                if unit == "rad"
-                else f"{name} {plain(float(value), 3)} {unit}"
-            )

@@ -47,7 +47,8 @@ class Sampler(Protocol):
 
 @dataclass(slots=True)
 class _Log:
-    """What a run leaves behind at its results, and at its steps."""
+    """What a run leaves behind at its results, and at those of its steps that a limit needs: it grows with neither duration
+    nor samples, unless demands pass their allowances again and again."""
 
     states: list[np.ndarray] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
@@ -55,7 +56,35 @@ class _Log:
     inputs: list[Inputs] = field(default_factory=list)
     instants: list[float] = field(default_factory=list)
     demands: list[np.ndarray] = field(default_factory=list)
+    needed: bool = True
+    """Whether the last instant stays whatever follows."""
     sampled: list[tuple[float, dict[str, float]]] = field(default_factory=list)
+    """Samples at which what is saturated changes."""
+
+    def watch(self, time: float, demand: np.ndarray, needed: bool) -> None:
+        """Add an instant, and drop the last one if it says nothing that its neighbours do not.
+
+        That is so where every demand is on one side of its allowance at all three, and none is largest in the middle.
+        """
+        if not self.needed and len(self.instants) > 1:
+            before, middle = self.demands[-2:]
+            side = run_limits.side(middle)
+            same = np.all((run_limits.side(before) == side) & (run_limits.side(demand) == side))
+            if same and np.all((side == 0) | (middle <= before) | (middle <= demand)):
+                self.instants.pop()
+                self.demands.pop()
+        self.instants.append(time)
+        self.demands.append(demand)
+        self.needed = needed
+
+    def sample(self, time: float, saturated: Mapping[str, float]) -> None:
+        """Add a sample if another part is saturated than at the last one."""
+        if not self.sampled or _full(saturated) != _full(self.sampled[-1][1]):
+            self.sampled.append((time, dict(saturated)))
+
+
+def _full(saturated: Mapping[str, float]) -> set[str]:
+    return {part for part, share in saturated.items() if share >= 1.0}
 
 
 class Record(NamedTuple):
@@ -80,7 +109,7 @@ class Record(NamedTuple):
     outcome: str
     """Empty, or why the run ended early."""
     instants: np.ndarray
-    """(i,) [s]"""
+    """Those between which a demand may be taken as linear where it passes its allowance. (i,) [s]"""
     watched: np.ndarray
     """Demands that the system watches, at the instants. (i, w)"""
 
@@ -140,12 +169,13 @@ class March:
             log.states.append(state)
             log.energies.append(total.copy())
             log.inputs.append(inputs.copy())
+            log.needed = True
 
         outcome, begin = "", 0.0
         for place, end in enumerate(ends):
             if self.controller is not None:
                 inputs = self.controller.sample(begin, state)
-                log.sampled.append((begin, dict(self.controller.saturated)))
+                log.sample(begin, self.controller.saturated)
             if place == 0:
                 keep(0.0)
             try:
@@ -188,8 +218,7 @@ class March:
         """Keep the demands at the ends of a step, and at the instants at which one passes its allowance."""
         log = self.log
         if not log.instants:
-            log.instants.append(step.begin)
-            log.demands.append(step.demand_before)
+            log.watch(step.begin, step.demand_before, True)
         crossed = (step.demand_before - 1.0) * (step.demand - 1.0) < 0.0
         found = []
         for place in np.flatnonzero(crossed):
@@ -201,13 +230,10 @@ class March:
                 low, high = (low, middle) if (demand[place] > 1.0) == rises else (middle, high)
             demand = np.where(np.arange(len(demand)) == place, 1.0, demand)
             found.append((step.begin + high * (step.end - step.begin), demand))
-        for time, demand in sorted(found, key=lambda pair: pair[0]):
+        settled = given(self.settling_time, -1.0) * (1.0 - run_limits.ROUNDING)
+        for time, demand in [*sorted(found, key=lambda pair: pair[0]), (step.end, step.demand)]:
             if time > log.instants[-1]:
-                log.instants.append(time)
-                log.demands.append(demand)
-        if step.end > log.instants[-1]:
-            log.instants.append(step.end)
-            log.demands.append(step.demand)
+                log.watch(time, demand, log.instants[-1] < settled <= time)
 
     def _why(self, many: bool, last: Step | None, state: np.ndarray) -> str:
         if isinstance(self.system.mechanics, LeggedMechanics):

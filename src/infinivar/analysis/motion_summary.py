@@ -14,11 +14,11 @@ from infinivar.axis import Axis
 from infinivar.errors import InputError, require
 from infinivar.motion.files.agreement import one_course
 from infinivar.motion.files.table import RecordedTable
-from infinivar.motion.files.timing import read_timed
 from infinivar.motion.recordings import CUTOFF, Recording
-from infinivar.motion.smoothing import DRIFT, GAP, lowest_cutoff
+from infinivar.motion.smoothing import DRIFT, GAP, lowest_cutoff, open_end
 from infinivar.motion.spectrum import Density, density
 from infinivar.motion.strides import Strides, strides_of
+from infinivar.motion.two_files import read_recording
 from infinivar.units import plain, rounded_up
 
 _PASSED = 0.999
@@ -264,6 +264,8 @@ def inspect_motion(
     stride_time: float | None = None,
     load_mass: float = 0.0,
     closed: bool | None = None,
+    force_file: str | Path | None = None,
+    force_columns: Mapping[str, str] | None = None,
 ) -> MotionSummary:
     """Read a recording and show what was understood of it.
 
@@ -281,6 +283,8 @@ def inspect_motion(
     stride_time : float     Approximate time of a stride; by default the period of the motion. [s]
     load_mass : float       Mass or moment of inertia of the load; 0 by default. [kg, kg m^2]
     closed : bool           Whether it is one cycle; by default, if it ends where it starts to 5 % of its range.
+    force_file : str or Path   Second file, with the force or moment, where the first has only the motion.
+    force_columns : mapping    As columns, of the second file.
 
     Returns
     -------
@@ -293,8 +297,10 @@ def inspect_motion(
     ParameterError
         If an argument is outside its range.
     """
-    table = read_timed(
+    table = read_recording(
         file,
+        force_file=force_file,
+        force_columns=force_columns,
         columns=columns,
         flip=flip,
         body_mass=body_mass,
@@ -336,11 +342,16 @@ def summary(
     within = {"angle_resolution" if table.axis.rotary else "resolution": resolution}
     # All strides are shown, so that a phase that starts again does not matter here.
     whole = {role: column for role, column in table.columns.items() if role != "phase"}
-    motion = Recording.of(dataclasses.replace(table, columns=whole), cutoff=used, closed=closes, **within)
+    strides, reason = _strides(table, stride_time)
+    doubts = table.warnings
+    if closed is None and not closes and strides is None:
+        said = open_end("position", drift, span, table.axis)
+        doubts = (*doubts, f"{table.file}: shown as a run; a study reads one cycle by default, but {said}")
+    read = dataclasses.replace(table, columns=whole, warnings=doubts)
+    motion = Recording.of(read, cutoff=used, closed=closes, **within)
     count = max(_SAMPLES, int(_PER_WAVE * used * motion.period))
     at = (np.arange(count) + 0.5) * (motion.period / count)
     position, speed, acceleration = motion.derivatives(at, 2)
-    strides, reason = _strides(table, stride_time)
     if closes and strides is None and stride_time is None and "no repeated stride" in reason:
         reason = "no stride repeats within the one cycle"
     return MotionSummary(

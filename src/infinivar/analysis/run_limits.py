@@ -19,7 +19,9 @@ TOLERANCE = 1e-3
 START = 0.1
 """Largest share of a run that is called its start. [-]"""
 
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
+"""Excess that is rounding. [-]"""
+
 _FEW = 5
 """Most intervals of one limit that are listed one by one."""
 
@@ -84,7 +86,7 @@ def events(time: Any, utilisation: Mapping[Demand, Any], settled: int = 0) -> tu
 
 def _events(time: Any, utilisation: Mapping[Demand, Any]) -> Iterator[Event]:
     for (limit, what), demand in utilisation.items():
-        beyond = np.concatenate([[False], demand > 1.0 + _ROUNDING, [False]])
+        beyond = np.concatenate([[False], demand > 1.0 + ROUNDING, [False]])
         starts, ends = np.flatnonzero(beyond[1:] & ~beyond[:-1]), np.flatnonzero(~beyond[1:] & beyond[:-1])
         for first, last in zip(starts.tolist(), ends.tolist(), strict=True):
             worst = float(np.max(demand[first:last]))
@@ -108,11 +110,16 @@ def _crossing(time: Any, demand: Any, inside: int, beyond: int) -> float:
     return float(time[inside] + min(max(share, 0.0), 1.0) * (time[beyond] - time[inside]))
 
 
+def side(demand: Any) -> Any:
+    """On which side of their allowances demands are: 0 up to them, 1 beyond by rounding only, 2 beyond."""
+    return (demand > 1.0).astype(int) + (demand > 1.0 + ROUNDING)
+
+
 def first_settled(time: np.ndarray, settling_time: float | None) -> int:
     """First instant at or after the end of a settling time; the last one if the run ended before."""
     if settling_time is None or not len(time):
         return 0
-    return min(int(np.searchsorted(time, settling_time * (1.0 - 1e-9))), len(time) - 1)
+    return min(int(np.searchsorted(time, settling_time * (1.0 - ROUNDING))), len(time) - 1)
 
 
 def root_mean_squares(time: Any, utilisation: Mapping[Demand, Any], settled: int = 0) -> dict[Demand, float]:

@@ -18,14 +18,14 @@ from infinivar.bondgraph.graph import JUNCTIONS, TWO_PORTS
 from infinivar.bondgraph.solver import RTOL, solve
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import Drive, axis_fault, refuse_machine
+from infinivar.drivetrain.drive import Drive, axis_fault, check_drive, refuse_machine
 from infinivar.drivetrain.graphs.closed_loop import Machine as Plant
 from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.drivetrain.machines.machine import Machine
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
-from infinivar.motion.scenario import Scenario
+from infinivar.motion.scenario import Scenario, check_scenario
 from infinivar.parts.motor import Motor
 from infinivar.transmission import creepage, turning
 from infinivar.units import plain
@@ -102,8 +102,10 @@ class Simulation(Result):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Resonances that the sampled controllers can excite, or that make them slower; see `analysis.sampled_springs`."""
-        return sampled_springs.warnings(self.drive, self.scenario)
+        """What is doubtful in the motion's file, and resonances that the sampled controllers can excite, or that make them
+        slower; see `analysis.sampled_springs`."""
+        read = getattr(self.scenario.path, "warnings", ())
+        return (*read, *sampled_springs.warnings(self.drive, self.scenario))
 
     @property
     def verdict(self) -> str:
@@ -225,6 +227,8 @@ def simulate(
     if isinstance(scenario, (MachinePath, MachineTask)):
         return machine_study.simulated(drive, scenario, title=title, progress=progress)
     refuse_machine(drive, "a scenario")
+    check_drive(drive, "drive")
+    check_scenario(scenario)
     if not isinstance(drive, (CoboticDrive, ConventionalDrive)):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no bond graph")
     if scenario.states_axis and (fault := axis_fault(drive, scenario.axis, "the drive", "the scenario")):

@@ -16,6 +16,7 @@ from infinivar.contact.exact.patch import RollingPatch
 from infinivar.contact.exact.transient import TransientRolling
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, ParameterError
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.transmission.geometry import PressedContact
 from infinivar.units import plain
@@ -173,6 +174,7 @@ def steering_steps(
 
     Source: `contact.exact.transient.Path`; the patch is that at the steering angle 0.
     """
+    check_study(study)
     for name, value, bound, unit in (
         ("angle", angle, Interval(gt=0, le=LARGEST), "rad"),
         ("rate", rate, Gt(0), "rad/s"),

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from infinivar._core import extras
-from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph
+from infinivar.bondgraph.graph import JUNCTIONS, SOURCES, TWO_PORTS, BondGraph, Element
 
 COLUMN, ROW, SPREAD = 1.0, 0.85, 0.95
 """Distance between columns, between rows, and between branches side by side. [inch]"""
@@ -43,7 +43,7 @@ def layout(graph: BondGraph) -> Layout:
     """
     groups: dict[str, list[str]] = {}
     for element in graph.elements:
-        groups.setdefault(element.group[0] if element.group else "", []).append(element.name)
+        groups.setdefault(_group_of(graph, element), []).append(element.name)
     placed = {group: _place_group(graph, names) for group, names in groups.items()}
     offsets = _offsets(graph, placed)
     positions = {
@@ -53,6 +53,14 @@ def layout(graph: BondGraph) -> Layout:
     }
     frames = {group: _box([positions[name] for name in names]) for group, names in groups.items() if group}
     return Layout(positions, frames)
+
+
+def _group_of(graph: BondGraph, element: Element) -> str:
+    """The sub-graph in which an element is drawn: a resistance or storage of none belongs where it is attached."""
+    group, bonds = element.group, graph.bonds_of(element.name)
+    if not group and len(bonds) == 1 and element.kind not in (*JUNCTIONS, *TWO_PORTS, *SOURCES):
+        group = graph[bonds[0].other(element.name)].group
+    return group[0] if group else ""
 
 
 def _box(points: Sequence[Point]) -> Box:

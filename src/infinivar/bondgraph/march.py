@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,9 @@ _GAUSS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _NODES, _WEIGHTS = 0.5 * (1.0 + _GAUSS), 0.5 * _WEIGHTS
 _STEPS = np.append(_NODES, 1.0)
 """Nodes of an interval, and its end."""
+
+_MOST_NODES = 8192
+"""Nodes whose powers are summed at once; as many are held, however long the motion."""
 
 
 class March:
@@ -51,13 +54,22 @@ class March:
         self.passed = 0
         """Number of intervals completed."""
         self.passed_at = np.zeros(len(times), dtype=int)
+        bonds = len(made.bonds)
+        self.total = np.zeros(bonds + self.extra)
+        """Energy through bonds, then of sources and losses, over the intervals summed. [J]"""
+        self.summed = 0
+        """Number of intervals summed."""
+        self.passed_energy = np.zeros((len(times), bonds + self.extra))
+        """The same at the output times. [J]"""
 
     def integrate(self, step: Callable[..., tuple[Any, str]], progress: Callable[[float], None]) -> str:
         """Integrate all segments; returns the reason for an early stop, or ""."""
-        times, sampled = self.times, set(self._samples())
+        times, samples = self.times, self._samples()
         held: dict[str, float] = {}
-        for piece, (begin, end) in enumerate(itertools.pairwise(self._bounds(sampled))):
-            if self.controller is not None and (piece == 0 or begin in sampled):
+        bounds = self._bounds(samples)
+        sampled = np.isin(bounds, samples).tolist()
+        for piece, (begin, end) in enumerate(itertools.pairwise(bounds.tolist())):
+            if self.controller is not None and (piece == 0 or sampled[piece]):
                 measured = self._measured(begin, held)
                 if piece == 0:
                     self.memory = self.controller.start(measured)
@@ -69,8 +81,10 @@ class March:
                 self.held[0] = [function.value(begin) for function in functions]
             problem = self._piece(step, begin, end, functions)
             if problem:
+                self._sum()
                 return f"stopped at {times[self.reached - 1]:.6g} s: {problem}"
             progress((end - times[0]) / (times[-1] - times[0]))
+        self._sum()
         return ""
 
     def _piece(self, step: Callable[..., tuple[Any, str]], begin: float, end: float, functions: Sequence[Input]) -> str:
@@ -101,30 +115,31 @@ class March:
         states = states.reshape(len(between), self.count)
         self.nodes.append((states, _over(functions, between), _over(moving, between, rate=True)))
         self.widths.append(widths)
+        if (self.passed - self.summed) * len(_NODES) >= _MOST_NODES:
+            self._sum()
         self.now = ends[-1].tolist()
         return ""
 
-    def _bounds(self, sampled: set[float]) -> list[float]:
+    def _bounds(self, samples: np.ndarray) -> np.ndarray:
         """Bounds of the segments."""
-        breaks = self._inside(at for given in self.outside.values() for at in given.breaks)
-        return sorted({float(self.times[0]), float(self.times[-1]), *breaks, *sampled})
+        breaks = np.fromiter((at for given in self.outside.values() for at in given.breaks), dtype=float)
+        return np.unique(np.concatenate([self.times[[0, -1]], self._inside(breaks), samples]))
 
-    def _samples(self) -> list[float]:
+    def _samples(self) -> np.ndarray:
         """Sample times of the controller after the first."""
         if self.controller is None:
-            return []
+            return np.empty(0)
         first, last, period = float(self.times[0]), float(self.times[-1]), self.controller.sample_time
-        return self._inside(first + index * period for index in range(1, int((last - first) / period) + 1))
+        return self._inside(first + np.arange(1, int((last - first) / period) + 1) * period)
 
-    def _inside(self, instants: Iterable[float]) -> list[float]:
+    def _inside(self, found: np.ndarray) -> np.ndarray:
         """Instants within the motion, snapped to output times that differ only by rounding."""
         times = self.times
         close = _SAME_TIME * (times[-1] - times[0])
-        found = np.fromiter(instants, dtype=float)
         found = found[(found > times[0] + close) & (found < times[-1] - close)]
         right = np.clip(np.searchsorted(times, found), 1, len(times) - 1)
         nearest = np.where(found - times[right - 1] < times[right] - found, times[right - 1], times[right])
-        return np.where(np.abs(found - nearest) <= close, nearest, found).tolist()
+        return np.where(np.abs(found - nearest) <= close, nearest, found)
 
     def _functions(self, held: Mapping[str, float]) -> list[Input]:
         functions: list[Input] = []
@@ -151,28 +166,37 @@ class March:
     def energies(self) -> tuple[Any, Any]:
         """Cumulative energies at the output times reached: (n, sources and losses), and (n, bonds) along half arrows. [J]"""
         bonds = len(self.made.bonds)
-        summed = self._summed(bonds + self.extra)
+        summed = self.passed_energy[: self.reached]
         own = self.rows[: self.reached, self.count :] if self.energies_too else summed[:, bonds:]
         return own, summed[:, :bonds]
 
-    def _summed(self, count: int) -> Any:
-        """Quadrature over the nodes, at the output times reached: powers of bonds, then of sources and losses."""
-        if not self.nodes or not count:
-            return np.zeros((self.reached, count))
+    def _sum(self) -> None:
+        """Quadrature over the nodes of the intervals since the last call, which are then dropped."""
+        if not self.nodes or not len(self.total):
+            self.nodes, self.widths, self.summed = [], [], self.passed
+            return
         states, inputs, rates = (np.concatenate(parts) for parts in zip(*self.nodes, strict=True))
         values = self.made.function("outputs", np, self.parameters)(tuple(states.T), tuple(inputs.T), tuple(rates.T))
         bonds = len(self.made.bonds)
         passed = [effort * flow for effort, flow in zip(values[:bonds], values[bonds : 2 * bonds], strict=True)]
         powers = [*passed, *values[len(values) - self.extra :]]
         widths = np.concatenate(self.widths)
-        sums = [np.broadcast_to(p, len(states)).reshape(-1, len(_NODES)) @ _WEIGHTS * widths for p in powers]
-        grown = np.vstack([np.zeros(count), np.cumsum(np.array(sums).T, axis=0)])
-        return grown[self.passed_at[: self.reached]]
+        sums = [_mean(np.broadcast_to(power, len(states)).reshape(-1, len(_NODES))) * widths for power in powers]
+        grown = np.cumsum(np.vstack([self.total, np.array(sums).T]), axis=0)
+        fresh = slice(int(np.searchsorted(self.passed_at[: self.reached], self.summed, side="right")), self.reached)
+        self.passed_energy[fresh] = grown[self.passed_at[fresh] - self.summed]
+        self.total, self.summed = grown[-1], self.passed
+        self.nodes, self.widths = [], []
 
     def inputs(self) -> tuple[Any, Any]:
         """Inputs and their rates at the output times reached. (n, inputs), (n, rates)"""
         moving: list[Input] = [self.outside.get(name, Constant(0.0)) for name in self.made.rates]
         return self.held[: self.reached], _over(moving, self.times[: self.reached], rate=True)
+
+
+def _mean(powers: np.ndarray) -> np.ndarray:
+    """Mean over each interval of powers at its nodes, in an order that no library's number of threads changes."""
+    return sum(weight * powers[:, node] for node, weight in enumerate(_WEIGHTS.tolist()))  # type: ignore[return-value]
 
 
 def _over(functions: Sequence[Input], times: Any, rate: bool = False) -> Any:

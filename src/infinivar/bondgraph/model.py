@@ -6,7 +6,6 @@ import functools
 import hashlib
 import inspect
 import json
-import os
 import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, is_dataclass
@@ -14,6 +13,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from infinivar._core import files
 from infinivar.bondgraph.code import compiled
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.namespaces import FloatNamespace
@@ -126,9 +126,8 @@ def _derived(graph: BondGraph) -> Model:
 
 
 def cache_folder() -> Path:
-    """Folder of cached models, below XDG_CACHE_HOME or ~/.cache."""
-    root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(root) / "infinivar"
+    """Folder of cached models, which need not exist."""
+    return files.of_user("cache")
 
 
 def _keep(path: Path, made: Model) -> None:

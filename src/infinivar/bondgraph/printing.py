@@ -56,11 +56,12 @@ class _Printer(AbstractPythonCodePrinter):
             return f"(1.0/{inner})"
         return f"({inner}**{self.parenthesize(exponent, _ATOM, strict=True)})"
 
+    # CasADi has comparisons, but neither & nor | of them; products and sums are the same for booleans.
     def _print_And(self, expr: Any) -> str:  # noqa: N802
-        return " & ".join(f"({self._print(part)})" for part in expr.args)
+        return "*".join(f"({self._print(part)})" for part in expr.args)
 
     def _print_Or(self, expr: Any) -> str:  # noqa: N802
-        return " | ".join(f"({self._print(part)})" for part in expr.args)
+        return f"({' + '.join(f'({self._print(part)})' for part in expr.args)}) > 0"
 
     def _print_Rational(self, expr: Any) -> str:  # noqa: N802
         return f"({expr.p}/{expr.q})"

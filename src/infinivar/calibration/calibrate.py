@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +25,7 @@ from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.errors import InputError, nearest
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.units import plain
 
@@ -37,6 +38,7 @@ def calibrate(
     parameters: Sequence[str] | None = None,
     leave_out: Sequence[int] = (),
     creep_laws: Sequence[str] | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> Calibration | GearedCalibration:
     """Fit a drive of a study to measured data.
 
@@ -51,22 +53,26 @@ def calibrate(
     parameters : sequence   Parameters to fit; None for those that such data usually determine.
     leave_out : sequence    Lines of the file to exclude.
     creep_laws : sequence   Candidate creep laws of a cobotic drive.
+    columns : mapping       Headings of the file by name of a column, where they differ: ``{"mass": "m [kg]"}``.
 
     Raises
     ------
     InputError
         If the data cannot be read, are impossible, or are insufficient for the parameters.
     """
+    check_study(study)
     if isinstance(study.drive(name), ConventionalDrive):
         if creep_laws is not None:
             raise InputError(f"{study.path or study.name}: drives.{name} has no wheel: creep laws do not apply")
         if isinstance(data, RigData):
             raise InputError(f"{data.name}: runs of a transmission do not fit drives.{name}, a conventional drive")
-        return calibrate_geared(study, name, data, parameters=parameters, leave_out=leave_out)
+        return calibrate_geared(study, name, data, parameters=parameters, leave_out=leave_out, columns=columns)
     if not isinstance(data, (RigData, str, Path)):
         raise InputError(f"{data.name}: data of a geared drive do not fit drives.{name}, a cobotic drive")
     asked = model.USUAL if parameters is None else parameters
-    return calibrate_cobotic(study, name, data, parameters=asked, leave_out=leave_out, creep_laws=creep_laws)
+    return calibrate_cobotic(
+        study, name, data, parameters=asked, leave_out=leave_out, creep_laws=creep_laws, columns=columns
+    )
 
 
 def calibrate_cobotic(
@@ -77,6 +83,7 @@ def calibrate_cobotic(
     parameters: Sequence[str] = model.USUAL,
     leave_out: Sequence[int] = (),
     creep_laws: Sequence[str] | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> Calibration:
     """Fit a cobotic drive of a study to rig data.
 
@@ -87,9 +94,10 @@ def calibrate_cobotic(
     data : RigData or path  Runs, or a CSV file of runs.
     parameters : sequence   Parameters to fit, from `model.PARAMETERS`; the others keep the values of the study.
     leave_out : sequence    Lines of the file to exclude.
-    creep_laws : sequence   Candidate creep laws. None for the study's and all that do not depend on the shape of the patch
-        (all but "exact"), or for the study's law alone if the creep stiffness is not fitted, as an error in the stiffness
-        would be mistaken for another law.
+    creep_laws : sequence   Candidate creep laws. None for all, without "exact" if the study has measured values in place of the
+        patch's geometry and another law; for the study's law alone if the creep stiffness is not fitted, as an error in the
+        stiffness would be mistaken for another law.
+    columns : mapping       Headings of the file by name of a column, where they differ.
 
     Returns
     -------
@@ -107,9 +115,10 @@ def calibrate_cobotic(
 
     Source: faulring2006, sections III and IV-B; weighted nonlinear least squares.
     """
+    check_study(study)
     drive = cobotic(study, name)
     if not isinstance(data, RigData):
-        data = rig_data.read(data)
+        data = rig_data.read(data, columns)
     for line in leave_out:
         if line not in data.lines:
             first, last = data.lines[0], data.lines[-1]
@@ -136,7 +145,7 @@ def calibrate_cobotic(
     }
     misread.refuse_unless_few(data, faults)
     beyond = robust.beyond & ~np.isin(sound, list(faults))
-    refuse_many(data, len(faults) + int(np.count_nonzero(beyond)))
+    refuse_many(data, len(faults) + int(np.count_nonzero(beyond)), _untried(fits, name))
     choice = laws.choose(problem, fits, robust.beyond | np.isin(sound, list(faults)))
     faults |= _outliers(problem, choice, sound, beyond)
     left_out = tuple(LeftOut(row, data.lines[row], faults[row]) for row in sorted(faults))
@@ -174,6 +183,16 @@ def _check_enough(data: RigData, parameters: tuple[str, ...]) -> None:
         raise InputError(
             f"{data.name}: {used} runs with the wheel pressed on are too few to fit {len(parameters)} parameters"
         )
+
+
+def _untried(fits: Mapping[str, Fit], name: str) -> str:
+    """Creep laws that were no candidates, and what makes them candidates, as a clause."""
+    left = [law for law in creep.LAWS if law not in fits]
+    if not left:
+        return ""
+    geometry = all(creep.LAWS[law].on_patch is not None for law in left)
+    how = f"give drives.{name}.transmission its geometry" if geometry else "name them in --creep-laws"
+    return f". Not tried: creep law {', '.join(left)} ({how})"
 
 
 def _outliers(problem: Problem, choice: LawChoice, rows: np.ndarray, beyond: np.ndarray) -> dict[int, str]:

@@ -60,6 +60,7 @@ class RigData(Frozen):
     motor_current, motor_voltage : means over the window; the voltage may be None. [A], [V]
     lines : line numbers of the runs in the file.
     name : name of the file.
+    empty : runs left out, as a cell is empty: what is said of each, by its line.
     """
 
     steering_angle: np.ndarray
@@ -72,6 +73,7 @@ class RigData(Frozen):
     motor_voltage: np.ndarray | None
     lines: tuple[int, ...]
     name: str = "rig data"
+    empty: Mapping[int, str] = dataclasses.field(default_factory=dict)
 
     def __len__(self) -> int:
         """Number of runs."""
@@ -93,17 +95,19 @@ class RigData(Frozen):
         picked = {
             name: None if getattr(self, name) is None else getattr(self, name)[rows]
             for name in (field.name for field in dataclasses.fields(self))
-            if name not in ("lines", "name")
+            if name not in ("lines", "name", "empty")
         }
         return dataclasses.replace(self, **picked, lines=tuple(np.asarray(self.lines)[rows].tolist()))
 
 
-def read(file: str | Path) -> RigData:
+def read(file: str | Path, columns: Mapping[str, str] | None = None) -> RigData:
     """Read runs from a file of columns: CSV with commas or semicolons, or any other that recordings may have.
 
     Parameters
     ----------
-    file : str or Path   Header with column names and units, such as ``mass [kg]``, then one line per run.
+    file : str or Path   Header with column names and units, such as ``mass [kg]``, then one line per run; one with an empty
+        cell is left out.
+    columns : mapping    Headings by name of a column, where they differ: ``{"mass": "m [kg]"}``.
 
     Returns
     -------
@@ -114,9 +118,9 @@ def read(file: str | Path) -> RigData:
     InputError
         If the file cannot be read, a column or unit is missing or wrong, or a cell is not a number.
     """
-    columns, lines = read_named(file, COLUMNS, _REQUIRED)
-    arrays: dict[str, Any] = dict(columns)
-    return RigData(**{"motor_voltage": None, **arrays}, lines=tuple(lines.tolist()), name=str(file))
+    found = read_named(file, COLUMNS, _REQUIRED, columns)
+    arrays: dict[str, Any] = {"motor_voltage": None, **found.columns}
+    return RigData(**arrays, lines=tuple(found.lines.tolist()), name=str(file), empty=found.empty)
 
 
 def check(data: RigData) -> None:

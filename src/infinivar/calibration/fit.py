@@ -248,13 +248,13 @@ def fit(problem: LeastSquares) -> Fit:
     return estimate(problem, found.unknowns, found.beyond)
 
 
-def refuse_many(data: Any, count: int) -> None:
-    """Raise InputError if the deviating runs are too many to be outliers."""
+def refuse_many(data: Any, count: int, besides: str = "") -> None:
+    """Raise InputError if the deviating runs are too many to be outliers; `besides` is what else may be wrong."""
     if count > FEW * len(data):
         raise InputError(
             f"{data.name}: {count} of {len(data)} runs deviate by more than {OUTLIER:g} standard deviations "
             "from a robust fit, too many for outliers: check the units in the header, the drive in the study, "
-            "and the sensor errors in [rig]"
+            f"and the sensor errors in [rig]{besides}"
         )
 
 

@@ -105,10 +105,11 @@ def _nominal(drive: CoboticDrive, fit: Fit, known: Mapping[str, float], source: 
     motor, gear = drive.motor, drive.gearhead
     value, deviation = fit.values["nominal_torque"], fit.deviations["nominal_torque"]
     constant = fit.values.get("torque_constant", motor.torque_constant)
-    rest = value - constant * motor.no_load_current
+    bearings = model.unloaded_bearings(drive)
+    rest = value - bearings - constant * motor.no_load_current
     whole = coulomb_torque(0.0, given(gear.rated_torque, motor.continuous_torque))
     path, unit, slope = "gearhead.efficiency", "1", -1.0 / whole
-    share, made = 1.0 - rest / whole, "nominal torque less the motor's no-load torque"
+    share, made = 1.0 - rest / whole, "nominal torque less that of the motor and of the cylinder's bearings"
     if gear.loss_model != "coulomb" or not 0.0 <= rest < whole:
         path, unit, slope = "motor.no_load_current", "A", 1.0 / constant
         beside = known["nominal_torque"] - motor.friction_torque

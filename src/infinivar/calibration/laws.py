@@ -76,15 +76,29 @@ class LawChoice(Frozen):
         """The law with the lowest chi-square."""
         return self.candidates[0]
 
+    def candidate(self, law: str) -> Candidate | None:
+        """The candidate of that law, if it was one."""
+        return next((one for one in self.candidates if one.law == law), None)
+
     @property
-    def undecided(self) -> tuple[str, ...]:
+    def left(self) -> tuple[str, ...]:
         """Laws that the data do not exclude, best first."""
         return tuple(candidate.law for candidate in self.candidates if candidate.behind < DECIDED)
 
     @property
+    def undecided(self) -> tuple[str, ...]:
+        """Of `left`, the rivals: those that approximate no other of them."""
+        return rivals(self.left)
+
+    @property
+    def agreeing(self) -> tuple[str, ...]:
+        """Of `left`, the approximations of another of them, which the data cannot tell from it."""
+        return tuple(law for law in self.left if law not in self.undecided)
+
+    @property
     def contradicted(self) -> bool:
         """Whether the data exclude the study's law, or it was not a candidate."""
-        return self.asked not in self.undecided
+        return self.asked not in self.left
 
     @property
     def alone(self) -> Fit:
@@ -98,15 +112,33 @@ class LawChoice(Frozen):
         return self.gain >= DECIDED or self.best.fit.widened > 1.0
 
 
+def rivals(laws: Sequence[str]) -> tuple[str, ...]:
+    """The laws that approximate no other of them.
+
+    A law and its approximation have the same unknowns and the same linear limit, and the law is never the worse description of
+    a patch: where data cannot tell them apart, both answers are one, and their difference belongs into the intervals.
+    """
+    return tuple(law for law in laws if creep.LAWS[law].approximates not in laws)
+
+
+def usual(problem: Problem) -> tuple[str, ...]:
+    """Names of the laws to compare: all, but those of a patch only if the study has its geometry, or as the study's own law.
+
+    The study's law alone if the creep stiffness is not fitted, as an error in the stiffness would be mistaken for another law.
+    """
+    if "creep_stiffness" not in problem.names:
+        return (problem.law,)
+    patch = problem.drive.transmission.contact is not None
+    return tuple(name for name, law in creep.LAWS.items() if patch or law.on_patch is None or name == problem.law)
+
+
 def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust, dict[str, Fit]]:
     """Find the outliers by a robust fit for each creep law, and fit every law without them.
 
     Parameters
     ----------
     problem : Problem   Problem with the study's law.
-    laws : sequence     Names of the candidates. None for all laws that do not depend on the shape of the patch and the study's,
-        or for the study's law alone if the creep stiffness is not fitted, as an error in the stiffness would be mistaken for
-        another law.
+    laws : sequence     Names of the candidates. None for `usual`.
 
     Returns
     -------
@@ -114,9 +146,7 @@ def screen(problem: Problem, laws: Sequence[str] | None = None) -> tuple[Robust,
         outliers.
     fits : dict         Fits by law, best first.
     """
-    if laws is None:
-        usual = (name for name, law in creep.LAWS.items() if law.on_patch is None or name == problem.law)
-        laws = tuple(usual) if "creep_stiffness" in problem.names else (problem.law,)
+    laws = usual(problem) if laws is None else laws
     found = {law: robust(problem.under(law)) for law in laws}
     starts = {law: found[law].unknowns for law in sorted(found, key=lambda law: found[law].cost)}
     best, fits, tried = next(iter(found.values())), {}, set()
@@ -143,8 +173,8 @@ def choose(problem: Problem, fits: Mapping[str, Fit], outliers: np.ndarray) -> L
     :math:`\exp(-\Delta/2)` is the likelihood of a law relative to the best. If the residuals exceed the sensor errors,
     :math:`\Delta` is divided by the square of the widening factor.
 
-    The law used is the study's if the data do not exclude it, else the best. With Akaike weights w of the laws not excluded,
-    the covariance about the values of the law used is the mean square over the laws,
+    The law used is the study's if the data do not exclude it, else the best of those left that approximates no other of them.
+    With Akaike weights w of the laws not excluded, the covariance about the values of the law used is the mean square over them,
 
     .. math:: \Sigma = \sum_i w_i \left(\Sigma_i + (\theta_i - \theta)(\theta_i - \theta)^T\right),
 
@@ -180,7 +210,8 @@ def choose(problem: Problem, fits: Mapping[str, Fit], outliers: np.ndarray) -> L
         freed = _bent(best, beside, _FREE)
         gain = (best.chi_square - (freed.chi_square - float(freed.unknowns[-1]) ** 2)) / unit
     left = [candidate for candidate in candidates if candidate.behind < DECIDED]
-    used = next((candidate.fit for candidate in left if candidate.law == problem.law), best)
+    names = tuple(candidate.law for candidate in left)
+    used = fits[problem.law if problem.law in names else rivals(names)[0]]
     weights = np.exp([-0.5 * candidate.behind for candidate in left])
     covariance = np.zeros_like(used.covariance)
     design = used
@@ -206,8 +237,12 @@ def _with_error(fit: Fit, ranked: Sequence[str], *, free: bool) -> Fit:
     beside = _beside(fit.law, ranked)
     if beside is None or (creep.LAWS[fit.law].straight and not free):
         return fit
-    error = LAW_ERROR if creep.LAWS[fit.law].on_patch is None else FITTED_LAW_ERROR
-    return _bent(fit, beside, _FREE if free else error)
+    return _bent(fit, beside, _FREE if free else curvature_error(fit.law))
+
+
+def curvature_error(law: str) -> float:
+    """Relative standard deviation of the curvature of a curved law. [-]"""
+    return LAW_ERROR if creep.LAWS[law].on_patch is None else FITTED_LAW_ERROR
 
 
 def _bent(fit: Fit, beside: str, deviation: float) -> Fit:

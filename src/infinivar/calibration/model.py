@@ -14,6 +14,7 @@ from infinivar.contact import creep
 from infinivar.contact.creep import CreepLaw
 from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad
 from infinivar.study.rig import Rig
 from infinivar.transmission.geometry import PRELOAD_POWERS
 from infinivar.transmission.rotary_linear import RotaryLinearIVT, turning_as
@@ -32,7 +33,7 @@ PARAMETERS = {
     "rolling_torque": Parameter("N m", "mN m", "hysteresis torque of the rolling contact"),
     "bearing_torque": Parameter("N m", "mN m", "friction torque of the axle bearings"),
     "guideway_friction": Parameter("N", "N", "friction of the guideway"),
-    "nominal_torque": Parameter("N m", "mN m", "no-load torque of motor and gearing, at the motor"),
+    "nominal_torque": Parameter("N m", "mN m", "no-load torque of motor, gearing and cylinder, at the motor"),
     "torque_constant": Parameter("N m/A", "mN m/A", "torque constant of the motor"),
     "resistance": Parameter("ohm", "ohm", "terminal resistance of the motor"),
 }
@@ -71,7 +72,7 @@ def known_values(drive: CoboticDrive) -> dict[str, float]:
     """The parameters as the study has them."""
     motor, gear = drive.motor, drive.gearhead
     groups = drive.transmission.groups(drive.cylinder_speed)
-    nominal = motor.friction_torque + gear.coulomb_friction(motor.continuous_torque)
+    nominal = motor.friction_torque + gear.coulomb_friction(motor.continuous_torque) + unloaded_bearings(drive)
     return {
         "creep_stiffness": float(groups.creep_stiffness),
         "rolling_torque": float(groups.rolling_torque),
@@ -81,6 +82,32 @@ def known_values(drive: CoboticDrive) -> dict[str, float]:
         "torque_constant": motor.torque_constant,
         "resistance": motor.resistance,
     }
+
+
+def unloaded_bearings(drive: CoboticDrive) -> float:
+    """Friction torque of the cylinder's bearings with the wheel lifted off, at the motor; 0 where none are stated. [N m]"""
+    bearings = drive.cylinder_bearings
+    return 0.0 if bearings is None else _alone(drive, bearings) / drive.gearhead.ratio
+
+
+def _alone(drive: CoboticDrive, bearings: CylinderBearings) -> float:
+    """The same at the cylinder. [N m]"""
+    found = bearings.midway().unloaded(drive.cylinder_speed).torque
+    assert found is not None
+    return found
+
+
+def _loaded_bearings(
+    drive: CoboticDrive, preload: Array, torque: Array, force: Array, speed: Array, rolling: Array
+) -> Array:
+    """Torque on the cylinder that a pressed wheel adds to the friction of its bearings, which the study knows. [N m]"""
+    bearings = drive.cylinder_bearings
+    if bearings is None:
+        return 0.0
+    bearings = bearings.midway()
+    wheel = WheelLoad(preload=preload, torque=torque, force=force, radius=drive.transmission.cylinder_radius)
+    drag, _ = bearings.operate([wheel], speed, torque=torque, rolling=rolling)
+    return drag - coulomb(speed, _alone(drive, bearings))
 
 
 def load_on_wheel(
@@ -172,7 +199,8 @@ def predict(
         link_force=np.where(pressed, force, 0.0),
     )
     ratio = drive.gearhead.ratio
-    passed = np.where(pressed, point.torque, 0.0) / ratio
+    rubbing = _loaded_bearings(drive, preload, point.torque, force, speed, element.groups(speed).rolling_force)
+    passed = np.where(pressed, point.torque + rubbing, 0.0) / ratio
     torque = passed + coulomb(speed, values["nominal_torque"])
     if drive.gearhead.loss_model != "coulomb":
         torque = torque + drive.gearhead.load_friction(speed * ratio, passed)

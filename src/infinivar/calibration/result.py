@@ -128,6 +128,7 @@ class Calibration(Result):
                 "study": self.laws.asked,
                 "fitted": fit.law,
                 "undecided": list(self.laws.undecided),
+                "agreeing": list(self.laws.agreeing),
                 "contradicted": self.laws.contradicted,
                 "fits": not self.laws.misfit,
                 "gain_of_free_bend": self.laws.gain,

@@ -19,6 +19,7 @@ from infinivar.errors import ParameterError
 from infinivar.limits import ROOT_MEAN_SQUARE
 from infinivar.motion.forces import ConstantForce
 from infinivar.motion.scenario import Scenario
+from infinivar.parts.shaft_bearings import CylinderBearings
 from infinivar.study.rig import Rig
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 from infinivar.units import plain
@@ -213,6 +214,14 @@ def _described(setting: Setting) -> str:
     return f"{way}, {plain(setting.mass, 3)} kg, {plain(setting.preload, 3)} N"
 
 
+def supported(drive: CoboticDrive, preload: float) -> CylinderBearings | None:
+    """The cylinder's bearings at a preload, with the wheel midway; with the wheel lifted off, those of the bare cylinder."""
+    if drive.cylinder_bearings is None:
+        return None
+    bearings = drive.cylinder_bearings.midway()
+    return bearings if preload > 0 else bearings.unloaded(drive.cylinder_speed)
+
+
 def with_preload(element: RotaryLinearIVT, preload: float) -> RotaryLinearIVT:
     """The transmission with another preload; without preload, a lossless wheel represents a lifted one."""
     if preload > 0:
@@ -227,6 +236,7 @@ def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
     weight = setting.mass * rig.gravity
     drag = drive.guideway.friction_force(setting.preload)
     speed = drive.cylinder_speed
+    load = 0.0
     if setting.preload == 0:
         travelling, torque = 0.0, 0.0
     else:
@@ -235,6 +245,7 @@ def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
             point = element.operate(
                 cylinder_speed=speed, steering_angle=setting.steering_angle, link_force=weight + way * drag
             )
+            load = weight + way * drag
             travelling, torque = float(point.link_speed), float(point.torque)
             if not travelling * way < 0:
                 break
@@ -242,6 +253,9 @@ def _steady(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
             return "guideway friction holds the load"
         if math.isnan(travelling):
             return "the wheel slips"
+    held = supported(drive, setting.preload)
+    rigged = replace(drive, transmission=element, cylinder_bearings=held, steering=None)
+    torque += float(rigged.turned(speed, torque, load)[0])
     side = motor_side(drive.motor, drive.gearhead, output_torque=torque, output_speed=np.float64(speed))
     voltage, current = float(side.states["motor_voltage_V"]), float(side.states["motor_current_A"])
     if abs(voltage) > drive.motor.voltage:
@@ -266,7 +280,12 @@ def _simulated(drive: CoboticDrive, rig: Rig, setting: Setting) -> Truth | str:
     steering, contact = needed(drive.steering, "steering"), drive.transmission.contact
     if setting.preload == 0 and contact is not None:
         steering = replace(steering, patch_half_length=float(contact.patch.b))
-    rigged = replace(drive, transmission=with_preload(drive.transmission, setting.preload), steering=steering)
+    rigged = replace(
+        drive,
+        transmission=with_preload(drive.transmission, setting.preload),
+        steering=steering,
+        cylinder_bearings=supported(drive, setting.preload),
+    )
     weight = setting.mass * rig.gravity
     samples = round(expected.duration * rig.sample_rate)
     run = simulate(
@@ -316,4 +335,5 @@ def _read(
         for name, count in (("cylinder_angle", rig.cylinder_resolution), ("link_travel", rig.link_resolution)):
             begin = random.uniform(0.0, 1.0, len(settings))
             true[name] = count * (np.floor(begin + true[name] / count) - np.floor(begin))
-    return RigData(**set_up, **true, lines=tuple(range(2, len(settings) + 2)), name="virtual rig")
+    readings: dict[str, Any] = {**set_up, **true}
+    return RigData(**readings, lines=tuple(range(2, len(settings) + 2)), name="virtual rig")

@@ -12,10 +12,13 @@ from infinivar import units
 from infinivar.calibration import misread, model, plan
 from infinivar.calibration.data import LeftOut, RigData
 from infinivar.calibration.fit import Fit
-from infinivar.calibration.laws import DECIDED, LAW_ERROR, LawChoice
+from infinivar.calibration.laws import DECIDED, LawChoice, curvature_error
 from infinivar.calibration.virtual_rig import Setting
+from infinivar.contact import creep
+from infinivar.contact.exact_law import STEEL_CIRCLE
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.study.spreads import NORMAL_95
+from infinivar.transmission.rolling_contact import MEASURED
 from infinivar.units import plain
 
 _ALIKE = 0.01
@@ -23,6 +26,9 @@ _ALIKE = 0.01
 
 _PLENTY = 100.0
 """Number of standard deviations above which the exact number is irrelevant."""
+
+_SHAPED = 0.002
+"""Difference of forces, over the slip force, above which the patch of the calibrated study is named; the law is good to this."""
 
 _WIDER = 1.1
 """Widening factor of an interval above which its cause is named."""
@@ -61,20 +67,50 @@ def described(setting: Setting) -> str:
 
 def on_law(laws: LawChoice) -> str:
     """Verdict of the data on the creep law, with odds, and the law used."""
-    best, used, left = laws.best, laws.fit.law, laws.undecided
+    best, used, left, asked = laws.undecided[0], laws.fit.law, laws.undecided, laws.asked
+    approximate = _on_approximations(laws)
     if laws.contradicted:
-        behind = next((one.behind for one in laws.candidates if one.law == laws.asked), None)
+        behind = None if (own := laws.candidate(asked)) is None else own.behind - _behind(laws, best)
         said = (
-            f"The study's creep law, {laws.asked}, was not among the candidates; {best.law} fits best."
+            f"The study's creep law, {asked}, was not among the candidates; {best} fits best."
             if behind is None
-            else f"The data contradict the study's creep law: {best.law} fits better than {laws.asked} by {_by(behind)}."
+            else f"The data contradict the study's creep law: {best} fits better than {asked} by {_by(behind)}."
         )
         between = f" Not excluded: {_apart(laws)}." if len(left) > 1 else ""
-        return f"{said}{between} The fit and the calibrated study use {used}."
+        return f"{said}{between} The fit and the calibrated study use {used}.{approximate}"
+    if len(left) == 1 and asked == best:
+        second = next((one for one in laws.candidates if one.law not in laws.left), None)
+        by = (
+            ""
+            if second is None
+            else f": the next best, {second.law}, is worse by {_by(second.behind - _behind(laws, best))}"
+        )
+        return f"The data support the study's creep law, {used}{by}.{approximate}"
     if len(left) == 1:
-        second = laws.candidates[1]
-        return f"The data support the study's creep law, {used}: the next best, {second.law}, is worse by {_by(second.behind)}."
-    return f"The data do not discriminate between the creep laws {_apart(laws)}. The fit uses the study's law, {used}."
+        return (
+            f"The data support {best}, which the study's creep law, {asked}, approximates. The fit uses the study's law."
+            f"{approximate}"
+        )
+    said = f"The data do not discriminate between the creep laws {_apart(laws)}."
+    return f"{said} The fit uses the study's law, {used}.{approximate}"
+
+
+def _on_approximations(laws: LawChoice) -> str:
+    """The approximations of a law that is left, each with its chi-square beside it; as a sentence after another."""
+    found = []
+    for law in laws.undecided:
+        agreeing = [one for one in laws.agreeing if creep.LAWS[one].approximates == law]
+        if agreeing:
+            verbs = ("approximate", "agree") if len(agreeing) > 1 else ("approximates", "agrees")
+            beside = _listed([f"{_behind(laws, one) - _behind(laws, law):+.1f}" for one in agreeing])
+            found.append(
+                f" {_listed(agreeing)} {verbs[0]} {law} and {verbs[1]} with it within the data (chi-square {beside})."
+            )
+    return "".join(found)
+
+
+def _behind(laws: LawChoice, law: str) -> float:
+    return next(one.behind for one in laws.candidates if one.law == law)
 
 
 def _by(behind: float) -> str:
@@ -113,6 +149,7 @@ def remarks(
     yield from _on_fit_of_laws(laws, proposed)
     yield from _on_parameters(laws.fit, proposed)
     yield from _on_runs(laws, data, left_out)
+    yield from _on_patch(laws.fit, drive)
     if drive.gearhead.loss_model != "coulomb":
         is_so = "is proportional to" if drive.gearhead.loss_model == "proportional" else "depends on"
         yield (
@@ -130,15 +167,41 @@ def _on_fit_of_laws(laws: LawChoice, proposed: plan.Plan) -> Iterator[str]:
         if laws.fit.deviations[name] > _WIDER * laws.alone.deviations[name]
     ]
     if wider:
-        bend = (
-            f"an error of {100 * LAW_ERROR:.0f} % in the curvature of a law"
-            if laws.gain < DECIDED
-            else "free curvature of the law"
-        )
-        counted = f"the differences between laws not excluded, and {bend}" if len(laws.undecided) > 1 else bend
+        bend = _on_curvature(laws.left) if laws.gain < DECIDED else "free curvature of the law"
+        differences = "the differences between laws not excluded" if len(laws.left) > 1 else ""
+        counted = ", and ".join(part for part in (differences, bend) if part)
         yield f"The uncertainty of the creep law widens the interval of {_listed(wider)}. It includes {counted}."
     for one in proposed.telling:
         yield _on_telling(one)
+
+
+def _on_curvature(left: Sequence[str]) -> str:
+    """The errors of the laws that are not excluded; "" if all are straight."""
+    bent = [law for law in left if not creep.LAWS[law].straight]
+    if not bent:
+        return ""
+    first, *others = sorted({curvature_error(law) for law in bent}, reverse=True)
+    own = [
+        f", of {100 * other:.0f} % in that of {_listed([x for x in bent if curvature_error(x) == other])}"
+        for other in others
+    ]
+    return f"an error of {100 * first:.0f} % in the curvature of a law{''.join(own)}"
+
+
+def _on_patch(fit: Fit, drive: CoboticDrive) -> Iterator[str]:
+    """What a law of the patch loses in the calibrated study, which has no geometry."""
+    contact, law = drive.transmission.contact, creep.LAWS[fit.law]
+    if contact is None or law.on_patch is None or not any(name in fit.names for name in MEASURED):
+        return
+    scaled = np.linspace(0.0, 3.0, 100)
+    own, assumed = law.on(contact.axis_ratio, contact.poisson), law.on(*STEEL_CIRCLE)
+    apart = float(np.abs(own.force(scaled) - assumed.force(scaled)).max())
+    if apart > _SHAPED:
+        yield (
+            f"The calibrated study has measured values in place of the geometry, and its law {law} is that of a circle: forces "
+            f"differ by up to {plain(apart, 2)} of the slip force from those of the fitted patch (a/b = "
+            f"{plain(contact.axis_ratio, 3)})."
+        )
 
 
 def _on_telling(one: plan.Telling) -> str:

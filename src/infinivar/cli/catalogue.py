@@ -11,7 +11,7 @@ import typer
 from infinivar.cli.shared import print_json
 from infinivar.console import NOT_FEASIBLE, complain, say
 from infinivar.errors import InputError, nearest, printable
-from infinivar.options import Json, named_path
+from infinivar.options import Json, headings, named_path
 
 if TYPE_CHECKING:
     from infinivar.parts.tables.importing import PartImport
@@ -219,6 +219,12 @@ def import_files(
     date: Annotated[
         str | None, typer.Option("--date", help="Date of the source of rows that state none. [default: today]")
     ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            "--columns", help='Headings by name of a column, where they differ, such as "resistance=R [Ohm]".'
+        ),
+    ] = None,
     to: Annotated[
         Path | None,
         typer.Option(
@@ -242,7 +248,7 @@ def import_files(
     path = (to or users_folder()) / f"{name}.npz"
     if path.exists() and not overwrite:
         raise InputError(f"{printable(path)}: already exists; add --overwrite to replace it")
-    found = import_parts(files, name=name, source=source, date=date)
+    found = import_parts(files, name=name, source=source, date=date, columns=headings("--columns", columns))
     stored.write(found.parts, path)
     for fault in found.faults:
         complain(str(fault))

@@ -46,7 +46,15 @@ def init(
     beside = path.with_name(SCHEMA_FILE)
     if not beside.exists():
         _write_new(beside, _schema())
-    say(f"{path} written. Next: infinivar compare {shlex.quote(str(path))} --out out")
+    from infinivar.study.check import check_asked
+    from infinivar.study.load import load_study
+
+    command = "compare"
+    try:
+        check_asked(load_study(path), command)
+    except InputError:  # sessions only, of a user at the handle
+        command = "session"
+    say(f"{path} written. Next: infinivar {command} {shlex.quote(str(path))} --out out")
 
 
 def _write_new(path: Path, text: str) -> None:
@@ -92,11 +100,13 @@ def reproduce(
     if as_json:
         print_json(result.to_list())
     else:
+        if result.claims:
+            say(result.verdict)
         for claim in result.claims:
-            say(f"{claim.id:<4} {claim.verdict:<14} {claim.claim}")
+            say(f"{claim.id:<4} {claim.verdict:<15} {claim.claim}")
         say(result.with_exact_law)
-        if result.with_spin:
-            say(result.with_spin)
+        for beside in filter(None, (result.with_spin, result.with_bearings)):
+            say(beside)
         if figure is None and (missing := left_out()):
             say(missing)
         say(f"Report: {files[0]}")

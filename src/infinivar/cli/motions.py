@@ -12,7 +12,7 @@ import typer
 from infinivar.cli.shared import print_json
 from infinivar.console import say
 from infinivar.errors import InputError, ParameterError, printable
-from infinivar.options import Json, Out, quantity
+from infinivar.options import Json, Out, headings, quantity
 
 if TYPE_CHECKING:
     from infinivar.analysis.motion_summary import MotionSummary
@@ -48,6 +48,14 @@ def motion(
         str | None,
         typer.Option("--load-mass", help='Mass of the load, for the power, such as "0.8 kg" or "0.1 kg m^2".'),
     ] = None,
+    force_file: Annotated[
+        Path | None,
+        typer.Option("--force-file", help="Second file, with the force or moment, where FILE has only the motion."),
+    ] = None,
+    force_columns: Annotated[
+        str | None,
+        typer.Option("--force-columns", help='As --columns, of the second file, such as "time=t, moment=M [N m]".'),
+    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
@@ -63,7 +71,7 @@ def motion(
         try:
             found = inspect_motion(
                 file,
-                columns=None if columns is None else _columns(columns),
+                columns=headings("--columns", columns),
                 flip=[role.strip() for role in (flip or "").split(",") if role.strip()],
                 cycle_time=quantity("--cycle-time", cycle_time, "s"),
                 body_mass=quantity("--body-mass", body_mass, "kg"),
@@ -71,6 +79,8 @@ def motion(
                 cutoff=quantity("--cutoff", cutoff, "Hz"),
                 stride_time=quantity("--stride-time", stride_time, "s"),
                 load_mass=_load_mass(load_mass)[0],
+                force_file=force_file,
+                force_columns=headings("--force-columns", force_columns),
             )
         except ParameterError as problem:
             raise InputError(f"{printable(file)}: {problem}") from problem
@@ -82,17 +92,6 @@ def motion(
     for line in _lines(found):
         say(line)
     say(f"Report: {files[0]}")
-
-
-def _columns(text: str) -> dict[str, str]:
-    """Headings by role from "role=heading, role=heading"."""
-    found = {}
-    for part in text.split(","):
-        role, mark, heading = part.partition("=")
-        if not mark or not role.strip() or not heading.strip():
-            raise InputError(f'--columns {text!r} must be roles and headings, such as "time=t, angle=Knee angle [deg]"')
-        found[role.strip()] = heading.strip()
-    return found
 
 
 def _window(text: str) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ import typer
 from infinivar.cli.shared import chosen_cobotic, naming_place, of_one_axis, print_json
 from infinivar.console import NOT_FEASIBLE, complain, progress_bar, say
 from infinivar.errors import InputError
-from infinivar.options import Json, Out, StudyFile, drives_of_study, named_path, numbers
+from infinivar.options import Json, Out, StudyFile, drives_of_study, headings, named_path, numbers
 
 DRIVE = "Name of a cobotic drive; defaults to the first."
 MEASURED = "Name of the measured drive; defaults to the first cobotic one, or to the first."
@@ -81,6 +81,10 @@ def calibrate(
             "--creep-laws", help="Creep laws to compare with the data, such as linear,polach; defaults to all."
         ),
     ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option("--columns", help='Headings by name of a column, where they differ, such as "mass=m [kg]".'),
+    ] = None,
     out: Out = Path("out"),
     as_json: Json = False,
 ) -> None:
@@ -101,8 +105,11 @@ def calibrate(
     names = None if fit is None else [word.strip() for word in fit.split(",") if word.strip()]
     candidates = None if creep_laws is None else [word.strip() for word in creep_laws.split(",") if word.strip()]
     with claimed(out):
-        found = run(loaded, name, data, parameters=names, leave_out=leave_out or (), creep_laws=candidates)
+        options = {"leave_out": leave_out or (), "creep_laws": candidates, "columns": headings("--columns", columns)}
+        found = run(loaded, name, data, parameters=names, **options)
         files = save(found, out)
+    for line, reason in found.data.empty.items():
+        complain(f"excluded: line {line}: {reason}")
     for one in found.left_out:
         complain(f"excluded: line {one.line}: {one.reason}")
     if as_json:

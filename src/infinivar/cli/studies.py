@@ -13,7 +13,6 @@ from infinivar.cli.shared import loaded_study, naming, print_json
 from infinivar.console import NOT_FEASIBLE, flush, progress_bar, say
 from infinivar.errors import InputError
 from infinivar.options import Json, OptionalOut, Out, StudyFile, drives_of_study, quantity
-from infinivar.units import plain
 
 if TYPE_CHECKING:
     from infinivar.analysis.compare import Comparison
@@ -84,6 +83,7 @@ def compare(
     """
     from infinivar._core.engine import ENGINES
     from infinivar.analysis.compare import compare as run
+    from infinivar.analysis.hanging import told
     from infinivar.report.output import claimed
     from infinivar.report.saving import save
     from infinivar.study.check import check_asked, check_duty
@@ -105,6 +105,8 @@ def compare(
         if not as_json:
             # Drawing takes longer than computing, so print the verdicts first.
             for line in _verdicts(comparison):
+                say(line)
+            for line in told(comparison.hangs_on):
                 say(line)
             flush()
         files = []
@@ -129,6 +131,8 @@ def _verdicts(comparison: Comparison | MachineComparison) -> Iterator[str]:
 
 def _of_machines(comparison: MachineComparison) -> Iterator[str]:
     """Yield the answer, then each machine in each task and path, with its power and tightest limit."""
+    from infinivar.analysis.machines import power_words
+
     yield comparison.verdict
     width = max(len(one.title) for one in comparison.results.values())
     first = next(iter(comparison.results.values()))
@@ -137,17 +141,20 @@ def _of_machines(comparison: MachineComparison) -> Iterator[str]:
         for one in comparison.results.values():
             found = one.found[key]
             able = "feasible" if found.feasible else "infeasible"
-            yield f"  {one.title:<{width}}  {able}, {plain(found.mean_power, 3)} W; {found.tightest_words}"
+            said = f"; {found.servo_words}" if found.servo_words else ""
+            yield f"  {one.title:<{width}}  {able}, {power_words(found)}; {found.tightest_words}{said}"
 
 
 def _of_drives(comparison: Comparison) -> Iterator[str]:
-    """Yield the lines to print: with duty cycles the answer, mixed use and each cycle, then the requirement, if stated.
+    """Yield the lines to print: the answer, with duty cycles mixed use and each cycle, then the requirement, if stated.
 
     A line on a drive is followed by one on its samples, if any.
     """
     width = max(len(result.title) for result in comparison.results.values())
     indent = "  " if comparison.duty else ""
-    if comparison.duty:
+    hanging = comparison.hangs_on
+    answered = comparison.duty or len(comparison.results) > 1 or (hanging is not None and not hanging.decided)
+    if answered:
         yield comparison.verdict
     if comparison.mixed is not None:
         yield f"Mixed use, {comparison.mixed.words}:"
@@ -167,6 +174,8 @@ def _of_drives(comparison: Comparison) -> Iterator[str]:
         yield f"{indent}{result.title:<{width}}  {result.verdict}"
         if name in comparison.builds:
             yield f"{indent}{'':<{width}}  {comparison.builds[name].verdict}"
+    if not answered and comparison.not_counted:
+        yield comparison.not_counted
 
 
 def contact(

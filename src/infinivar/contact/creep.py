@@ -89,6 +89,7 @@ class CreepLaw:
     flow_factor : force ratio -> factor on the link speed and its derivative, or None for a law without a flow loss
     on_patch : a/b (rolling over lateral semi-axis) and Poisson's ratio -> `Formulas`, for a law that depends on them; the
         other formulas are then those of a circular patch with Poisson's ratio 0.3. None for a law that does not
+    approximates : name of the law of the same patch and coefficients that it approximates up to slip; None for a law of its own
 
     Raises
     ------
@@ -104,6 +105,7 @@ class CreepLaw:
     slip_creepage: float
     flow_factor: Callable[[Array], tuple[Array, Array]] | None = None
     on_patch: Callable[[Array, Array], Formulas] | None = None
+    approximates: str | None = None
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -162,12 +164,23 @@ VERMEULEN_JOHNSON = CreepLaw(
     slope=vermeulen_johnson_slope,
     force=vermeulen_johnson_force,
     slip_creepage=VERMEULEN_JOHNSON_SLIP,
+    approximates="exact",
 )
 POLACH = CreepLaw(
-    name="polach", creepage=polach_creepage, slope=polach_slope, force=polach_force, slip_creepage=float("inf")
+    name="polach",
+    creepage=polach_creepage,
+    slope=polach_slope,
+    force=polach_force,
+    slip_creepage=float("inf"),
+    approximates="exact",
 )
 FASTSIM = CreepLaw(
-    name="fastsim", creepage=fastsim_creepage, slope=fastsim_slope, force=fastsim_force, slip_creepage=FASTSIM_SLIP
+    name="fastsim",
+    creepage=fastsim_creepage,
+    slope=fastsim_slope,
+    force=fastsim_force,
+    slip_creepage=FASTSIM_SLIP,
+    approximates="exact",
 )
 
 

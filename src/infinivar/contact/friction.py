@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from infinivar._core.array_namespace import Array, as_floats, namespace
 
+STICK_SPEED = 1e-4
+"""Default speed of a link below which friction sticks in simulations. [m s^-1]"""
+
 
 def coulomb(speed: Array, size: Array, stick_speed: Array | None = None, *, held: Array | None = None) -> Array:
     r"""Coulomb friction: opposes motion, and at rest is a static constraint that carries what it can.

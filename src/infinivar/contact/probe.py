@@ -13,7 +13,7 @@ _RATIOS = np.array([0.0, 0.07, 0.23, 0.41, 0.62, 0.83, 0.96])
 """Force ratios of the probe; odd ones, away from where a law of pieces is likely to have its joints."""
 
 _STEP = 1e-5
-"""Step of the difference that `slope` is held against."""
+"""Step of the difference that `slope` is compared with."""
 
 _ODD = 1e-9
 _INVERSE = 0.005

@@ -199,6 +199,7 @@ def _course(rows: _Rows, place: int, push: int) -> Course:
 class Standing(NamedTuple):
     """What a drive sees of a load at a steady speed and force, at a stated position of the load."""
 
+    position: Array
     speed: Array
     force: Array
     power: Array
@@ -223,7 +224,7 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
         deflection. Hysteresis of parallel springs is fully built up in motion, and zero at rest.
     """
     if not chain:
-        return Standing(speed, force, force * speed, {}, {}, {})
+        return Standing(position, speed, force, force * speed, {}, {}, {})
     xp = namespace(position, speed, force, *(place.part for place in chain))
     rotary = axis is ROTARY
     rows = _Rows([position, speed], [force], rotary, True)
@@ -263,5 +264,11 @@ def steady(chain: Sequence[Place], *, position: Array, speed: Array, force: Arra
     unit = "rad" if rows.rotary else "m"
     states = {f"drive_position_{unit}": rows.position[0], f"drive_speed_{unit}_s": rows.position[1]}
     return Standing(
-        rows.position[1], rows.force[0], power, {**losses, **rows.losses}, utilisation, {**rows.states, **states}
+        rows.position[0],
+        rows.position[1],
+        rows.force[0],
+        power,
+        {**losses, **rows.losses},
+        utilisation,
+        {**rows.states, **states},
     )

@@ -10,23 +10,25 @@ from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.bounds import NonZero
-from infinivar._core.fields import check, component, given, quantity
+from infinivar._core.fields import brief, check, component, given, quantity
 from infinivar._core.labels import labelled
 from infinivar.axis import LINEAR, Axis
 from infinivar.contact import creep
+from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain import chain
 from infinivar.drivetrain.chain import Inward
 from infinivar.drivetrain.control import CoboticControl
-from infinivar.drivetrain.drive import DrivePoint, MovingPoint, motor_side, needed, placed
+from infinivar.drivetrain.drive import DrivePoint, MotorSide, MovingPoint, motor_side, needed, placed
 from infinivar.drivetrain.output import Output
 from infinivar.drivetrain.steering import SteeringPlant
-from infinivar.errors import ParameterError
+from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
 from infinivar.motion.course import Course
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.linear import Guideway
 from infinivar.parts.motor import Motor
+from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad
 from infinivar.transmission import turning as turning_contact
 from infinivar.transmission.rates import Varying, steering_rates
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -42,13 +44,17 @@ class Rolled(NamedTuple):
     """Motion of the link and force on it."""
     cylinder_speed: Varying
     torque: Array
+    """On the cylinder at constant speed: what the wheel takes, and friction of the cylinder's bearings. [N m]"""
+    wheel_torque: Array
     """Applied by the cylinder to the wheel. [N m]"""
+    force: Array
+    """Of the transmission on the link. [N]"""
     steering: Varying
     """Tangent of the steering angle; rate and acceleration of the angle. [-], [rad s^-1], [rad s^-2]"""
     patch_moment: Array | None
     """Moment of the rolling patch against steering; None for a patch that turns on the spot. [N m]"""
     losses: Mapping[str, Array]
-    """Of wheel and guideway; "creep" with what steering adds, see `infinivar.transmission.turning.shares`. [W]"""
+    """Of wheel, guideway, bearings; "creep" with what steering adds, see `infinivar.transmission.turning.shares`. [W]"""
     utilisation: Mapping[Limit, Array]
     """Of the wheel. [-]"""
 
@@ -66,6 +72,10 @@ class CoboticDrive:
     cylinder_speed: float = quantity("rad/s", NonZero(), "Constant speed of the cylinder")
     guideway: Guideway = component("Guideway of the link", default_factory=Guideway)
     amplifier: Amplifier = component("Amplifier of the cylinder motor", default_factory=Amplifier)
+    cylinder_bearings: CylinderBearings | None = component(
+        "The cylinder's own bearings, under preload and link force; without them their friction is not counted",
+        default=None,
+    )
     cylinder_inertia: float | None = quantity(
         "kg m^2", Gt(0), "Inertia of the cylinder about its axis; required if its speed varies", default=None
     )
@@ -74,10 +84,16 @@ class CoboticDrive:
     steering: SteeringPlant | None = component("Steering plant", default=None)
     control: CoboticControl = component("Controllers for time-domain simulation", default_factory=CoboticControl)
 
+    __repr__ = brief
+
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
         self.output.check_axis(self.own_axis)
+        follows = getattr(self.guideway, "coefficient", 0.0)
+        if self.cylinder_bearings is not None and self.cylinder_bearings.backing_rollers and type(follows) is float:
+            wanted = "0 with cylinder_bearings.backing_rollers, which carry the preload; state guideway.friction"
+            require(follows == 0.0, "guideway.coefficient", follows, wanted)
         if self.steering is None:
             return
         measured, derived = self.steering.patch_half_length is not None, self.transmission.geometry is not None
@@ -137,25 +153,58 @@ class CoboticDrive:
         element = self.transmission.deliver(
             cylinder_speed=self.cylinder_speed, link_speed=speed, link_force=force + drag
         )
-        side = motor_side(
-            self.motor,
-            self.gearhead,
-            output_torque=element.torque,
-            output_speed=xp.asarray(self.cylinder_speed, dtype=xp.float64),
-        )
+        turning = xp.asarray(self.cylinder_speed, dtype=xp.float64)
+        rubbing, rubbed = self.turned(turning, element.torque, force + drag, load.position)
+        torque = element.torque + rubbing
+        side = motor_side(self.motor, self.gearhead, output_torque=torque, output_speed=turning)
         power_in, burnt, returned = self.amplifier.supply(side.power)
         return DrivePoint(
             power_in=power_in,
             power_out=load.power,
-            losses={**side.losses, "amplifier": burnt, **element.losses, "guideway": guide_loss, **load.losses},
+            losses={
+                **side.losses,
+                "amplifier": burnt,
+                **rubbed,
+                **element.losses,
+                "guideway": guide_loss,
+                **load.losses,
+            },
             utilisation={**element.utilisation, **side.utilisation, **returned, **load.utilisation},
             states={
                 **side.states,
                 "steering_tangent": element.steering_tangent,
-                "cylinder_torque_Nm": element.torque,
+                "cylinder_torque_Nm": torque,
                 **load.states,
             },
         )
+
+    def turned(
+        self, speed: Array, torque: Array, force: Array, position: Array | None = None, *, legs: int = 1
+    ) -> tuple[Array, dict[str, Array]]:
+        """Torque on the cylinder that its bearings need, and the losses there; 0 and none where they are not stated.
+
+        Parameters
+        ----------
+        speed : (...,) float            Of the cylinder. [rad s^-1]
+        torque, force : (...,) float    Of the cylinder on a wheel, and of the transmission on a link. [N m], [N]
+        position : (...,) float         Of the link; None: at 0. [m]
+        legs : int                      Like wheels around the cylinder, whose loads add up as vectors.
+
+        Source: `infinivar.parts.shaft_bearings.CylinderBearings.operate`.
+        """
+        bearings, element = self.cylinder_bearings, self.transmission
+        if bearings is None:
+            return 0.0, {}
+        wheel = WheelLoad(
+            preload=element.preload,
+            torque=torque,
+            force=force,
+            radius=element.cylinder_radius,
+            position=0.0 if position is None else position,
+        )
+        wheels = [wheel] if legs == 1 else [wheel._replace(azimuth=angle) for angle in bearings.around(legs)]
+        rolling = 0.0 if not bearings.backing_rollers else legs * element.groups(speed).rolling_force
+        return bearings.operate(wheels, speed, torque=legs * torque, rolling=rolling)
 
     def check_motion(self) -> None:
         """Raise ParameterError if a value that motion requires is missing; the message names it."""
@@ -239,6 +288,7 @@ class CoboticDrive:
             element = self.transmission.deliver(
                 cylinder_speed=speed, link_speed=course.speed, link_force=link.value
             ).torque
+            element = element + self.turned(speed, element, link.value, course.position)[0]
             torque = np.mean(element * speed, axis=-1, keepdims=True) / np.mean(speed, axis=-1, keepdims=True)
             gained = (torque - element) * speed * step
             energy = np.cumsum(gained, axis=-1) - 0.5 * gained
@@ -282,15 +332,52 @@ class CoboticDrive:
         moment = None
         if self.transmission.turns_with_spin:
             element, moment = turning_contact.deliver(self.transmission, **motion, steering_rate=rate)
+        rubbing, rubbed = self.turned(turning.value, element.torque, link.value, course.position)
         return Rolled(
             load,
             turning,
+            element.torque + rubbing,
             element.torque,
+            link.value,
             Varying(element.steering_tangent, rate, acceleration),
             moment,
-            {**element.losses, "guideway": guide_loss},
+            {**rubbed, **element.losses, "guideway": guide_loss},
             element.utilisation,
         )
+
+    def steered(self, rolled: Rolled, stick_speed: float | None = None) -> tuple[MotorSide, dict[str, Array]]:
+        """The steering motor while the wheel rolls, and losses of wheel, guideway and steering.
+
+        Parameters
+        ----------
+        rolled : Rolled
+        stick_speed : float   See `SteeringPlant.follow`. [m s^-1]
+
+        Raises
+        ------
+        ParameterError
+            If the steering plant or the inertia of its rotor is missing.
+
+        Source: faulring2006, section V-A.1 and Fig 11.
+        """
+        steered = needed(self.steering, "steering").follow(
+            self.transmission,
+            rate=rolled.steering.rate,
+            acceleration=rolled.steering.curvature,
+            patch_moment=rolled.patch_moment,
+            stick_speed=stick_speed,
+        )
+        by_creep, by_turning = rolled.losses["creep"], steered.losses["steering patch"]
+        if rolled.patch_moment is not None:
+            by_creep, by_turning = turning_contact.shares(by_creep, by_turning)
+        return steered, {**rolled.losses, "creep": by_creep, **steered.losses, "steering patch": by_turning}
+
+    def slow_friction(self, rolled: Rolled) -> Array:
+        """Change of the supply's power by friction of steering that falls below the stick speed, as in a simulation. [W]"""
+        full, slow = (
+            self.steering_amplifier.supply(self.steered(rolled, stick)[0].power)[0] for stick in (None, STICK_SPEED)
+        )
+        return slow - full
 
     def follow(
         self,
@@ -326,21 +413,12 @@ class CoboticDrive:
 
         Source: faulring2006, section VI-C.
         """
-        steering = needed(self.steering, "steering")
         power_out = course.driving_force(load_mass).value * course.speed
         if rolled is None:
             rolled = self.roll(course, load_mass=load_mass, cylinder_speed=cylinder_speed, behind=behind)
         load, turning = rolled.load, rolled.cylinder_speed
         course = load.course
-        steered = steering.follow(
-            self.transmission,
-            rate=rolled.steering.rate,
-            acceleration=rolled.steering.curvature,
-            patch_moment=rolled.patch_moment,
-        )
-        by_creep, by_turning = rolled.losses["creep"], steered.losses["steering patch"]
-        if rolled.patch_moment is not None:
-            by_creep, by_turning = turning_contact.shares(by_creep, by_turning)
+        steered, lost = self.steered(rolled)
         inertia = 0.0 if cylinder_speed is None else needed(self.cylinder_inertia, "cylinder_inertia")
         torque = rolled.torque + inertia * turning.rate
         side = motor_side(
@@ -367,10 +445,7 @@ class CoboticDrive:
             losses={
                 **side.losses,
                 "amplifier": sum(burnt for _, burnt, _ in supplies.values()),
-                **rolled.losses,
-                "creep": by_creep,
-                **steered.losses,
-                "steering patch": by_turning,
+                **lost,
                 **load.losses,
             },
             stored={

@@ -9,7 +9,7 @@ from typing import ClassVar
 from annotated_types import Ge
 
 from infinivar._core.array_namespace import Array, finite_floats, namespace
-from infinivar._core.fields import check, component, quantity
+from infinivar._core.fields import brief, check, component, quantity
 from infinivar._core.labels import labelled
 from infinivar.axis import Axis
 from infinivar.drivetrain import chain
@@ -63,6 +63,8 @@ class ConventionalDrive:
     control: ConventionalControl = component(
         "Controllers for time-domain simulation", default_factory=ConventionalControl
     )
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -214,8 +216,8 @@ class ConventionalDrive:
         force = course.driving_force(load.mass).value
         drag, guided = self._drag(force, moved.heading)
         torque, turning, stage_loss = stage.operate(force=force + drag, speed=moved.heading)
-        quickening = course.acceleration / stage.travel_per_radian
-        torque = torque + inertia * quickening
+        acceleration = course.acceleration / stage.travel_per_radian
+        torque = torque + inertia * acceleration
         side = motor_side(
             self.motor,
             self.gearhead,
@@ -236,7 +238,7 @@ class ConventionalDrive:
             },
             stored={
                 "motor": side.stored,
-                f"gear and {stage.title}": inertia * quickening * (course.heading / stage.travel_per_radian),
+                f"gear and {stage.title}": inertia * acceleration * (course.heading / stage.travel_per_radian),
                 **wound,
                 **load.stored,
             },
@@ -266,8 +268,8 @@ class ConventionalDrive:
         if stiffness is None:
             return course, {}
         torque, rate, curvature = (
-            push * travel + inertia * quickening / travel
-            for push, quickening in zip(
+            push * travel + inertia * acceleration / travel
+            for push, acceleration in zip(
                 (force.value, force.rate, force.curvature), (course.acceleration, course.jerk, course.snap), strict=True
             )
         )

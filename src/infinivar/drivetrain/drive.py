@@ -165,6 +165,8 @@ def check_drive(drive: Any, where: str, needs: Sequence[str] = DRIVE_NEEDS) -> N
     if missing or isinstance(drive, type):
         what = f"the class {drive.__name__}" if isinstance(drive, type) else f"a {type(drive).__name__}"
         lacking = f", which has no method {missing[0]}" if missing else ", not an instance of it"
+        if isinstance(drive, str):
+            lacking += f"; write study.drives[{drive!r}]"
         raise ParameterError(f"{where} must be a drive, got {what}{lacking}")
 
 

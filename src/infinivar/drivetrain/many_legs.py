@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
@@ -12,7 +12,7 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import Array, check_broadcast
 from infinivar._core.arrays import real_array
 from infinivar._core.bounds import FINITE, NonZero
-from infinivar._core.fields import check, check_number, component, quantity
+from infinivar._core.fields import brief, check, check_number, component, quantity
 from infinivar._core.result import Result, result
 from infinivar.drivetrain.cobotic import CoboticDrive, turning_inertia
 from infinivar.drivetrain.drive import motor_side, needed
@@ -21,8 +21,9 @@ from infinivar.limits import Limit
 from infinivar.parts.amplifier import Amplifier
 from infinivar.parts.gearhead import Gearhead
 from infinivar.parts.motor import Motor
+from infinivar.parts.shaft_bearings import CylinderBearings, WheelLoad
 from infinivar.power import PowerPoint
-from infinivar.transmission.configuration import Configuration
+from infinivar.transmission.configuration import Configuration, over_links
 from infinivar.transmission.legs import Legs, LegsPoint
 from infinivar.transmission.wrench_set import WrenchSet
 
@@ -65,6 +66,16 @@ class MachinePoint(PowerPoint, Result):
         return sum(self.losses.values())  # type: ignore[return-value]
 
 
+class Driven(NamedTuple):
+    """What is behind the cylinder; see `MachinePoint` for units."""
+
+    power_in: Array
+    losses: Mapping[str, Array]
+    stored: Array
+    utilisation: Mapping[Limit, Array]
+    states: Mapping[str, Array]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeggedDrive:
     """One motor turns the common cylinder of n legs.
@@ -78,10 +89,17 @@ class LeggedDrive:
     cylinder_speed: float = quantity("rad/s", NonZero(), "Speed of the cylinder")
     amplifier: Amplifier = component("Amplifier of the motor", default_factory=Amplifier)
     cylinder_inertia: float | None = quantity("kg m^2", Gt(0), "Inertia of the cylinder about its axis", default=None)
+    cylinder_bearings: CylinderBearings | None = component(
+        "The cylinder's own bearings, under the vector sum of the legs' loads; without them not counted", default=None
+    )
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
+        if self.cylinder_bearings is not None:
+            self.cylinder_bearings.around(self.legs.count)
 
     @classmethod
     def of(cls, leg: Any, count: int) -> LeggedDrive:
@@ -103,6 +121,7 @@ class LeggedDrive:
             cylinder_speed=leg.cylinder_speed,
             amplifier=leg.amplifier,
             cylinder_inertia=leg.cylinder_inertia,
+            cylinder_bearings=leg.cylinder_bearings,
         )
 
     @property
@@ -144,10 +163,39 @@ class LeggedDrive:
         speed = real_array("cylinder_speed", self.cylinder_speed if cylinder_speed is None else cylinder_speed)
         rise = None if cylinder_acceleration is None else real_array("cylinder_acceleration", cylinder_acceleration)
         legs = self.legs.operate(configuration, cylinder_speed=speed, wrench=wrench, twist=twist)
-        torque, stored = legs.torque, np.zeros(())
+        drag, _ = self.legs.guideway.operate(
+            force=legs.link_force, speed=legs.link_speed, preload=self.legs.transmission.preload
+        )
+        rubbing, rubbed = self.turned(speed, legs.leg_torque, legs.link_force + drag, configuration.link_position)
+        behind = self.driven(legs.torque + rubbing, speed, rise)
+        utilisation = dict(legs.utilisation)
+        for limit, demand in behind.utilisation.items():
+            known = utilisation.get(limit)
+            utilisation[limit] = demand if known is None else np.maximum(known, demand)
+        return MachinePoint(
+            power_in=behind.power_in,
+            losses={**behind.losses, **rubbed, **legs.losses},
+            stored=behind.stored,
+            utilisation=utilisation,
+            states=behind.states,
+            legs=legs,
+        )
+
+    def driven(self, torque: Array, speed: Array, rise: Array | None = None) -> Driven:
+        """Motor, gearhead, amplifier and inertia behind the torque on the cylinder.
+
+        Parameters
+        ----------
+        torque : (...,) float        On the cylinder: of all legs, and of its bearings. [N m]
+        speed, rise : (...,) float   Of the cylinder, and its acceleration; None where its speed is constant. [rad s^-1],
+            [rad s^-2]
+
+        Source: faulring2006, Fig 12.
+        """
+        stored = np.zeros(())
         if rise is not None:
             require(bool(np.all(np.isfinite(rise))), "cylinder_acceleration", "nan or inf", "finite", "rad/s^2")
-            check_broadcast(cylinder_acceleration=rise.shape, points=np.shape(torque))
+            check_broadcast(cylinder_acceleration=np.shape(rise), points=np.shape(torque))
             turning = needed(self.cylinder_inertia, "cylinder_inertia") * rise
             torque, stored = torque + turning, turning * speed
         side = motor_side(
@@ -158,18 +206,41 @@ class LeggedDrive:
             output_acceleration=rise,
         )
         power_in, burnt, returned = self.amplifier.supply(side.power)
-        utilisation = dict(legs.utilisation)
-        for limit, demand in {**side.utilisation, **returned}.items():
-            known = utilisation.get(limit)
-            utilisation[limit] = demand if known is None else np.maximum(known, demand)
-        return MachinePoint(
-            power_in=power_in,
-            losses={**side.losses, "amplifier": burnt, **legs.losses},
-            stored=stored + side.stored,
-            utilisation=utilisation,
-            states={**side.states, "cylinder_torque_Nm": torque},
-            legs=legs,
+        return Driven(
+            power_in,
+            {**side.losses, "amplifier": burnt},
+            stored + side.stored,
+            {**side.utilisation, **returned},
+            {**side.states, "cylinder_torque_Nm": torque},
         )
+
+    def turned(
+        self, speed: Array, torque: Array, force: Array, position: Array = 0.0
+    ) -> tuple[Array, dict[str, np.ndarray]]:
+        """Torque on the cylinder that its bearings need under all wheels, and the losses there; 0 and none if not stated.
+
+        Parameters
+        ----------
+        speed : (...,) float              Of the cylinder. [rad s^-1]
+        torque, force : (..., n) float    Of the cylinder on each wheel, and of each wheel on its link. [N m], [N]
+        position : (..., n) float         Of the links. [m]
+
+        Source: `infinivar.parts.shaft_bearings.CylinderBearings.operate`.
+        """
+        bearings, wheel, count = self.cylinder_bearings, self.legs.transmission, self.legs.count
+        if bearings is None:
+            return 0.0, {}
+        shape = np.broadcast_shapes(np.shape(torque), np.shape(force))
+        every = [np.broadcast_to(one, shape) for one in (wheel.preload, torque, force, position)]
+        wheels = [
+            WheelLoad(preload, tau, pushed, wheel.cylinder_radius, at, azimuth)
+            for azimuth, preload, tau, pushed, at in zip(
+                bearings.around(count), *(np.moveaxis(one, -1, 0) for one in every), strict=True
+            )
+        ]
+        rolling = np.asarray(wheel.groups(np.asarray(speed)[..., None]).rolling_force)
+        whole = np.sum(np.broadcast_to(rolling, (*rolling.shape[:-1], count)), axis=-1)
+        return bearings.operate(wheels, np.asarray(speed), torque=over_links(np.add, every[1]), rolling=whole)
 
     def largest_wrench(
         self,
@@ -246,11 +317,8 @@ class LeggedDrive:
         zonotope = WrenchSet.of(configuration, self.legs.force_limits(configuration.link_speeds(xi), np.asarray(speed)))
         if not np.any(xi):
             return zonotope
-        idle = float(
-            self.operate(
-                configuration, wrench=np.zeros(configuration.freedoms), twist=xi, cylinder_speed=speed
-            ).legs.power_in
-        )
+        unloaded = self.operate(configuration, wrench=np.zeros(configuration.freedoms), twist=xi, cylinder_speed=speed)
+        idle = float(unloaded.states["cylinder_torque_Nm"] * speed)
         spare = self.continuous_power(speed) - idle
         if not spare >= 0.0:
             raise ParameterError(

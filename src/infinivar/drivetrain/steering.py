@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from annotated_types import Ge, Gt
 
@@ -89,7 +89,13 @@ class SteeringPlant:
         return torques["bell"] if transmission.turns_with_spin else torques["patch"] + torques["bell"]
 
     def follow(
-        self, transmission: RotaryLinearIVT, *, rate: Array, acceleration: Array, patch_moment: Array | None = None
+        self,
+        transmission: RotaryLinearIVT,
+        *,
+        rate: Array,
+        acceleration: Array,
+        patch_moment: Array | None = None,
+        stick_speed: float | None = None,
     ) -> MotorSide:
         """Torque and power of the steering motor for a steering motion; its gear is lossless, as in the paper.
 
@@ -99,6 +105,8 @@ class SteeringPlant:
         rate, acceleration : (...,) float    Of the steering angle. [rad s^-1], [rad s^-2]
         patch_moment : (...,) float          Moment of the rolling patch against steering; by default the friction of one that
             turns on the spot. [N m]
+        stick_speed : float                  Of the link, below which friction falls as in a simulation; that of the motor then
+            counts as that of the bell. None: not at all. [m s^-1]
 
         Returns
         -------
@@ -111,9 +119,13 @@ class SteeringPlant:
 
         Source: faulring2006, section V-A.1 and Fig 11.
         """
-        return self.turn(
-            self.friction_torques(transmission), rate=rate, acceleration=acceleration, patch_moment=patch_moment
-        )
+        torques, plant = self.friction_torques(transmission), self
+        if stick_speed is not None:
+            share = abs(coulomb(rate, 1.0, stick_speed / transmission.wheel_radius))
+            bell = torques["bell"] + self.ratio * self.motor.friction_torque
+            torques = {"patch": share * torques["patch"], "bell": share * bell}
+            plant = replace(self, motor=self.motor.without_friction())
+        return plant.turn(torques, rate=rate, acceleration=acceleration, patch_moment=patch_moment)
 
     def turn(
         self, resisting: Mapping[str, Array], *, rate: Array, acceleration: Array, patch_moment: Array | None = None

@@ -27,17 +27,14 @@ _NOTHING = 1e-6
 SOURCES = {"supply": "motor supply", "load": "external work", "user": "work of the user"}
 """Longer names for sources whose titles in a graph are short."""
 
-# Other than losses: sources, and what they took back, in the same colour.
-_COLOURS = {
-    "motor supply": "#3D4B66",
-    "steering supply": "#8497B0",
-    "external work": "#7A5230",
-    "work on the load": "#7A5230",
-    "work of the user": "#7A5230",
-    "work on the user": "#7A5230",
-    "back to motor supply": "#3D4B66",
-    "back to steering supply": "#8497B0",
-}
+# What sources took back, in the colour of what they gave.
+_BACK = {"work on the load": "external work", "work on the user": "work of the user"}
+
+
+def line_colour(name: str, place: int) -> str:
+    """Colour of the line of a loss or source, the same as its area in the balance; of others by their place."""
+    known = style.LINE_COLOURS | style.SOURCE_COLOURS
+    return known.get(SOURCES.get(name, name)) or style.COLOURS[place % len(style.COLOURS)]
 
 
 def balance(simulation: Simulation | MachineRun | Session) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -103,7 +100,8 @@ def _look(name: str) -> dict[str, Any]:
     """Fill of an area or a bar; stored energy is hatched, as it is not a loss."""
     if name in ("stored", "released from storage"):
         return {"facecolor": "white", "edgecolor": "#8A8A8A", "hatch": "/////", "linewidth": 0.5}
-    colour = style.LOSS_COLOURS.get(name) or _COLOURS.get(name, "#DDDDDD")
+    source = _BACK.get(name, name.removeprefix("back to "))
+    colour = style.LOSS_COLOURS.get(name) or style.SOURCE_COLOURS.get(source, "#DDDDDD")
     return {"facecolor": colour, "edgecolor": "white", "linewidth": 0.4}
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar.analysis.machine_run import MachineRun, configuration_names
 from infinivar.figures import style
+from infinivar.figures.energy_flow import line_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -89,7 +90,7 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
             axes["currents"].plot(time, values, color=_colour(place), label=name)
         axes["currents"].set_ylabel("motor current [A]")
     for place, (name, values) in enumerate(numbers["lost"].items()):
-        axes["lost"].plot(time, values, color=_colour(place), label=name)
+        axes["lost"].plot(time, values, color=line_colour(name, place), label=name)
     axes["lost"].set_ylabel("energy lost [J]")
     axes["lost"].set_xlabel("time [s]")
     for name in {"motion", "angles", "currents", "lost"} & set(axes):

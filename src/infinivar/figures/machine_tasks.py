@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from infinivar.analysis.machines import MachineComparison, PathResult
+from infinivar.analysis.machine_tasks import PathResult
+from infinivar.analysis.machines import MachineComparison
 from infinivar.analysis.pose_map import PoseMap
 from infinivar.figures import losses, style
 from infinivar.limits import Limit

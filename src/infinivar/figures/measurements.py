@@ -1,4 +1,4 @@
-"""Models held against measurements: a motor's map, and the friction of geared actuators."""
+"""Models compared with measurements: a motor's map, and the friction of geared actuators."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_CONTACT, _USER, _VELOCITY = style.COLOURS[1], "#000000", style.COLOURS[2]
+_CONTACT, _APPLIED, _VELOCITY, _LOAD = style.COLOURS[1], "#000000", style.COLOURS[2], style.COLOURS[3]
 _NEAR = 3.0
 """Distance of an instant centre within the drawing, over the size of the body."""
 
@@ -24,7 +24,7 @@ _LIMIT = 0.4
 """Radius of the circle of the largest slip limit, over the size of the body."""
 
 _ROUNDING = 1e-9
-"""Moment over that of the forces on the wheels below which it is rounding."""
+"""Force or moment over that of the forces on the wheels and of the load below which it is rounding."""
 
 _WIDTH, _AROUND = 6.4, 1.5
 """Width of the figure, and height of what stands around the drawing. [inch]"""
@@ -35,20 +35,24 @@ _PAD = 0.1
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
-def data(cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint) -> dict[str, Any]:
+def data(
+    cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint, wrench: Sequence[float] | np.ndarray | None = None
+) -> dict[str, Any]:
     """Geometry and forces of one motion, in axes of the body.
 
     Parameters
     ----------
     cobot : PlanarCobot or PlanarCarriage   The machine; a carriage does not turn.
     point : MechanismPoint                  One point of its mechanism, in motion.
+    wrench : (3,) or (2,) float             Of the machine on its load, which is a part of what the point has as applied.
 
     Returns
     -------
     dict
         positions, headings (k, 2): of the wheels [m] and unit vectors along them; force (k, 2): of the ground on each wheel [N];
-        limit (k,): slip force at rest [N]; slip (k,): demand over allowance; radius (k,): of the wheels [m]; twist (3,); wrench
-        (3,): of the user; centre (2,): instant centre, perhaps infinite [m].
+        limit (k,): slip force at rest [N]; slip (k,): demand over allowance; radius (k,): of the wheels [m]; twist (3,); applied
+        (3,): of source and load on the machine together; source (3,) and load (3,): of each, None if `wrench` is; centre (2,):
+        instant centre, perhaps infinite [m].
 
     Raises
     ------
@@ -62,7 +66,8 @@ def data(cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint) -> dict[str
     forces, _ = cobot.mechanism.forces(rates, (cosine, sine), np.asarray(point.steering_rate))
     force = np.stack([np.asarray(forces.x), np.asarray(forces.y)], axis=-1)
     contacts = cobot.mechanism.contacts
-    twist = np.append(rates, np.zeros(3 - len(rates)))
+    twist, applied = (np.append(row, np.zeros(3 - len(rates))) for row in (rates, np.asarray(point.applied)))
+    load = None if wrench is None else -np.append(np.asarray(wrench, dtype=float), np.zeros(3 - len(wrench)))
     return {
         "positions": np.array(cobot.positions) if isinstance(cobot, PlanarCobot) else np.zeros((1, 2)),
         "headings": np.stack([cosine, sine], axis=-1),
@@ -71,7 +76,9 @@ def data(cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint) -> dict[str
         "slip": np.asarray(point.slip_demand),
         "radius": np.array([float(one.wheel_radius) for one in contacts]),  # type: ignore[union-attr]
         "twist": twist,
-        "wrench": np.append(np.asarray(point.applied), np.zeros(3 - len(rates))),
+        "applied": applied,
+        "source": None if load is None else applied - load,
+        "load": load,
         "centre": np.array([float(one) for one in instant_centre(twist)]) if turns else np.full(2, np.inf),
     }
 
@@ -152,14 +159,35 @@ def draw_wheel(ax: Axes, spot: np.ndarray, half: np.ndarray, colour: str = "blac
 
 
 def _motion(ax: Axes, numbers: Mapping[str, Any], size: float, scale: float) -> None:
-    """Velocity of the reference point and force of the user there."""
+    """Velocity of the reference point, and the forces applied there."""
     origin = np.zeros(2)
     velocity = np.asarray(numbers["twist"][:2])
     if np.any(velocity):
         _arrow(ax, origin, 0.5 * size * velocity / np.linalg.norm(velocity), _VELOCITY)
-    if np.any(numbers["wrench"][:2]):
-        _arrow(ax, origin, scale * numbers["wrench"][:2], _USER)
+    for name, _, colour in _applied(numbers):
+        if np.any(numbers[name][:2]):
+            _arrow(ax, origin, scale * numbers[name][:2], colour)
     ax.plot(0.0, 0.0, marker="o", ms=3, color="black", zorder=5)
+
+
+def _applied(numbers: Mapping[str, Any]) -> tuple[tuple[str, str, str], ...]:
+    """Key, words and colour of the wrenches applied to the machine."""
+    if numbers["load"] is None:
+        return (("applied", "applied force", _APPLIED),)
+    return (("source", "force of the source", _APPLIED), ("load", "force of the load", _LOAD))
+
+
+def _said(numbers: Mapping[str, Any], name: str, words: str) -> str:
+    """A wrench in words."""
+    arms = np.linalg.norm(numbers["positions"], axis=1)
+    wheels, wrenches = np.linalg.norm(numbers["force"], axis=1), [numbers[key] for key, _, _ in _applied(numbers)]
+    force = float(np.linalg.norm(numbers[name][:2]))
+    moment = float(numbers[name][2])
+    largest = max(float(wheels.sum()), *(float(np.linalg.norm(one[:2])) for one in wrenches))
+    turning = max(float(wheels @ arms), *(abs(float(one[2])) for one in wrenches))
+    force = 0.0 if force <= _ROUNDING * largest else force
+    moment = 0.0 if abs(moment) <= _ROUNDING * turning else moment
+    return f"{words} {force:.3g} N, with {moment:.3g} N m"
 
 
 def _arrow(ax: Axes, start: np.ndarray, end: np.ndarray, colour: str) -> None:
@@ -167,15 +195,13 @@ def _arrow(ax: Axes, start: np.ndarray, end: np.ndarray, colour: str) -> None:
     ax.annotate("", xy=tuple(end), xytext=tuple(start), arrowprops=arrow, zorder=4)
 
 
-def draw_all(cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint) -> Figure:
+def draw_all(
+    cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint, wrench: Sequence[float] | np.ndarray | None = None
+) -> Figure:
     """Draw the figure; arguments as in `data`."""
     from matplotlib.lines import Line2D
 
-    numbers = data(cobot, point)
-    push, moment = float(np.linalg.norm(numbers["wrench"][:2])), float(numbers["wrench"][2])
-    arms = np.linalg.norm(numbers["positions"], axis=1)
-    if abs(moment) <= _ROUNDING * float(np.linalg.norm(numbers["force"], axis=1) @ arms):
-        moment = 0.0
+    numbers = data(cobot, point, wrench)
     speed, turning = float(np.linalg.norm(numbers["twist"][:2])), float(numbers["twist"][2])
     with style.styled():
         made, ax = style.figure(_WIDTH, _WIDTH)
@@ -186,7 +212,10 @@ def draw_all(cobot: PlanarCobot | PlanarCarriage, point: MechanismPoint) -> Figu
         key = [
             Line2D([], [], color=_CONTACT, lw=1.8, label="force of the ground on a wheel"),
             Line2D([], [], color=_CONTACT, lw=0.8, ls=(0, (1, 2)), label="slip limit, to the same scale"),
-            Line2D([], [], color=_USER, lw=1.8, label=f"force of the user {push:.3g} N, with {moment:.3g} N m"),
+            *(
+                Line2D([], [], color=colour, lw=1.8, label=_said(numbers, name, words))
+                for name, words, colour in _applied(numbers)
+            ),
             Line2D([], [], color=_VELOCITY, lw=1.8, label=f"velocity {speed:.3g} m/s, turning at {turning:.3g} rad/s"),
             Line2D([], [], color="#999999", lw=0.8, ls=(0, (4, 3)), label="normal of a heading"),
         ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.figures import style
+from infinivar.figures.energy_flow import line_colour
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,7 +66,7 @@ def draw(axes: Mapping[str, Axes], numbers: Mapping[str, Any]) -> None:
     }
     for panel, ax in axes.items():
         for place, (name, values) in enumerate(numbers[panel].items()):
-            ax.plot(numbers["time"], values, color=style.COLOURS[place % len(style.COLOURS)], label=name)
+            ax.plot(numbers["time"], values, color=line_colour(name, place), label=name)
         ax.set_ylabel(labels[panel])
         if numbers[panel]:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7)

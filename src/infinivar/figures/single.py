@@ -19,7 +19,7 @@ from infinivar.analysis.steady_map import SteadyMap
 from infinivar.bondgraph.audit import Trajectory
 from infinivar.drivetrain.drive import DrivePoint, MovingPoint
 from infinivar.errors import InputError
-from infinivar.figures import duty_cycle, losses, operating_map, style
+from infinivar.figures import duty_cycle, energy_flow, losses, operating_map, style
 from infinivar.limits import Limit
 from infinivar.parts.heat import Heat
 from infinivar.transmission.operating_point import OperatingPoint
@@ -215,7 +215,7 @@ def trajectory(found: Trajectory) -> Figure:
         made, axes = style.figure(7.2, 6.4, len(kinds), 1, sharex=True)
         for ax, (kind, group) in zip(axes, kinds.items(), strict=True):
             for place, (name, energy) in enumerate(group.items()):
-                ax.plot(found.time, energy, color=style.COLOURS[place % len(style.COLOURS)], label=name)
+                ax.plot(found.time, energy, color=energy_flow.line_colour(name, place), label=name)
             ax.set_xlabel("time [s]")
             ax.set_ylabel(f"{kind} [J]")
             ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

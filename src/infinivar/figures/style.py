@@ -26,6 +26,8 @@ LOSS_COLOURS = {
     "spin": "#332288",
     "rolling": "#F0E442",
     "bearing": "#56B4E9",
+    "cylinder bearings": "#1B7F79",
+    "backing rollers": "#A5A552",
     "guideway": "#CC79A7",
     "pulley": "#8B6BB1",
     "screw": "#8B6BB1",
@@ -47,6 +49,14 @@ LOSS_COLOURS = {
 
 LINE_COLOURS = {**LOSS_COLOURS, "rolling": "#B8A800"}
 """The same for lines on white, where the yellow used for areas is too pale."""
+
+SOURCE_COLOURS = {
+    "motor supply": "#3D4B66",
+    "steering supply": "#8497B0",
+    "external work": "#7A5230",
+    "work of the user": "#B8895A",
+}
+"""One colour per source of energy, the same in every figure."""
 
 FORMATS = ("png", "svg", "pdf")
 

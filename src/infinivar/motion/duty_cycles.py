@@ -20,7 +20,7 @@ from infinivar.motion.motion import PeriodicMotion
 from infinivar.motion.motions import Hold, Reaches, Sinusoid, Tremor
 from infinivar.motion.probe import check_motion, enough
 from infinivar.motion.recordings import Recording
-from infinivar.motion.task import Task
+from infinivar.motion.task import Task, check_task
 from infinivar.units import plain
 
 CYCLES: dict[str, type] = {kind.shape: kind for kind in (Hold, Sinusoid, Reaches, Tremor, Walking, Running, Recording)}
@@ -181,6 +181,11 @@ class DutyCycle(Task):
         count = samples or self.samples()
         time = (np.arange(count) + 0.5) * (self.period / count)
         return Instants(time, *self.at(time, orders))
+
+
+def check_duty_cycle(duty: object) -> None:
+    """Raise ParameterError unless it is a duty cycle; the message says what to write in place of a motion or a name."""
+    check_task("duty", duty, DutyCycle, "duty")
 
 
 def shares_of(duty: Mapping[str, Any], group: str = "duty.", what: str = "duty cycle") -> dict[str, float]:

@@ -56,7 +56,7 @@ class Series:
             shifted = 0.5 * whole * amplitudes * np.exp(1j * turns * first)
             shifted[0] *= 2.0
             return [np.fft.irfft(row, whole)[:count] for row in shifted * powers]
-        if count * len(turns) > _MANY and time.ndim == 1 and _equal(time):
+        if count * len(turns) > _MANY and time.ndim == 1 and equal_steps(time):
             step = (float(time[-1]) - first) / (count - 1)
             begun = amplitudes * np.exp(1j * turns * first)
             return _on_grid(begun * powers, turns[1] * step, count)
@@ -99,7 +99,7 @@ def passed(frequency: np.ndarray, cutoff: float) -> np.ndarray:
     return 0.5 * (1.0 + np.cos(np.pi * share))
 
 
-def _equal(time: np.ndarray) -> bool:
+def equal_steps(time: np.ndarray) -> bool:
     """Whether times have equal steps, to rounding."""
     steps = np.diff(time)
     return bool(np.ptp(steps) <= 1e-9 * abs(steps[0]))

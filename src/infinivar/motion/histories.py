@@ -29,7 +29,7 @@ class VectorHistory:
     time: Array = component("Increasing instants, (n,) [s]")
     values: Array = component("Values at the instants, (n, d)")
     smooth: bool = component("Whether a cubic spline joins the values, or straight lines", default=True)
-    _pieces: Any = field(init=False, repr=False, default=None)
+    _pieces: Any = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self) -> None:
         """Validate the fields."""

@@ -13,6 +13,7 @@ from annotated_types import Gt, Interval
 
 from infinivar._core.arrays import real_array
 from infinivar._core.fields import check, component, quantity
+from infinivar.contact.friction import STICK_SPEED
 from infinivar.errors import ParameterError, require
 from infinivar.motion.histories import VectorHistory
 
@@ -68,7 +69,7 @@ class MachineScenario:
         "[m/s, rad/s]; by default those of the motion and of a held shaft",
         default=None,
     )
-    stick_speed: float = quantity("m/s", Gt(0), "Speed below which friction sticks", default=1e-4)
+    stick_speed: float = quantity("m/s", Gt(0), "Speed below which friction sticks", default=STICK_SPEED)
     settling_time: float | None = quantity(
         "s", Gt(0), "Initial time by which the run is not judged; must be shorter than the run", default=None
     )

@@ -16,13 +16,24 @@ from infinivar._core.fields import check_real, chosen_words, component, named_te
 from infinivar.axis import LINEAR, ROTARY, Axis
 from infinivar.errors import InputError, ParameterError, printable
 from infinivar.motion.files.agreement import one_course
-from infinivar.motion.files.fields import BODY_MASS, COLUMNS, CYCLE_TIME, FILE, FLIP, WINDOW, columns_of, how_read
-from infinivar.motion.files.table import ROLES, SIGNED, RecordedTable
-from infinivar.motion.files.timing import read_timed
+from infinivar.motion.files.fields import (
+    BODY_MASS,
+    COLUMNS,
+    CYCLE_TIME,
+    FILE,
+    FLIP,
+    FORCE_COLUMNS,
+    FORCE_FILE,
+    WINDOW,
+    columns_of,
+    how_read,
+)
+from infinivar.motion.files.table import BESIDE, ROLES, SIGNED, RecordedTable
 from infinivar.motion.fourier import Series
 from infinivar.motion.motion import NOTHING, PeriodicMotion
 from infinivar.motion.smoothing import Smoothed, smoothed
 from infinivar.motion.strides import Strides, strides_of
+from infinivar.motion.two_files import read_recording
 
 CUTOFF = 10.0
 """Default cutoff of a recording. [Hz]"""
@@ -65,14 +76,19 @@ class Recording(HoldsArrays, PeriodicMotion):
     file: str = component(FILE, compare=False)
     columns: Mapping[str, str] | None = named_texts(names=tuple(ROLES), **how_read(COLUMNS))
     flip: tuple[str, ...] | None = chosen_words(words=SIGNED, **how_read(FLIP))
+    force_file: str | None = component(**how_read(FORCE_FILE))
+    force_columns: Mapping[str, str] | None = named_texts(names=BESIDE, **how_read(FORCE_COLUMNS))
     body_mass: float | None = quantity("kg", Gt(0), **how_read(BODY_MASS))
     cycle_time: float | None = quantity("s", Gt(0), **how_read(CYCLE_TIME))
     window: tuple[float, ...] | None = quantities("s", FINITE, **how_read(WINDOW))
     sample_rate: float | None = quantity(
         "Hz", Gt(0), **how_read("Rate to which the recording is resampled; defaults to its own rows")
     )
-    resampling: Literal["linear", "cubic", "mean"] = component(
-        "Method of resampling", default="linear", compare=False, repr=False
+    resampling: Literal["linear", "cubic", "mean"] | None = component(
+        "Method of resampling; defaults to cubic at a higher rate than that of the rows, else to linear",
+        default=None,
+        compare=False,
+        repr=False,
     )
     cutoff: float = quantity("Hz", Gt(0), "Cutoff frequency; smoothing removes everything above it", default=CUTOFF)
     resolution: float | None = quantity("m", Gt(0), _RESOLUTION, default=None)
@@ -81,6 +97,10 @@ class Recording(HoldsArrays, PeriodicMotion):
         "Whether the recording is one cycle that ends where it starts; if false, it is a run, with its energy and "
         "temperatures from the start to the end",
         default=True,
+    )
+    closure: Literal["checked", "spread"] = component(
+        "What happens to a cycle that does not end where it starts: refused beyond 5 % of its range, or spread evenly over it",
+        default="checked",
     )
     strides: Literal["one", "average"] = component(
         "Whether the recording is one cycle, or several strides to average to one", default="one"
@@ -113,6 +133,7 @@ class Recording(HoldsArrays, PeriodicMotion):
         resolution: float | None = None,
         angle_resolution: float | None = None,
         closed: bool = True,
+        closure: Literal["checked", "spread"] = "checked",
         strides: Literal["one", "average"] = "one",
         stride_time: float | None = None,
         **how: Any,
@@ -123,27 +144,35 @@ class Recording(HoldsArrays, PeriodicMotion):
         ----------
         file : str
         cutoff, resolution, angle_resolution : float   As the fields.
-        closed, strides, stride_time                   As the fields. Strides are found by a column heel_strike or phase, or
+        closed, closure, strides, stride_time          As the fields. Strides are found by a column heel_strike or phase, or
             by the period of the motion.
-        how                                            Keywords of `infinivar.motion.files.timing.read_timed`: columns, flip,
-            body_mass, cycle_time, window, sample_rate and resampling.
+        how                                            Keywords of `infinivar.motion.two_files.read_recording`: force_file,
+            force_columns, columns, flip, body_mass, cycle_time, window, sample_rate and resampling.
 
         Raises
         ------
         InputError
             If the file is invalid; the message names line and column.
         """
-        table = read_timed(file, **how)
-        return cls.of(
-            table,
-            cutoff=cutoff,
-            resolution=resolution,
-            angle_resolution=angle_resolution,
-            closed=closed,
-            strides=strides,
-            stride_time=stride_time,
-            **{**how, "file": file},
-        )
+        table = read_recording(file, **how)
+        fields = {
+            "cutoff": cutoff,
+            "resolution": resolution,
+            "angle_resolution": angle_resolution,
+            "closed": closed,
+            "closure": closure,
+            "strides": strides,
+            "stride_time": stride_time,
+            **how,
+            "file": file,
+        }
+        try:
+            return cls.of(table, **fields)
+        except InputError as problem:
+            if not how.get("force_file") or not table.warnings:
+                raise
+            # Rows that the second file leaves out may be why the cycle does not close.
+            raise InputError("; ".join((*table.warnings, str(problem)))) from problem
 
     @classmethod
     def of(cls, table: RecordedTable, **fields: Any) -> Recording:
@@ -182,7 +211,8 @@ class Recording(HoldsArrays, PeriodicMotion):
         if not self.rotary and self.angle_resolution is not None:
             raise ParameterError("angle_resolution is an angle, but the motion is along a line: state resolution")
         resolution = self.angle_resolution if self.rotary else self.resolution
-        found = smoothed(printable(self.file), columns, lines, self.cutoff, resolution, self.axis, closed=self.closed)
+        options = {"closed": self.closed, "spread": self.closure == "spread"}
+        found = smoothed(printable(self.file), columns, lines, self.cutoff, resolution, self.axis, **options)
         made = {
             "_period": found.period,
             "_motion": found.motion,
@@ -272,6 +302,10 @@ def _check_strides(recording: Recording) -> None:
     """Check that keys on strides agree with one another and with the data."""
     if recording.strides == "one" and recording.stride_time is not None:
         raise ParameterError("stride_time does not apply with strides = 'one'; remove it, or set strides = 'average'")
+    if recording.closure != "checked" and not recording.closed:
+        raise ParameterError(
+            "closure does not apply with closed = false, as a run may end anywhere; remove one of them"
+        )
     if recording.strides == "average" and not recording.closed:
         raise ParameterError("closed must be true with strides = 'average', which gives one cycle; remove one of them")
 

@@ -17,26 +17,25 @@ class Repeated:
     shape: ClassVar[str] = "duty cycle"
     breaks: Sequence[float] = ()
 
-    def __init__(self, period: float, values: np.ndarray, begin: float, axis: Axis = LINEAR) -> None:
-        """From a time `begin` [s] of the cycle on."""
+    def __init__(self, period: float, values: np.ndarray, axis: Axis = LINEAR) -> None:
+        """From values at equal steps over a cycle."""
         from scipy.interpolate import CubicSpline
 
         self.axis: Axis = axis
         self.period: float = period
         self.step: float = period / len(values)
-        self.begin: float = begin
         nodes = np.arange(len(values) + 1) * self.step
         self.pieces: list[list[float]] = CubicSpline(
             nodes, np.append(values, values[0]), bc_type="periodic"
         ).c.T.tolist()
 
     def __eq__(self, other: object) -> bool:
-        """Whether the other repeats the same spline from the same time on."""
+        """Whether the other repeats the same spline."""
         return isinstance(other, Repeated) and vars(self) == vars(other)
 
     def at(self, time: float) -> MotionState:
         """Value and its first two derivatives at a time [s]."""
-        since = (self.begin + time) % self.period
+        since = time % self.period
         place = min(int(since / self.step), len(self.pieces) - 1)
         s = since - place * self.step
         cubic, square, linear, constant = self.pieces[place]

@@ -5,8 +5,8 @@ until the continuation no longer affects the run, and only then made periodic:
 
 1. Beyond an end at which the quantity is ``x_0`` and its second derivative ``a``, it continues as the odd reflection about the
    parabola: ``x(-t) = 2 (x_0 + a t^2/2) - x(t)``. Value and slope continue by the reflection, the second derivative by the
-   parabola, which a least-squares fit gives: over the first wave, or up to three where noise dominates. The continuation
-   lasts three waves.
+   parabola, which a least-squares fit gives: over the first wave, or up to three where noise dominates; where rows are
+   coarse, the spline through them gives it. The continuation lasts three waves.
 2. The straight line through the ends of the continued run is subtracted, which leaves zero at both ends, and the rest is
    reflected to an odd periodic function: a sine series with the low-pass filter of `infinivar.motion.fourier`.
 
@@ -58,7 +58,14 @@ class RunSeries:
     polynomial: tuple[float, ...]
 
     @classmethod
-    def through(cls, time: np.ndarray, values: np.ndarray, even: np.ndarray, cutoff: float) -> RunSeries:
+    def through(
+        cls,
+        time: np.ndarray,
+        values: np.ndarray,
+        even: np.ndarray,
+        cutoff: float,
+        curvatures: tuple[float, float] | None = None,
+    ) -> RunSeries:
         """Fit a run and remove frequencies above a cutoff.
 
         Parameters
@@ -66,13 +73,19 @@ class RunSeries:
         time, values : (n,) float   Recorded rows; time from 0. [s], any unit
         even : (m + 1,) float       The values at equal steps from the start to the end.
         cutoff : float              [Hz]
+        curvatures : (2,) float     Second derivative at both ends; fitted to the rows by default.
         """
         duration = float(time[-1])
         step = duration / (len(even) - 1)
         count = min(math.ceil(_LEAD / (cutoff * step)), len(even) - 1)
         ahead = np.arange(1, count + 1) * step
-        before = 2.0 * _even_part(time, values, 1.0 / cutoff, ahead) - even[1 : count + 1]
-        after = 2.0 * _even_part(duration - time[::-1], values[::-1], 1.0 / cutoff, ahead) - even[-2 : -count - 2 : -1]
+        if curvatures is None:
+            first = _even_part(time, values, 1.0 / cutoff, ahead)
+            last = _even_part(duration - time[::-1], values[::-1], 1.0 / cutoff, ahead)
+        else:
+            first, last = (end + 0.5 * bend * ahead**2 for end, bend in zip(even[[0, -1]], curvatures, strict=True))
+        before = 2.0 * first - even[1 : count + 1]
+        after = 2.0 * last - even[-2 : -count - 2 : -1]
         whole = np.concatenate([before[::-1], even, after])
         rise = (whole[-1] - whole[0]) / (len(whole) - 1)
         rest = whole - (whole[0] + rise * np.arange(len(whole)))

@@ -16,7 +16,7 @@ from infinivar.motion.forces import ConstantForce, SinusoidalForce, StepForce
 from infinivar.motion.motion import Force, Motion, PeriodicMotion
 from infinivar.motion.motions import Cruise, Reach, Rest, Sinusoid, Step
 from infinivar.motion.probe import check_motion
-from infinivar.motion.task import Task
+from infinivar.motion.task import Task, check_task
 from infinivar.motion.waypoints import RecordedForce, Waypoints
 from infinivar.units import plain
 
@@ -126,3 +126,8 @@ class Scenario(Task):
     def path(self) -> Motion:
         """The motion; at rest if none is given."""
         return Rest() if self.motion is None else self.motion
+
+
+def check_scenario(scenario: object) -> None:
+    """Raise ParameterError unless it is a scenario; the message says what to write in place of a motion or a name."""
+    check_task("scenario", scenario, Scenario, "scenarios", ", duration=...")

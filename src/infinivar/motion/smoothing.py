@@ -23,6 +23,8 @@ import numpy as np
 
 from infinivar.axis import LINEAR, Axis
 from infinivar.errors import InputError, ParameterError
+from infinivar.motion.accelerations import Rows, doubts, instants
+from infinivar.motion.between_rows import CUBIC, STRAIGHT, between, is_coarse, run_series
 from infinivar.motion.fourier import Series
 from infinivar.motion.joins import joins
 from infinivar.motion.rest import (
@@ -42,8 +44,8 @@ from infinivar.motion.spectrum import Density, density
 from infinivar.units import percent, plain, rounded_up
 
 _LEAST_ROWS = 8
-_PER_WAVE = 40
-"""Fewest resampled instants per wave."""
+_STAY_ROWS = 3.0
+"""Shortest stay, in steps between rows: a smooth motion has two equal rows at a reversal, not four."""
 GAP = 5.0
 """Steps longer than the median step by more than this factor count as gaps."""
 DRIFT = 0.05
@@ -147,6 +149,7 @@ def smoothed(
     axis: Axis = LINEAR,
     *,
     closed: bool = True,
+    spread: bool = False,
 ) -> Cycle:
     """Smooth one cycle of a motion, or a run, from recorded columns.
 
@@ -159,6 +162,7 @@ def smoothed(
     resolution : float   Deviation within which the load counts as at rest; estimated from the recording by default. [m]
     axis : Axis          Whether the motion is along a line or about a joint, for messages.
     closed : bool        Whether it is one cycle, made periodic; if not, a run that may end anywhere.
+    spread : bool        Whether a cycle is made periodic however far its end is from its start.
 
     Returns
     -------
@@ -181,20 +185,28 @@ def smoothed(
             f"cutoff must be >= {rounded_up(lowest_cutoff(period, closed=closed))} Hz, {need} a recording of "
             f"{plain(period, 3)} s, got {cutoff:g} Hz"
         )
-    warnings = _sampling(file, time, lines, step, cutoff)
-    count = max(2 * len(time), int(_PER_WAVE * cutoff * period))
+    coarse = is_coarse(time, cutoff)
+    warnings = _sampling(file, time, lines, step, cutoff, coarse=coarse)
+    count = instants(time, cutoff)
     span = np.arange(count) * (period / count)
 
-    def made(name: str) -> Smoothed:
-        asked = resolution if name == "position" else None
-        if not closed:
-            return _fit_run(name, time, columns[name], count, cutoff, asked)
-        drift = None if name == "force" else _closed(file, name, columns[name], time / period, warnings, axis)
-        return _fit_cycle(name, time, columns[name], drift, count, cutoff, asked)
-
     moved = "position" if "position" in columns else "speed"
+    without_drift = _closed(file, moved, columns[moved], time / period, warnings, axis, spread) if closed else None
+
+    def made(name: str, cutoff: float = cutoff) -> Smoothed:
+        asked = resolution if name == "position" else None
+        order = CUBIC if is_coarse(time, cutoff) else STRAIGHT
+        count = instants(time, cutoff)
+        if not closed:
+            return _fit_run(name, time, columns[name], count, cutoff, asked, order)
+        drift = None if name == "force" else without_drift
+        return _fit_cycle(name, time, columns[name], drift, count, cutoff, asked, order)
+
     motion = made(moved)
     warnings += _cut_off(file, density(time, columns[moved], moved, closed=closed), cutoff, axis)
+    rows = Rows(time, columns[moved], moved, closed)
+    lowest = lowest_cutoff(period, closed=closed)
+    warnings += doubts(file, rows, lambda low: motion if low == cutoff else made(moved, low), cutoff, lowest, axis)
     if closed:
         speeds = float(np.ptp(motion.derivatives(span, 1)[1]))
         warnings += joins(file, time, columns, speeds, cutoff, axis)
@@ -220,11 +232,13 @@ def _cut_off(file: str, found: Density, cutoff: float, axis: Axis) -> list[str]:
     ]
 
 
-def _sampling(file: str, time: np.ndarray, lines: Sequence[int], step: float, cutoff: float) -> list[str]:
+def _sampling(
+    file: str, time: np.ndarray, lines: Sequence[int], step: float, cutoff: float, *, coarse: bool
+) -> list[str]:
     """Warn of gaps, and of steps too long for the cutoff."""
     warnings = [
         f"{file}: line {lines[place + 1]}: {plain(time[place + 1] - time[place], 3)} s without data, "
-        f"{plain(width, 3)} times the median step; interpolated linearly"
+        f"{plain(width, 3)} times the median step; interpolated {'by a cubic spline' if coarse else 'linearly'}"
         for place, width in enumerate(np.diff(time) / step)
         if width > GAP
     ]
@@ -244,47 +258,55 @@ def _fit_cycle(
     count: int,
     cutoff: float,
     resolution: float | None,
+    order: int,
 ) -> Smoothed:
     """Smooth a column of a cycle, made periodic; `without_drift` are its values without what keeps it from closing, if any."""
     period = float(time[-1])
     step = period / count
     even = np.arange(count) * step
-    raw = np.interp(even, time, values)
-    closed = raw if without_drift is None else np.interp(even, time, without_drift)
+    raw = between(time, values, even, order)
+    closed = raw if without_drift is None else between(time, without_drift, even, order)
     series = Series.through(period, closed, cutoff)
     resolves, own = _resolution(time, values, closed, series.derivatives(even, 0)[0], cutoff, resolution)
     # Include the neighbouring cycles, as a stay may extend past the end: once as recorded, in case all drift occurs in
     # the moves, and once made periodic, which removes the drift of a sensor.
     drift = float(values[-1] - values[0]) if name == "position" else 0.0
-    courses = [np.concatenate([raw - drift, raw, raw + drift])]
-    if closed is not raw:
-        courses.append(np.tile(closed, 3))
+    rows = np.interp(even, time, values)
+    courses = [np.concatenate([rows - drift, rows, rows + drift])]
+    if without_drift is not None:
+        courses.append(np.tile(np.interp(even, time, without_drift), 3))
+    slow = _slowest(time, cutoff)
     if name == "speed":
         position = series.integral()
-        masks = rest_of_speed(courses, step, cutoff, resolves)
-        reach = resolves.reach / cutoff
-        return _with_stays(position, position.derivatives(even, 0)[0], masks, cutoff, reach, reach)
-    return _with_stays(series, closed, rest_of_value(courses, step, cutoff, resolves), cutoff, resolves.reach, own)
+        masks = rest_of_speed(courses, step, slow, resolves)
+        reach = resolves.reach / slow
+        return _with_stays(position, position.derivatives(even, 0)[0], masks, slow, reach, reach)
+    return _with_stays(series, closed, rest_of_value(courses, step, slow, resolves), slow, resolves.reach, own)
 
 
 def _fit_run(
-    name: str, time: np.ndarray, values: np.ndarray, count: int, cutoff: float, resolution: float | None
+    name: str, time: np.ndarray, values: np.ndarray, count: int, cutoff: float, resolution: float | None, order: int
 ) -> Smoothed:
     """Smooth a column of a run; rest is located in the run followed by its mirror image, which is periodic."""
     step = float(time[-1]) / count
     even = np.arange(count + 1) * step
-    raw = np.interp(even, time, values)
-    series = RunSeries.through(time, values, raw, cutoff)
+    series, raw = run_series(time, values, even, cutoff, order)
     resolves, own = _resolution(time, values, raw, series.derivatives(even, 0)[0], cutoff, resolution)
-    courses = [odd_reflected(raw)]
+    courses = [odd_reflected(np.interp(even, time, values))]
+    slow = _slowest(time, cutoff)
     if name == "speed":
         position = series.integral()
-        masks = rest_of_speed(courses, step, cutoff, resolves)
-        values, reach, own = position.derivatives(even, 0)[0], resolves.reach / cutoff, resolves.reach / cutoff
+        masks = rest_of_speed(courses, step, slow, resolves)
+        values, reach, own = position.derivatives(even, 0)[0], resolves.reach / slow, resolves.reach / slow
     else:
         position, values, reach = series, raw, resolves.reach
-        masks = rest_of_value(courses, step, cutoff, resolves)
-    return _with_stays(position, mirrored(values), Masks(*map(mirrored, masks)), cutoff, reach, own)
+        masks = rest_of_value(courses, step, slow, resolves)
+    return _with_stays(position, mirrored(values), Masks(*map(mirrored, masks)), slow, reach, own)
+
+
+def _slowest(time: np.ndarray, cutoff: float) -> float:
+    """Frequency of the wave for which rest lasts at least: the cutoff, or less where rows are coarse. [Hz]"""
+    return min(cutoff, 1.0 / (_STAY_ROWS * float(np.median(np.diff(time)))))
 
 
 def _resolution(
@@ -346,7 +368,9 @@ def _with_stays(
     )
 
 
-def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str], axis: Axis) -> np.ndarray:
+def _closed(
+    file: str, name: str, values: np.ndarray, share: np.ndarray, warnings: list[str], axis: Axis, spread: bool
+) -> np.ndarray:
     """Make recorded values periodic: remove the drift of a position, or the mean of a speed.
 
     Raises
@@ -355,19 +379,33 @@ def _closed(file: str, name: str, values: np.ndarray, share: np.ndarray, warning
         If the drift or the mean is too large.
     """
     span = float(np.ptp(values)) or 1.0
-    if name == "speed":
-        drift = float(np.trapezoid(values, share))
-        finding = f"the mean {axis.speed} is {plain(drift, 3)} {axis.speed_unit}"
-    else:
-        drift = float(values[-1] - values[0])
-        finding = f"the {axis.position} ends {plain(drift, 3)} {axis.position_unit} from its start"
-    if abs(drift) > DRIFT * span:
+    drift = float(np.trapezoid(values, share) if name == "speed" else values[-1] - values[0])
+    if abs(drift) > DRIFT * span and not spread:
         raise InputError(
-            f"{file}: must be one cycle that ends where it starts, but {finding}, {percent(abs(drift) / span)} of the "
-            "range; for a run, which may end anywhere, set closed = false"
+            f"{file}: must be one cycle that ends where it starts, but {open_end(name, drift, span, axis)}"
         )
     if abs(drift) > 1e-3 * span:
-        warnings.append(
-            f"{file}: {finding}, {percent(abs(drift) / span, 1)} of the range; removed evenly over the cycle"
-        )
+        warnings.append(f"{file}: {_finding(name, drift, span, axis, 1)}; removed evenly over the cycle")
     return values - (drift if name == "speed" else drift * share)
+
+
+def _finding(name: str, drift: float, span: float, axis: Axis, digits: int = 0) -> str:
+    """How far a recording ends from its start, or the mean of its speed."""
+    said = (
+        f"the mean {axis.speed} is {plain(drift, 3)} {axis.speed_unit}"
+        if name == "speed"
+        else f"the {axis.position} ends {plain(drift, 3)} {axis.position_unit} from its start"
+    )
+    return f"{said}, {percent(abs(drift) / span, digits)} of the range"
+
+
+def open_end(name: str, drift: float, span: float, axis: Axis) -> str:
+    """What keeps a recording of a position or speed from being a cycle, and the ways out, for messages."""
+    speed = f"{axis.speed.replace(' ', '_')} = ..."
+    by_speed = (
+        "" if name == "speed" else f", read a column of {axis.speed} instead with columns = {{ time = ..., {speed} }}"
+    )
+    return (
+        f"{_finding(name, drift, span, axis)}; cut out a whole cycle with window{by_speed}, remove the difference evenly with "
+        'closure = "spread", or for a run, which may end anywhere, set closed = false'
+    )

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from infinivar.motion.fourier import passed
+from infinivar.motion.between_rows import STRAIGHT, between
+from infinivar.motion.fourier import equal_steps, passed
 
 _ABOVE_NOISE = 4.0
 """Power of a frequency over the noise floor from which it counts as motion."""
@@ -19,11 +20,14 @@ class Density(NamedTuple):
 
     frequency, power : (n,) float   From the lowest frequency up. [Hz], [m^2/Hz, rad^2/Hz]
     floor : float                   Noise floor: median of the upper half of the frequencies. [m^2/Hz, rad^2/Hz]
+    noise : float                   Standard deviation of the rows, if all frequencies had the median power of the upper half.
+                                    [m, rad] or [m/s, rad/s]
     """
 
     frequency: np.ndarray
     power: np.ndarray
     floor: float
+    noise: float
 
     @property
     def turn(self) -> np.ndarray:
@@ -39,9 +43,9 @@ class Density(NamedTuple):
             smooth > _ABOVE_NOISE * self.floor, np.maximum(self.power - self.floor, 0.0) * self.turn**2, 0.0
         )
 
-    def removed(self, cutoff: float) -> float:
-        """Share of the speed's power above the noise floor that smoothing with a cutoff [Hz] removes. [-]"""
-        motion = self.motion
+    def removed(self, cutoff: float, order: int = 1) -> float:
+        """Share of the power above the noise floor of the speed, or a higher derivative, that a cutoff [Hz] removes. [-]"""
+        motion = self.motion * self.turn ** (2 * (order - 1))
         return float(np.sum(motion * (1.0 - passed(self.frequency, cutoff) ** 2)) / (np.sum(motion) or 1.0))
 
     def below(self, share: float) -> float:
@@ -50,7 +54,7 @@ class Density(NamedTuple):
         return float(self.frequency[min(int(np.searchsorted(sums, share * sums[-1])), len(sums) - 1)])
 
 
-def density(time: np.ndarray, values: np.ndarray, field: str, *, closed: bool) -> Density:
+def density(time: np.ndarray, values: np.ndarray, field: str, order: int = STRAIGHT, *, closed: bool) -> Density:
     """Power spectral density of a recorded position, or of the position of a recorded speed, from equal steps.
 
     A cycle is a whole period, so its harmonics are exact without a window. Anything else is taken without the straight line
@@ -60,18 +64,23 @@ def density(time: np.ndarray, values: np.ndarray, field: str, *, closed: bool) -
     ----------
     time, values : (n,) float   Recorded rows. [s], [m, rad] or [m/s, rad/s]
     field : str                 "position" or "speed".
+    order : int                 Of the polynomials by which rows at unequal steps are resampled.
     closed : bool               Whether the rows are one cycle, both ends included.
 
     Source: welch1967, for one segment.
     """
     count = len(time) - 1
     lasts = float(time[-1] - time[0])
-    even = np.interp(time[0] + np.arange(count + 1) * (lasts / count), time, values)
+    even = values
+    if not equal_steps(time):
+        even = between(time - time[0], values, np.arange(count + 1) * (lasts / count), order, closed=closed)
     if field == "position":
         even = even - np.linspace(even[0], even[-1], count + 1)
     rows = even[:-1] - np.mean(even[:-1])
     window = np.ones(count) if closed else 0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(count) / count)
     power = 2.0 * lasts / count * np.abs(np.fft.rfft(rows * window)) ** 2 / np.sum(window**2)
     frequency = np.arange(1, len(power)) / lasts
+    # Powers of noise are distributed exponentially: their median is ln 2 of their mean.
+    noise = np.sqrt(np.median(power[1:][(len(power) - 1) // 2 :]) * count / (2.0 * np.log(2.0) * lasts))
     power = power[1:] / ((2.0 * np.pi * frequency) ** 2 if field == "speed" else 1.0)
-    return Density(frequency, power, float(np.median(power[len(power) // 2 :])))
+    return Density(frequency, power, float(np.median(power[len(power) // 2 :])), float(noise))

@@ -9,7 +9,8 @@ Three ways to find them:
 
 Each stride is resampled at equal shares of its own time, by cubics through the four nearest rows; their mean and standard
 deviation follow for each share. For rows a step ``h`` apart, interpolation is off by at most ``3/128 h^4`` times the largest
-fourth derivative: 4e-7 of the amplitude of a 1 Hz sinusoid at 100 Hz.
+fourth derivative: 4e-7 of the amplitude of a 1 Hz sinusoid at 100 Hz. These cubics have kinks at the rows, which coarse rows turn
+into accelerations: strides of fewer than fifty rows are resampled to as many points by a cubic spline.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ from infinivar.units import percent, plain
 
 POINTS = 201
 """Fewest points of a resampled stride, from 0 to 100 % of the cycle."""
+
+_COARSE = 50
+"""Rows in a stride below which they are coarse."""
 
 _LEAST = 2
 """Fewest strides for an average."""
@@ -174,7 +178,7 @@ def find_strides(
     heel_strikes : (n,) or (m,)  A mark for each row, other than 0 from each heel strike on, or the times of the strikes. [s]
     phase : (n,) float           Share of the cycle for each row, which drops at the end of a stride. [-]
     period : float               Expected stride time, if there are neither heel strikes nor a phase; estimated by default. [s]
-    points : int                 Points of a resampled stride; by default as many as rows in a stride, at least 201.
+    points : int                 Points of a resampled stride; by default as many as rows in a stride, but 201 from 50 to 200.
     ends : mapping               "time" of edges at which a stride ends with values of its own, and these values. (m,)
 
     Returns
@@ -202,7 +206,9 @@ def find_strides(
             f"{plain(float(time[-1] - time[0]), 3)} s"
         )
     edges = np.asarray(edges, dtype=float)
-    count = points or max(POINTS, round(len(time) * float(np.median(np.diff(edges))) / float(time[-1] - time[0])) + 1)
+    rows = round((len(time) - 1) * float(np.median(np.diff(edges))) / float(time[-1] - time[0]))
+    coarse = rows < _COARSE
+    count = points or (rows + 1 if coarse else max(POINTS, rows + 1))
     share = np.linspace(0.0, 1.0, count)
     parts = _parts(time, edges, ends or {})
     curves = {}
@@ -210,7 +216,7 @@ def find_strides(
         if field in columns:
             values = np.asarray(columns[field], dtype=float)
             curves[field] = np.concatenate(
-                [resampled(*_with_end(time, values, part, field), part.edges, share) for part in parts]
+                [resampled(*_with_end(time, values, part, field), part.edges, share, coarse=coarse) for part in parts]
             )
     return Strides(
         method=method,
@@ -251,9 +257,15 @@ def _with_end(time: np.ndarray, values: np.ndarray, part: _Part, field: str) -> 
     return (np.append(time, part.end["time"]), np.append(values, part.end[field])) if part.end else (time, values)
 
 
-def resampled(time: np.ndarray, values: np.ndarray, edges: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Values at shares of each interval between edges, by a cubic through the four nearest rows. (k, n)"""
+def resampled(
+    time: np.ndarray, values: np.ndarray, edges: np.ndarray, share: np.ndarray, *, coarse: bool = False
+) -> np.ndarray:
+    """Values at shares of each interval between edges, by a cubic through the four nearest rows, or a spline. (k, n)"""
     at = np.clip(edges[:-1, None] + np.diff(edges)[:, None] * share, time[0], time[-1])
+    if coarse:
+        from scipy.interpolate import CubicSpline
+
+        return CubicSpline(time, values)(at)
     most = min(4, len(time))
     first = np.clip(np.searchsorted(time, at, side="right") - 2, 0, len(time) - most)
     rows = [first + row for row in range(most)]

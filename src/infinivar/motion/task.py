@@ -67,6 +67,28 @@ class Task(Whole):
         return axis
 
 
+def check_task(field: str, value: object, kind: type[Task], group: str, more: str = "") -> None:
+    """Raise ParameterError unless a value is a task of this kind; the message says what to write in its place.
+
+    Parameters
+    ----------
+    field : str   Name of the argument.
+    value : object
+    kind : type   `DutyCycle` or `Scenario`.
+    group : str   Tasks of the kind in a study: "duty".
+    more : str    What the kind needs besides a motion, as written: ", duration=...".
+    """
+    if isinstance(value, kind):
+        return
+    how, what = "", f"a {type(value).__name__}"
+    if isinstance(value, str):
+        how, what = f"; write study.{group}[{value!r}]", repr(value)
+    elif hasattr(value, "motion") or callable(getattr(value, "at", None)):
+        motion = f"{field}.motion" if hasattr(value, "motion") else f"{field}"
+        how = f"; write iv.{kind.__name__}(motion={motion}{more})"
+    raise ParameterError(f"{field} must be a {kind.__name__}, got {what}{how}")
+
+
 _MASSES = (("load_mass", LINEAR), ("load_inertia", ROTARY))
 
 _COUNTERPARTS = {"load_mass": "load_inertia", "load_inertia": "load_mass", "force": "moment", "moment": "force"}

@@ -14,12 +14,18 @@ from infinivar._core.arrays import HoldsArrays
 from infinivar._core.bounds import FINITE
 from infinivar._core.fields import check_real, chosen_words, component, named_texts, quantities, quantity
 from infinivar.axis import LINEAR, ROTARY, Axis
-from infinivar.errors import InputError
+from infinivar.errors import InputError, printable
 from infinivar.motion.files.fields import BODY_MASS, COLUMNS, CYCLE_TIME, FILE, FLIP, WINDOW, columns_of, how_read
 from infinivar.motion.files.reading import headings_in
 from infinivar.motion.files.table import ROLES, SIGNED
 from infinivar.motion.files.timing import read_timed
 from infinivar.motion.motion import MotionState
+from infinivar.units import plain
+
+_FEWEST = 4
+"""Fewest rows whose speed at the ends is known."""
+_MOVING = 0.1
+"""Speed at an end, as a share of the largest, above which a motion does not start and end at rest."""
 
 _START = "Time in the run at which the file's time is 0"
 
@@ -82,6 +88,24 @@ class Waypoints(HoldsArrays):
     def axis(self) -> Axis:
         """Whether it is along a line or about a joint."""
         return ROTARY if self.rotary else LINEAR
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Rows that begin or end in motion, which the spline brings to rest within a row or two."""
+        from scipy.interpolate import CubicSpline
+
+        free, clamped = (CubicSpline(self.time, self.position, bc_type=ends) for ends in ("not-a-knot", "clamped"))
+        speeds = np.abs(free(self.time, 1))
+        first, last = speeds[[0, -1]].tolist()
+        if len(self.time) < _FEWEST or max(first, last) <= _MOVING * np.max(speeds):
+            return ()
+        most = " and ".join(plain(float(np.max(np.abs(each(self.time, 2)))), 3) for each in (clamped, free))
+        unit = self.axis.speed_unit
+        return (
+            f"{printable(self.file)}: the rows begin at {plain(first, 3)} {unit} and end at {plain(last, 3)} {unit}, but a "
+            f"scenario's motion starts and ends at rest: accelerations of up to {most} {unit}² with and without; begin and end "
+            "the file with rows at rest",
+        )
 
     @property
     def breaks(self) -> Sequence[float]:

@@ -10,25 +10,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.fields import check_instance, check_number
 from infinivar._core.result import Result, result
-from infinivar.analysis.sessions.comparison import (
-    CONVENTIONAL,
-    DISPLAYS,
-    RESTING,
-    STOPPED,
-    TURNING,
-    DisplayComparison,
-    compare_displays,
-    round_of,
-)
+from infinivar.analysis.sessions.comparison import MARGIN, DisplayComparison, compare_displays
 from infinivar.analysis.sessions.display_pair import FACTOR, DisplayPair, assumed_variants
+from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
 from infinivar.analysis.sessions.handle_session import HandleSession, cobotic_part, geared_part
+from infinivar.analysis.sessions.rounds import CONVENTIONAL, DISPLAYS, RESTING, STOPPED, TURNING, round_of
+from infinivar.analysis.sessions.stability import largest_force_gain, stiffest_wall
 from infinivar.analysis.shared_motor import share_motor
 from infinivar.errors import require
 from infinivar.motion.users import ArmModel
@@ -139,6 +133,7 @@ def display_claims(
     others = [
         (f"arm {words}", compare_displays(pair, session, arm=one, axes=(1,))) for words, one in _arms(arm, factor)
     ]
+    rivals = _rivals(pair, arm, float(found.least_mass[0, 0]))
     chosen = {name: round_of(pair, one, (1, _SIX)) for name, one in _sessions(session, factor)}
     asked = {
         "H1": _holding(meets, session, _SIX),
@@ -146,8 +141,8 @@ def display_claims(
         "H3": _session(found, _SIX, chosen),
         "H4": _session(found, 1, chosen),
         "H5": _clutched(meets, session),
-        "H6": _backdrivable(found, others, meets),
-        "H7": _range(found, others),
+        "H6": _backdrivable(found, others, meets, rivals),
+        "H7": _range(found, others, rivals),
         "H8": _infinite(found),
         "H9": _motors(pair, drives["cobotic-b"]),
     }
@@ -177,7 +172,7 @@ def _holding(meets: Mapping[str, DisplayPair], session: HandleSession, axes: int
     """Power while each axis holds the force required, against that of the conventional display."""
     held = replace(session, hold_force=session.required_force)
 
-    def found(pair: DisplayPair) -> Found:
+    def found(pair: DisplayPair, held: HandleSession = held) -> Found:
         mine = cobotic_part(pair.cobotic, held, "hold", axes=axes, handle_mass=pair.handle_mass).supply
         other = geared_part(
             pair.conventional,
@@ -187,6 +182,7 @@ def _holding(meets: Mapping[str, DisplayPair], session: HandleSession, axes: int
             handle_mass=pair.handle_mass,
             friction_helps=pair.friction_helps,
         ).supply
+        mine, other = mine + (axes + 1) * pair.standby_power, other + axes * pair.standby_power
         return Found(mine, f"below {other:.2f} W, of the conventional display", yes(mine < other))
 
     first, *rest = ((name, found(pair)) for name, pair in meets.items())
@@ -199,6 +195,10 @@ def _holding(meets: Mapping[str, DisplayPair], session: HandleSession, axes: int
         f"it needs {idle:.2f} W without a force; a cylinder at rest needs {standby:g} W."
     )
     variants = [row("value", name, one) for name, one in rest]
+    variants += [
+        row("value", f"required force {words}, {one.required_force:.3g} N", found(shown, one))
+        for words, one in _forces(shown, held)
+    ]
     return settle(first[1], why, [*variants, row("definition", "a cylinder at rest while it holds", stopped)])
 
 
@@ -273,8 +273,51 @@ def _measured(
         yield name, one, 0
 
 
+_DAMPING = (30.0, 100.0, 300.0, 1000.0)
+"""Wall dampings among which each display has the one that permits its stiffest wall. [N s m^-1]"""
+
+
+class _Rival(NamedTuple):
+    """A conventional display that pushes as hard as that shown."""
+
+    words: str
+    mass: float
+    """Least mass felt. [kg]"""
+    ratio: float
+    """Stiffest wall over least mass felt, of the cobotic display over its own. [-]"""
+    damped: float
+    """That ratio with the damping that permits the stiffest wall of each."""
+
+
+def _rivals(pair: DisplayPair, arm: ArmModel, least_mass: float) -> list[_Rival]:
+    """That shown and others: without gear but with a larger motor, and with a force sensor as in the cobotic display."""
+
+    def walls(display: AdmittanceDisplay | ImpedanceDisplay) -> np.ndarray:
+        """Stiffest wall without damping, and with any."""
+        found = [stiffest_wall(replace(display, wall_damping=damping), arm) for damping in (0.0, *_DAMPING)]
+        return np.array([found[0], np.nanmax(found)])
+
+    ours = walls(pair.admittance(least_mass - pair.handle_mass)) / least_mass
+    drive, found = pair.conventional, []
+    motor = drive.motor.scaled(drive.gearhead.ratio)
+    direct = replace(drive, motor=motor, gearhead=replace(drive.gearhead, ratio=1.0))
+    for geared, words in ((drive, ""), (direct, "direct drive")):
+        bare = replace(replace(pair, conventional=geared).impedance(), filter_frequency=pair.filter_frequency)
+        stiffest, help_ = walls(bare), largest_force_gain(bare, arm) / MARGIN
+        # A controller may leave the sensor out at the wall.
+        helped = np.fmax(stiffest, walls(replace(bare, force_gain=help_)))
+        for gain, wall, sensor in ((0.0, stiffest, ""), (help_, helped, "a force sensor")):
+            mass = bare.reflected_mass / (1.0 + gain) + pair.handle_mass
+            named = " and ".join(filter(None, (words, sensor)))
+            found.append(_Rival(named, mass, *(float(one) for one in ours * mass / wall)))
+    return found
+
+
 def _backdrivable(
-    found: DisplayComparison, others: list[tuple[str, DisplayComparison]], meets: Mapping[str, DisplayPair]
+    found: DisplayComparison,
+    others: list[tuple[str, DisplayComparison]],
+    meets: Mapping[str, DisplayPair],
+    rivals: list[_Rival],
 ) -> Finding:
     """Least mass felt, against that of the conventional display."""
 
@@ -293,6 +336,16 @@ def _backdrivable(
     words = f"below {reflected:.2f} kg and {rubbing:.1f} N, of the conventional display"
     free = Found(mass, words, yes(mass < reflected and drag < rubbing))
     variants.append(row("definition", "a decoupled wheel, along which the link rolls", free))
+    felt = float(found.least_mass[0, 0])
+    variants += [
+        row(
+            "choice",
+            f"a conventional display with {rival.words}",
+            Found(felt, f"below {rival.mass:.2f} kg, of the conventional display", yes(felt < rival.mass)),
+        )
+        for rival in rivals
+        if rival.words
+    ]
     why = (
         f"With {found.arm} it lets feel {shown.computed:.2f} kg, and with the wheel decoupled {mass:.2f} kg and {drag:.2f} N of "
         f"friction. The conventional display reflects {reflected:.2f} kg and rubs with {rubbing:.1f} N, less what it feeds "
@@ -306,7 +359,7 @@ def _ratios(one: DisplayComparison, place: int) -> np.ndarray:
     return one.stiffness[place] / one.least_mass[place]
 
 
-def _range(found: DisplayComparison, others: list[tuple[str, DisplayComparison]]) -> Finding:
+def _range(found: DisplayComparison, others: list[tuple[str, DisplayComparison]], rivals: list[_Rival]) -> Finding:
     """Stiffest wall over least mass, cobotic over conventional."""
 
     def asked(one: DisplayComparison, place: int) -> Found:
@@ -317,9 +370,20 @@ def _range(found: DisplayComparison, others: list[tuple[str, DisplayComparison]]
     mine, other = found.stiffness[0] / 1e3
     why = (
         f"Stiffest wall over least mass felt, relative to the conventional display: {mine:.1f} N/mm and "
-        f"{found.least_mass[0, 0]:.2f} kg against {other:.2f} N/mm and {found.least_mass[0, 1]:.2f} kg, with {found.arm}."
+        f"{found.least_mass[0, 0]:.2f} kg against {other:.2f} N/mm and {found.least_mass[0, 1]:.2f} kg, with {found.arm}. The "
+        "paper names no conventional display to compare with; neither wall is damped as shown."
     )
-    return settle(shown, why, [row("value", name, one) for name, one in rest])
+    variants = [row("value", name, one) for name, one in rest]
+    for rival in rivals:
+        other = [f"a conventional display with {rival.words}"] if rival.words else []
+        for ratio, words in (
+            (rival.ratio, other),
+            (rival.damped, [*other, "both walls damped to be as stiff as possible"]),
+        ):
+            if words:
+                made = Found(ratio, "above 1, of the conventional display", yes(ratio > 1.0))
+                variants.append(row("choice", ", ".join(words), made))
+    return settle(shown, why, variants)
 
 
 def _infinite(found: DisplayComparison) -> Finding:
@@ -364,6 +428,16 @@ def _motors(pair: DisplayPair, other: Any) -> Finding:
         f"{float(shared[0].cylinder_mass):.2f} kg at least."
     )
     return settle(shown, why, variants)
+
+
+def _forces(pair: DisplayPair, session: HandleSession) -> Iterator[tuple[str, HandleSession]]:
+    """Sessions in which another force is required and held, if both displays can."""
+    motors = pair.motors.gain * pair.conventional.motor.continuous_current
+    able = min(float(pair.cobotic.transmission.slip_force), float(motors))
+    for words, scale in ((f"/ {FACTOR:g}", 1.0 / FACTOR), (f"x {FACTOR:g}", FACTOR)):
+        force = scale * session.required_force
+        if force < able:
+            yield words, replace(session, required_force=force, hold_force=force)
 
 
 def _sessions(session: HandleSession, factor: float) -> Iterator[tuple[str, HandleSession]]:

@@ -94,7 +94,6 @@ def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:
         install if it is not drawn).
     """
     claims = reproduction.claims
-    verdicts = [claim.verdict for claim in claims]
     parameters: dict[tuple[str, str, float], dict[str, Range]] = {}
     for claim in claims:
         for reach in claim.ranges:
@@ -104,8 +103,7 @@ def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:
         "reproduction.html",
         package="infinivar.paper",
         claims=claims,
-        counts={verdict: verdicts.count(verdict) for verdict in dict.fromkeys(verdicts)},
-        fitted=sum(claim.by_construction for claim in claims),
+        counts=reproduction.verdict,
         kinds=KINDS,
         turned=lambda claim: turned(claim.shown, claim.variants),
         reached={claim.id: claim for claim in claims if claim.ranges},
@@ -117,5 +115,6 @@ def html(reproduction: Reproduction, figures: list[dict[str, Any]]) -> str:
         farthest=FARTHEST,
         exact=reproduction.with_exact_law,
         spin=reproduction.with_spin,
+        bearings=reproduction.with_bearings,
         reconstruction=reproduction.machine.study.reconstruction,
     )

@@ -3,31 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from infinivar._core.result import Result, result
 from infinivar.errors import InputError
-from infinivar.paper.claims import design, element, shaking, system
+from infinivar.paper.claims import contact, design, element, plants, shaking, system
 from infinivar.paper.claims.claim import Claim, Machine, Varied, statements
-from infinivar.paper.claims.verdict import Finding, Found, row
+from infinivar.paper.claims.verdict import Finding, Found, counted, row
 from infinivar.paper.displays import display_claims
 from infinivar.paper.figures import FIGURES
+from infinivar.parts.bearing import Bearing
+from infinivar.parts.shaft_bearings import CylinderBearings
+from infinivar.study.build import built_part
 
 EXACT = "exact"
 """Creep law of exact rolling theory, with which every check is repeated."""
 
 _BY_LAW = f"creep law {EXACT}"
 _BY_SPIN = "steering as spin"
+_BY_BEARINGS = "friction of the cylinder's bearings, two 6004"
 
 CHECKS: dict[str, Callable[[Machine], Finding]] = {
     **element.CHECKS,
+    **contact.CHECKS,
     **system.CHECKS,
     **shaking.CHECKS,
     **design.CHECKS,
+    **plants.CHECKS,
 }
 
 STEERED = (*shaking.CHECKS, "S5")
 """Checks of drives that steer while they move, which are repeated with steering as spin."""
+
+
+HELD = ("B1", "B2", "B3", "B4")
+"""Checks of the cobotic drive in steady operation, which are repeated with friction of the cylinder's bearings."""
 
 
 @result
@@ -36,6 +47,11 @@ class Reproduction(Result):
 
     claims: tuple[Claim, ...]
     machine: Machine
+
+    @property
+    def verdict(self) -> str:
+        """One sentence: how many claims have each verdict; empty if no claim was checked."""
+        return counted([claim.verdict for claim in self.claims])
 
     @property
     def with_exact_law(self) -> str:
@@ -48,6 +64,13 @@ class Reproduction(Result):
         if not any(claim.id in STEERED for claim in self.claims):
             return ""
         return self._changed(_BY_SPIN, "With steering as spin instead of a constant torque")
+
+    @property
+    def with_bearings(self) -> str:
+        """What the cylinder's bearings change, which the paper names without a value; empty if no claim is about the drive."""
+        if not any(claim.id in HELD for claim in self.claims):
+            return ""
+        return self._changed(_BY_BEARINGS, "With the friction of two 6004 that hold the cylinder")
 
     def _changed(self, assuming: str, words: str) -> str:
         changed = {
@@ -74,7 +97,6 @@ class Reproduction(Result):
             "threshold",
             "verdict",
             "shown",
-            "by_construction",
             "why",
         )
         return [
@@ -90,7 +112,8 @@ class Reproduction(Result):
 def _beside(check: Callable[[Machine], Finding], machine: Machine, others: Mapping[str, Machine]) -> Finding:
     """The finding of a check; among its variants those on machines with other laws, if their results differ.
 
-    The paper states its creep law and its resistance to steering, so other laws do not count in the verdict.
+    The paper states its creep law and its resistance to steering, so other laws do not count in the verdict. Of the cylinder's
+    bearings it states nothing but that they lose power: the claim's list shows what they change.
     """
     found = check(machine)
     for assuming, changed in others.items():
@@ -106,6 +129,11 @@ def _shown(check: Callable[[Machine], Finding], machine: Machine) -> Found:
         return check.shown(machine)
     found = check(machine)
     return Found(found.computed, found.threshold, found.shown)
+
+
+def two_6004() -> CylinderBearings:
+    """Two deep groove bearings for a shaft of 20 mm, by a constant coefficient of friction as the machine's axle."""
+    return CylinderBearings(bearing=replace(built_part(Bearing, "6004"), friction_model="coefficient"))
 
 
 def reproduce(figure: int | None = None, *, progress: Callable[[str, float], None] | None = None) -> Reproduction:
@@ -131,12 +159,14 @@ def reproduce(figure: int | None = None, *, progress: Callable[[str, float], Non
     if figure is not None and figure not in FIGURES:
         raise InputError(f"figure {figure}: must be from {min(FIGURES)} to {max(FIGURES)}")
     machine, exact, spinning = Machine(), Machine(EXACT), Machine(steering_model="spin")
+    held = Machine(cylinder_bearings=two_6004())
     wanted = [said for said in statements() if figure is None or said.get("figure") == figure]
     claims = []
     for index, said in enumerate(wanted):
         if progress is not None:
             progress(f"claim {said['id']}", index / (len(wanted) + 1))
         others = {_BY_LAW: exact} | ({_BY_SPIN: spinning} if said["id"] in STEERED else {})
+        others |= {_BY_BEARINGS: held} if said["id"] in HELD else {}
         found = _beside(CHECKS[said["id"]], machine, others)
         claims.append(Claim(**{"figure": None, **said}, **found._asdict()))
     if figure is None:

@@ -1,4 +1,4 @@
-from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, stage, tables
+from . import amplifier, bearing, belt, gearhead, heat, linear, motor, screw, shaft_bearings, stage, tables
 
 __all__ = [
     "amplifier",
@@ -9,6 +9,7 @@ __all__ = [
     "linear",
     "motor",
     "screw",
+    "shaft_bearings",
     "stage",
     "tables",
 ]

@@ -9,9 +9,10 @@ from typing import ClassVar
 from annotated_types import Ge, Gt, Interval
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.fields import check, given, quantity
+from infinivar._core.fields import check, component, given, quantity
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Limit
+from infinivar.parts.shaft_bearings import PulleyBearings
 from infinivar.parts.stage import OutputStage, force_limit
 
 
@@ -61,6 +62,9 @@ class Belt(OutputStage):
         "1", Interval(ge=0, le=1), "Efficiency while the load drives; default: `efficiency`", default=None
     )
     friction_torque: float = quantity("N m", Ge(0), "Coulomb friction torque of wheels and bearings", default=0.0)
+    bearings: PulleyBearings | None = component(
+        "Bearings of the drive wheel's shaft under the pull of the belt, which add to friction_torque", default=None
+    )
     permissible_force: float | None = quantity(
         "N", Gt(0), "Permissible force of the teeth in mesh or tension", default=None
     )
@@ -100,7 +104,7 @@ class Belt(OutputStage):
 
     def without_friction(self) -> Belt:
         """The belt without losses."""
-        return replace(self, efficiency=1.0, backdriving_efficiency=None, friction_torque=0.0)
+        return replace(self, efficiency=1.0, backdriving_efficiency=None, friction_torque=0.0, bearings=None)
 
     def utilisation(self, *, force: Array, speed: Array) -> dict[Limit, Array]:
         """Demand over allowance of the permissible force; see `OutputStage.utilisation`. [-]"""

@@ -36,8 +36,10 @@ NEEDED = (
 )
 """Motor fields that the model requires."""
 
-_RUN_STEPS = 1000
-"""Most steps of a run in `through_run`."""
+_RUN_STEPS = 2000
+"""Most steps of a run or cycle in `through_run` and `settled`."""
+_FARTHEST = 25.0
+"""Largest logarithm of a growth within a step there; beyond, the winding has run away."""
 _NEVER = 60
 """Doublings of a cycle, 1e18 cycles in all, after which the limit counts as never reached."""
 _HALVINGS = 40
@@ -145,9 +147,12 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
     limit = float(motor.max_winding_temperature or math.nan)
     start = np.array([ambient, ambient, 1.0])
     settled = None if cycle is None else _settled(cycle)
-    along = np.full((1, 3), math.inf) if settled is None else _along(steps.maps, settled)[1:]
+    highest = housing = mean = math.inf
+    if settled is not None:
+        along = _along(steps.maps, settled)
+        highest, housing, mean = float(steps.highest(along)), float(along[1:, 1].max()), float(steps.mean(along))
     # After a cold start each cycle begins warmer than the last: if the settled motor is within the limit, so is every cycle.
-    bears = ambient <= limit and along[:, 0].max() <= limit * (1.0 + MARGIN)
+    bears = ambient <= limit and highest <= limit * (1.0 + MARGIN)
     passing, reached = (math.inf, start) if bears else _passes(steps, cycle, start, limit)
     if settled is None and passing < math.inf:
         time, history = _history(cycle, start, period, passing, 0)
@@ -156,9 +161,9 @@ def heat(motor: Motor, current: Any, friction_power: Any, period: float, ambient
         span = 6.0 * max(motor.housing_time_constant or 0.0, motor.winding_time_constant or 0.0)
         time, history = _history(cycle, start, period, span, 10)
     return Heat(
-        winding=float(along[:, 0].max()),
-        housing=float(along[:, 1].max()),
-        mean_winding=float(along[:, 0].mean()),
+        winding=highest,
+        housing=housing,
+        mean_winding=mean,
         permissible=limit,
         time_to_limit=passing,
         ambient=ambient,
@@ -204,12 +209,12 @@ def heat_over_run(
     begin = ambient if start is None else start
     state = np.array([begin, begin, 1.0])
     along = _along(steps.maps, state)
-    beyond = bool(along[:, 0].max() > limit * (1.0 + MARGIN))
-    weight = np.diff(steps.ends)
+    highest = max(begin, float(steps.highest(along)))
+    beyond = highest > limit * (1.0 + MARGIN)
     return Heat(
-        winding=float(along[:, 0].max()),
+        winding=highest,
         housing=float(along[:, 1].max()),
-        mean_winding=float(np.sum(0.5 * (along[1:, 0] + along[:-1, 0]) * weight) / np.sum(weight)),
+        mean_winding=float(steps.mean(along)),
         permissible=limit,
         time_to_limit=_crossing(steps, state, limit * (1.0 + MARGIN))[0] if beyond else math.inf,
         ambient=ambient,
@@ -223,10 +228,9 @@ def heat_over_run(
 def settled(
     motor: Motor, current: Array, friction_power: Array, period: float, ambient: float = REFERENCE
 ) -> tuple[Array, Array]:
-    """Highest and mean winding temperature of a motor in the settled state of a cycle, in closed form.
+    """Highest and mean winding temperature of a motor in the settled state of a cycle.
 
-    Assumes a constant housing temperature and the winding resistance at its mean temperature, which holds for cycles much
-    shorter than the housing's time constant. Unlike `heat`, it accepts any array namespace and several cycles at once.
+    Unlike `heat`, it accepts any array namespace and several cycles at once.
 
     Parameters
     ----------
@@ -237,42 +241,42 @@ def settled(
 
     Returns
     -------
-    highest, mean : (..., 1) float   inf where the motor never settles. [K]
+    highest, mean : (..., 1) float   At the ends of at most 2000 steps; inf where the motor never settles. [K]
 
-    Source: maxon2020; periodic solution of the winding's equation.
+    Source: maxon2020; periodic solution of both equations, by the map of the cycle.
     """
     xp = namespace(motor, current, friction_power)
-    inner, outer, lag = motor.winding_to_housing, motor.housing_to_ambient, motor.winding_time_constant
-    assert inner is not None
-    assert outer is not None
-    assert lag is not None
-    square, friction = xp.broadcast_arrays(current * current, friction_power + 0.0 * current)
-    joule = motor.resistance * xp.mean(square, axis=-1, keepdims=True)
-    rubbed = xp.mean(friction, axis=-1, keepdims=True)
-    rest = 1.0 - COPPER * joule * (inner + outer)
-    settles = rest > 0
-    cold = ambient + outer * rubbed + (inner + outer) * joule * (1.0 - COPPER * REFERENCE)
-    mean = xp.where(settles, cold / xp.where(settles, rest, 1.0), xp.inf)
-    warmth = xp.where(settles, 1.0 + COPPER * (mean - REFERENCE), 1.0)
-    # Around its mean the winding follows its own losses: each step adds heat, of which a fraction remains in later steps.
-    count = square.shape[-1]
-    step = period / count
-    gained = (inner * -xp.expm1(-step / lag)) * (motor.resistance * warmth * square - joule * warmth)
-    shift = 1
-    while shift < count:  # sums over 2, 4, 8 ... steps
-        kept = xp.exp(-shift * step / lag) * gained[..., :-shift]
-        gained = gained + xp.concat([0.0 * gained[..., :shift], kept], axis=-1)
-        shift *= 2
-    time = step * (xp.arange(count, dtype=xp.float64) + 1.0)
-    begin = gained[..., -1:] / -xp.expm1(-period / lag)
-    highest = mean + xp.max(begin * xp.exp(-time / lag) + gained, axis=-1, keepdims=True)
-    return xp.where(settles, highest, xp.inf), mean
+    maps = _step_maps(xp, motor, current, friction_power, period, ambient)
+    zero = 0.0 * maps[0][..., :1]
+
+    def over_step(state: tuple[Array, ...], along: tuple[Array, ...]) -> tuple[Array, ...]:
+        w_w, w_h, w_c, c_w, c_h, c_c = along
+        # Changes of two unit temperatures and of none: cycles are short, and 1 minus a map would lose digits.
+        found = []
+        for place, one in ((0, (1.0, 0.0)), (2, (0.0, 1.0)), (4, (0.0, 0.0))):
+            winding, housing = state[place] + one[0], state[place + 1] + one[1]
+            lone, two = (0.0, 0.0) if place < 4 else (w_c, c_c)
+            found += [
+                state[place] + (w_w * winding + w_h * housing + lone),
+                state[place + 1] + (c_w * winding + c_h * housing + two),
+            ]
+        return tuple(xp.where(xp.abs(value) < BOUND, value, BOUND) for value in found)
+
+    w_w, c_w, w_h, c_h, w_c, c_c = along_last(xp, over_step, (zero,) * 6, maps)
+    determinant = w_w * c_h - w_h * c_w
+    # Of a matrix without negative elements, the largest eigenvalue is then below 1.
+    settles = (w_w < 0) & (c_h < 0) & (determinant > 0)
+    safe = xp.where(settles, determinant, 1.0)
+    winding = (w_h * c_c - c_h * w_c) / safe
+    housing = (c_w * w_c - w_w * c_c) / safe
+    begin = tuple(xp.where(settles, value, ambient) for value in (winding, housing))
+    return tuple(xp.where(settles, found, xp.inf) for found in _through(xp, maps, begin))  # type: ignore[return-value]
 
 
 def through_run(
     motor: Motor, current: Array, friction_power: Array, duration: float, *, ambient: float, start: float
 ) -> tuple[Array, Array]:
-    """Highest and mean winding temperature of a motor over a run, by the trapezoidal rule.
+    """Highest and mean winding temperature of a motor over a run.
 
     Unlike `heat_over_run`, it accepts any array namespace and several runs at once.
 
@@ -285,41 +289,77 @@ def through_run(
 
     Returns
     -------
-    highest, mean : (..., 1) float   At the ends of at most 1000 steps. [K]
+    highest, mean : (..., 1) float   At the ends of at most 2000 steps. [K]
 
     Source: maxon2020; see the module.
     """
     xp = namespace(motor, current, friction_power)
+    maps = _step_maps(xp, motor, current, friction_power, duration, ambient)
+    begin = start + 0.0 * maps[0][..., :1]
+    highest, mean = _through(xp, maps, (begin, begin))
+    return xp.maximum(highest, begin), mean
+
+
+def _through(xp: Any, maps: tuple[Array, ...], begin: tuple[Array, ...]) -> tuple[Array, Array]:
+    """Highest winding temperature at the ends of steps, and mean by the trapezoidal rule. (..., 1) each"""
+
+    def over_step(state: tuple[Array, ...], along: tuple[Array, ...]) -> tuple[Array, ...]:
+        winding, housing, highest, total = state
+        w_w, w_h, w_c, c_w, c_h, c_c = along
+        # A motor that runs away stops growing, so that no number exceeds all others.
+        after, housing = (
+            xp.where(xp.abs(value) < BOUND, value, BOUND)
+            for value in (
+                winding + (w_w * winding + w_h * housing + w_c),
+                housing + (c_w * winding + c_h * housing + c_c),
+            )
+        )
+        return after, housing, xp.maximum(highest, after), total + 0.5 * (winding + after)
+
+    winding, housing = begin
+    _, _, highest, total = along_last(xp, over_step, (winding, housing, 0.0 * winding, 0.0 * winding), maps)
+    return highest, total / maps[0].shape[-1]
+
+
+def _step_maps(
+    xp: Any, motor: Motor, current: Array, friction_power: Array, duration: float, ambient: float
+) -> tuple[Array, ...]:
+    """Exact changes over at most 2000 equal steps of mean power: rows of the winding, then of the housing. Six of (..., k)
+
+    A row is what winding, housing and 1 contribute to the change. See `heat_steps.over`.
+    """
     inner, outer = motor.winding_to_housing, motor.housing_to_ambient
+    lag, slow = motor.winding_time_constant, motor.housing_time_constant
     assert inner is not None
     assert outer is not None
-    assert motor.winding_time_constant is not None
-    assert motor.housing_time_constant is not None
+    assert lag is not None
+    assert slow is not None
     square, friction = xp.broadcast_arrays(current * current, friction_power + 0.0 * current)
     # The number of steps depends on no value, which may be that of an array library.
     edges = np.linspace(0, square.shape[-1], min(_RUN_STEPS, square.shape[-1]) + 1).astype(int)
     joule, rubbed = motor.resistance * step_means(xp, square, edges), step_means(xp, friction, edges)
-    half = 0.5 * duration / square.shape[-1] * np.diff(edges)
-    lag, slow = motor.winding_time_constant, motor.housing_time_constant
-
-    def over_step(state: tuple[Array, ...], along: tuple[Array, ...]) -> tuple[Array, ...]:
-        winding, housing, highest, total = state
-        joule, rubbed, half = along
-        a, c = half * inner / lag, half * outer / slow
-        # Slopes: winding a (p T_w + T_h/inner + q), housing c (T_w/inner + s T_h + r), over half a step.
-        p, q = COPPER * joule - 1.0 / inner, joule * (1.0 - COPPER * REFERENCE)
-        s, r = -(1.0 / inner + 1.0 / outer), rubbed + ambient / outer
-        first_row = winding + a * (p * winding + housing / inner + 2.0 * q)
-        second_row = housing + c * (winding / inner + s * housing + 2.0 * r)
-        determinant = (1.0 - a * p) * (1.0 - c * s) - a * c / inner**2
-        after = ((1.0 - c * s) * first_row + a / inner * second_row) / determinant
-        housing = ((1.0 - a * p) * second_row + c / inner * first_row) / determinant
-        return after, housing, xp.maximum(highest, after), total + half * (winding + after)
-
-    # Of the shape that the temperatures come to have.
-    begin = start + 0.0 * (joule[..., :1] + inner + outer + lag + slow)
-    _, _, highest, total = along_last(xp, over_step, (begin, begin, begin, 0.0 * begin), (joule, rubbed, half))
-    return highest, total / duration
+    time = duration / square.shape[-1] * np.diff(edges)
+    a, b = (inner * COPPER * joule - 1.0) / lag, 1.0 / lag
+    c, d = outer / (inner * slow), -(outer / inner + 1.0) / slow
+    p, q = inner / lag * joule * (1.0 - COPPER * REFERENCE), (outer * rubbed + ambient) / slow
+    half = 0.5 * (a - d)
+    spread = xp.sqrt(half * half + b * c)
+    middle = 0.5 * (a + d)
+    rows = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    for rate, sign in ((middle + spread, 1.0), (middle - spread, -1.0)):
+        grown = rate * time
+        grown = xp.where(grown > _FARTHEST, _FARTHEST, grown)
+        safe = xp.where(xp.abs(grown) < 1e-12, 1.0, grown)
+        power, lasting = xp.expm1(grown), time * xp.where(xp.abs(grown) < 1e-12, 1.0, xp.expm1(safe) / safe)
+        # The projection on this rate.
+        first, second = 0.5 * (1.0 + sign * half / spread), 0.5 * (1.0 - sign * half / spread)
+        above, below = sign * 0.5 * b / spread, sign * 0.5 * c / spread
+        of_rate = (
+            (power * first, power * above, lasting * (first * p + above * q)),
+            (power * below, power * second, lasting * (below * p + second * q)),
+        )
+        rows = [whole + part for whole, part in zip(rows, (*of_rate[0], *of_rate[1]), strict=True)]
+    return tuple(xp.broadcast_arrays(*rows))
 
 
 def step_means(xp: Any, values: Array, edges: np.ndarray) -> Array:
@@ -368,7 +408,8 @@ def _passes(steps: Steps, cycle: np.ndarray | None, state: np.ndarray, limit: fl
     limit = limit * (1.0 + MARGIN)
 
     def passes(state: np.ndarray) -> bool:
-        return bool(_along(steps.maps, state, limit)[-1, 0] > limit)
+        along = _along(steps.maps, state, limit)
+        return bool(along[-1, 0] > limit or steps.within(along).max(initial=0.0) > limit)
 
     first = 0
     if cycle is not None and not passes(state):
@@ -392,13 +433,27 @@ def _crossing(steps: Steps, state: np.ndarray, limit: float) -> tuple[float, np.
     along = _along(steps.maps, state, limit)
     if len(along) == 1:
         return 0.0, state
-    place, state = len(along) - 2, along[-2]
-    low, high = 0.0, float(steps.active[place])
+    beyond = steps.within(along) > limit
+    instant = int(np.argmax(beyond)) if beyond.any() else int(steps.edges[len(along) - 1]) - 1
+    place = int(np.searchsorted(steps.edges, instant, side="right")) - 1
+    first, last = int(steps.edges[place]), int(steps.edges[place + 1])
+    ripple = np.concatenate([[0.0], steps.ripple[first:last]])
+    times = float(steps.active[place]) / (last - first) * np.arange(last - first + 1)
+
+    def at(time: float) -> np.ndarray:
+        found = over(steps.generators[place], time) @ along[place]
+        found[0] += np.interp(time, times, ripple) * (1.0 + COPPER * (found[0] - REFERENCE))
+        return found
+
+    # Between the ends of a step `within` is linear: where a motor runs away, too early.
+    early = instant - first
+    while early + 1 < last - first and at(times[early + 1])[0] <= limit:
+        early += 1
+    low, high = times[early], times[early + 1]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        beyond = (over(steps.generators[place], middle) @ state)[0] > limit
-        low, high = (low, middle) if beyond else (middle, high)
-    return float(steps.ends[place]) + high, over(steps.generators[place], high) @ state
+        low, high = (low, middle) if at(middle)[0] > limit else (middle, high)
+    return float(steps.ends[place] + high), at(float(high))
 
 
 def _history(

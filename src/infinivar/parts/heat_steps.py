@@ -25,6 +25,10 @@ _LONGEST_STEP = 60.0
 """Longest time step, in multiples of the slower time constant."""
 
 
+_LARGEST_RIPPLE = 25.0
+"""Largest mean of the variation within a step that counts. [K]"""
+
+
 def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float) -> tuple[np.ndarray, np.ndarray]:
     """Matrix A and vector b of ``d(T_w, T_h)/dt = A (T_w, T_h) + b``.
 
@@ -60,16 +64,44 @@ def rates(motor: Motor, square_current: Any, friction_power: Any, ambient: float
 
 
 class Steps(NamedTuple):
-    """A cycle divided into steps of constant power."""
+    """A cycle divided into steps of constant power, with what the power's variation within a step adds to the winding.
+
+    With the winding at ``theta + r``, where r is the integral of the power's deviation from its mean over the step and vanishes
+    at both ends of it, ``theta`` follows the mean power and ``A r``, whose mean over the step is part of the generator.
+    """
 
     generators: np.ndarray
-    """Generator of (T_w, T_h, 1) for each step. (..., k, 3, 3) [s^-1]"""
+    """Generator of (theta, T_h, 1) for each step. (..., k, 3, 3) [s^-1]"""
     ends: np.ndarray
     """Times since the start of the cycle, beginning with 0. (k + 1,) [s]"""
     active: np.ndarray
     """Part of each step before the state has settled or run away. (..., k) [s]"""
     maps: np.ndarray
-    """Exact map of (T_w, T_h, 1) over each step. (..., k, 3, 3)"""
+    """Exact map of (theta, T_h, 1) over each step. (..., k, 3, 3)"""
+    edges: np.ndarray
+    """Number of instants before each end. (k + 1,)"""
+    ripple: np.ndarray
+    """r at the end of each of the n instants, for the resistance at `REFERENCE`. (..., n) [K]"""
+
+    def within(self, along: np.ndarray) -> np.ndarray:
+        """Winding temperatures at the ends of instants, from the states (..., j + 1, 3) at the ends of the first j steps. [K]"""
+        first, last = along[..., :-1, 0], along[..., 1:, 0]
+        width = np.diff(self.edges)[: last.shape[-1]]
+        step = np.repeat(np.arange(len(width)), width)
+        share = (np.arange(len(step)) + 1.0 - self.edges[step]) / width[step]
+        theta = first[..., step] + share * (last - first)[..., step]
+        return theta + self.ripple[..., : len(step)] * (1.0 + COPPER * (theta - REFERENCE))
+
+    def highest(self, along: np.ndarray) -> np.ndarray:
+        """Highest winding temperature after the start, by the states at the ends of steps. (...,) [K]"""
+        return np.maximum(along[..., 1:, 0].max(axis=-1), self.within(along).max(axis=-1))
+
+    def mean(self, along: np.ndarray) -> np.ndarray:
+        """Mean winding temperature, by the states at the ends of steps. (...,) [K]"""
+        width, last = np.diff(self.edges), self.edges[-1]
+        middle = 0.5 * (along[..., 1:, 0] + along[..., :-1, 0])
+        lasting = np.add.reduceat(self.ripple, self.edges[:-1], axis=-1)
+        return np.sum(middle * width + lasting * (1.0 + COPPER * (middle - REFERENCE)), axis=-1) / last
 
 
 def step_count(winding_time_constant: Any, period: float, instants: int) -> np.ndarray:
@@ -97,8 +129,20 @@ def steps(motor: Motor, current: Any, friction_power: Any, period: float, ambien
     count = int(np.max(step_count(lag, period, square.shape[-1])))
     edges = np.linspace(0, square.shape[-1], count + 1).astype(int)
     width = np.diff(edges)
-    square, friction = (np.add.reduceat(values, edges[:-1], axis=-1) / width for values in (square, friction))
-    matrix, vector = rates(motor, square, friction, ambient)
+    mean, friction = (np.add.reduceat(values, edges[:-1], axis=-1) / width for values in (square, friction))
+    matrix, vector = rates(motor, mean, friction, ambient)
+    # Within a step, the integral of what the winding loss differs from its mean.
+    warming = motor.resistance * given(motor.winding_to_housing, math.nan) / lag * (period / square.shape[-1])
+    ripple = warming * np.cumsum(square - np.repeat(mean, width, axis=-1), axis=-1)
+    lasting = np.add.reduceat(ripple, edges[:-1], axis=-1) / width
+    # Far beyond, windings run away anyway.
+    lasting = np.clip(lasting, -_LARGEST_RIPPLE, _LARGEST_RIPPLE)[..., None]
+    added = lasting * matrix[..., :, 0]
+    vector = vector + (1.0 - COPPER * REFERENCE) * added
+    matrix[..., :, 0] += COPPER * added
+    # r is larger in a warmer winding, and thus takes part in its warming.
+    matrix[..., 0, :] /= 1.0 + COPPER * lasting
+    vector[..., 0] /= 1.0 + COPPER * lasting[..., 0]
     generators = np.zeros((*matrix.shape[:-2], 3, 3))
     generators[..., :2, :2], generators[..., :2, 2] = matrix, vector
     ends = edges * (period / edges[-1])
@@ -106,7 +150,7 @@ def steps(motor: Motor, current: Any, friction_power: Any, period: float, ambien
     longest = _LONGEST_STEP * np.maximum(slow, lag)
     grows = _fastest(matrix)
     active = np.minimum(np.diff(ends), np.minimum(longest, 2.0 * math.log(BOUND) / np.maximum(grows, 1.0 / longest)))
-    return Steps(generators, ends, active, over(generators, active))
+    return Steps(generators, ends, active, over(generators, active), edges, ripple)
 
 
 def _fastest(matrix: np.ndarray) -> np.ndarray:
@@ -150,7 +194,7 @@ class Windings(NamedTuple):
     """Temperatures of many motors, settled in a cycle or over a run. (k,) [K]"""
 
     highest: np.ndarray
-    """Highest winding temperature at the ends of steps; inf where a motor never settles."""
+    """Highest winding temperature at the ends of instants; inf where a motor never settles."""
     mean: np.ndarray
     """Mean winding temperature; inf where a motor never settles."""
     time: np.ndarray
@@ -180,10 +224,8 @@ def windings(
     if start is not None:
         state = np.broadcast_to(np.array([start, start, 1.0]), (*found.maps.shape[:-3], 3))
         along = _along(found.maps, state)
-        middle = 0.5 * (along[..., 1:, 0] + along[..., :-1, 0])
-        weight = np.diff(found.ends)
-        mean = np.sum(middle * weight, axis=-1) / np.sum(weight)
-        return Windings(along[..., 0].max(axis=-1), mean, found.ends, along[..., 0])
+        highest = np.maximum(start, found.highest(along))
+        return Windings(highest, found.mean(along), found.ends, along[..., 0])
     cycle = np.broadcast_to(np.eye(3), (*found.maps.shape[:-3], 3, 3))
     runs_away = np.zeros(cycle.shape[:-2], dtype=bool)
     for place in range(count):
@@ -195,8 +237,8 @@ def windings(
     rest = np.linalg.solve(np.eye(2) - cycle[..., :2, :2], cycle[..., :2, 2:])[..., 0]
     state = np.concatenate([rest, np.ones((*rest.shape[:-1], 1))], axis=-1)
     with np.errstate(over="ignore", invalid="ignore"):
-        along = _along(found.maps, state)[..., 1:, 0]
-    highest, mean = (np.where(runs_away, np.inf, part) for part in (along.max(axis=-1), along.mean(axis=-1)))
+        along = _along(found.maps, state)
+        highest, mean = (np.where(runs_away, np.inf, part) for part in (found.highest(along), found.mean(along)))
     return Windings(highest, mean, np.empty(0), np.empty((*highest.shape, 0)))
 
 

@@ -8,8 +8,9 @@ from typing import ClassVar
 from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.fields import check, quantity
+from infinivar._core.fields import check, component, quantity
 from infinivar.contact.friction import coulomb
+from infinivar.parts.shaft_bearings import PulleyBearings
 from infinivar.parts.stage import OutputStage
 
 
@@ -27,6 +28,9 @@ class Pulley(OutputStage):
 
     radius: float = quantity("m", Gt(0), "Effective radius at the cable")
     friction_torque: float = quantity("N m", Ge(0), "Coulomb friction torque of pulley and bearings", default=0.0)
+    bearings: PulleyBearings | None = component(
+        "Bearings of the pulley's shaft under the pull of the cable, which add to friction_torque", default=None
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""

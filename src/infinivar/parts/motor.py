@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from annotated_types import Ge, Gt
 
@@ -13,6 +14,29 @@ from infinivar.contact.friction import coulomb
 from infinivar.errors import require
 from infinivar.limits import Limit
 from infinivar.units import plain
+
+SCALED = {
+    "resistance": -1,
+    "no_load_current": 1,
+    "viscous_friction": 1,
+    "continuous_torque": 1,
+    "peak_torque": 1,
+    "inductance": -1,
+    "rotor_inertia": 1,
+    "mass": 1,
+    "winding_to_housing": -1,
+    "housing_to_ambient": -1,
+}
+"""Values of a motor that change with the number of them on one shaft, and whether they multiply by it or divide."""
+
+
+def multiple(values: Mapping[str, Any], factor: float) -> dict[str, Any]:
+    """Values of `factor` motors on one shaft from those of one, which are numbers, arrays or None, by name; others stay."""
+    found = dict(values)
+    for name, power in SCALED.items():
+        if found.get(name) is not None:
+            found[name] = found[name] * factor if power > 0 else found[name] / factor
+    return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -125,29 +149,13 @@ class Motor:
         return peak * (1.0 + self.viscous_friction * self.resistance / self.torque_constant**2)
 
     def scaled(self, factor: float) -> Motor:
-        """`factor` such motors on one shaft: torque, currents, inertia and mass scale; speed and voltage do not.
+        """`factor` such motors on one shaft: torque, currents, inertia and mass scale; speed and voltage do not; see `multiple`.
 
         No other scaling preserves efficiency, speed and voltage. The result has no diameter.
         """
 
-        def times(value: float | None, by: float) -> float | None:
-            return None if value is None else value * by
-
-        return replace(
-            self,
-            name=f"{factor:g} x {self.name}",
-            resistance=self.resistance / factor,
-            no_load_current=self.no_load_current * factor,
-            viscous_friction=times(self.viscous_friction, factor),
-            continuous_torque=self.continuous_torque * factor,
-            peak_torque=times(self.peak_torque, factor),
-            inductance=times(self.inductance, 1 / factor),
-            rotor_inertia=times(self.rotor_inertia, factor),
-            mass=times(self.mass, factor),
-            diameter=None,
-            winding_to_housing=times(self.winding_to_housing, 1 / factor),
-            housing_to_ambient=times(self.housing_to_ambient, 1 / factor),
-        )
+        values = {name: getattr(self, name) for name in SCALED}
+        return replace(self, name=f"{factor:g} x {self.name}", diameter=None, **multiple(values, factor))
 
     def with_resistance(self, resistance: float) -> Motor:
         """The motor with another winding resistance [ohm] and the same friction: the no-load current follows the speed."""

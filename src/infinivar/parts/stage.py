@@ -74,9 +74,16 @@ class OutputStage:
         """Stiffness in series with the load, at the load; None if rigid. [N/m]"""
         return None
 
+    @property
+    def shaft_friction(self) -> Array:
+        """Coulomb friction torque at the shaft: as stated, and of bearings under a stated pull. [N m]"""
+        bearings = getattr(self, "bearings", None)
+        return self.friction_torque if bearings is None else self.friction_torque + bearings.friction_torque
+
     def without_friction(self) -> Any:
         """The stage without losses."""
-        return replace(self, friction_torque=0.0)  # type: ignore[type-var]
+        bare = {"bearings": None} if getattr(self, "bearings", None) is not None else {}
+        return replace(self, friction_torque=0.0, **bare)  # type: ignore[type-var]
 
     def utilisation(self, *, force: Array, speed: Array) -> dict[Limit, Array]:
         """Demand over allowance of the stage's limits at a force and speed of the load; empty if none is known. [-]"""
@@ -85,8 +92,8 @@ class OutputStage:
     def friction(self, *, speed: Array, torque: Array) -> Array:
         """Friction torque at a shaft speed and a torque without friction; see `stage_friction`. [N m]"""
         if self.efficiencies is None:
-            return coulomb(speed, self.friction_torque, held=torque)
-        return stage_friction(speed, torque, *self.efficiencies, self.friction_torque)
+            return coulomb(speed, self.shaft_friction, held=torque)
+        return stage_friction(speed, torque, *self.efficiencies, self.shaft_friction)
 
     def operate(self, *, force: Array, speed: Array) -> tuple[Array, Array, Array]:
         """Shaft torque and speed for a force and speed of the load; at rest, friction helps to hold.

@@ -164,7 +164,10 @@ def imported(found: PartImport) -> Iterator[str]:
     for kind, counts in found.incomplete.items():
         for name, count in counts.items():
             verb, they = ("does", "it") if count == 1 else ("do", "they")
-            yield f"  {counted(count, kind)} {verb} not state {name}: {they} cannot be used in a drive"
+            table = found.parts.tables[kind]
+            keys = [key for key in table.part_keys if name in table.missing(key)]
+            listed = ", ".join(keys[:_WORST]) + (", ..." if len(keys) > _WORST else "")
+            yield f"  {counted(count, kind)} {verb} not state {name}: {they} cannot be used in a drive: {listed}"
     for remark in found.remarks:
         yield f"  {remark}"
 

@@ -9,9 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.machines import MachineComparison, MachineResult, TaskResult, vector_words
+from infinivar.analysis.machine_tasks import TaskResult
+from infinivar.analysis.machines import MachineComparison, MachineResult
 from infinivar.analysis.pose_map import PoseMap, pose_map
 from infinivar.analysis.sphere_map import sphere_map
+from infinivar.analysis.tightest import vector_words
 from infinivar.drivetrain.machines.legged import ArmDrive, PlatformDrive
 from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.drivetrain.machines.sphere import SphereDrive
@@ -151,9 +153,9 @@ def _of_machine(name: str, one: MachineResult, assumed: str) -> Iterator[Drawing
         cobot = drive.machine
         yield (
             f"machine-{name}",
-            lambda: planar_cobot.draw_all(cobot, drive.operated(task.twist, task.wrench)),
-            f"{one.title}, task {task.title}: wheels along their headings, and the forces of the ground. The force of the user "
-            "is that of the source less that on the load.",
+            lambda: planar_cobot.draw_all(cobot, drive.operated(task.twist, task.wrench), task.wrench),
+            f"{one.title}, task {task.title}: wheels along their headings, and the forces on the machine: those of the ground, "
+            "of the source that pushes it, and of its load.",
         )
     if isinstance(drive, ArmDrive):
         yield (
@@ -191,10 +193,10 @@ _LOSSES = (
     "slips or the machine does not reach, as no steady motion exists."
 )
 _PATH = (
-    "Displacement of the end point from its mean, power from the source and to the load. Inertias within the machines are left "
-    "out."
+    "Displacement of the end point from its mean, power from the source and to the load, with steering and inertias that are "
+    "stated."
 )
 _MAP = (
-    "Loss over positions of the end point in the first task, where all limits hold; elsewhere the tightest limit. The other "
-    "coordinates, twist and wrench are those of the task."
+    "Loss of steady points over positions of the end point in the first task, where all limits hold; elsewhere the tightest "
+    "limit. The other coordinates, twist and wrench are those of the task."
 )

@@ -39,6 +39,7 @@ _TYPES: dict[str, dict[str, str]] = {
     },
     "analysis.cycles.tracking.TwoWays": {"plot": "figures.single:two_ways", "table": "report.tables:two_ways"},
     "analysis.design_trends.Trend": {"plot": "figures.single:trend", "dataset": "report.datasets:trend"},
+    "analysis.hanging.Hanging": {"table": "report.tables:hanging"},
     "analysis.least_loss.LeastLoss": {"plot": "figures.least_loss:draw_all", "dataset": "report.datasets:least_loss"},
     "analysis.machine_run.MachineRun": {
         "plot": "figures.machine_run:draw_all",

@@ -1,4 +1,4 @@
-"""Save a result as a report: the module that writes each type of result."""
+"""Write the report of a result: the module that writes each type of result."""
 
 from __future__ import annotations
 
@@ -32,13 +32,24 @@ def save(result: Any, directory: str | Path, **options: Any) -> list[Path]:
     TypeError
         If there is no report for the type of the result.
     """
-    several = isinstance(result, list | tuple)
-    kinds = {type(one) for one in result} if several else {type(result)}
-    if len(kinds) != 1:
-        named = ", ".join(sorted(kind.__name__ for kind in kinds)) or "an empty sequence"
-        raise TypeError(f"result must be one result or a sequence of one type, got {named}")
-    (kind,) = kinds
+    kind = one_type(result)
     write = presenter(kind, "save")
     if write is None:
         raise TypeError(f"a report exists for {', '.join(presented('save'))}, got {kind.__name__}")
     return write(result, Path(directory), **options)
+
+
+def one_type(result: Any) -> type:
+    """Type of a result, or of all in a sequence.
+
+    Raises
+    ------
+    TypeError
+        If a sequence is empty or of several types.
+    """
+    several = isinstance(result, list | tuple) and not hasattr(result, "_fields")
+    kinds = {type(one) for one in result} if several else {type(result)}
+    if len(kinds) != 1:
+        named = ", ".join(sorted(kind.__name__ for kind in kinds)) or "an empty sequence"
+        raise TypeError(f"result must be one result or a sequence of one type, got {named}")
+    return kinds.pop()

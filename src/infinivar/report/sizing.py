@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from infinivar._core.fields import value_at
+from infinivar.analysis.hanging import told
 from infinivar.analysis.robustness.verdicts import percent
 from infinivar.figures import sizing as figure
 from infinivar.figures import style
@@ -135,6 +136,7 @@ def text(sizing: Sizing) -> Iterator[str]:
     """Yield the lines for a terminal."""
     verdict = sizing.verdict
     yield f"{verdict[:1].upper()}{verdict[1:]}"
+    yield from told(sizing.hangs_on)
     for group, title, designs in (
         ("design", f"Least {sizing.objective[0]}:", sizing.designs),
         ("front", "Front of mass and energy, least power first:", sizing.front),

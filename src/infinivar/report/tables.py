@@ -12,6 +12,7 @@ from infinivar.analysis.contact_sheet import ContactSheet
 from infinivar.analysis.cycles.duty_comparison import DutyComparison
 from infinivar.analysis.cycles.mixed_use import MixedUse
 from infinivar.analysis.cycles.tracking import TwoWays
+from infinivar.analysis.hanging import Hanging
 from infinivar.analysis.machines import MachineComparison
 from infinivar.analysis.robustness.sensitivity import Sensitivity
 from infinivar.analysis.robustness.verdicts import Builds, DutyBuilds
@@ -72,6 +73,8 @@ def machine_comparison(found: MachineComparison) -> pd.DataFrame:
                 "title": one.title,
                 "feasible": done.feasible,
                 "power_in_W": done.mean_power,
+                "steady_power_W": done.steady_power,
+                "steering_power_W": done.steering_power,
                 "loss_W": sum(done.losses.values()),
                 "tightest_limit": done.demand[0].name,
                 "part": done.demand[1],
@@ -82,6 +85,23 @@ def machine_comparison(found: MachineComparison) -> pd.DataFrame:
         ]
     )
     return made.set_index(["drive", "asked"])
+
+
+def hanging(found: Hanging) -> pd.DataFrame:
+    """One row per answer to an open choice, that used first: figures by drive, winner, whether it is another one."""
+    return frame(
+        [
+            {
+                "choice": row.choice,
+                "used": row.used,
+                "instead": row.instead,
+                **{f"{name} [{found.unit}]": value for name, value in row.figures.items()},
+                "winner": row.winner,
+                "flips": row.flips,
+            }
+            for row in (found.used, *found.rows)
+        ]
+    )
 
 
 def duty_comparison(found: DutyComparison) -> pd.DataFrame:

@@ -97,7 +97,7 @@ class SizedDrive(Frozen):
     def title(self) -> str:
         """The parts by name; a wheel that slips has no motors chosen."""
         own = [] if "motor" in self.parts else ["wheel with any motors"]
-        return ", ".join([*own, *(f"{_LEAD.get(role, '')}{part.name}" for role, part in self.parts.items())])
+        return ", ".join([*own, *(f"{_LEAD.get(role, '')}{part.title}" for role, part in self.parts.items())])
 
     @property
     def architecture(self) -> str:

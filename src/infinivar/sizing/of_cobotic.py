@@ -75,10 +75,10 @@ def arguments_of(asked: Asked, template: CoboticDrive) -> dict[str, Any]:
     """Arguments of `size_cobotic` but objective, generations, seed, top and progress."""
     parts, study = asked.parts, asked.study
     return {
-        "motors": parts.motors,
+        "motors": parts.motors_as("motor"),
         "gearheads": parts.gearheads,
         "pairs": parts.pairs,
-        "steering_motors": parts.motors,
+        "steering_motors": parts.motors_as(STEERING_MOTOR),
         "steering_ratios": _ratios(asked, template) or (1.0,),
         "bearings": [bearing for _, bearing in _axles(asked, template)],
         "duty": study.duty,
@@ -167,9 +167,9 @@ def _design(asked: Asked, name: str, axles: Axles, found: CoboticDesign) -> Size
     chosen: dict[str, ChosenPart] = {}
     free = {COBOTIC_PATHS[key]: value for key, value in found.values.items()}
     if found.motor >= 0:
-        chosen = {"motor": pool.part("motors", found.motor), "gearhead": pool.part("gearheads", found.gearhead)}
+        chosen = {"motor": pool.motor("motor", found.motor), "gearhead": pool.part("gearheads", found.gearhead)}
     if found.steering >= 0:
-        chosen[STEERING_MOTOR] = pool.part("motors", found.steering)
+        chosen[STEERING_MOTOR] = pool.motor(STEERING_MOTOR, found.steering)
         free[STEERING_RATIO] = found.ratio
     axle, _ = axles[found.bearing]
     if axle is not None:

@@ -43,7 +43,7 @@ def geared(asked: Asked, name: str, template: ConventionalDrive, progress: Progr
         "travel": study.travel,
         "loss_model": asked.loss_model,
     }
-    tables = template, parts.motors, parts.gearheads, parts.pairs
+    tables = template, parts.motors_as("motor"), parts.gearheads, parts.pairs
     searches: list[Any] = [asked.aims[0], *(["front"] if len(asked.aims) > 1 else [])]
     found: list[GearedSizing] = []
     for place, aim in enumerate(searches):
@@ -97,7 +97,7 @@ def excluded_by(found: Sequence[GearedSizing]) -> dict[str, int]:
 
 def _cloud(parts: PartPool, found: Sequence[GearedSizing]) -> np.ndarray:
     """Mass and power of the feasible candidates evaluated. (n, 2)"""
-    mass = parts.motors["mass"][parts.pairs[:, 0]] + parts.gearheads["mass"][parts.pairs[:, 1]]
+    mass = parts.motors_as("motor")["mass"][parts.pairs[:, 0]] + parts.gearheads["mass"][parts.pairs[:, 1]]
     points = [
         np.stack(np.broadcast_arrays(mass, one.power), axis=-1)[one.evaluated & np.isfinite(one.power)] for one in found
     ]
@@ -114,7 +114,7 @@ def drive_of(name: str, parts: PartPool, found: Design) -> SizedDrive:
         free["screw.lead"] = FreeValue(value=stage.lead, low=math.nan, high=math.nan, unit="m")
     return SizedDrive(
         template=name,
-        parts={"motor": parts.part("motors", found.motor), "gearhead": parts.part("gearheads", found.gearhead)},
+        parts={"motor": parts.motor("motor", found.motor), "gearhead": parts.part("gearheads", found.gearhead)},
         free=free,
         drive=found.drive,
         mass=found.mass,

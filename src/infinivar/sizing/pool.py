@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from infinivar._core.frozen import FrozenDict
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError
 from infinivar.parts.bearing import Bearing
+from infinivar.parts.motor import multiple
 from infinivar.parts.tables.columns import ONE, number_columns
 from infinivar.parts.tables.consistency import contradictions_of
 from infinivar.parts.tables.stores import find, origin_of, readable, shipped
@@ -46,6 +48,7 @@ class ChosenPart(Frozen):
     kind           Kind of its values: stated, catalogue, derived, fitted or assumed.
     derived        Values that were derived when the set was imported.
     where          All of this in one text, as provenance has it.
+    number         Of them on one shaft; 1 but for the motor of a template with a `scale`.
     """
 
     set: str
@@ -58,6 +61,12 @@ class ChosenPart(Frozen):
     kind: str = "catalogue"
     derived: tuple[str, ...] = ()
     where: str = ""
+    number: float = 1.0
+
+    @property
+    def title(self) -> str:
+        """Its name, with the number on one shaft."""
+        return self.name if self.number == 1.0 else f"{self.number:g} x {self.name}"
 
     @property
     def part(self) -> str:
@@ -93,8 +102,30 @@ class PartPool(Frozen):
     pairs: np.ndarray
     sets: tuple[SearchedSet, ...]
     sources: tuple[PartSet, ...] = field(repr=False)
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    """Motors on one shaft by role, where there is not one: "motor", "steering.motor"."""
     unread: tuple[str, ...] = ()
     """Sets that were left out, as they cannot be read, with the reason."""
+
+    def like(self, study: Study, template: str) -> PartPool:
+        """The pool for a search over drives like one of a study: with as many motors on a shaft as the template has.
+
+        A `scale` that is no whole number stands for a motor of another size, in the place of which single ones are searched.
+        """
+        numbers = {
+            row.field.removesuffix(".scale"): float(row.value)
+            for row in study.provenance
+            if row.owner == template and row.field.endswith("motor.scale") and float(row.value).is_integer()
+        }
+        return replace(self, numbers=FrozenDict(numbers)) if numbers else self
+
+    def motors_as(self, role: str) -> Mapping[str, np.ndarray]:
+        """Columns of the motors for "motor" or "steering.motor" of a drive, of as many on one shaft as the template has."""
+        number = self.numbers.get(role, 1.0)
+        if number == 1.0:
+            return self.motors
+        names = np.array([f"{number:g} x {name}" for name in self.motors["name"]])
+        return {**multiple(self.motors, number), "name": names, "diameter": self.motors["diameter"] * np.nan}
 
     def contradictions(self, chosen: Iterable[tuple[str, ChosenPart]]) -> tuple[str, ...]:
         """What the data sheets of parts, each with its role, state that contradicts itself, a line each, the worst first."""
@@ -111,6 +142,10 @@ class PartPool(Frozen):
         ]
         found.sort(key=lambda pair: pair[1].tolerance - abs(pair[1].deviation))
         return tuple(f"the data sheet contradicts itself: {set_name}, {one.text}" for set_name, one in found)
+
+    def motor(self, role: str, row: int) -> ChosenPart:
+        """Set and data sheet of a row of the motors, for "motor" or "steering.motor" of a drive."""
+        return replace(self.part("motors", row), number=self.numbers.get(role, 1.0))
 
     def part(self, kind: str, row: int) -> ChosenPart:
         """Set and data sheet of a row of "motors" or "gearheads"."""

@@ -9,6 +9,8 @@ from dataclasses import field
 from typing import Any
 
 from infinivar._core.result import Result, result
+from infinivar.analysis.hanging import Hanging
+from infinivar.drivetrain.uncounted import not_counted
 from infinivar.parts.tables.columns import counted
 from infinivar.sizing.builds.result import Doubt
 from infinivar.sizing.design import SizedDrive, demand_words, exceeded_words, path_words
@@ -43,6 +45,7 @@ class Sizing(Result):
     notes          Drives of the study that are not searched, sets that cannot be read, and what the data sheets of the designs'
                    parts state that contradicts itself.
     doubt          How far the designs withstand the spread of their parts; None if no builds were asked for.
+    hangs_on       Choices that no source settles, each with the best design it gives; None without designs.
     """
 
     study: Study
@@ -55,6 +58,7 @@ class Sizing(Result):
     what_if: Mapping[str, WhatIf] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     doubt: Doubt | None = None
+    hangs_on: Hanging | None = None
 
     @property
     def feasible(self) -> bool:
@@ -92,7 +96,8 @@ class Sizing(Result):
     def verdict(self) -> str:
         """One line on the outcome."""
         if self.best is not None:
-            return f"least {self.objective[0]} of {self.searched}: {self.words_of(self.best)}"
+            prefix = "" if self.hangs_on is None else self.hangs_on.prefix
+            return f"{prefix}least {self.objective[0]} of {self.searched}: {self.words_of(self.best)}"
         unjudged = [one.unjudged if isinstance(one, SearchRecord) else {} for one in self.searches.values()]
         if sum(sum(one.values()) for one in unjudged) == sum(one.candidates for one in self.searches.values()):
             reasons = ", ".join(f"{reason} ({number:,})" for one in unjudged for reason, number in one.items())
@@ -121,6 +126,8 @@ class Sizing(Result):
         said += self.notes
         for design in self.best_of.values():
             said += self._at_ends(design)
+        left_out = not_counted({one.template: one.drive for one in self.best_of.values()}, self.study.titles)
+        said += [left_out[:1].lower() + left_out[1:].rstrip(".")] if left_out else []
         if self.best is not None and self.best.unchecked:
             named = ", ".join(demand_words(*demand) for demand in self.best.unchecked)
             said.append(f"not checked for the best design, as its data sheets state no value: {named}")
@@ -177,6 +184,7 @@ class Sizing(Result):
             "best_of": {name: design.to_dict() for name, design in self.best_of.items()},
             "what_if": {name: one.to_dict() for name, one in self.what_if.items()},
             "searches": {name: search.to_dict() for name, search in self.searches.items()},
+            **({} if self.hangs_on is None else {"hangs_on": self.hangs_on.to_dict()}),
             **({} if self.doubt is None else {"doubt": self.doubt.to_dict()}),
         }
 

@@ -21,13 +21,15 @@ from infinivar.sizing.asked import Asked, Found
 from infinivar.sizing.builds.doubt import check_builds, with_builds
 from infinivar.sizing.cobotic.wheels import FREE, check_template
 from infinivar.sizing.design import SizedDrive
+from infinivar.sizing.hanging import with_hanging
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared
 from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.progress import Progress, part_of
 from infinivar.sizing.result import Sizing
-from infinivar.sizing.studies import not_simulated
+from infinivar.sizing.studies import not_simulated, not_taken_over
 from infinivar.sizing.what_if import what_if
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 
 Aim = Literal["energy", "mass"]
@@ -110,6 +112,7 @@ def size(
         If the study has no template or nothing to judge by, a set cannot be read, or an argument is out of range, or is for an
         architecture that is not searched.
     """
+    check_study(study)
     aims = aims_of(study, objective)
     names, notes = templates_of(study, drive)
     require(isinstance(top, int) and not isinstance(top, bool) and top >= 1, "top", top, ">= 1")
@@ -149,7 +152,7 @@ def size(
     if progress is not None:
         progress("what would have to change", 1.0)
     made = sizing_of(study, asked.parts, aims, found, top=top, slip_margin=slip_margin, notes=notes)
-    return with_builds(made, builds, progress)
+    return with_builds(with_hanging(made), builds, progress)
 
 
 def sizing_of(
@@ -177,7 +180,13 @@ def sizing_of(
         sets=parts.sets,
         best_of=best_of,
         what_if=what_if(study, aims[0], best_of, missed, slip_margin),
-        notes=(*notes, *_not_simulated(study, best_of), *parts.unread, *parts.contradictions(chosen_parts)),
+        notes=(
+            *notes,
+            *not_taken_over(study, best_of),
+            *_not_simulated(study, best_of),
+            *parts.unread,
+            *parts.contradictions(chosen_parts),
+        ),
     )
 
 
@@ -198,11 +207,12 @@ def _searched(asked: Asked, names: Sequence[str], progress: Progress | None) -> 
     found: dict[str, Found] = {}
     for place, (name, template) in enumerate(zip(names, drives, strict=True)):
         said = part_of(progress, float(ends[place]), float(ends[place + 1]), f"{name}: " if len(names) > 1 else "")
+        own = asked._replace(parts=asked.parts.like(asked.study, name))
         if isinstance(template, CoboticDrive):
-            found[name] = cobotic(asked, name, template, said)
+            found[name] = cobotic(own, name, template, said)
         else:
             assert isinstance(template, ConventionalDrive)
-            found[name] = geared(asked, name, template, said)
+            found[name] = geared(own, name, template, said)
     return found
 
 

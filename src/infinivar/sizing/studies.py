@@ -18,7 +18,8 @@ from infinivar.drivetrain.drive import Drive
 from infinivar.motion.duty_cycles import DutyCycle
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.waypoints import RecordedForce, Waypoints
-from infinivar.sizing.design import AXLE_BEARING, SizedDrive, path_words, role_words
+from infinivar.parts.motor import SCALED
+from infinivar.sizing.design import AXLE_BEARING, STEERING_MOTOR, SizedDrive, path_words, role_words
 from infinivar.study.provenance import DEFAULT, Provenance, recorded, same, text_of
 from infinivar.study.schema import described
 from infinivar.study.spreads import Uncertainty
@@ -122,6 +123,13 @@ _KEPT = {
 """Fields that a part of a set does not bring with it, by role: those of the template stay."""
 
 
+_COUNTED = {
+    "motor": ("viscous_friction",),
+    "gearhead": ("friction", "backdriving_efficiency", "stiffness", "backlash"),
+    STEERING_MOTOR: ("viscous_friction",),
+}
+"""Fields of parts that change losses or motion and that most sets do not state, by role; limits have a line of their own."""
+
 _BANDWIDTH = "control.cylinder_bandwidth"
 
 
@@ -143,8 +151,10 @@ def _sources(owner: str, design: SizedDrive) -> Iterator[Provenance]:
         for field in described(type(instance)):
             value = getattr(instance, field.name)
             if value is not None and not dataclasses.is_dataclass(value) and field.name not in _KEPT.get(role, ()):
-                kind = "derived" if field.name in part.derived else part.kind
-                yield _row(owner, f"{role}.{field.name}", field, value, kind, part.where)
+                several = part.number != 1.0 and field.name in SCALED
+                kind = "derived" if field.name in part.derived or several else part.kind
+                where = f"{part.number:g} on one shaft of {part.where}" if several else part.where
+                yield _row(owner, f"{role}.{field.name}", field, value, kind, where)
     for path, free in design.free.items():
         outer, _, inner = path.rpartition(".")
         stage = value_at(design.drive, outer) if outer else design.drive
@@ -176,6 +186,24 @@ def _row(owner: str, path: str, field: dataclasses.Field[Any], value: Any, kind:
         kind=kind,
         where=where,
     )
+
+
+def not_taken_over(study: Study, best_of: Mapping[str, SizedDrive]) -> Iterator[str]:
+    """What a template's motors and gearhead have and those of its best design do not, a line for each part."""
+    for template, design in best_of.items():
+        for role in design.parts:
+            own, other = value_at(study.drives[template], role), value_at(design.drive, role)
+            lost = [name for name in _COUNTED.get(role, ()) if _stated(own, name) and not _stated(other, name)]
+            more = {one.name for one in dataclasses.fields(own)} - {one.name for one in dataclasses.fields(other)}
+            if lost or more:
+                yield (
+                    f"drives.{template}: designs like it do not count {' and '.join([*lost, *sorted(more)])} of its "
+                    f"{role_words(role)}, which {design.parts[role].name} does not state"
+                )
+
+
+def _stated(part: Any, name: str) -> bool:
+    return getattr(part, name, None) is not None
 
 
 def not_simulated(drive: Drive, duty: DutyCycle) -> str | None:

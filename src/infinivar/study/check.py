@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from os import PathLike
+from typing import Any
 
+from infinivar._core.arrays import shown
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import axis_fault, check_drive, is_machine, smoothness_fault, type_words
@@ -24,6 +27,14 @@ def check_duty(study: Study) -> None:
     """
     _refuse(_machine_faults(study))
     _refuse([*_axis_faults(study), *_duty_faults(study)])
+
+
+def check_study(study: Any) -> None:
+    """Raise ParameterError unless it is a study; the message says what to write in place of a name."""
+    if not isinstance(study, Study):
+        named = isinstance(study, str | PathLike)
+        how = f"; write iv.load_study({str(study)!r})" if named else ""
+        raise ParameterError(f"study must be a Study, got {repr(study) if named else shown(study)}{how}")
 
 
 def check_machines(study: Study) -> None:

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from infinivar.errors import InputError
+from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.study.layers import Raw, annotated, contact_over, layered, merged, stage_over
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.spreads import is_group, leaves
@@ -30,7 +32,7 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     Raises
     ------
     StudyError
-        If the file does not exist, or files extend each other in a circle.
+        If the file cannot be read, or files extend each other in a circle.
     """
     if "extends" not in raw:
         return raw
@@ -40,9 +42,11 @@ def extended(raw: Raw, path: Path, read: Callable[[Path], Raw], depth: int = 0) 
     if depth == _DEEPEST:
         raise StudyError(f"extends = {quoted(name)}: more than {_DEEPEST} levels of extends; check for a circle")
     below = path.parent / name
-    if not below.is_file():
-        raise StudyError(f"extends = {quoted(name)}: file {below} not found")
-    under = _with_paths(extended(read(below), below, read, depth + 1), Path(name).parent)
+    try:
+        beneath = read(below)
+    except InputError as problem:
+        raise StudyError(f"extends = {quoted(name)}: {problem}") from problem
+    under = _with_paths(extended(beneath, below, read, depth + 1), Path(name).parent)
     over = {key: value for key, value in raw.items() if key != "extends"}
     under.pop("name", None)
     parts = {"parts": list(dict.fromkeys([*parts_of(over), *under["parts"]]))}
@@ -80,11 +84,12 @@ def _resolved(table: Any, folder: Path) -> Any:
     if not isinstance(table, dict):
         return table
     result = {key: _resolved(value, folder) for key, value in table.items()}
-    file = table.get("file")
-    if isinstance(file, str):
-        result["file"] = str(folder / file)
-    elif isinstance(file, dict) and isinstance(file.get("value"), str):
-        result["file"] = {**file, "value": str(folder / file["value"])}
+    for key in FILE_KEYS:
+        file = table.get(key)
+        if isinstance(file, str):
+            result[key] = str(folder / file)
+        elif isinstance(file, dict) and isinstance(file.get("value"), str):
+            result[key] = {**file, "value": str(folder / file["value"])}
     return result
 
 
@@ -103,8 +108,8 @@ def _merged_tables(under: Raw, over: Raw, below: str, above: str) -> Raw:
                 found[name] = annotated(table, f"{group}.{name}", below)
         for name, table in over.get(group, {}).items() if isinstance(over.get(group, {}), dict) else ():
             if isinstance(table, dict) and isinstance(found.get(name), dict):
-                base, mine = dict(found[name]), annotated(table, f"{group}.{name}", above)
-                found[name] = layered(base, mine)
+                mine = annotated(table, f"{group}.{name}", above)
+                found[name] = layered(found[name], mine)
             else:
                 found[name] = table
         result[group] = found

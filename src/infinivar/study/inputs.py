@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.vectors import COORDINATES
 from infinivar.parts.tables.stores import places
 from infinivar.study.extend import parts_of
@@ -38,9 +39,9 @@ def input_files(study: Study, beside: Iterable[Path] = ()) -> dict[Path, str]:
         path = path.parent / raw["extends"] if "extends" in raw else None
     for task in (*study.duty.values(), *study.scenarios.values(), *study.paths.values()):
         for name in ("motion", "force", *COORDINATES):
-            file = getattr(getattr(task, name, None), "file", None)
-            if file:
-                found.setdefault(Path(file), RECORDING)
+            for file in (getattr(getattr(task, name, None), key, None) for key in FILE_KEYS):
+                if file:
+                    found.setdefault(Path(file), RECORDING)
     for one in study.sessions.values():
         for file, words in one.files.items():
             found.setdefault(file, words)

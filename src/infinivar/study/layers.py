@@ -12,10 +12,12 @@ from typing import Any
 from infinivar._core.fields import hints
 from infinivar.drivetrain.conventional import STAGES
 from infinivar.errors import InputError, nearest
+from infinivar.motion.duty_cycles import CYCLES
+from infinivar.motion.scenario import FORCES, MOTIONS
 from infinivar.parts import catalogue
 from infinivar.study import extensions
 from infinivar.study.messages import StudyError, quoted
-from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, part_of
+from infinivar.study.schema import CATALOGUES, HEAD, KINDS, ORIGIN, SHAPE, kind_keys, part_of
 from infinivar.study.shipped import shared_set
 from infinivar.transmission.rolling_contact import MEASURED
 
@@ -158,7 +160,7 @@ def alternative_over(under: Raw, over: Raw) -> Raw:
 
 def layered(under: Raw, over: Raw) -> Raw:
     """A drive's table over another's, whose wheel or legs it may state in another way."""
-    under = alternative_over(under, over)
+    under = shape_over(alternative_over(under, over), over)
     for key in ("transmission", "roller", "steering_roller", "idler", "wheel"):
         if isinstance(under.get(key), dict):
             under[key] = contact_over(under[key], over.get(key))
@@ -166,6 +168,22 @@ def layered(under: Raw, over: Raw) -> Raw:
     if isinstance(leg, dict) and isinstance(mine, dict) and isinstance(leg.get("transmission"), dict):
         under["leg"] = {**leg, "transmission": contact_over(leg["transmission"], mine.get("transmission"))}
     return merged(under, over)
+
+
+def shape_over(under: Raw, over: Any, key: str = "motion") -> Raw:
+    """Drop from the base's motion or force what does not apply to another shape that the study states; so in tables within."""
+    if not isinstance(over, dict):
+        return under
+    asked = over.get(SHAPE)
+    shape = asked.get("value") if isinstance(asked, dict) else asked
+    if isinstance(shape, str):
+        groups = (FORCES,) if key == "force" else (CYCLES, MOTIONS)
+        kinds = [kind for group in groups for kind in group.items()]
+        own = {name for word, kind in kinds if word == shape for name in kind_keys({word: kind})}
+        other = {name for word, kind in kinds for name in kind_keys({word: kind})} - own
+        under = {name: value for name, value in under.items() if name not in other or name in over}
+    tables = {name: value for name, value in under.items() if isinstance(value, dict) and "value" not in value}
+    return {**under, **{name: shape_over(value, over.get(name), name) for name, value in tables.items()}}
 
 
 def stage_over(under: Raw, over: Any) -> Raw:

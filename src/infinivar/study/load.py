@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import re
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from infinivar._core import files, plugins
+from infinivar._core import files, plugins, toml
 from infinivar.drivetrain.drive import Drive
-from infinivar.errors import InputError, nearest, printable
+from infinivar.errors import InputError, nearest, path_of, printable
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
+from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.machine_tasks import MachinePath, MachineTask
 from infinivar.motion.scenario import Scenario
 from infinivar.motion.vectors import COORDINATES
@@ -63,7 +63,7 @@ def load_study(path: str | Path) -> Study:
         If the file cannot be read or is invalid; the message has one line per fault, with file, field, value and what
         would be right.
     """
-    path = study_file(Path(path))
+    path = study_file(path_of(path, "path"))
     with _reporting(printable(path)):
         raw = extended(read_tables(path), path, read_tables)
         return study_from(raw, name=_name_in(raw, path.stem), origin=path.name, path=path)
@@ -132,13 +132,11 @@ def read_tables(path: Path) -> Raw:
     """Read the tables of a study file, as written."""
     content = files.read(path, _MOST_BYTES)
     try:
-        return tomllib.loads(content.decode("utf-8-sig"))
+        return toml.loads(content.decode("utf-8-sig"))
     except UnicodeDecodeError as problem:
         raise InputError(f"{printable(path)}: is not a text file in UTF-8 (byte {problem.start})") from problem
-    except ValueError as problem:  # TOMLDecodeError, or a number with thousands of digits
-        raise InputError(f"{printable(path)}: is not valid TOML: {str(problem).partition(';')[0]}") from problem
-    except RecursionError as problem:
-        raise InputError(f"{printable(path)}: is nested too deeply") from problem
+    except InputError as problem:
+        raise InputError(f"{printable(path)}: {problem}") from problem
 
 
 def study_from(raw: Raw, *, name: str, origin: str, path: Path | None = None, folder: Path | None = None) -> Study:
@@ -428,9 +426,9 @@ def _task(
         tree["type"] = {"value": tree["type"]}
         return built(SessionTask, {"title": name, **tree}, where, where, rows)
     for table in (tree, *(tree.get(key, {}) for key in ("motion", "force", *COORDINATES))):
-        file = table.get("file")
-        if folder is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
-            file["value"] = str(folder / file["value"])
+        for file in (table.get(key) for key in FILE_KEYS):
+            if folder is not None and isinstance(file, dict) and isinstance(file.get("value"), str):
+                file["value"] = str(folder / file["value"])
     return built(kind, {"title": name, **tree}, where, where, rows)
 
 

@@ -7,7 +7,7 @@ import dataclasses
 import os
 import tempfile
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,10 +19,12 @@ from infinivar._core.fields import hints
 from infinivar._core.result import equal
 from infinivar.axis import LINEAR
 from infinivar.errors import InputError, printable
+from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.task import Task
 from infinivar.motion.virtual.meshes import MeshFile
 from infinivar.motion.virtual.tasks import TASKS
 from infinivar.study import extensions, toml
+from infinivar.study.check import check_study
 from infinivar.study.load import study_from_dict
 from infinivar.study.messages import StudyError, quoted
 from infinivar.study.provenance import DEFAULT, Provenance, Rows, by_field, recorded, same, text_of, texts_of, unscaled
@@ -73,6 +75,7 @@ def save_study(study: Study, path: str | Path, *, overwrite: bool = False) -> Pa
         If a value cannot be stated in a file, the message names it, or if a file exists or cannot be written. Nothing is
         written then.
     """
+    check_study(study)
     path = Path(path)
     if path.suffix != ".toml":
         raise InputError(f"{printable(path)}: must end in .toml")
@@ -216,7 +219,7 @@ class _Writing:
                     f"infinivar.{field.name}s"
                 )
             stored = hasattr(type(value), "read")
-            skip = "file" if stored else ""
+            skip = FILE_KEYS if stored else ()
             inside = prefix if flat else f"{prefix}{field.name}."
             if rows is None:
                 table = {key: word, **_table(value, here, "", {}, skip=skip)}
@@ -233,25 +236,33 @@ class _Writing:
             if stored:
                 table |= self._file(value, here, table)
             elif isinstance(value, MeshFile):
-                found = Path(value.file).absolute()
-                table["file"] = found.as_posix() if self.folder is None else _relative(found, self.folder)
-            row = None if rows is None else rows.get((owner, f"{inside}file"))
-            stated = "file" in table and table["file"] not in self.files
-            if row is not None and stated and (table.get("kind"), table.get("where")) != (row.kind, row.where):
-                table["file"] = Inline(value=table["file"], kind=row.kind, where=row.where)
+                table["file"] = self._named(value.file)
+            for one in FILE_KEYS:
+                row = None if rows is None else rows.get((owner, f"{inside}{one}"))
+                stated = one in table and table[one] not in self.files
+                if row is not None and stated and (table.get("kind"), table.get("where")) != (row.kind, row.where):
+                    table[one] = Inline(value=table[one], kind=row.kind, where=row.where)
             table = self._kinds(value, table, here, rows, inside)
             made = {**made, **table} if flat else {**made, field.name: table}
         return made
+
+    def _named(self, file: str) -> str:
+        """Path of a file as the study names it."""
+        found = Path(file).absolute()
+        return found.as_posix() if self.folder is None else _relative(found, self.folder)
 
     def _file(self, value: Any, path: str, table: Raw) -> Raw:
         """Key `file` of a motion or force: the path of its data; without a file, they become one.
 
         Keys on how to read the lost file do not apply to the new one, and are taken out of the table.
         """
-        given = {field.name: getattr(value, field.name) for field in described(type(value)) if field.name in table}
+        given = {
+            field.name: getattr(value, field.name)
+            for field in described(type(value))
+            if field.name in table or (field.name in FILE_KEYS[1:] and getattr(value, field.name))
+        }
         if os.path.isfile(value.file) and _reads(value, {**given, "file": value.file}):  # noqa: PTH113 (raises on odd names)
-            found = Path(value.file).absolute()
-            return {"file": found.as_posix() if self.folder is None else _relative(found, self.folder)}
+            return {key: self._named(getattr(value, key)) for key in FILE_KEYS if getattr(value, key, None)}
         if self.scratch is None:
             raise StudyError(f"{path}.file: the data have no file; save_study writes them beside the study")
         name = f"{self.stem}-{path.replace('.', '-')}.csv"
@@ -340,7 +351,7 @@ def _has_source(value: Any) -> bool:
     return isinstance(value, Inline) and value.keys() == {"value", *ORIGIN}
 
 
-def _table(instance: Any, path: str, owner: str, rows: Rows, prefix: str = "", skip: str = "") -> Raw:
+def _table(instance: Any, path: str, owner: str, rows: Rows, prefix: str = "", skip: Sequence[str] = ()) -> Raw:
     """Table of a part, by its fields; values with a known source are tables of their own."""
     single = unscaled(instance, rows, owner, prefix) if hasattr(instance, "scaled") else None
     instance = instance if single is None else single
@@ -348,7 +359,7 @@ def _table(instance: Any, path: str, owner: str, rows: Rows, prefix: str = "", s
     keys = table_keys(type(instance))
     for field in described(type(instance)):
         value, here = getattr(instance, field.name), f"{path}.{field.name}"
-        if value is None or field.name == skip:
+        if value is None or field.name in skip:
             continue
         inner = part_of(hints(type(instance))[field.name])
         if inner is not None:

@@ -360,8 +360,9 @@ def _key(hint: Any, field: dataclasses.Field[Any]) -> Key:
     part = part_of(hint)
     if part is not None:
         return Key(part=part)
-    if typing.get_origin(hint) is Literal:
-        return _choice(typing.get_args(hint))
+    literals = [kind for kind in (hint, *typing.get_args(hint)) if typing.get_origin(kind) is Literal]
+    if literals:
+        return _choice(typing.get_args(literals[0]))
     if hint is bool:
         return _flag()
     if hint is int:

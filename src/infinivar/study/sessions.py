@@ -27,6 +27,7 @@ from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.drivetrain.moving.handles import grip_of
 from infinivar.drivetrain.moving.machines import GearedSlideMachine, Machine, PlanarMachine, SlideMachine
 from infinivar.errors import InputError, ParameterError, require
+from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.motion.users import AXES, USERS, PushingUser, ReachingUser
 from infinivar.motion.vectors import Point, Pose, Twist
 from infinivar.motion.virtual.meshes import MeshFile
@@ -422,9 +423,9 @@ def beside_study(tree: Raw, folder: Path | None) -> None:
     if folder is None:
         return
     for table in _tables(tree):
-        file = table.get("file")
-        if isinstance(file, dict) and isinstance(file.get("value"), str):
-            file["value"] = os.path.normpath((folder / file["value"]).absolute())
+        for file in (table.get(key) for key in FILE_KEYS):
+            if isinstance(file, dict) and isinstance(file.get("value"), str):
+                file["value"] = os.path.normpath((folder / file["value"]).absolute())
 
 
 def _tables(tree: Raw) -> Iterator[Raw]:

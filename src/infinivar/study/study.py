@@ -6,23 +6,29 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, overload
+
+import numpy as np
 
 from infinivar._core.result import Frozen, result
 from infinivar.axis import LINEAR, Axis
+from infinivar.contact import creep
 from infinivar.drivetrain.cobotic import CoboticDrive
-from infinivar.drivetrain.drive import check_drive, is_machine
+from infinivar.drivetrain.drive import Drive, check_drive, is_machine
 from infinivar.drivetrain.machines.legged import legs_of
 from infinivar.errors import InputError, ParameterError, nearest, require
 from infinivar.motion.duty_cycles import DutyCycle, shares_of
 from infinivar.motion.machine_tasks import MachinePath, MachineTask, named
 from infinivar.motion.scenario import Scenario
+from infinivar.motion.vectors import TRANSLATIONS
 from infinivar.study.provenance import Provenance, completed
 from infinivar.study.requirement import Requirement
 from infinivar.study.rig import Rig
 from infinivar.study.sessions import SessionTask
 from infinivar.study.spreads import Uncertainty
-from infinivar.units import times
+from infinivar.units import plain, times
+
+D = TypeVar("D")
 
 LARGEST_FRICTION = 1.0
 """Friction coefficient above which a value is taken for a slip of the pen. [-]"""
@@ -53,7 +59,7 @@ class Study(Frozen):
 
     name: str
     title: str = ""
-    drives: Mapping[str, Any]
+    drives: Mapping[str, Drive]
     requirement: Requirement | None = None
     description: str = ""
     titles: Mapping[str, str] = field(default_factory=dict)
@@ -176,9 +182,10 @@ class Study(Frozen):
             *(
                 f"drives.{name}.transmission: {excess}"
                 for name, drive in self.drives.items()
-                for excess in _overstress(drive)
+                for excess in (*_overstress(drive), *_replaced_law(drive))
             ),
             *_frictions(self.provenance),
+            *_speeds(self),
             *(f"duty.{task}: {warning}" for task, cycle in self.duty.items() for warning in cycle.warnings),
             *(f"paths.{name}.{warning}" for name, path in self.paths.items() for warning in path.warnings),
         )
@@ -239,18 +246,32 @@ class Study(Frozen):
             provenance=tuple(row for row in self.provenance if row.owner not in dropped),
         )
 
-    def drive(self, name: str) -> Any:
+    @overload
+    def drive(self, name: str) -> Any: ...
+
+    @overload
+    def drive(self, name: str, kind: type[D]) -> D: ...
+
+    def drive(self, name: str, kind: type | None = None) -> Any:
         """Return a drive by name.
+
+        Parameters
+        ----------
+        name : str
+        kind : type   Class that the drive must have, such as `infinivar.CoboticDrive`; editors then know its fields.
 
         Raises
         ------
         InputError
-            If no drive has that name; the message lists the drives.
+            If no drive has that name, with a list of the drives, or it is of another class.
         """
         if name not in self.drives:
             known = f"its drives: {', '.join(self.drives)}"
             raise InputError(f"the study has no drive {name!r}{nearest(name, self.drives)}; {known}")
-        return self.drives[name]
+        found = self.drives[name]
+        if kind is not None and not isinstance(found, kind):
+            raise InputError(f"drives.{name} must be a {kind.__name__}, got a {type(found).__name__}")
+        return found
 
 
 def machine_shares(tasks: Mapping[str, MachineTask], paths: Mapping[str, MachinePath]) -> dict[str, float]:
@@ -303,6 +324,82 @@ def _told_apart(tasks: dict[str, Any], paths: dict[str, Any]) -> dict[str, dict[
     }
 
 
+_FASTEST = 100.0
+"""Speed above which a value looks like a slip of the unit: the rim of a steel cylinder then has a hoop stress of 80 MPa, and
+rolling bearings and contacts run at a tenth of it. [m/s]"""
+
+_INSTANTS = 401
+"""Of a path, among which its largest speed is looked for."""
+
+
+def _speeds(study: Study) -> Iterator[str]:
+    """Yield each speed of a load or a surface that no machine of this kind has."""
+    said = f"is above {_FASTEST:g} m/s; no limit of a part bounds it, so check the unit"
+    for row in study.provenance:
+        if (
+            row.owner == "requirement"
+            and row.unit == "m/s"
+            and isinstance(row.value, int | float)
+            and abs(row.value) > _FASTEST
+        ):
+            yield f"{row.owner}.{row.field} = {row.written} {said}"
+    for name, drive in study.drives.items():
+        radius, speed = (
+            getattr(getattr(drive, "transmission", None), "cylinder_radius", None),
+            getattr(drive, "cylinder_speed", None),
+        )
+        if isinstance(radius, int | float) and isinstance(speed, int | float) and abs(radius * speed) > _FASTEST:
+            yield f"drives.{name}: the surface of the cylinder moves at {plain(abs(radius * speed))} m/s, which {said}"
+    along = {where: fastest for where, fastest in _along_axes(study) if fastest > _FASTEST}
+    of_parts = {
+        where: fastest
+        for where, fastest in _of_parts(study)
+        if fastest > _FASTEST and not any(one.startswith(f"{where.partition(',')[0]}.") for one in along)
+    }
+    for where, fastest in {**along, **of_parts}.items():
+        yield f"{where}: {plain(fastest)} m/s {said}"
+
+
+def _along_axes(study: Study) -> Iterator[tuple[str, float]]:
+    """Yield the largest speed of each motion and session along an axis. [m s^-1]"""
+    for name, duty in study.duty.items():
+        if not duty.axis.rotary:
+            time = np.linspace(0.0, duty.period, duty.samples())
+            yield f"duty.{name}", _largest(duty.motion.derivatives(time, 1)[1])
+    for name, task in (*study.tasks.items(), *study.sessions.items()):
+        yield f"tasks.{name}.twist", _largest(task.twist.row(TRANSLATIONS))
+    for name, path in study.paths.items():
+        time = np.linspace(0.0, path.period, _INSTANTS)
+        for axis, motion in path.motions.items():
+            if axis in TRANSLATIONS:
+                yield f"paths.{name}.{axis}", _largest(motion.derivatives(time, 1)[1])
+
+
+def _of_parts(study: Study) -> Iterator[tuple[str, float]]:
+    """Yield the largest speed of the links or wheels of each machine in each task and path. [m s^-1]"""
+    machines: dict[str, Any] = {name: one for name, one in study.drives.items() if hasattr(one, "part_speeds")}
+    for title, drive in machines.items():
+        names, home = drive.coordinates, drive.home
+        moves = [
+            (f"tasks.{name}", task.pose.row(names, home), task.twist.row(names))
+            for name, task in study.tasks.items()
+            if not any(task.twist.beyond(names))
+        ]
+        for name, path in study.paths.items():
+            if not any(path.beyond(names)):
+                at = path.at(np.linspace(0.0, path.period, _INSTANTS), names, home)
+                moves.append((f"paths.{name}", at.pose, at.twist))
+        for where, pose, twist in moves:
+            with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+                yield f"{where}, parts of {title}", _largest(drive.part_speeds(pose, twist))
+
+
+def _largest(speeds: Any) -> float:
+    """Largest magnitude of those that are known; 0 of none."""
+    found = np.abs(np.asarray(speeds, dtype=float))
+    return float(np.max(found, where=np.isfinite(found), initial=0.0))
+
+
 def _frictions(rows: tuple[Provenance, ...]) -> Iterator[str]:
     """Yield a phrase for each friction coefficient too large to be one."""
     for row in rows:
@@ -312,6 +409,23 @@ def _frictions(rows: tuple[Provenance, ...]) -> Iterator[str]:
                 f"{where}.{row.field} = {row.value:g} is a coefficient, of 0.05 to {LARGEST_FRICTION:g} in rolling contacts: a "
                 "wheel would slip far earlier"
             )
+
+
+def _replaced_law(drive: Any) -> Iterator[str]:
+    """Yield a phrase if steering as spin replaces another creep law than exact theory while the wheel is steered."""
+    wheeled = drive if isinstance(drive, CoboticDrive) else legs_of(drive)
+    if wheeled is None:
+        return
+    element = wheeled.transmission
+    contact, law = element.contact, element.creep_law
+    if element.turns_with_spin and law != creep.EXACT and contact is not None:
+        patch = contact.axis_ratio, contact.poisson
+        more = creep.lateral_creep("exact", 0.5, *patch) / creep.lateral_creep(law, 0.5, *patch)
+        yield (
+            f'steering_model = "spin" knows exact rolling theory only, so motion in time does not use creep_law = "{law}": at '
+            f"half of the slip force the wheel creeps {plain(float(more), 3)} times as much there as at steady points "
+            '(creep_law = "exact" has one law for both, steering_model = "shear" keeps the creep law)'
+        )
 
 
 def _overstress(drive: Any) -> Iterator[str]:

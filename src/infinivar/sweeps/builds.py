@@ -17,7 +17,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import type_words
 from infinivar.errors import InputError, require
-from infinivar.study.check import check_duty, check_spreads
+from infinivar.study.check import check_duty, check_spreads, check_study
 from infinivar.study.spreads import Spread
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
@@ -157,6 +157,7 @@ def builds_sweep(study: Study, drive: str | None = None, *, draws: int = DRAWS, 
     InputError
         If the drive does not exist or has no spreads, a number is no power of two, or the drives cannot be judged.
     """
+    check_study(study)
     spread = [name for name in study.drives if study.uncertainty.spreads.get(name)]
     if drive is None and not spread:
         raise InputError("the study states no spreads: add a table [uncertainty.NAME] for one of its drives")

@@ -26,6 +26,7 @@ from infinivar.sizing.size import (
     sizing_of,
     templates_of,
 )
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.sweeps.cobotic import CoboticSweep, cobotic_sweep
 from infinivar.sweeps.demands import key_of
@@ -109,6 +110,7 @@ def cobotic_study_sweep(
     InputError
         As `size` does.
     """
+    check_study(study)
     names, notes = templates_of(study, drive)
     name = next((one for one in names if isinstance(study.drives[one], CoboticDrive)), None)
     if name is None:
@@ -120,7 +122,7 @@ def cobotic_study_sweep(
     check_options(study, [name], {one: value for one, value in stated.items() if value is not None})
     asked = Asked(
         study=study,
-        parts=pool_of(study, sets),
+        parts=pool_of(study, sets).like(study, name),
         aims=aims_of(study, objective),
         top=top,
         radius=None,

@@ -24,6 +24,7 @@ from infinivar.sizing.pool import PartPool, pool_of
 from infinivar.sizing.records import SearchRecord
 from infinivar.sizing.result import Sizing
 from infinivar.sizing.size import Aim, aims_of, sizing_of, templates_of
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.sweeps.demands import column_of, demands_of, each, key_of, limit_counts, rows_of
 from infinivar.sweeps.fingerprint import fingerprint
@@ -106,7 +107,7 @@ class GearedSweep:
     @property
     def identity(self) -> Mapping[str, Any]:
         """See `Problem`."""
-        tables = self.parts.motors, self.parts.gearheads, self.parts.pairs
+        tables = self.parts.motors_as("motor"), self.parts.gearheads, self.parts.pairs
         return {
             "study": self.study.name,
             "drive": self.drive,
@@ -128,7 +129,7 @@ class GearedSweep:
         stage, block = divmod(number, self.blocks)
         start = block * self.size
         pairs = self.parts.pairs[start : start + self.size]
-        tables = self.template, self.parts.motors, self.parts.gearheads, pairs
+        tables = self.template, self.parts.motors_as("motor"), self.parts.gearheads, pairs
         asked = self._asked(self.stages[stage : stage + 1])
         aims: list[Any] = [self.objective[0], *(["front"] if len(self.objective) > 1 else [])]
         found = [size_geared(*tables, **asked, objective=aim, top=self.top) for aim in aims]
@@ -156,7 +157,7 @@ class GearedSweep:
         check_finished(sweep)
         found = candidates(
             self.template,
-            self.parts.motors,
+            self.parts.motors_as("motor"),
             self.parts.gearheads,
             self.parts.pairs,
             loss_model=self.loss_model or self.template.gearhead.loss_model,
@@ -195,7 +196,7 @@ class GearedSweep:
         }
 
     def _nearest(self) -> Design | None:
-        tables = self.template, self.parts.motors, self.parts.gearheads, self.parts.pairs
+        tables = self.template, self.parts.motors_as("motor"), self.parts.gearheads, self.parts.pairs
         return nearest_geared(*tables, **self._asked(self.stages), weighed=self.objective[0] == "mass")
 
     def _rows(self, designs: Sequence[tuple[str, Design]], start: int, stage: int) -> dict[str, np.ndarray]:
@@ -203,7 +204,7 @@ class GearedSweep:
         aim = "mass" if self.objective[0] == "mass" else "power"
         rows: list[dict[str, Any]] = []
         for name, one in designs:
-            parts = self.parts.part("motors", one.motor), self.parts.part("gearheads", one.gearhead)
+            parts = self.parts.motor("motor", one.motor), self.parts.part("gearheads", one.gearhead)
             rows.append(
                 {
                     LIST: name,
@@ -227,7 +228,7 @@ class GearedSweep:
         pair = int(row["pair"])
         stage = self.stages[int(row["stage"])] if self.stages else self.template.stage
         if self.radius is not None and isinstance(stage, Pulley):
-            stage = Pulley(radius=float(row["radius_m"]), friction_torque=stage.friction_torque)
+            stage = replace(stage, radius=float(row["radius_m"]))
         motor, gearhead = map(int, self.parts.pairs[pair])
         return Design(
             pair=pair,
@@ -270,6 +271,7 @@ def geared_sweep(
     InputError
         As `size` does.
     """
+    check_study(study)
     if size is None:
         size = PAIRS_AT_STAGE if stages or radii is not None else PAIRS
     for name, number in (("top", top), ("size", size)):
@@ -286,7 +288,7 @@ def geared_sweep(
     return GearedSweep(
         study=study,
         drive=name,
-        parts=pool_of(study, sets),
+        parts=pool_of(study, sets).like(study, name),
         objective=aims_of(study, objective),
         top=top,
         radius=radius,

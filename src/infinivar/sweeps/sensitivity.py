@@ -18,6 +18,7 @@ from infinivar.analysis.robustness.sensitivity import (
     with_indices,
 )
 from infinivar.errors import InputError, require
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
 from infinivar.sweeps.problem import CANDIDATES, Chunk
@@ -136,6 +137,7 @@ def sensitivity_sweep(
     InputError
         As `sensitivity` does, or if fewer than two parameters have an influence, or a number is no power of two.
     """
+    check_study(study)
     for name, number in (("samples", samples), ("size", size)):
         whole = isinstance(number, int) and not isinstance(number, bool) and 16 <= number <= _MOST
         require(whole and number & (number - 1) == 0, name, number, f"a power of two from 16 to {_MOST}")

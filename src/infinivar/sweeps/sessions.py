@@ -16,6 +16,7 @@ from infinivar.calibration.result import cobotic
 from infinivar.calibration.virtual_rig import LOADS, RATIOS, Setting, experiment, protocol
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.errors import InputError, require
+from infinivar.study.check import check_study
 from infinivar.study.spreads import NORMAL_95
 from infinivar.study.study import Study
 from infinivar.sweeps.fingerprint import fingerprint
@@ -274,6 +275,7 @@ def sessions_sweep(
     InputError
         If the drive does not exist or has no wheel, a number is out of range, or a parameter or law is not known.
     """
+    check_study(study)
     for name, number in (("sessions", sessions), ("size", size)):
         whole = isinstance(number, int) and not isinstance(number, bool) and number >= 1
         require(whole, name, number, "a whole number >= 1")

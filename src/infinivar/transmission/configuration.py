@@ -48,7 +48,8 @@ class Configuration(Result):
         )
         object.__setattr__(self, "jacobian", jacobian)
         known = {"link_position": (self.link_position, shape[:-1])}
-        require(isinstance(self.utilisation, Mapping), "utilisation", shown(self.utilisation), "a mapping of Limit")
+        if not isinstance(self.utilisation, Mapping):
+            raise ParameterError(f"utilisation must be a mapping of Limit, got {shown(self.utilisation)}")
         for limit, demand in self.utilisation.items():
             require(isinstance(limit, Limit), "utilisation", f"a demand of {limit!r}", "a mapping of Limit")
             known[f"utilisation of {limit.name}"] = demand, shape[:-2]

@@ -371,8 +371,7 @@ class ContactGeometry:
         patch, known = contact.patch, {}
         for body, material in self.bodies.items():
             if material.poisson not in known:
-                found = hertz.largest_shear(patch.a, patch.b, patch.peak_pressure, material.poisson)
-                known[material.poisson] = tuple(map(plain, found))
+                known[material.poisson] = _largest_shear(patch.a, patch.b, patch.peak_pressure, material.poisson)
             shear[body], depth[body] = known[material.poisson]
             if material.yield_strength is not None:
                 demand[Limit.YIELD].append(shear[body] / (0.5 * material.yield_strength))
@@ -389,6 +388,18 @@ class ContactGeometry:
     def axle(self) -> BearingPair:
         """The wheel's axle on its two bearings."""
         return BearingPair(bearing=self.axle_bearing, span=self.bearing_span)
+
+
+def _largest_shear(*patch: Array) -> tuple[Any, ...]:
+    """`hertz.largest_shear`; that of single contacts is kept, as many drives that are compared have the same."""
+    return _kept_shear(*patch) if all(isinstance(one, float) for one in patch) else _shear(*patch)
+
+
+def _shear(*patch: Array) -> tuple[Any, ...]:
+    return tuple(map(plain, hertz.largest_shear(*patch)))
+
+
+_kept_shear = functools.lru_cache(maxsize=64)(_shear)
 
 
 def _largest(values: list[Array]) -> Array:

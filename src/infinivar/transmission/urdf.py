@@ -20,17 +20,20 @@ from typing import Any
 import numpy as np
 from annotated_types import Gt
 
-from infinivar._core import extras
+from infinivar._core import extras, files
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import real_array, shown
 from infinivar._core.fields import check_value, component
-from infinivar.errors import InputError, ParameterError, nearest, require
+from infinivar.errors import InputError, ParameterError, nearest, printable, require
 from infinivar.limits import Limit
 from infinivar.transmission.configuration import Configuration
 from infinivar.transmission.urdf_text import TURNING, Joint, joints_to
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 """Of a twist: velocities of the end frame's origin and angular velocities, along the axes of the base."""
+
+_MOST_BYTES = 100_000_000
+"""Largest URDF file."""
 
 _SINGULAR = 1e-12
 """Smallest singular value of a Jacobian over the largest, below which the pose is singular."""
@@ -57,10 +60,9 @@ def load_urdf(path: str | Path, *, legs: Sequence[str], frame: str, pulley_radiu
         If pin is not installed, the file is missing or no URDF, or a joint or frame is not one that a leg can move.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as problem:
-        reason = getattr(problem, "strerror", None) or "it is not text in UTF-8"
-        raise InputError(f"cannot read the URDF file {str(path)!r}: {reason}") from None
+        text = files.read(Path(path), _MOST_BYTES).decode("utf-8")
+    except UnicodeDecodeError:
+        raise InputError(f"{printable(path)}: is not a text file in UTF-8") from None
     try:
         return UrdfRobot(urdf=text, legs=legs, frame=frame, pulley_radius=pulley_radius)
     except InputError as problem:

@@ -120,7 +120,8 @@ def _joint(element: Any, links: Sequence[str]) -> Joint:
             raise InputError(f"{place} of joint {name!r} must be a link of the URDF, got {said}")
     for place, keys in (("origin", ("xyz", "rpy")), ("axis", ("xyz",))):
         for key in keys:
-            _check_vector(element.find(place), f"{key} of the {place} of joint {name!r}", key, turns=place == "axis")
+            turns = place == "axis" and kind != "fixed"  # exporters give a fixed joint an axis of zeros
+            _check_vector(element.find(place), f"{key} of the {place} of joint {name!r}", key, turns=turns)
     mimic = element.find("mimic")
     follows = None if mimic is None else str(mimic.get("joint"))
     return Joint(name, kind, above, below, _range(element, name, kind), follows)

@@ -7,18 +7,19 @@ requires larger steering angles, more steering power and a larger wheel force; a
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from infinivar._core.result import Result, result
+from infinivar._core.threads import products_on_one_thread
 from infinivar.analysis.cycles import performance
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.drive import MovingPoint
 from infinivar.errors import ParameterError
-from infinivar.motion.duty_cycles import DutyCycle, Instants
+from infinivar.motion.duty_cycles import DutyCycle, Instants, check_duty_cycle
 from infinivar.transmission.rates import Varying
 
 _LEAST, _PER_WAVE = 200, 10
@@ -26,8 +27,10 @@ _LEAST, _PER_WAVE = 200, 10
 
 RANGE = (0.1, 4.0)
 """Lowest and highest speed of the search, constant or scheduled, over the nominal speed."""
-_FACTORS = np.geomspace(*RANGE, 60)
+_FACTORS = np.geomspace(*RANGE, 30)
 """Constant speeds of the search, over the nominal speed."""
+_BETWEEN_SPEEDS = (11, 11, 11)
+"""Speeds between the neighbours of the best one, in each further step of the search."""
 _DENSE, _BETWEEN = 500, 1e-4
 """Instants at which a schedule is compared with the range, and the most that it exceeds their values in between."""
 _CONSTANT = 1e-3
@@ -70,6 +73,7 @@ class Policy(Result):
     steering: float
 
 
+@products_on_one_thread()
 def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
     """Compare cylinder speed policies of a drive in a duty cycle.
 
@@ -92,6 +96,7 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
 
     Source: lowest mean power by search (`scipy.optimize`); inverse dynamics as in faulring2006, section VI-C.
     """
+    check_duty_cycle(duty)
     if not isinstance(drive, CoboticDrive):
         raise ParameterError(f"a drive of type {type(drive).__name__} has no cylinder whose speed could be chosen")
     fine = duty.instants(orders=drive.orders)
@@ -107,22 +112,32 @@ def policies(drive: CoboticDrive, duty: DutyCycle) -> tuple[Policy, ...]:
 
 def best_speed(drive: CoboticDrive, duty: DutyCycle) -> float:
     """Constant cylinder speed of lowest mean power within limits, or of smallest excess if infeasible. [rad s^-1]"""
-    from scipy.optimize import minimize_scalar
+    return best_common_speed(drive, {duty.title: duty}, {duty.title: 1.0})
 
-    instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
 
-    load = drive.inward(instants.course, duty.moved_mass)
+def best_common_speed(drive: CoboticDrive, cycles: Mapping[str, DutyCycle], weights: Mapping[str, float]) -> float:
+    """As `best_speed`, one speed for several duty cycles, whose mean powers have weights."""
+    moved = []
+    for name, duty in cycles.items():
+        instants = duty.instants(duty.samples(_LEAST, _PER_WAVE), drive.orders)
+        moved.append((weights[name], duty, instants, drive.inward(instants.course, duty.moved_mass)))
 
-    def cost(factor: float) -> float:
-        driven = replace(drive, cylinder_speed=drive.cylinder_speed * factor)
-        return float(_penalised(driven.follow(instants.course, load_mass=duty.moved_mass, behind=load)))
+    def cost(speeds: np.ndarray) -> np.ndarray:
+        driven = replace(drive, cylinder_speed=speeds[:, None])
+        each = [
+            weight * _penalised(driven.follow(instants.course, load_mass=duty.moved_mass, behind=load))
+            for weight, duty, instants, load in moved
+        ]
+        return np.sum(each, axis=0)
 
-    costs = [cost(float(factor)) for factor in _FACTORS]
-    place = int(np.argmin(costs))
-    low, high = _FACTORS[max(place - 1, 0)], _FACTORS[min(place + 1, len(_FACTORS) - 1)]
-    refined: Any = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-4})
-    factor = refined.x if refined.fun < costs[place] else _FACTORS[place]
-    return drive.cylinder_speed * float(factor)
+    speeds = drive.cylinder_speed * _FACTORS
+    place = int(np.argmin(cost(speeds)))
+    for between in _BETWEEN_SPEEDS:
+        ends = speeds[max(place - 1, 0)], speeds[min(place + 1, len(speeds) - 1)]
+        # The best so far stays among them.
+        speeds = np.unique(np.append(np.linspace(*ends, between), speeds[place]))
+        place = int(np.argmin(cost(speeds)))
+    return float(speeds[place])
 
 
 def best_schedule(drive: CoboticDrive, duty: DutyCycle, *, start: float) -> Callable[[np.ndarray], Varying]:
@@ -221,9 +236,14 @@ def schedule(own: float, period: float, parameters: np.ndarray, time: np.ndarray
     turn = 2.0 * np.pi * np.arange(1, HARMONICS + 1) / period
     cosine, sine = np.cos(np.multiply.outer(turn, time)), np.sin(np.multiply.outer(turn, time))
     a, b = parameters[..., 1::2], parameters[..., 2::2]
-    swing = parameters[..., :1] + a @ cosine + b @ sine
-    rate = (b * turn) @ cosine - (a * turn) @ sine
-    curvature = -((a * turn**2) @ cosine + (b * turn**2) @ sine)
+
+    def series(weights: np.ndarray, waves: np.ndarray) -> Any:
+        # Term by term: a product of matrices rounds by its library's threads, and a search carries that to the sixth digit.
+        return sum(weights[..., place, None] * waves[place] for place in range(HARMONICS))
+
+    swing = parameters[..., :1] + series(a, cosine) + series(b, sine)
+    rate = series(b * turn, cosine) - series(a * turn, sine)
+    curvature = -(series(a * turn**2, cosine) + series(b * turn**2, sine))
     value = own * np.exp(swing)
     return Varying(value, value * rate, value * (curvature + rate * rate))
 
@@ -234,7 +254,8 @@ def _penalised(point: MovingPoint) -> np.ndarray:
     excess = sum(np.maximum(0.0, np.nan_to_num(demand, nan=10.0, posinf=10.0) - _INSIDE) for demand in demands)
     drawn = np.mean(point.power_in, axis=-1)
     nothing = 1e3 * (1.0 + float(np.nanmax(np.abs(point.power_out))))
-    return np.where(np.isfinite(drawn), drawn, nothing) * (1.0 + _STEEPNESS * excess)
+    cost = np.where(np.isfinite(drawn), drawn, nothing)
+    return cost + _STEEPNESS * excess * np.abs(cost)  # a cycle that returns power has a negative cost
 
 
 def _evaluated(name: str, drive: CoboticDrive, duty: DutyCycle, instants: Instants, speed: Varying | None) -> Policy:

@@ -20,7 +20,6 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import (
     Drive,
-    MovingDrive,
     MovingPoint,
     axis_fault,
     check_drive,
@@ -32,14 +31,14 @@ from infinivar.drivetrain.drive import (
 )
 from infinivar.errors import ParameterError
 from infinivar.limits import Demand, Limit
-from infinivar.motion.duty_cycles import DutyCycle, Instants
+from infinivar.motion.duty_cycles import DutyCycle, Instants, check_duty_cycle
 from infinivar.parts import heat
 from infinivar.parts.heat import Heat
 from infinivar.transmission.rates import Varying
 
 
 def duty_cycle(
-    drive: MovingDrive,
+    drive: Drive,
     duty: DutyCycle,
     *,
     name: str = "",
@@ -52,7 +51,7 @@ def duty_cycle(
 
     Parameters
     ----------
-    drive : MovingDrive   Any drive with the method `follow`; it must have the inertias that motion requires.
+    drive : Drive         Any drive with the method `follow`; it must have the inertias that motion requires.
     duty : DutyCycle
     name, title : str         Names for reports.
     travel : float            End-to-end travel of the load; unlimited by default. [m]
@@ -74,25 +73,10 @@ def duty_cycle(
 
     Source: faulring2006, section VI-C, for any motion; heat: maxon2020.
     """
-    check_drive(drive, "drive", ("operate", "follow"))
-    fault = axis_fault(drive, duty.axis, "the drive", "the motion") or smoothness_fault(
-        drive, duty, "the drive", "motion"
-    )
-    if fault is not None:
-        raise ParameterError(fault)
-    instants = duty.instants(samples, orders_of(drive))
+    check_duty_cycle(duty)
+    instants, follow = _prepared(drive, duty, samples, cylinder_speed)
     course, mass = instants.course, duty.moved_mass
-    options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
-
-    where = duty.title or duty.motion.shape
-
-    def follow(driven: MovingDrive) -> MovingPoint:
-        with np.errstate(over="ignore", invalid="ignore"):  # refused just below
-            point = followed(driven, course, load_mass=mass, **options)
-        if np.any(np.isinf(point.power_in)):
-            raise ParameterError(f"{where}: the power exceeds all numbers; look for a value far too large or too small")
-        return point
-
+    where = _where(duty)
     cold, point, found, lacking = _settled(drive, duty, instants, follow)
     closure = performance.audit(point, where)
     # Also of the program's own drives, in which a part may be of another package.
@@ -126,8 +110,57 @@ def duty_cycle(
     )
 
 
+def energy_and_feasibility(
+    drive: Drive, duty: DutyCycle, travel: float | None = None, spare: float = 0.0
+) -> tuple[float, bool]:
+    """What decides between drives in a duty cycle: `DutyResult.energy` [J] and `DutyResult.feasible`, and nothing else.
+
+    `spare` is the demand above 1 that still counts as within a limit.
+
+    Raises
+    ------
+    ParameterError, AuditError
+        As `duty_cycle`.
+    """
+    instants, follow = _prepared(drive, duty)
+    _, point, found, _ = _settled(drive, duty, instants, follow)
+    performance.audit(point, _where(duty))
+    demands = _demands(point, instants, travel, duty, found)
+    exceeded = any(demand > 1.0 + spare for demand in demands.values())
+    return float(np.mean(point.power_in)) * duty.period, not exceeded and within_limits(found)
+
+
+def _where(duty: DutyCycle) -> str:
+    return duty.title or duty.motion.shape
+
+
+def _prepared(
+    drive: Drive, duty: DutyCycle, samples: int | None = None, cylinder_speed: Varying | None = None
+) -> tuple[Instants, Callable[[Any], MovingPoint]]:
+    """Instants of a cycle, and the function that moves a drive through them; ParameterError if it cannot follow."""
+    check_drive(drive, "drive", ("operate", "follow"))
+    fault = axis_fault(drive, duty.axis, "the drive", "the motion") or smoothness_fault(
+        drive, duty, "the drive", "motion"
+    )
+    if fault is not None:
+        raise ParameterError(fault)
+    instants = duty.instants(samples, orders_of(drive))
+    options: dict[str, Any] = {} if cylinder_speed is None else {"cylinder_speed": cylinder_speed}
+
+    def follow(driven: Drive) -> MovingPoint:
+        with np.errstate(over="ignore", invalid="ignore"):  # refused just below
+            point = followed(driven, instants.course, load_mass=duty.moved_mass, **options)
+        if np.any(np.isinf(point.power_in)):
+            raise ParameterError(
+                f"{_where(duty)}: the power exceeds all numbers; look for a value far too large or too small"
+            )
+        return point
+
+    return instants, follow
+
+
 def _settled(
-    drive: MovingDrive, duty: DutyCycle, instants: Instants, follow: Callable[[Any], MovingPoint]
+    drive: Drive, duty: DutyCycle, instants: Instants, follow: Callable[[Any], MovingPoint]
 ) -> tuple[MovingPoint, MovingPoint, dict[str, Heat | None], dict[str, tuple[str, ...]]]:
     """Evaluate the cycle with cold and with settled windings, or those of the run; also heating, and missing data by motor."""
     cold = follow(drive)

@@ -12,7 +12,7 @@ from infinivar._core.result import Frozen, Result, result
 from infinivar.analysis.cycles.performance import motors_of
 from infinivar.analysis.cycles.single_strides import StrideEnergies
 from infinivar.drivetrain.drive import (
-    MovingDrive,
+    Drive,
     MovingPoint,
 )
 from infinivar.limits import LEADING, Demand, Limit, binding_demand, words_of
@@ -94,7 +94,7 @@ class DutyResult(Result):
 
     name: str
     title: str
-    drive: MovingDrive
+    drive: Drive
     duty: DutyCycle
     instants: Instants
     point: MovingPoint

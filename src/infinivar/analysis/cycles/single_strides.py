@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.drive import MovingDrive, orders_of
-from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.drivetrain.drive import Drive, followed, orders_of
+from infinivar.motion.duty_cycles import DutyCycle, check_duty_cycle
 from infinivar.motion.recordings import Recording
 from infinivar.units import percent, plain
 
@@ -59,7 +59,7 @@ class StrideEnergies(Result):
         }
 
 
-def stride_energies(drive: MovingDrive, duty: DutyCycle) -> StrideEnergies | None:
+def stride_energies(drive: Drive, duty: DutyCycle) -> StrideEnergies | None:
     """Energy of the mean cycle of a recording beside the energies of its single strides.
 
     The mean cycle lacks the differences between strides. A loss that grows with the square of a quantity, as copper loss with
@@ -80,6 +80,7 @@ def stride_energies(drive: MovingDrive, duty: DutyCycle) -> StrideEnergies | Non
     ParameterError
         If the drive lacks a value that motion requires.
     """
+    check_duty_cycle(duty)
     motion = duty.motion
     run = motion.as_run if isinstance(motion, Recording) else None
     if not isinstance(motion, Recording) or motion.averaged is None or run is None:
@@ -96,8 +97,8 @@ def stride_energies(drive: MovingDrive, duty: DutyCycle) -> StrideEnergies | Non
     return StrideEnergies(mean_cycle=mean, singles=np.diff(passed))
 
 
-def _drawn(drive: MovingDrive, duty: DutyCycle) -> np.ndarray:
+def _drawn(drive: Drive, duty: DutyCycle) -> np.ndarray:
     """Energy from the supply in each of the equal steps of a motion. [J]"""
     over = duty.instants(orders=orders_of(drive))
-    power = np.broadcast_to(drive.follow(over.course, load_mass=duty.moved_mass).power_in, over.time.shape)
+    power = np.broadcast_to(followed(drive, over.course, load_mass=duty.moved_mass).power_in, over.time.shape)
     return power * (duty.period / over.time.size)

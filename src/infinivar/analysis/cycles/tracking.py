@@ -1,9 +1,26 @@
-"""Compare a motion prescribed (inverse dynamics) with the same motion simulated under control, and explain the difference."""
+r"""Compare a motion prescribed (inverse dynamics) with the same motion simulated under control, and explain the difference.
+
+Where the controllers follow the motion, three laws explain the difference of the energies:
+
+1. The cylinder's speed, prescribed as constant, varies as its inertia stores and returns energy.
+2. Inverse dynamics counts Coulomb friction in full at any speed. Sampled controllers leave the load at rest where it is to
+   move more slowly than they resolve, and friction holds it. With the power P of the motion and the power P_h that holds its
+   force,
+
+   .. math:: \Delta E = -\int_T (P - P_h)\,dt, \qquad T = \{t : |v| \le v_s,\ |a| \le v_s f_s\}
+
+   where v and a are speed and acceleration of the motion, v_s is the stick speed of the controllers and f_s their sample rate.
+   Friction of steering falls below its stick speed as `infinivar.contact.friction.coulomb` has it.
+3. While the load comes to rest, and is held by friction on which the controllers rely only in part, they take more than P_h.
+
+The first two are computed by inverse dynamics of the motion as the controllers carry it out, the third from the simulation.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,8 +30,10 @@ from infinivar._core.result import Result, result
 from infinivar.analysis.cycles.performance import AnyDrive
 from infinivar.analysis.simulate import Simulation, simulate
 from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.graphs.closed_loop import closed_loop
 from infinivar.errors import ParameterError
-from infinivar.motion.duty_cycles import DutyCycle
+from infinivar.motion.course import Course
+from infinivar.motion.duty_cycles import DutyCycle, check_duty_cycle
 from infinivar.motion.repeated import Repeated
 from infinivar.motion.scenario import Scenario
 from infinivar.transmission.rates import Varying
@@ -23,15 +42,21 @@ from infinivar.units import percent, plain, signed
 LONGEST = 5.0
 """Longest cycle that a report simulates. [s]"""
 
-_LEAD = 1.0
-"""Settling time of the controllers before the evaluated cycle; at most one cycle. [s]"""
 _NODES = 2000
 """Spline nodes of motion and force over a cycle."""
+_LEAD = 1.0
+"""Least time in which the controllers settle before the cycle that is evaluated, in whole cycles. [s]"""
 _STEPS = 400
 """Output steps over a cycle."""
 
 _SMALL = 1e-3
 """Relative energy difference below which no digits are shown."""
+_CHANGES = (
+    *("speed", "acceleration", "jerk", "snap", "fifth", "sixth"),
+    *("force_rate", "force_curvature", "force_third", "force_fourth"),
+)
+"""Derivatives of a course that are zero at rest."""
+
 _NAMED = 4
 """Number of parts of the difference that are named."""
 
@@ -49,44 +74,61 @@ class TwoWays(Result):
     ----------
     prescribed, followed : float             Energy from the supply, prescribed and simulated. [J]
     as_turning : float                       Prescribed energy at the simulated cylinder speed; nan if the cylinder stops. [J]
+    as_resting : float                       The same, with the load at rest where the controllers leave it at rest. [J]
+    stopping : float                         Energy that they take there beyond that of holding by friction. [J]
+    left_at_rest : float                     Time per cycle in which they leave it at rest though it is to move slowly. [s]
+    slowest : float                          Speed up to which they may leave it at rest. [m/s], [rad/s]
     lost_prescribed, lost_followed           Losses by name. [J]
     rms_error : float                        RMS position error of the load. [m], [rad]
     rotary : bool                            Whether the load moves about a joint.
-    stays : bool                             Whether the load rests for part of the cycle.
     speed_ripple : float                     Largest relative deviation of the cylinder speed; 0 without a cylinder. [-]
     stored : float                           Increase over the simulated cycle of the energy in inertias of drive and load. [J]
     """
 
     prescribed: float
     as_turning: float
+    as_resting: float
+    stopping: float
+    left_at_rest: float
+    slowest: float
     followed: float
     lost_prescribed: Mapping[str, float]
     lost_followed: Mapping[str, float]
     rms_error: float
-    stays: bool
     speed_ripple: float
     stored: float
     simulation: Simulation
     rotary: bool = False
 
     @property
+    def as_controlled(self) -> float:
+        """Prescribed energy with what the controllers do: cylinder speed, rest, and what coming to rest and holding take. [J]"""
+        return self.as_resting + self.stopping
+
+    @property
     def explanation(self) -> str:
         """Explanation of the difference between both energies."""
         total = self.followed - self.prescribed
         why = [*self.simulation.warnings, _error(self.rms_error, self.rotary)]
-        if self.speed_ripple:
+        places = _places(max(abs(total), _SMALL * abs(self.followed)))
+        digit = 0.5 * 10.0**-places
+        if self.speed_ripple and not abs(self.as_turning - self.prescribed) < digit:
             why.append(
                 f"the cylinder speed, prescribed as constant, varies by {percent(self.speed_ripple, 1)} as the cylinder's "
                 "inertia stores and returns energy; with the simulated speed prescribed, the difference is "
                 f"{signed(self.followed - self.as_turning, 2)} J"
             )
-        if self.stays:
+        if max(abs(self.as_resting - self.as_turning), abs(self.stopping)) >= digit:
+            slow = f"{plain(self.slowest, 2)} rad/s" if self.rotary else f"{plain(1e3 * self.slowest, 2)} mm/s"
+            meets = " and steering as slow meets less friction" if self.speed_ripple else ""
             why.append(
-                "before a standstill the controllers first bring the load to rest, relying on only part of the friction"
+                f"inverse dynamics counts friction in full at any speed; below {slow} ({plain(self.left_at_rest, 2)} s of the "
+                f"cycle) the controllers leave the load at rest, held by friction{meets}: "
+                f"{self.as_resting - self.as_turning:+.{places}f} J; bringing it to rest and holding it takes "
+                f"{self.stopping:+.{places}f} J; {self.followed - self.as_controlled:+.{places}f} J remain"
             )
         share = f" ({percent(total / self.prescribed, 1, '+')})" if self.prescribed else ""
-        places = _places(max(abs(total), _SMALL * abs(self.followed)))
-        parts = self._parts(0.5 * 10.0**-places)
+        parts = self._parts(digit)
         where = ": " + ", ".join(f"{name} {change:+.{places}f} J" for name, change in parts.items()) if parts else ""
         return f"{total:+.{places}f} J{share}{where}; {'; '.join(why)}"
 
@@ -117,13 +159,14 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
 
     Returns
     -------
-    TwoWays   The simulated cycle follows a settling time of one second, or one cycle if shorter.
+    TwoWays   The simulated cycle follows one cycle in which the controllers settle, or several that last a second.
 
     Raises
     ------
     ParameterError
         If the drive lacks a value that simulation requires, or the motion is a run.
     """
+    check_duty_cycle(duty)
     if not duty.closed:
         raise ParameterError("duty must repeat to be simulated beside inverse dynamics; a run starts in motion")
     period, mass = duty.period, duty.moved_mass
@@ -131,19 +174,20 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
     position, course = duty.at(nodes)
     push = np.broadcast_to(np.asarray(course.force, dtype=float), nodes.shape)
     step = period / _STEPS
-    lead = min(_STEPS, math.ceil(_LEAD / step))
-    begin = (_STEPS - lead) * step
+    lead = _STEPS * math.ceil(_LEAD / period)
     scenario = Scenario(
         title=duty.title,
         duration=(lead + _STEPS) * step,
         output_step=step,
-        motion=Repeated(period, position, begin, duty.axis),
-        force=Repeated(period, push, begin, duty.axis) if np.any(push) else None,
+        motion=Repeated(period, position, duty.axis),
+        force=Repeated(period, push, duty.axis) if np.any(push) else None,
         load_mass=None if duty.axis.rotary else mass or None,
         load_inertia=mass or None if duty.axis.rotary else None,
     )
     run = simulate(drive, scenario)
     instants = duty.instants(orders=drive.orders)
+    controller = closed_loop(drive, scenario).controller
+    rests = _left_at_rest(controller, lead * step + instants.time)
     point = drive.follow(instants.course, load_mass=mass)
     first = min(lead, len(run.trajectory.time) - 1)
 
@@ -152,20 +196,32 @@ def two_ways(drive: AnyDrive, duty: DutyCycle) -> TwoWays:
 
     trajectory = run.trajectory
     position_error = run.position_error[first:]
-    prescribed = as_turning = float(np.mean(point.power_in)) * period
+    resting = _resting(instants.course, mass, rests)
     ripple = 0.0
     if isinstance(drive, CoboticDrive):
         turning = run.columns["cylinder_speed_rad_s"][first:]
         ripple = float(np.max(np.abs(turning / drive.cylinder_speed - 1.0)))
-        as_turning = _as_turning(drive, duty, turning)
+        turned = _turned(drive, duty, instants.time, turning)
+        by_turning = by_resting = np.full(rests.shape, math.nan)
+        if turned is not None:
+            by_turning = _power(drive, duty, instants.course, cylinder_speed=turned)
+            by_resting = _power(drive, duty, resting, cylinder_speed=turned)
+            by_resting = by_resting + drive.slow_friction(drive.roll(resting, load_mass=mass, cylinder_speed=turned))
+    else:
+        by_turning, by_resting = point.power_in, _power(drive, duty, resting)
+    supplied = sum(values for title, values in trajectory.supplied.items() if "supply" in title)
+    each = np.diff(np.interp(np.linspace(lead, lead + _STEPS, len(rests) + 1) * step, trajectory.time, supplied))
     return TwoWays(
-        prescribed=prescribed,
-        as_turning=as_turning,
-        followed=sum(over(values) for title, values in trajectory.supplied.items() if "supply" in title),
+        prescribed=float(np.mean(point.power_in)) * period,
+        as_turning=float(np.mean(by_turning)) * period,
+        as_resting=float(np.mean(by_resting)) * period,
+        stopping=float(np.sum((each - by_resting * (period / len(each)))[rests])),
+        left_at_rest=float(np.mean(rests & ~np.asarray(instants.course.at_rest))) * period,
+        slowest=controller.standstill.sliding,
+        followed=over(supplied),
         lost_prescribed=FrozenDict({name: float(np.mean(loss)) * period for name, loss in point.losses.items()}),
         lost_followed=FrozenDict({name: over(values) for name, values in trajectory.lost.items()}),
         rms_error=float(np.sqrt(np.mean(position_error**2))),
-        stays=bool(np.mean(np.asarray(instants.course.speed) == 0.0) > 0.02),
         speed_ripple=ripple,
         stored=sum(over(values) for values in trajectory.stored.values()),
         simulation=run,
@@ -177,15 +233,37 @@ def _error(size: float, rotary: bool) -> str:
     return f"RMS angle error {plain(size, 2)} rad" if rotary else f"RMS position error {plain(1e3 * size, 2)} mm"
 
 
-def _as_turning(drive: CoboticDrive, duty: DutyCycle, turning: np.ndarray) -> float:
-    """Energy of a cycle by inverse dynamics at a cylinder speed given in equal time steps. [J]"""
+def _power(drive: AnyDrive, duty: DutyCycle, course: Course, **options: Any) -> np.ndarray:
+    """Power from the supply by inverse dynamics, at each instant. (n,) [W]"""
+    point = drive.follow(course, load_mass=duty.moved_mass, **options)
+    return np.broadcast_to(np.asarray(point.power_in), np.shape(course.speed))
+
+
+def _turned(drive: CoboticDrive, duty: DutyCycle, time: np.ndarray, turning: np.ndarray) -> Varying | None:
+    """Cylinder speed given in equal time steps of a cycle, at instants; None if it stops."""
     from scipy.interpolate import CubicSpline
 
     if len(turning) <= _STEPS or np.min(turning / drive.cylinder_speed) <= 0.0:
-        return math.nan
-    instants = duty.instants(orders=drive.orders)
+        return None
     nodes = np.linspace(0.0, duty.period, len(turning))
     speed = CubicSpline(nodes, np.append(turning[:-1], turning[0]), bc_type="periodic")
-    varying = Varying(speed(instants.time), speed(instants.time, 1))
-    point = drive.follow(instants.course, load_mass=duty.moved_mass, cylinder_speed=varying)
-    return float(np.mean(point.power_in)) * duty.period
+    return Varying(speed(time), speed(time, 1))
+
+
+def _left_at_rest(controller: Any, time: np.ndarray) -> np.ndarray:
+    """Whether controllers leave a load that follows its motion at rest, at times of the scenario. (n,)"""
+    goals = [controller.path.at(instant) for instant in time.tolist()]
+    return np.array([controller.standstill.near(False, goal, goal.position) for goal in goals])
+
+
+def _resting(course: Course, mass: float, rests: np.ndarray) -> Course:
+    """A course with the load at rest at some instants, under the force that the drive exerts there."""
+
+    def held(values: Any) -> Any:
+        return None if values is None else np.where(rests, 0.0, values)
+
+    return replace(
+        course,
+        **{field: held(getattr(course, field)) for field in _CHANGES},
+        force=np.where(rests, np.asarray(course.force) - mass * np.asarray(course.acceleration), course.force),
+    )

@@ -25,6 +25,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import is_machine, type_words
 from infinivar.errors import InputError, ParameterError
+from infinivar.study.check import check_study
 from infinivar.study.spreads import Spread
 from infinivar.study.study import Study
 from infinivar.units import plain
@@ -237,6 +238,7 @@ def sensitivity(
 
     Source: sobol2001 for the indices; squire1998 for the derivatives.
     """
+    check_study(study)
     check_engine(engine)
     drive = modelled(study, name)
     asked = outcomes.outcome(study, kind, speed=speed, force=force, duty=duty)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,34 +16,20 @@ import numpy as np
 from infinivar._core.arrays import shown
 from infinivar._core.fields import check_instance
 from infinivar._core.result import Result, result
-from infinivar.analysis.sessions.display_pair import DisplayPair
+from infinivar.analysis.hanging import Hanging, Judged, decided_again
+from infinivar.analysis.sessions.display_pair import YES_OR_NO, DisplayPair
 from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDisplay
 from infinivar.analysis.sessions.handle_session import (
     PARTS,
     HandleSession,
-    PartPower,
-    cobotic_part,
-    geared_part,
-    stopped_part,
 )
+from infinivar.analysis.sessions.rounds import CONVENTIONAL, DISPLAYS, RUN_UP, TURNING, round_of
 from infinivar.analysis.sessions.stability import MASSES, WALLS, least_stable_mass, stiffest_wall
-from infinivar.analysis.shared_motor import run_up_energy
-from infinivar.drivetrain.many_legs import LeggedDrive
 from infinivar.errors import ParameterError, require
-from infinivar.limits import Limit
 from infinivar.motion.users import ArmModel
 from infinivar.units import plain
 
-TURNING, STOPPED, RESTING, CONVENTIONAL = "cylinder turning", "stopped while idle", "stopped at rest", "conventional"
-
-DISPLAYS = (TURNING, STOPPED, RESTING, CONVENTIONAL)
-"""Three ways to run the cobotic display, and the conventional one. *At rest*: while idle and while a constant force is held."""
-
-_STOPS: Mapping[str, tuple[str, ...]] = {TURNING: (), STOPPED: ("idle",), RESTING: ("idle", "hold")}
-
-RUN_UP = "run-up"
-
-_MARGIN = 1.1
+MARGIN = 1.1
 """To the limit of stability, as in a Z-width."""
 
 
@@ -139,6 +126,31 @@ class DisplayComparison(Result):
             name for name, win, sound in zip(self.assuming, wins, both, strict=True) if sound and win != wins[0]
         )
 
+    def hangs_on(self, display: str = TURNING, axes: int = 1) -> Hanging:
+        """Choices that no source settles, each with the display that draws less; of the variants compared, one at a time.
+
+        Parameters
+        ----------
+        display : str   How the cobotic display is run, one of `DISPLAYS`.
+        axes : int      One of those compared.
+        """
+        place, count = self._place(display), self._count(axes)
+
+        def judged(variant: int) -> dict[str, Judged]:
+            each = {"cobotic": place, "conventional": len(self.displays) - 1}
+            return {
+                name: Judged(bool(self.feasible[variant, row, count]), (float(self.total[variant, row, count]),))
+                for name, row in each.items()
+            }
+
+        answered = [
+            (words, judged(variant))
+            for variant, name in enumerate(self.assuming)
+            if (words := _choice_words(name)) is not None
+        ]
+        titles = {"cobotic": f"cobotic, {display}", "conventional": CONVENTIONAL}
+        return decided_again(judged(0), answered, titles, f"energy of a round, {_axes_words(axes)}", "J")
+
     @property
     def verdict(self) -> str:
         """One-sentence answer: which display draws less energy, by number of axes and by what the cylinder does."""
@@ -147,14 +159,14 @@ class DisplayComparison(Result):
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Statements with ranges: energy by number of axes, force, mass and stiffness."""
+        """Statements with ranges: energy by number of axes, force, mass, stiffness, and work of the user."""
         said = []
         for place, count in enumerate(self.axes):
             each = [
                 f"{name} {_span(*self.range_of(self.total[:, row, place], self.feasible[:, row, place]), 'J')}"
                 for row, name in enumerate(self.displays)
             ]
-            said.append(f"{count} ax{'i' if count == 1 else 'e'}s: {', '.join(each)}")
+            said.append(f"{_axes_words(count)}: {', '.join(each)}")
         meets = np.any(self.feasible[:, 0] & self.feasible[:, -1], axis=-1)
         for title, values, scale, unit in (
             ("largest force of an axis", self.largest_force, 1.0, "N"),
@@ -167,6 +179,12 @@ class DisplayComparison(Result):
                 for side, name in enumerate(("cobotic", "conventional"))
             ]
             said.append(f"{title}: {', '.join(each)}")
+        count = self.user.shape[-1] - 1
+        given = [
+            f"{name} {_span(*self.range_of(np.round(self.user[:, row, count], 9) + 0.0, self.feasible[:, row, count]), 'J')}"
+            for row, name in ((0, "cobotic"), (-1, "conventional"))
+        ]
+        said.append(f"work of the user, {_axes_words(int(self.axes[-1]))}: {', '.join(given)}")
         return tuple(said)
 
     def to_dict(self) -> dict[str, Any]:
@@ -187,6 +205,10 @@ class DisplayComparison(Result):
             "displays": list(self.displays),
             "parts": list(self.parts),
             "assuming": list(self.assuming),
+            "hangs_on": {
+                name: {str(count): self.hangs_on(name, count).to_dict() for count in np.asarray(self.axes).tolist()}
+                for name in self.displays[:-1]
+            },
             "cheaper": {name: list(self.cheaper(name)) for name in self.displays[:-1]},
             "feasible": np.asarray(self.feasible).tolist(),
             **{f"{name}_{units[name]}": _plain_rows(getattr(self, name)) for name in (*numbers, *measures)},
@@ -263,99 +285,6 @@ def compare_displays(
     )
 
 
-def round_of(pair: DisplayPair, session: HandleSession, counts: Sequence[int]) -> dict[str, np.ndarray]:
-    """Energies, heat and limits of one pair in one round, without stability; the arrays of `DisplayComparison` for one variant.
-
-    Parameters
-    ----------
-    pair : DisplayPair
-    session : HandleSession
-    counts : (N,) int   Numbers of axes.
-    """
-    shape = (len(DISPLAYS), len(counts))
-    energy = np.zeros((*shape, len(PARTS) + 1))
-    user, winding, heating = np.zeros(shape), np.zeros(shape), np.zeros(shape)
-    feasible, steering, stop = np.zeros(shape, dtype=bool), np.zeros(len(counts)), np.zeros(len(counts))
-    shares, time = session.shares, session.round_time
-    resting, able = stopped_part(pair.cobotic), _able(pair, session)
-    for place, count in enumerate(counts):
-        machine = LeggedDrive.of(pair.cobotic, count)
-        started = run_up_energy(machine, pair.run_up_time)
-        turning = {
-            part: cobotic_part(
-                pair.cobotic,
-                session,
-                part,
-                axes=count,
-                handle_mass=pair.handle_mass,
-                slip_feedforward=pair.slip_feedforward,
-            )
-            for part in PARTS
-        }
-        geared = {
-            part: geared_part(
-                pair.conventional,
-                session,
-                part,
-                axes=count,
-                handle_mass=pair.handle_mass,
-                compensation=pair.compensation,
-                friction_helps=pair.friction_helps,
-            )
-            for part in PARTS
-        }
-        stop[place] = started / (turning["idle"].supply - resting.supply)
-        steering[place] = sum(time * shares[part] * turning[part].steering for part in PARTS if shares[part] > 0.0)
-        for row, display in enumerate(DISPLAYS):
-            stops = _STOPS.get(display, ())
-            found = geared if display == CONVENTIONAL else turning | dict.fromkeys(stops, resting)
-            cells = _round(found, shares, time)
-            # One run-up for each part at rest; a session that is nothing but rest never runs up.
-            stopped = [part for part in stops if 0.0 < shares[part] < 1.0]
-            restarted = started * len(stopped) if sum(shares[part] for part in stopped) < 1.0 else 0.0
-            energy[row, place] = [*cells["energy"], restarted]
-            user[row, place], winding[row, place] = cells["user"], cells["winding"]
-            heating[row, place] = math.sqrt(cells["heating"])
-            meets = able[display == CONVENTIONAL]
-            feasible[row, place] = meets and cells["tightest"] <= 1.0 and cells["heating"] <= 1.0
-    return {
-        "energy": energy,
-        "steering": steering,
-        "user": user,
-        "winding": winding,
-        "heating": heating,
-        "feasible": feasible,
-        "stop": stop,
-    }
-
-
-def _able(pair: DisplayPair, session: HandleSession) -> tuple[bool, bool]:
-    """Whether an axis of either display reaches the force and the speed required."""
-    fast = [
-        bool(drive.operate(speed=session.required_speed, force=0.0).limit == Limit.OK)
-        for drive in (pair.cobotic, pair.conventional)
-    ]
-    holding = pair.motors.gain * pair.conventional.motor.continuous_current
-    strong = [float(pair.cobotic.transmission.slip_force), float(holding)]
-    return fast[0] and strong[0] > session.largest_force, fast[1] and strong[1] >= session.largest_force
-
-
-def _round(found: Mapping[str, PartPower], shares: Mapping[str, float], time: float) -> dict[str, Any]:
-    """Sums over a round; parts without a share do not count, even beyond a limit."""
-    kept = {part: found[part] for part in PARTS if shares[part] > 0.0}
-
-    def mean(name: str) -> float:
-        return sum(shares[part] * getattr(power, name) for part, power in kept.items())
-
-    return {
-        "energy": [time * shares[part] * found[part].supply if part in kept else 0.0 for part in PARTS],
-        "user": time * mean("user"),
-        "winding": max(mean("winding"), mean("steering_winding")),
-        "heating": max(mean("heating"), mean("steering_heating")),
-        "tightest": max(power.tightest if math.isfinite(power.supply) else math.inf for power in kept.values()),
-    }
-
-
 def _felt(
     pair: DisplayPair, session: HandleSession, arm: ArmModel, known: dict[Any, tuple[float, float]]
 ) -> dict[str, tuple[float, float]]:
@@ -372,19 +301,19 @@ def _felt(
             motors.gain * float(pair.conventional.motor.continuous_current),
         ),
         "least_force": (0.0, rubbing),
-        "least_mass": (_MARGIN * least + pair.handle_mass, reflected),
+        "least_mass": (MARGIN * least + pair.handle_mass, reflected),
         "largest_mass": (math.inf if least < MASSES[1] else math.nan, reflected),
-        "stiffness": (wall / _MARGIN, other_wall / _MARGIN),
+        "stiffness": (wall / MARGIN, other_wall / MARGIN),
         "margin": ((session.felt_mass - pair.handle_mass) / least, math.inf),
     }
 
 
 def _admitted(pair: DisplayPair, arm: ArmModel) -> tuple[float, float]:
     """Least stable virtual mass, and the stiffest stable wall with that mass and its margin."""
-    least = least_stable_mass(pair.admittance(1.0), arm)
+    least = least_stable_mass(replace(pair, wall_damping=0.0).admittance(1.0), arm)
     if not math.isfinite(least):
         return math.nan, math.nan
-    return least, stiffest_wall(pair.admittance(_MARGIN * least), arm, between=WALLS)
+    return least, stiffest_wall(pair.admittance(MARGIN * least), arm, between=WALLS)
 
 
 def _loop(display: AdmittanceDisplay | ImpedanceDisplay, arm: ArmModel) -> Any:
@@ -393,13 +322,27 @@ def _loop(display: AdmittanceDisplay | ImpedanceDisplay, arm: ArmModel) -> Any:
     controller = display.servo if isinstance(display, AdmittanceDisplay) else display.force_per_current
     surface = display.surface_speed if isinstance(display, AdmittanceDisplay) else 0.0
     matrices = tuple(part.tobytes() if isinstance(part, np.ndarray) else part for part in plant)
-    return matrices, display.drive.control, controller, surface
+    return matrices, display.drive.control, controller, surface, display.wall_damping
 
 
 def _remembered(known: dict[Any, Any], key: Any, compute: Callable[[], tuple[float, float]]) -> tuple[float, float]:
     if key not in known:
         known[key] = compute()
     return known[key]
+
+
+def _axes_words(count: int) -> str:
+    return f"{count} ax{'i' if count == 1 else 'e'}s"
+
+
+def _choice_words(name: str) -> tuple[str, str, str] | None:
+    """Choice, what is used and what instead, of the name of a variant; None for one of a value or of another machine."""
+    choice, _, instead = name.partition(": ")
+    if instead and ", " not in choice:
+        return choice, "as shown", instead
+    return (
+        (name, "no", "yes") if name in YES_OR_NO or (name.startswith("reconstruction") and ", " not in name) else None
+    )
 
 
 def _grouped(axes: np.ndarray, words: Sequence[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from annotated_types import Ge, Gt, Interval
 
@@ -15,6 +16,21 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.moving.separate import LinkMotors
 from infinivar.errors import require
 from infinivar.parts.amplifier import Amplifier
+from infinivar.study.choices import STANDBY, answers
+
+YES_OR_NO = (
+    "friction of the conventional display compensated",
+    "friction of the conventional display helps to hold",
+    "slip angle followed at the wall",
+    "returned power stored",
+)
+"""Choices that are answered by yes or no, and by no as shown."""
+
+WALL_DAMPINGS = (100.0, 400.0)
+"""Compared with walls without damping. [N s m^-1]"""
+
+_MODELS = ("steering model", "axle bearings", "bell bearing", "cylinder bearings", "gear friction")
+"""Open choices of the cobotic drive that are varied; the creep law is the paper's."""
 
 FACTOR = 1.5
 """Assumed values are varied by this factor either way."""
@@ -44,6 +60,11 @@ class DisplayPair:
     friction_helps: bool = component("Whether friction of the conventional drive helps to hold", default=False)
     slip_feedforward: bool = component("Whether wheels at a wall follow the slip angle without pause", default=False)
     run_up_time: float = quantity("s", Gt(0), "Of a stopped cylinder", default=1.5)
+    standby_power: float = quantity("W", Ge(0), "Of each amplifier, beside that of the drives", default=0.0)
+    wall_damping: float = quantity("N s/m", Ge(0), "Of the virtual walls of both displays", default=0.0)
+    cylinder: Literal["set", "least loss"] = component(
+        "Speed of the cylinder: as set, or in each part of a session that of least loss, down to a fifth", default="set"
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -52,6 +73,7 @@ class DisplayPair:
         for name in ("friction_helps", "slip_feedforward"):
             value = getattr(self, name)
             require(isinstance(value, bool), name, repr(value), "true or false")
+        require(self.cylinder in ("set", "least loss"), "cylinder", repr(self.cylinder), "set or least loss")
 
     @property
     def motors(self) -> LinkMotors:
@@ -66,12 +88,16 @@ class DisplayPair:
             wall_stiffness=wall,
             handle_mass=self.handle_mass,
             filter_frequency=self.filter_frequency,
+            wall_damping=self.wall_damping,
         )
 
     def impedance(self) -> ImpedanceDisplay:
         """One axis of the conventional display."""
         return ImpedanceDisplay(
-            drive=self.conventional, handle_mass=self.handle_mass, viscous_friction=self.viscous_friction
+            drive=self.conventional,
+            handle_mass=self.handle_mass,
+            viscous_friction=self.viscous_friction,
+            wall_damping=self.wall_damping,
         )
 
 
@@ -102,10 +128,31 @@ def assumed_variants(
         for words, scale in ((f"x {factor:g}", factor), (f"/ {factor:g}", 1.0 / factor)):
             for name, change in _SCALED.items():
                 found[f"{prefix}{name} {words}"] = change(here, scale)
-        found[f"{prefix}friction of the conventional display compensated"] = replace(here, compensation=1.0)
-        found[f"{prefix}friction of the conventional display helps to hold"] = replace(here, friction_helps=True)
-        found[f"{prefix}slip angle followed at the wall"] = replace(here, slip_feedforward=True)
-        found[f"{prefix}returned power stored"] = _storing(here)
+        changed = (
+            replace(here, compensation=1.0),
+            replace(here, friction_helps=True),
+            replace(here, slip_feedforward=True),
+            _storing(here),
+        )
+        found |= {f"{prefix}{name}": one for name, one in zip(YES_OR_NO, changed, strict=True)}
+        found |= {f"{prefix}{name}": one for name, one in display_choices(here).items()}
+    return found
+
+
+def display_choices(pair: DisplayPair) -> dict[str, DisplayPair]:
+    """Pairs with another answer to one choice that no source settles, by "choice: answer".
+
+    Models of the cobotic drive, the speed of its cylinder, standby per amplifier, and the damping of the walls of both displays.
+    """
+    found = {
+        f"{choice}: {instead}": replace(pair, cobotic=drive)
+        for choice, _, instead, drive in answers(pair.cobotic)
+        if choice in _MODELS
+    }
+    found["cylinder speed: least loss in each part"] = replace(pair, cylinder="least loss")
+    found[f"standby per amplifier: {STANDBY:g} W each"] = replace(pair, standby_power=STANDBY)
+    for damping in WALL_DAMPINGS:
+        found[f"damping of the walls: {damping:g} N s/m"] = replace(pair, wall_damping=damping)
     return found
 
 

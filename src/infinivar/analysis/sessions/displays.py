@@ -10,7 +10,7 @@ so that the link follows :math:`-S\phi` with the creep lag :math:`m S/C`. Where 
 lateral creep, as in linear theory, and the patch resists steering with a moment.
 
 **Impedance display.** A geared drive whose controller measures the position and applies the force of a virtual wall. It feels as
-the reflected mass of motor and gear.
+the reflected mass of motor and gear, or, with a force sensor behind the handle that the motor helps g times, as that over 1 + g.
 
 Left out of both, as they are not linear: Coulomb friction of motors, gears, bells, patches and guideways (a servo of the program
 feeds it forward), quantisation of encoders, noise, limits of current and voltage, slip. A motor is a source of current. Loss in a
@@ -190,15 +190,15 @@ class AdmittanceDisplay:
         before = memory[0]
         if self.wall == "measured":
             speed = (mass * before + period * (sensed.force - stiffness * sensed.position)) / (mass + period * damping)
-            kept, wanted, quickening = [speed], speed, (speed - before) / period
+            kept, wanted, wanted_acceleration = [speed], speed, (speed - before) / period
         else:
             push = sensed.force - stiffness * memory[1]
             speed = (mass * before + period * push) / (mass + period * (damping + period * stiffness))
             place, gain = memory[1] + period * speed, 2.0 * math.pi * control.link_bandwidth
             kept, wanted = [speed, place], speed + gain * (place - sensed.position)
-            quickening = (speed - before) / period + gain * (speed - sensed.speed)
+            wanted_acceleration = (speed - before) / period + gain * (speed - sensed.speed)
         servo = self.servo
-        rate = -quickening / surface if self.rate_feedforward else 0.0 * speed
+        rate = -wanted_acceleration / surface if self.rate_feedforward else 0.0 * speed
         error = -wanted / surface - sensed.angle
         return kept, servo.proportional * error + servo.damping * (rate - sensed.turning)
 
@@ -228,6 +228,12 @@ class ImpedanceDisplay:
     viscous_friction: float = quantity(
         "N s/m", Ge(0), "Viscous friction at the handle, beside that of the motor", default=0.0
     )
+    force_gain: float = quantity(
+        "1", Ge(0), "Force by which the motor helps over that of a sensor behind the handle; 0: no sensor", default=0.0
+    )
+    filter_frequency: float | None = quantity(
+        "Hz", Gt(0), "Corner of that sensor's filter (second order, Butterworth); required with it", default=None
+    )
     samples_late: Literal[0, 1] = component("Samples by which what is computed acts late", default=1)
 
     def __post_init__(self) -> None:
@@ -235,6 +241,8 @@ class ImpedanceDisplay:
         check_instance("drive", self.drive, ConventionalDrive)
         check_real(self)
         drive = self.drive
+        if self.force_gain and self.filter_frequency is None:
+            raise ParameterError("filter_frequency is missing: a force gain requires that of the sensor's filter")
         if drive.axis.rotary:
             raise ParameterError("drive must move a load along a line, got one that turns a shaft")
         for name, stiffness in (("gearhead", drive.gearhead.stiffness), (drive.stage.title, drive.stage.stiffness)):
@@ -250,7 +258,7 @@ class ImpedanceDisplay:
 
     @property
     def reflected_mass(self) -> float:
-        """Of rotor, gear and output stage, without the handle. [kg]"""
+        """Of rotor, gear and output stage, without the handle and without help by a force sensor. [kg]"""
         travel = float(self.drive.stage.travel_per_radian)
         return (rotor_inertia(self.drive) + self.drive.gear_output_inertia) / travel**2
 
@@ -283,24 +291,34 @@ class ImpedanceDisplay:
         arm, clamped = _held(held)
         mass = self.reflected_mass + self.handle_mass + arm.mass
         damping, gain = self.damping + arm.damping, self.force_per_current
+        moving = () if clamped else ("x_m", "v_m_s")
+        names = (*moving, *(("filtered_N", "filtered_rate_N_s") if self.force_gain else ()))
+        corner = 2.0 * math.pi * given(self.filter_frequency, 1.0)
 
         def rates(state: np.ndarray, current: Any, force: Any) -> list[Any]:
+            if clamped:
+                return _filter(-gain * current, state, corner)
             push = gain * current + force - damping * state[1] - arm.stiffness * state[0]
-            return [state[1], push / mass]
+            acceleration = push / mass
+            felt = self.reflected_mass * acceleration + self.damping * state[1] - gain * current
+            return [state[1], acceleration, *_filter(felt, state[2:], corner)]
 
         def sensed(state: np.ndarray, force: Any) -> Sensed:
             nothing = 0.0 * force
-            return Sensed(nothing, state[0] if len(state) else nothing, nothing, nothing, nothing)
+            felt = state[len(moving)] if self.force_gain else nothing
+            return Sensed(felt, state[0] if moving else nothing, nothing, nothing, nothing)
 
-        return _linear((), None, sensed) if clamped else _linear(("x_m", "v_m_s"), rates, sensed)
+        return _linear(names, rates, sensed) if names else _linear((), None, sensed)
 
     def act(self, memory: np.ndarray, sensed: Sensed) -> tuple[list[Any], Any]:
         """Memory and current of the motor that the controller computes from one sample.
 
-        Source: colgate1997, virtual wall with a backward difference.
+        Source: colgate1997, virtual wall with a backward difference; the help by the force sensor is proportional.
         """
         speed = (sensed.position - memory[0]) / self.period
-        force = -(self.wall_stiffness * sensed.position + self.wall_damping * speed)
+        wall = self.wall_stiffness * sensed.position + self.wall_damping * speed
+        # What helps the hand against the motor's inertia helps it against the wall: at the handle the wall is K and B.
+        force = self.force_gain * sensed.force - (1.0 + self.force_gain) * wall
         return [sensed.position], force / self.force_per_current
 
 

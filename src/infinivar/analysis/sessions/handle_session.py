@@ -70,6 +70,9 @@ class HandleSession:
     )
     required_force: float = quantity("N", Ge(0), "That both displays must be able to hold on each axis", default=50.0)
     required_speed: float = quantity("m/s", Ge(0), "Of an axis without load, that both must reach", default=1.05)
+    required_speed_at_force: float = quantity(
+        "m/s", Ge(0), "That all axes must reach at once under the required force", default=0.0
+    )
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -184,11 +187,13 @@ def cobotic_part(
     course = session.course(part)
     leg = drive.unheld() if still else drive  # a load that moves by a hair takes away what a guideway holds
     rolled = leg.roll(course, load_mass=handle_mass)
+    turning = np.asarray(float(drive.cylinder_speed))
+    rubbing, _ = leg.turned(turning, rolled.wheel_torque, rolled.force, course.position, legs=axes)
     side = motor_side(
         drive.motor,
         drive.gearhead,
-        output_torque=axes * np.asarray(rolled.torque),
-        output_speed=np.asarray(float(drive.cylinder_speed)),
+        output_torque=axes * np.asarray(rolled.wheel_torque) + rubbing,
+        output_speed=turning,
     )
     supply = np.asarray(drive.amplifier.supply(side.power)[0])
     moves = part not in ("hold", "idle") and (slip_feedforward or not still)

@@ -30,12 +30,12 @@ class Measure(NamedTuple):
     """With its unit, for data."""
     words: str
     value: float
-    """In the unit."""
+    """In the unit; nan if the words say that it is not determined."""
     unit: str
 
     def __str__(self) -> str:
         """One line."""
-        return f"{self.words}: {plain(self.value, 3)} {self.unit}"
+        return self.words if np.isnan(self.value) else f"{self.words}: {plain(self.value, 3)} {self.unit}"
 
 
 def measures(found: Session) -> list[Measure]:
@@ -81,10 +81,11 @@ def _wall(found: Session) -> Iterator[Measure]:
         pressed = max(0.0, float(np.max(found.wall_force[inside])))
         yield Measure("wall_force_N", "largest force into the wall", pressed, "N")
     stiffness = found.rendered_stiffness
-    if np.isfinite(stiffness) and stiffness > 0.0:
-        yield Measure(
-            "wall_stiffness_N_mm", "stiffness rendered, user's force over penetration", 1e-3 * stiffness, "N/mm"
-        )
+    if np.isfinite(stiffness):
+        yield Measure("wall_stiffness_N_mm", "stiffness rendered, without inertia", 1e-3 * stiffness, "N/mm")
+    elif hasattr(found.machine, "link_motors"):
+        words = "stiffness rendered: not determined, as the motion does not separate it from damping"
+        yield Measure("wall_stiffness_N_mm", words, stiffness, "N/mm")
 
 
 def _leaks(found: Session) -> Iterator[Measure]:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from infinivar.analysis.sessions.session import session
 from infinivar.analysis.sessions.session_result import Session
 from infinivar.errors import InputError, nearest
+from infinivar.study.check import check_study
 from infinivar.study.sessions import check_settings, prepared
 from infinivar.study.study import Study
 
@@ -36,6 +37,7 @@ def study_session(
     InputError
         If a name is unknown, or the drive cannot do the task; the message names the place.
     """
+    check_study(study)
     name, chosen = named_session(study, task, drive)
     one, where = study.sessions[name], f"tasks.{name}"
     found = prepared(one, study.drives[chosen], where, f"drives.{chosen}")

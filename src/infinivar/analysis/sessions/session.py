@@ -255,7 +255,7 @@ def _loops(machine: Machine, system: System, state: np.ndarray, period: float) -
         # The current that keeps the speed at the start.
         rest = system.rates(system.idle(), np.zeros(1), state[None]).derivative[0, first:second]
         integrals = -(inertia + system.motor.inertia) * rest[columns] / system.motor.gain
-    servo = control.placed_servo(system, machine.control, 10.0 * system.servo.stick_speed if system.servo else 1.0)
+    servo = control.placed_servo(system, machine.control)
     return control.Loops(system=system, period=period, motor=motor, servo=servo, integrals=integrals)
 
 
@@ -265,9 +265,9 @@ def _felt(system: System, found: Any, inputs: Sequence[Any]) -> np.ndarray:
     c, nu = found.states[:, :first], found.states[:, first:second]
     hand = system.hand
     assert hand is not None
-    quickening = np.zeros_like(nu)
+    acceleration = np.zeros_like(nu)
     if hand.arm is not None:
         for row, (one, time) in enumerate(zip(inputs, found.time, strict=True)):
             rates = system.rates(one, np.array([time]), found.states[row : row + 1])
-            quickening[row] = rates.derivative[0, first:second]
-    return hand.felt(found.time, c, nu, quickening)
+            acceleration[row] = rates.derivative[0, first:second]
+    return hand.felt(found.time, c, nu, acceleration)

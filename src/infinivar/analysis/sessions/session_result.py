@@ -15,6 +15,7 @@ from infinivar.analysis.judged import Judged
 from infinivar.analysis.run_limits import Event
 from infinivar.bondgraph.audit import CLOSURE
 from infinivar.drivetrain.guidance.sensing import Sensing
+from infinivar.drivetrain.moving.handles import grip_of
 from infinivar.drivetrain.moving.machines import Machine
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand
@@ -22,6 +23,18 @@ from infinivar.units import plain
 
 _ROUNDED = 1e-9
 """Depth beyond a wall at the start, or distance past the end of a path, that counts as rounding. [m]"""
+
+_LATEST = 13
+"""Times, half a sample apart, by which the force of a wall may be late."""
+
+_HIDDEN = 0.05
+"""Largest error of a stiffness, relative, that residuals may hide."""
+
+_ROUNDS = 8
+"""Of the search for the instants at which a wall pushes; three are usual."""
+
+_STICK = 1e-4
+"""Speed from which friction acts in full. [m/s]"""
 
 
 @result
@@ -189,15 +202,41 @@ class Session(Judged, Animated, Result):
 
     @property
     def rendered_stiffness(self) -> float:
-        """Of the wall: slope of the user's force over penetration, by least squares over the instants beyond it with a force into
-        it; nan with fewer than two. [N m^-1]"""
-        depth, force = self.penetration, self.wall_force
-        inside = (depth > 0.0) & (force > 0.0)
-        if np.count_nonzero(inside) < 2:
+        """Of the wall: what the force of the motors at the handle rises by with the penetration; least squares beside the speed
+        and the friction that is fed forward, over the instants at which the wall pushes. Penetration and speed are those that
+        the controller knew, as late as leaves the least residual; inertia and friction of the machine are not in the force of its
+        motors. nan where the motion does not separate the spring from the damper: where residuals of the size found could hide
+        5 % of the stiffness; and for a machine that stops the handle by steering, which creeps and has no stiffness. [N m^-1]"""
+        motors = getattr(self.machine, "link_motors", None)
+        if motors is None or len(self.time) < 3:
             return float("nan")
-        depth, force = depth[inside] - depth[inside].mean(), force[inside] - force[inside].mean()
-        spread = float(depth @ depth)
-        return float(force @ depth) / spread if spread > 0.0 else float("inf")
+        force, shared, inward = self._rendered(motors(_STICK).gain)
+        best = (float("inf"), float("nan"))
+        for late in 0.5 * self.sensing.period * np.arange(_LATEST):
+            terms = [np.interp(self.time - late, self.time, one) for one in (self.penetration, inward, shared)]
+            best = min(best, _spring(force, np.stack(terms, axis=-1)))
+        return best[1]
+
+    def _rendered(self, gain: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Along the normal of the wall: force of the motors on the handle, such a force of constant friction, inward speed."""
+        mechanics: Any = self.machine.mechanics(_STICK)
+        configuration, rates = (
+            np.stack([self.columns[name] for name in names], axis=-1)
+            for names in (mechanics.configuration, mechanics.coordinates)
+        )
+        link = mechanics.load.at(configuration, rates)
+        onto = np.linalg.pinv(np.swapaxes(grip_of(mechanics).at(configuration, rates).jacobian, -1, -2))
+        normal = np.asarray(self._wall.normal(self._at_wall))
+        count = normal.shape[-1]
+
+        def along(on_links: np.ndarray) -> np.ndarray:
+            felt = (onto @ (np.swapaxes(link.jacobian, -1, -2) @ on_links[..., None]))[..., 0]
+            return np.sum(normal * felt[:, :count], axis=-1)
+
+        currents = [self.columns[f"motor_{place + 1}_current_A"] for place in range(link.speed.shape[-1])]
+        ways = np.clip(link.speed / getattr(self.controller, "compensation_speed", _STICK), -1.0, 1.0)
+        inward = -np.sum(normal * self.velocity[:, :count], axis=-1)
+        return along(gain * np.stack(currents, axis=-1)), along(ways), inward
 
     @property
     def _wall(self) -> Any:
@@ -327,3 +366,25 @@ def touches(instants: np.ndarray, depth: np.ndarray) -> tuple[Touch, ...]:
         )
         for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
     )
+
+
+def _spring(force: np.ndarray, terms: np.ndarray) -> tuple[float, float]:
+    """Mean square residual and stiffness of a wall, from its force (t,) and penetration, inward speed and more (t, 3)."""
+    within = terms[:, 0] > 0.0
+    pushes, found, residual, hidden = within, np.zeros(3), np.inf, np.inf
+    for _ in range(_ROUNDS):
+        scale = np.maximum(np.max(np.abs(terms[pushes]), axis=0, initial=0.0), _ROUNDED)
+        if np.count_nonzero(pushes) <= len(scale):
+            return float("inf"), float("nan")
+        table = terms[pushes] / scale
+        inverse = np.linalg.pinv(table)
+        found = inverse @ force[pushes] / scale
+        off = force[pushes] - terms[pushes] @ found
+        residual = float(np.mean(off**2))
+        # A residual is at right angles to what is fitted; one of its size that is not could be in the stiffness.
+        hidden = float(np.linalg.norm(off) * np.linalg.norm(inverse[0]) / scale[0])
+        again = within & (terms[:, :2] @ found[:2] > 0.0)  # a wall does not pull
+        if np.array_equal(again, pushes):
+            break
+        pushes = again
+    return residual, float(found[0]) if hidden < _HIDDEN * found[0] else float("nan")

@@ -32,6 +32,7 @@ _UNITS = {
     "viscous_friction": "N s/m",
     "handle_mass": "kg",
     "filter_frequency": "Hz",
+    "force_gain": "1",
     **_LOOP,
 }
 
@@ -57,6 +58,9 @@ MASSES = (1e-3, 1e3)
 
 WALLS = (1.0, 1e8)
 """Stiffnesses searched. [N m^-1]"""
+
+GAINS = (1e-3, 1e3)
+"""Force gains searched. [-]"""
 
 
 @result
@@ -218,6 +222,30 @@ def least_stable_mass(display: AdmittanceDisplay, held: Held, between: tuple[flo
     if not isinstance(display, AdmittanceDisplay):
         raise ParameterError(f"display must be an AdmittanceDisplay, got an {type(display).__name__}")
     return _searched(display, held, "virtual_mass", between)[0]
+
+
+def largest_force_gain(display: ImpedanceDisplay, held: Held, between: tuple[float, float] = GAINS) -> float:
+    """Largest force gain up to which all smaller ones are stable: how much lighter a force sensor can make a geared drive feel.
+
+    Parameters
+    ----------
+    display : ImpedanceDisplay   With the corner of its sensor's filter; its force gain does not matter.
+    held : ArmModel, "free" or "clamped"
+    between : (2,) float          Gains searched. [-]
+
+    Returns
+    -------
+    float   [-]; the largest one searched if all are stable, nan if the smallest is not.
+
+    Raises
+    ------
+    ParameterError
+        If the display has no force gain, or the range does not rise.
+    """
+    check_display(display)
+    if not isinstance(display, ImpedanceDisplay):
+        raise ParameterError(f"display must be an ImpedanceDisplay, got an {type(display).__name__}")
+    return _searched(display, held, "force_gain", between)[1]
 
 
 def stiffest_wall(display: Display, held: Held, between: tuple[float, float] = WALLS) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from infinivar.calibration.geared.problem import BenchData, Problem, fit
 from infinivar.calibration.geared.result import GearedCalibration, geared
 from infinivar.errors import InputError, nearest
 from infinivar.motion.files.reading import read_named
+from infinivar.study.check import check_study
 from infinivar.study.study import Study
 from infinivar.units import plain
 
@@ -29,6 +31,7 @@ def calibrate_geared(
     *,
     parameters: Sequence[str] | None = None,
     leave_out: Sequence[int] = (),
+    columns: Mapping[str, str] | None = None,
 ) -> GearedCalibration:
     """Fit motor and gearhead of a conventional drive to measured data.
 
@@ -40,6 +43,7 @@ def calibrate_geared(
     parameters : sequence   Parameters to fit, from `infinivar.calibration.geared.model.PARAMETERS`; the others keep the values
         of the study. None for all that data of this kind usually determine.
     leave_out : sequence    Lines of the file to exclude.
+    columns : mapping       Headings of the file by name of a column, where they differ: ``{"torque": "T [Nm]"}``.
 
     Returns
     -------
@@ -57,8 +61,9 @@ def calibrate_geared(
 
     Source: weighted nonlinear least squares.
     """
+    check_study(study)
     drive = geared(study, name)
-    rows: BenchData = _read(data, study, name) if isinstance(data, (str, Path)) else data
+    rows: BenchData = _read(data, study, name, columns) if isinstance(data, (str, Path)) else data
     for line in leave_out:
         if line not in rows.lines:
             raise InputError(
@@ -79,16 +84,16 @@ def calibrate_geared(
     return GearedCalibration(study=study, name=name, data=rows, fit=found, left_out=left_out)
 
 
-def _read(file: str | Path, study: Study, name: str) -> BenchData:
+def _read(file: str | Path, study: Study, name: str, headings: Mapping[str, str] | None) -> BenchData:
     """Read data of the kind that their columns reveal."""
     drive = geared(study, name)
-    columns, lines = read_named(file, {**pendulum.COLUMNS, **COLUMNS}, ())
+    columns, lines, empty = read_named(file, {**pendulum.COLUMNS, **COLUMNS}, (), headings)
     if "torque" in columns or "motor_torque" in columns:
-        return dynamometer_of(str(file), columns, lines, drive.gearhead.ratio)
+        return replace(dynamometer_of(str(file), columns, lines, drive.gearhead.ratio), empty=empty)
     if {"time", "angle", "current"} <= set(columns):
         if drive.motor.rotor_inertia is None:
             raise InputError(f"{file}: data of a pendulum need rotor_inertia in [drives.{name}.motor]")
-        return pendulum.pendulum_of(str(file), columns, lines, study.rig, drive)
+        return replace(pendulum.pendulum_of(str(file), columns, lines, study.rig, drive), empty=empty)
     raise InputError(
         f"{file}: drives.{name} has no wheel to measure; data of a geared drive have columns speed and torque of a dynamometer, "
         "or time, angle and current of a pendulum"

@@ -47,6 +47,7 @@ class Dynamometer(Frozen):
     signals : names from `SIGNALS`.
     lines : line numbers of the points in the file.
     name : name of the file.
+    empty : points left out, as a cell is empty: what is said of each, by its line.
     """
 
     speed: np.ndarray
@@ -56,6 +57,7 @@ class Dynamometer(Frozen):
     signals: tuple[str, ...]
     lines: tuple[int, ...]
     name: str = "dynamometer data"
+    empty: Mapping[int, str] = dataclasses.field(default_factory=dict)
 
     kind = "dynamometer"
     """Word for this kind of data."""
@@ -193,8 +195,8 @@ def read_dynamometer(file: str | Path, ratio: float) -> Dynamometer:
     InputError
         If the file cannot be read, a column or unit is missing or wrong, or a cell is not a number.
     """
-    columns, lines = read_named(file, COLUMNS, ())
-    return dynamometer_of(str(file), columns, lines, ratio)
+    found = read_named(file, COLUMNS, ())
+    return dataclasses.replace(dynamometer_of(str(file), found.columns, found.lines, ratio), empty=found.empty)
 
 
 def dynamometer_of(name: str, columns: Mapping[str, np.ndarray], lines: np.ndarray, ratio: float) -> Dynamometer:

@@ -81,6 +81,7 @@ class Pendulum(Frozen):
     mass: float
     lines: tuple[int, ...]
     name: str = "pendulum data"
+    empty: Mapping[int, str] = dataclasses.field(default_factory=dict)
 
     kind = "pendulum"
     """Word for this kind of data."""
@@ -199,8 +200,9 @@ def read_pendulum(
     InputError
         If the file cannot be read or is too short, times do not increase, or the rig does not state the pendulum.
     """
-    columns, lines = read_named(file, COLUMNS, ("time", "angle", "current"))
-    return pendulum_of(str(file), columns, lines, rig, drive, method=method, cutoff=cutoff)
+    found = read_named(file, COLUMNS, ("time", "angle", "current"))
+    made = pendulum_of(str(file), found.columns, found.lines, rig, drive, method=method, cutoff=cutoff)
+    return dataclasses.replace(made, empty=found.empty)
 
 
 def pendulum_of(

@@ -120,34 +120,40 @@ def remedies(fit: Fit) -> list[Remedy]:
     if not fit.untold.size or not isinstance(data, Dynamometer):
         return []
     found = []
-    for words, other in _further(data):
-        both = np.asarray(problem.about(other).jacobian(fit.unknowns)) if "column" not in words else None
-        if both is None:
-            tried = _with_voltage(problem, other, fit)
-            jacobian = tried.jacobian(fit.unknowns)
-        else:
-            jacobian = np.vstack([problem.jacobian(fit.unknowns), both[: -len(problem.errors) or None]])
-        left = int(np.count_nonzero(np.linalg.eigvalsh(information(jacobian, len(fit.names))) < 1.0))
+    for words, asked in _further(problem, fit):
+        informed = information(asked.jacobian(fit.unknowns), len(fit.names))
+        left = int(np.count_nonzero(np.linalg.eigvalsh(informed) < 1.0))
         if left < fit.untold.shape[1]:
             found.append(Remedy(words, left))
     least = min((one.left for one in found), default=0)
     return [one for one in found if one.left == least]
 
 
-def _further(data: Dynamometer) -> Iterator[tuple[str, Dynamometer]]:
-    yield "the same points while the load drives", replace(data, torque=-data.torque)
-    yield "the same points at half the load", replace(data, torque=0.5 * data.torque)
-    yield "the same points at half the speed", replace(data, speed=0.5 * data.speed)
+def _further(problem: Problem, fit: Fit) -> Iterator[tuple[str, Problem]]:
+    """Yield further data in words, and the problem with them."""
+    data = problem.data
+
+    def again(**changed: np.ndarray) -> Problem:
+        more = replace(data, **changed)
+        joined = {
+            name: np.concatenate([getattr(data, name), getattr(more, name)]) for name in ("speed", "torque", "read")
+        }
+        return problem.about(replace(data, **joined, lines=data.lines + more.lines))
+
+    yield "the same points while the load drives", again(torque=-data.torque)
+    yield "the same points at half the load", again(torque=0.5 * data.torque)
+    yield "the same points at half the speed", again(speed=0.5 * data.speed)
     for name in ("voltage", "current"):
         if name not in data.signals:
-            yield f"a column of {name}", replace(data, signals=(*data.signals, name), read=_wider(data.read))
+            wider = replace(data, signals=(*data.signals, name), read=_wider(data.read))
+            yield f"a column of {name}", _with_signal(problem, wider, fit)
 
 
 def _wider(read: np.ndarray) -> np.ndarray:
     return np.concatenate([read, np.zeros((len(read), 1))], axis=1)
 
 
-def _with_voltage(problem: Problem, data: Dynamometer, fit: Fit) -> Problem:
+def _with_signal(problem: Problem, data: Dynamometer, fit: Fit) -> Problem:
     """The problem with one more signal, whose noise is the largest relative noise of the others."""
     relative = float(np.max(problem.noise / np.sqrt(np.mean(np.square(problem.data.read), axis=0))))
     wider = replace(problem, data=data, noise=np.append(problem.noise, 1.0))

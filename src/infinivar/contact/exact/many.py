@@ -17,6 +17,12 @@ from infinivar.errors import ParameterError, require
 ORDER = 1.5
 """Observed order of the forces' error in the length of a cell, which the border between stick and slip limits."""
 
+ROUGH = 0.003
+"""Estimated error above which twice the cells are used: the accuracy that 20 cells have elsewhere. [-]"""
+
+_MOST = 60
+"""Largest number of cells in a row."""
+
 _PIECE = 32
 """Contacts that one process computes in a row, each from the state before."""
 
@@ -44,7 +50,7 @@ class RollingForces(NamedTuple):
     ----------
     fx, fy : (...,) float   Forces over mu N. [-]
     mz : (...,) float       Moment about the normal over mu N c. [-]
-    error : (..., 3) float  Estimated error of fx, fy and mz on the finer grid: the change by the extrapolation. [-]
+    error : (..., 3) float  Estimated error of fx, fy and mz on the finest grid: the change by the extrapolation. [-]
     converged : (...,) bool   Where False, all numbers are nan: no solution was found, or the grid has too few cells, see
         `SteadyRolling.outcome`.
     """
@@ -70,7 +76,8 @@ def rolling_forces(
 ) -> RollingForces:
     """Forces of exact rolling contact in steady state, from two grids.
 
-    Patches are computed with `cells` and half as many cells, and extrapolated at the order 1.5.
+    Patches are computed with `cells` and half as many cells, and extrapolated at the order 1.5. Where the estimated error then
+    exceeds 0.003, as under a large spin on slender patches, twice the cells are used if they are at most 60.
 
     Parameters
     ----------
@@ -136,6 +143,25 @@ def extrapolated(
     return Extrapolated(fine.forces + change, np.abs(change), before, fine)
 
 
+def refined(both: Extrapolated, patch: RollingPatch, creepage: Iterable[float], lever: float = 1.0) -> Extrapolated:
+    """The same forces from twice the cells where the estimated error exceeds `ROUGH` and at most 60 cells result.
+
+    Parameters
+    ----------
+    both : Extrapolated   Found on the grid of `patch` and a coarser one.
+    patch : RollingPatch
+    creepage : (3,)       Scaled creepages. [-]
+    lever : float         Length over c by which the moment's error is judged. [-]
+
+    Returns
+    -------
+    Extrapolated
+    """
+    if 2 * patch.cells > _MOST or np.max(both.error / [1.0, 1.0, lever]) <= ROUGH:
+        return both
+    return extrapolated(replace(patch, cells=2 * patch.cells), creepage, patch.cells, both.fine)
+
+
 def _each(tasks: Iterator[tuple[Floats, int]], workers: int) -> Iterator[Floats]:
     """Forces of each task, in order."""
     if workers == 1:
@@ -153,8 +179,10 @@ def _forces(cases: Floats, cells: int) -> Floats:
     found = np.empty((len(cases), 6))
     last: SteadyRolling | None = None
     for place, case in enumerate(cases):
-        both = extrapolated(RollingPatch(*case[:3], cells=cells), case[3:], cells // 2, last)
+        patch = RollingPatch(*case[:3], cells=cells)
+        both = extrapolated(patch, case[3:], cells // 2, last)
         last = both.coarse
+        both = refined(both, patch, case[3:])
         known = both.fine.outcome == "converged"
         found[place] = np.concatenate([both.forces, both.error]) if known else np.nan
     return found

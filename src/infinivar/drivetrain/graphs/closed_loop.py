@@ -14,6 +14,7 @@ from infinivar._core.fields import given
 from infinivar.bondgraph.causality import assign
 from infinivar.bondgraph.graph import BondGraph
 from infinivar.bondgraph.inputs import Input
+from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
@@ -141,7 +142,7 @@ def _load_inputs(scenario: Scenario) -> dict[str, float | Input]:
 
 
 def _cobotic(drive: CoboticDrive, scenario: Scenario) -> Machine:
-    stick_speed = given(scenario.stick_speed, plants.STICK_SPEED)
+    stick_speed = given(scenario.stick_speed, STICK_SPEED)
     turning = drive.gearhead.ratio**2 * _motor_inertia(drive)
     stages.check_gear_jamming(drive.gearhead, turning, drive.cylinder_inertia or 0.0, "cylinder_inertia")
     graph = plants.cobotic_graph(
@@ -308,7 +309,7 @@ def _conventional_controller(
     )
     gear = _gear_friction(_without_measured_friction(drive), gain)
     # Sampled controllers cannot resolve lower speeds, regardless of the stick speed.
-    hardly = max(stick_speed, plants.STICK_SPEED)
+    hardly = max(stick_speed, STICK_SPEED)
     return controllers.ConventionalController(
         sample_time=1.0 / settings.sample_rate,
         speed=controllers.speed_loop(

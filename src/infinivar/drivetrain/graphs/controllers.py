@@ -240,10 +240,11 @@ class ConventionalController:
         share = _share(wanted + (0.0 if near else 0.5 * self.sample_time * goal.acceleration), self.full_speed)
 
         known = self.inertia * goal.acceleration + self.planned(time)
-        effort = integral + known
+        # What the gear passes on, friction behind it included: a load that friction still brakes does not drive the motor.
+        effort = integral + known + self.friction * share
         way = math.copysign(share, share * effort)
         passed = 0.5 * (self.driving + self.driven) + 0.5 * way * (self.driving - self.driven)
-        lost, slope = self.gear_friction(passed * (effort + self.friction * share), wanted)
+        lost, slope = self.gear_friction(passed * effort, wanted)
         current, integral = self.speed.act(
             wanted - speed,
             integral,

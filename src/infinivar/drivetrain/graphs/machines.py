@@ -21,7 +21,7 @@ import numpy as np
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
-from infinivar.drivetrain.graphs import pieces
+from infinivar.drivetrain.graphs import cylinder_support, pieces
 from infinivar.drivetrain.graphs.machine_motors import motor_plant, servo_plant
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
 from infinivar.drivetrain.moving.machines import (
@@ -345,7 +345,8 @@ def _legs(mechanics: LeggedMechanics, stick_speed: float) -> Parts:
         )
         elements += made[0]
         chains += made[1]
-    return elements, chains, signals
+    support = cylinder_support.under_wheels(mechanics, stick_speed)
+    return [*elements, *support.elements], [*chains, *support.chains], [*signals, *support.signals]
 
 
 def _platform(machine: PlatformMachine, stick_speed: float) -> Parts:

@@ -12,19 +12,18 @@ from typing import Any, cast
 from infinivar._core.array_namespace import Array, namespace
 from infinivar.bondgraph import graph as bg
 from infinivar.bondgraph.graph import BondGraph, Element, Parameter, Signal
+from infinivar.contact.friction import STICK_SPEED
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import Drive, check_graph, needed, refuse_machine
-from infinivar.drivetrain.graphs import compliances, contact_pieces, output_pieces, pieces, stages
+from infinivar.drivetrain.graphs import compliances, contact_pieces, cylinder_support, output_pieces, pieces, stages
 from infinivar.drivetrain.graphs.pieces import Electrical
 from infinivar.errors import ParameterError, require
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
 
-STICK_SPEED = 1e-4
-"""Default link speed below which friction sticks. [m s^-1]"""
-
 CONVENTIONAL_STICK_SPEED = 1e-5
-"""The same for a conventional drive; lower, because a load held by friction creeps as long as it rests. [m s^-1]"""
+"""Default link speed below which friction of a conventional drive sticks; lower, because a load held by friction creeps as long
+as it rests. [m s^-1]"""
 
 
 def lossless_transmission(ivt: RotaryLinearIVT) -> BondGraph:
@@ -165,9 +164,14 @@ def steering_plant(
 
 
 def cylinder_plant(
-    drive: CoboticDrive, *, electrical: Electrical = "current", stick_speed: float = STICK_SPEED
+    drive: CoboticDrive, *, electrical: Electrical = "current", stick_speed: float = STICK_SPEED, alone: bool = True
 ) -> BondGraph:
     """Cylinder motor, gearhead and cylinder.
+
+    Parameters
+    ----------
+    alone : bool   Whether the cylinder's bearings carry the preload alone; in a system, the forces of the contact add to it,
+        and `cobotic_graph` has their friction.
 
     Returns
     -------
@@ -186,6 +190,7 @@ def cylinder_plant(
     )
     elements, chains, signals = pieces.motor_terminals(drive.motor, drive.amplifier, "c", electrical, stick, "", "")
     gear, gear_chains, gear_signals = pieces.gearhead(drive.gearhead, drive.motor, "c", stick)
+    held, held_chains = cylinder_support.under_preload(drive, stick_speed) if alone else ([], [])
     return BondGraph(
         "Cylinder plant",
         [
@@ -193,8 +198,9 @@ def cylinder_plant(
             bg.inertia("J_c", "J_c", inertia, "kg m^2", title="cylinder"),
             *elements,
             *gear,
+            *held,
         ],
-        [*chains, "rotor > gear > cylinder > J_c", *gear_chains],
+        [*chains, "rotor > gear > cylinder > J_c", *gear_chains, *held_chains],
         [*signals, *gear_signals, Signal(name="omega", symbol=r"\omega", of="cylinder")],
     )
 
@@ -262,11 +268,12 @@ def cobotic_graph(
     speed, rotary = output_pieces.speed_symbol(drive.output), drive.axis.rotary
     load, chains = pieces.load(load_mass, imposed_motion, speed=speed, rotary=rotary)
     spliced = output_pieces.between(drive.output, "link.link", "output")
+    support = cylinder_support.under_wheel(drive, stick_speed)
     return bg.join(
         "Cobotic system",
         {
             "steering": steering_plant(drive, electrical=electrical, **options),
-            "cylinder": cylinder_plant(drive, electrical=electrical, **options),
+            "cylinder": cylinder_plant(drive, electrical=electrical, alone=False, **options),
             "transmission": transmission_plant(drive.transmission, cylinder_speed=drive.cylinder_speed, **options),
             "link": link_plant(drive, **options),
         },
@@ -274,11 +281,12 @@ def cobotic_graph(
             "cylinder.cylinder > transmission.surface",
             "transmission.link > link.link",
             *(["steering.bell > transmission.turning"] if drive.transmission.turns_with_spin else []),
+            *support.chains,
             *spliced.chains,
             *chains,
         ],
-        elements=[*load, *spliced.elements],
-        signals=spliced.signals,
+        elements=[*support.elements, *load, *spliced.elements],
+        signals=[*support.signals, *spliced.signals],
     )
 
 

@@ -52,7 +52,7 @@ def output_stage(drive: ConventionalDrive, stick_speed: float) -> tuple[list[Ele
         **{
             name: (
                 None if not inertia else bg.inertia("J_gpc", "J_{gpc}", inertia, "kg m^2", title=name),
-                pieces.friction(f"{name}_friction", f"T_{tag}", float(stage.friction_torque), "N m", stick, name),
+                pieces.friction(f"{name}_friction", f"T_{tag}", float(stage.shaft_friction), "N m", stick, name),
                 loss,
             )
         }

@@ -98,7 +98,7 @@ class ImpedanceGuide:
                 )
         if self.curve is not None and not hasattr(self.curve, "nearest"):
             raise ParameterError(f"curve must have nearest(point, near), got {self.curve!r}")
-        if self.allowed is not None and not isinstance(self.allowed, Allowed):
+        if self.allowed is not None and not hasattr(self.allowed, "rows"):
             raise ParameterError(f"allowed must be a fixture, such as AlongLine or InPlane, got {self.allowed!r}")
 
     def begin(self, plant: Plant) -> Law:

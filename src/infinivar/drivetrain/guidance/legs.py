@@ -175,14 +175,14 @@ class _Admittance:
         back = self.gain * self._apart(c + (0.0 if begins else period) * self._changes(c, nu))
         surface = self._surface(float(measured.rates[-1]))
         share = nearest_within(free.T @ mass @ wanted, *self._limits(measured, grip, jacobian, free, back, surface))
-        quickening = (free @ share - self.twist) / period
+        acceleration = (free @ share - self.twist) / period
         self.twist = free @ share
         self.pose = self._moved(self.pose, (2.0 if begins else 1.0) * period * self.twist)
         # The pose error decays beside the virtual motion.
         speed = jacobian @ ((nu if begins else self.twist) + back)
-        forces = self._forces(place, jacobian, wrench, quickening)
+        forces = self._forces(place, jacobian, wrench, acceleration)
         angles = -np.arctan(speed / surface) + self._slip_angles(forces, surface)
-        changes = -(jacobian @ quickening + place.bias[0]) / (surface * (1.0 + (speed / surface) ** 2))
+        changes = -(jacobian @ acceleration + place.bias[0]) / (surface * (1.0 + (speed / surface) ** 2))
         largest = _NEVER_SLIPS * mechanics.transmission.steering_range
         goal = np.clip(angles, -largest, largest)
         return Commands(
@@ -270,11 +270,11 @@ class _Admittance:
         turning = math.copysign(max(abs(turning), _SLOWEST * abs(whole)), whole)
         return self.mechanics.transmission.cylinder_radius * turning
 
-    def _forces(self, place: Any, jacobian: np.ndarray, wrench: np.ndarray, quickening: np.ndarray) -> np.ndarray:
+    def _forces(self, place: Any, jacobian: np.ndarray, wrench: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
         """Forces of the wheels on the links, those of the smallest squares. (n,)"""
         mechanics = self.mechanics
-        links = jacobian @ quickening + place.bias[0]
-        load = place.moved.inertia[0] @ quickening + place.moved.bias[0] - wrench
+        links = jacobian @ acceleration + place.bias[0]
+        load = place.moved.inertia[0] @ acceleration + place.moved.bias[0] - wrench
         rubbing = mechanics.guideway_friction * np.clip(place.speed[0] / mechanics.stick_speed, -1.0, 1.0)
         return np.linalg.lstsq(jacobian.T, load, rcond=None)[0] + mechanics.link_mass * links + rubbing
 

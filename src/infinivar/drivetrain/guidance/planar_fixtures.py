@@ -81,7 +81,7 @@ class PlanarFixtureGuide:
     def __post_init__(self) -> None:
         """Validate the fields."""
         check(self)
-        if not isinstance(self.allowed, Allowed):
+        if not hasattr(self.allowed, "rows"):
             raise ParameterError(f"allowed must be a fixture, such as AlongLine or AboutPoint, got {self.allowed!r}")
 
     def begin(self, plant: Plant) -> Law:

@@ -162,11 +162,11 @@ class Sensors:
         system, hand = self.system, self.system.hand
         assert hand is not None
         now, first = np.array([time]), len(c)
-        quickening = np.zeros((1, len(nu)))
+        acceleration = np.zeros((1, len(nu)))
         if hand.arm is not None:
             derivative = system.rates(inputs, now, state[None]).derivative
-            quickening = derivative[:, first : first + len(nu)]
-        force = hand.felt(now, c[None], nu[None], quickening)[0]
+            acceleration = derivative[:, first : first + len(nu)]
+        force = hand.felt(now, c[None], nu[None], acceleration)[0]
         if self.sensing.force_noise > 0.0:
             force = force + self.sensing.force_noise * self.noise.standard_normal(len(force))
         return self.filters["force"].act(force)

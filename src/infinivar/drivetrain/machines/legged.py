@@ -6,6 +6,7 @@ rival are one class with another field, `leg` or `separate`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
@@ -13,114 +14,26 @@ import numpy as np
 from annotated_types import Ge, Gt
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.fields import check, component, quantities, quantity
+from infinivar._core.fields import brief, check, component, quantities, quantity
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.drive import GEAR_LIMITS, axis_of, needed
-from infinivar.drivetrain.machines.machine import TaskPoint, checked, held, rows, worst
+from infinivar.drivetrain.drive import axis_of, needed
+from infinivar.drivetrain.machines.course import MachineCourse
+from infinivar.drivetrain.machines.links import Carried, lacking_of_leg, moved, with_legs, with_motors
+from infinivar.drivetrain.machines.machine import TaskPoint, checked, lacking_of_drive, rows
 from infinivar.drivetrain.machines.rods import PlatformGeometry
 from infinivar.drivetrain.many_legs import LeggedDrive
+from infinivar.drivetrain.moving.bodies import rigid_body
 from infinivar.drivetrain.moving.legged import ArmLoad, PlatformLoad
 from infinivar.drivetrain.moving.machines import ArmMachine, PlatformMachine, SeparateMachine
 from infinivar.errors import ParameterError, require
-from infinivar.limits import Demand, Limit
+from infinivar.limits import Limit
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.configuration import Configuration
-from infinivar.transmission.platform import Platform
+from infinivar.transmission.platform import Platform, rotation_matrix
 
 Elbow = Literal["left", "right"]
-
-_OF_CYLINDER = (Limit.THERMAL, Limit.VOLTAGE, Limit.SPEED, Limit.PEAK, Limit.REGENERATION, *GEAR_LIMITS)
-"""Limits of the motor of the cylinder, its gearhead and amplifier."""
-
-
-def moved(
-    configuration: Configuration,
-    leg: LeggedDrive | None,
-    separate: ConventionalDrive | None,
-    twist: np.ndarray,
-    wrench: np.ndarray,
-    *,
-    lever: float = 1.0,
-    words: str = "leg",
-    units: tuple[str, str] = ("N", "m/s"),
-) -> TaskPoint:
-    """Operate the links of a machine, with legs on one cylinder or with drives of their own.
-
-    Parameters
-    ----------
-    configuration : Configuration
-    leg, separate                   One of the two; the other is None.
-    twist, wrench : (..., d) float  In the coordinates of the configuration; the wrench on the load.
-    lever : float                   Radius over which a linear drive moves a joint; 1 for links along a line. [m]
-    words : str                     What a link is called: "leg", "joint".
-    units : two texts               Of the force and speed of a link in the result.
-    """
-    n = configuration.links
-    parts = tuple(f"{words} {place + 1}" for place in range(n))
-    kinematic: dict[Demand, np.ndarray] = {
-        (limit, "geometry"): np.broadcast_to(demand, twist.shape[:-1])
-        for limit, demand in configuration.utilisation.items()
-    }
-    if leg is not None:
-        return _with_legs(configuration, leg, twist, wrench, parts, kinematic, lever, units)
-    assert separate is not None
-    with np.errstate(invalid="ignore", over="ignore"):
-        speed, force = configuration.link_speeds(twist), configuration.link_forces(-wrench)
-    reaches = np.all(np.isfinite(speed) & np.isfinite(force), axis=-1)
-    safe = reaches[..., None]
-    # Links of a configuration over pulleys move at the rim; a drive about the joint has the joint's own rate and torque.
-    rim = lever if axis_of(separate).rotary else 1.0
-    found = held(separate, np.where(safe, speed / rim, 0.0), np.where(safe, force * rim, 0.0))
-    lost = np.where(safe, 0.0, np.nan)
-    losses = {name: one + lost for name, one in found.losses.items()}
-    return TaskPoint(
-        power_in=np.sum(found.power_in + lost, axis=-1),
-        power_out=np.sum(wrench * twist, axis=-1) + lost[..., 0],
-        losses={name: np.sum(loss, axis=-1) for name, loss in losses.items()},
-        demands={**worst({limit: demand + lost for limit, demand in found.utilisation.items()}, parts), **kinematic},
-        parts=parts,
-        part_losses=sum(losses.values()),
-        part_forces=(force * lever) + lost,
-        part_speeds=(speed / lever) + lost,
-        steering=np.full(speed.shape, np.nan),
-        part_units=units,
-    )
-
-
-def _with_legs(
-    configuration: Configuration,
-    leg: LeggedDrive,
-    twist: np.ndarray,
-    wrench: np.ndarray,
-    parts: tuple[str, ...],
-    kinematic: dict[Demand, np.ndarray],
-    lever: float,
-    units: tuple[str, str],
-) -> TaskPoint:
-    found = leg.operate(configuration, wrench=-wrench, twist=twist)
-    legs = found.legs
-    shape = legs.link_force.shape
-    demands = worst({Limit.SLIP: legs.slip_demand}, parts)
-    for limit, demand in found.utilisation.items():
-        if limit in configuration.utilisation or limit is Limit.SLIP:
-            continue
-        what = "gearhead" if limit in GEAR_LIMITS else "motor" if limit in _OF_CYLINDER else "wheel"
-        demands[limit, what] = np.broadcast_to(demand, shape[:-1])
-    return TaskPoint(
-        power_in=np.broadcast_to(found.power_in, shape[:-1]),
-        power_out=np.broadcast_to(found.power_out, shape[:-1]),
-        losses={name: np.broadcast_to(loss, shape[:-1]) for name, loss in found.losses.items()},
-        demands={**demands, **kinematic},
-        parts=parts,
-        part_losses=np.broadcast_to(legs.loss_of_legs, shape),
-        part_forces=legs.link_force * lever,
-        part_speeds=legs.link_speed / lever,
-        steering=np.arctan(legs.steering_tangent),
-        part_units=units,
-        states={name: np.broadcast_to(value, shape[:-1]) for name, value in found.states.items()},
-    )
 
 
 class _Side:
@@ -130,11 +43,68 @@ class _Side:
 
     leg: CoboticDrive | None
     separate: ConventionalDrive | None
+    legs: LeggedDrive | None
+
+    @property
+    def _carries(self) -> bool:
+        """Whether the masses that move with the links are stated."""
+        raise NotImplementedError
+
+    @property
+    def _massless(self) -> str:
+        """Why they are not."""
+        raise NotImplementedError
 
     @property
     def commands(self) -> tuple[str, ...]:
         """Commands that work besides those of all machines."""
         return ("contact", "simulate") if self.leg is not None else ("simulate",)
+
+    @property
+    def lacking(self) -> Mapping[str, str]:
+        """What of its motion `follow` does not count, with the reason."""
+        moves = {} if self._carries else {"moving masses": self._massless}
+        own = lacking_of_drive(self.separate) if self.leg is None else lacking_of_leg(self.leg)
+        return {**own, **moves}
+
+    @property
+    def steering_friction(self) -> float:
+        """Torque at the bell against steering; nan without a steering plant. [N m]"""
+        if self.leg is None or "steering" in lacking_of_leg(self.leg):
+            return float("nan")
+        return float(self.leg.steering.coulomb_torque(self.leg.transmission))  # type: ignore[union-attr]
+
+    def carried(self, course: MachineCourse) -> Carried:
+        """What the links carry along a course; it does not depend on what moves them."""
+        raise NotImplementedError
+
+    def follow(self, course: MachineCourse) -> TaskPoint:
+        """Operation along a course with the inertia of the machine and its links, steering or rotors."""
+        return self.along(self.carried(course))
+
+    def along(self, carried: Carried) -> TaskPoint:
+        """Links along a course; those whose own motion does not count as at steady points."""
+        raise NotImplementedError
+
+    def _along(
+        self, carried: Carried, lever: float = 1.0, words: str = "leg", units: tuple[str, str] = ("N", "m/s")
+    ) -> TaskPoint:
+        parts = tuple(f"{words} {place + 1}" for place in range(carried.configuration.links))
+        if self.leg is not None and "links" not in lacking_of_leg(self.leg):
+            assert self.legs is not None
+            return with_legs(carried, self.legs, self.leg, parts, lever, units)
+        if self.separate is not None and not lacking_of_drive(self.separate):
+            return with_motors(carried, self.separate, parts, lever, units)
+        known = carried.configuration
+        here = replace(
+            known,
+            jacobian=np.broadcast_to(known.jacobian[2], (*carried.delivered.shape, *known.jacobian.shape[-2:])),
+            link_position=0.0,
+            utilisation={limit: demand for (limit, _), demand in carried.kinematic.items()},
+        )
+        twist, load = np.broadcast_arrays(carried.twist[2], carried.load[1])
+        point = moved(here, self.legs, self.separate, twist, load, lever=lever, words=words, units=units)
+        return replace(point, power_out=carried.delivered, stored={"machine": carried.stored})
 
     def _legs(self, count: int) -> LeggedDrive | None:
         """The drive of the common cylinder; None with separate drives."""
@@ -169,6 +139,8 @@ class PlatformDrive(_Side):
         default=None,
     )
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -217,10 +189,47 @@ class PlatformDrive(_Side):
         demand = np.where(singular, np.inf, found.utilisation[Limit.LINKAGE])
         return replace(found, utilisation={**found.utilisation, Limit.LINKAGE: demand})
 
+    def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Of the links. (..., n) [m s^-1]"""
+        return self.configuration(pose).link_speeds(twist)
+
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.drivetrain.machines.machine.Machine.perform`."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
         return moved(self.configuration(pose), self.legs, self.separate, twist, wrench)
+
+    def carried(self, course: MachineCourse) -> Carried:
+        """What the rods carry along a course, with what accelerates the platform.
+
+        Source: Newton and Euler.
+        """
+        load = course.wrench[1:4]
+        if self._carries:
+            pose, twist = np.broadcast_arrays(course.pose[1:4], course.twist[1:4])
+            turn = rotation_matrix(pose[..., 3:].reshape(-1, 3))
+            body = rigid_body(self.mass, np.array(self.inertia), turn, twist.reshape(-1, 6))  # type: ignore[arg-type]
+            pushed = np.matmul(body.inertia.reshape(*twist.shape, 6), course.acceleration[1:4, ..., None])[..., 0]
+            load = load + pushed + body.bias.reshape(twist.shape)
+        delivered = np.sum(course.wrench[2] * course.twist[2], axis=-1)
+        return Carried(
+            course=course,
+            configuration=self.configuration(course.pose),
+            twist=course.twist,
+            load=load,
+            delivered=delivered,
+        )
+
+    def along(self, carried: Carried) -> TaskPoint:
+        """See `infinivar.drivetrain.machines.links`."""
+        return self._along(carried)
+
+    @property
+    def _carries(self) -> bool:
+        return self.mass is not None and self.inertia is not None
+
+    @property
+    def _massless(self) -> str:
+        return f"{'mass' if self.mass is None else 'inertia'} is missing"
 
     def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> PlatformMachine | SeparateMachine:
         """The platform with its inertia, and that of a load, for `infinivar.simulate_machine`.
@@ -269,6 +278,8 @@ class ArmDrive(_Side):
     )
     arm: PlanarArm = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
     legs: LeggedDrive | None = field(init=False, repr=False, compare=False, default=None)
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         """Validate the fields."""
@@ -354,19 +365,14 @@ class ArmDrive(_Side):
             x, y = x - self.lengths[2] * np.cos(row[..., 2]), y - self.lengths[2] * np.sin(row[..., 2])
         return np.abs(x * x + y * y - first**2 - second**2) / (2.0 * first * second)
 
+    def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Of the links, or of belts at the joints' pulleys; nan beyond reach. (..., n) [m s^-1]"""
+        return self.pulley_radius * self._placed(pose, twist, 0.0 * twist)[1]
+
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.drivetrain.machines.machine.Machine.perform`; beyond reach all is nan."""
         pose, twist, wrench = rows(self, pose, twist, wrench)
-        angles, n = self.angles(pose), len(self.lengths)
-        reach = self.reach(pose)
-        within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
-        safe = np.where(within[..., None], angles, np.linspace(0.3, 0.6, n))
-        jacobian = self._jacobian(safe)
-        rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
-        torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
-        utilisation = {} if n == 1 else {Limit.LINKAGE: np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))}
-        rim = np.diag(np.full(n, self.pulley_radius))
-        configuration = Configuration(jacobian=np.where(within[..., None, None], rim, np.nan), utilisation=utilisation)
+        _, rates, torques, configuration = self._placed(pose, twist, wrench)
         return moved(
             configuration,
             self.legs,
@@ -377,6 +383,55 @@ class ArmDrive(_Side):
             words="joint",
             units=("N m", "rad/s"),
         )
+
+    def carried(self, course: MachineCourse) -> Carried:
+        """What the joints carry along a course, with what accelerates the members; beyond reach all is nan.
+
+        Source: `infinivar.drivetrain.moving.bodies.planar_arm`.
+        """
+        angles, rates, torques, configuration = self._placed(course.pose, course.twist, course.wrench)
+        load = torques[1:4]
+        if self._carries:
+            arm = ArmLoad(
+                arm=self.arm,
+                pulleys=np.full(self.links, self.pulley_radius),
+                masses=np.array(self.member_masses),
+                tip_mass=0.0,
+            )
+            shape, n = rates[1:4].shape, self.links
+            members = arm.inertia(angles[1:4].reshape(-1, n), rates[1:4].reshape(-1, n))
+            pushed = np.matmul(members.inertia.reshape(*shape, n), course.rate(rates)[..., None])[..., 0]
+            load = load + pushed + members.bias.reshape(shape)
+        delivered = np.sum(course.wrench[2] * course.twist[2], axis=-1)
+        return Carried(course=course, configuration=configuration, twist=rates, load=load, delivered=delivered)
+
+    def along(self, carried: Carried) -> TaskPoint:
+        """See `infinivar.drivetrain.machines.links`."""
+        return self._along(carried, self.pulley_radius, "joint", ("N m", "rad/s"))
+
+    @property
+    def _carries(self) -> bool:
+        return self.member_masses is not None
+
+    @property
+    def _massless(self) -> str:
+        return "member_masses is missing"
+
+    def _placed(
+        self, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Configuration]:
+        """Joint angles, rates and torques, and the links over the pulleys; nan beyond reach."""
+        angles, n = self.angles(pose), len(self.lengths)
+        reach = self.reach(pose)
+        within = np.isfinite(angles).all(axis=-1) & (reach < 1.0)
+        safe = np.where(within[..., None], angles, np.linspace(0.3, 0.6, n))
+        jacobian = self._jacobian(safe)
+        rates = np.linalg.solve(jacobian, twist[..., None])[..., 0]
+        torques = np.matmul(np.swapaxes(jacobian, -1, -2), wrench[..., None])[..., 0]
+        utilisation = {} if n == 1 else {Limit.LINKAGE: np.where(within, reach, np.maximum(reach, 1.0 + 1e-12))}
+        rim = np.diag(np.full(n, self.pulley_radius))
+        configuration = Configuration(jacobian=np.where(within[..., None, None], rim, np.nan), utilisation=utilisation)
+        return safe, rates, torques, configuration
 
     def moving(self, load_mass: float = 0.0, load_inertia: float = 0.0) -> ArmMachine | SeparateMachine:
         """The arm with the masses of its members, and a load at its end point, for `infinivar.simulate_machine`.

@@ -3,8 +3,10 @@
 A machine has an end point with some coordinates, a pose of it at home, and one method, `perform`: at poses, twists and wrenches
 in these coordinates it gives a `TaskPoint`, with powers, losses by name and by part, and demands on every limit of every part.
 Wrenches are those that the machine exerts on its load, so that ``wrench . twist`` is the power out. Comparisons, paths, reports
-and commands know nothing else of a machine: a new one needs a map and no analysis. A class variable `WORD` names its type in
-studies, and `commands` the commands that work with it besides those of all machines.
+and commands know nothing else of a machine: a new one needs a map and no analysis. Where inertia, rotors or steering count, a
+machine has `follow`, which gives a `TaskPoint` along a `MachineCourse`, `counts`, where it counts no more than `perform` on some
+courses, and `lacking`, which says what `follow` leaves out. A
+class variable `WORD` names its type in studies, and `commands` the commands that work with it besides those of all machines.
 """
 
 from __future__ import annotations
@@ -18,11 +20,25 @@ import numpy as np
 from infinivar._core.array_namespace import Array, check_broadcast
 from infinivar._core.arrays import real_array
 from infinivar._core.result import Result, result
-from infinivar.drivetrain.drive import axis_of, is_machine, operated
+from infinivar.drivetrain.drive import (
+    MovingPoint,
+    axis_of,
+    check_drive,
+    chosen,
+    followed,
+    is_machine,
+    operated,
+    orders_of,
+)
+from infinivar.drivetrain.machines.course import MachineCourse
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
+from infinivar.motion.course import Course
 from infinivar.motion.vectors import TRANSLATIONS
 from infinivar.power import PowerPoint
+
+SLOW_FRICTION = "slow_friction_W"
+"""State: change of the power from the source by friction that falls below the stick speed, as in a simulation."""
 
 
 @result
@@ -35,6 +51,7 @@ class TaskPoint(PowerPoint, Result):
     losses : name to (...,) float        From source to load. [W]
     demands : (Limit, part) to (...,)    Demand over allowance. nan where no steady motion exists. [-]
     states : name to (...,) float        Each name ends in its unit.
+    stored : name to (...,) float        Power into what moves within the machine; none of a steady point. [W]
     parts : n names                      Such as "leg 1".
     part_losses : (..., n) float         Losses in each part. [W]
     part_forces, part_speeds : (..., n)  Of each part, in the units that `part_units` names.
@@ -52,6 +69,7 @@ class TaskPoint(PowerPoint, Result):
     steering: Array
     part_units: tuple[str, str] = ("N", "m/s")
     states: Mapping[str, Array] = field(default_factory=dict)
+    stored: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def loss(self) -> Array:
@@ -66,19 +84,20 @@ class TaskPoint(PowerPoint, Result):
             found[limit] = demand if limit not in found else np.maximum(found[limit], demand)
         return found
 
-    def first(self) -> TaskPoint:
-        """The first of many points, along the first axis."""
+    def at(self, place: int | slice) -> TaskPoint:
+        """One of many points along the first axis, or some."""
         return replace(
             self,
-            power_in=self.power_in[0],
-            power_out=self.power_out[0],
-            losses={name: loss[0] for name, loss in self.losses.items()},
-            demands={key: demand[0] for key, demand in self.demands.items()},
-            part_losses=self.part_losses[0],
-            part_forces=self.part_forces[0],
-            part_speeds=self.part_speeds[0],
-            steering=self.steering[0],
-            states={name: state[0] for name, state in self.states.items()},
+            power_in=self.power_in[place],
+            power_out=self.power_out[place],
+            losses={name: loss[place] for name, loss in self.losses.items()},
+            demands={key: demand[place] for key, demand in self.demands.items()},
+            part_losses=self.part_losses[place],
+            part_forces=self.part_forces[place],
+            part_speeds=self.part_speeds[place],
+            steering=self.steering[place],
+            states={name: state[place] for name, state in self.states.items()},
+            stored={name: power[place] for name, power in self.stored.items()},
         )
 
 
@@ -136,6 +155,67 @@ class SingleAxis:
             part_units=(axis.force_unit, axis.speed_unit),
         )
 
+    @property
+    def lacking(self) -> Mapping[str, str]:
+        """What of its motion `follow` does not count, with the reason."""
+        return lacking_of_drive(self.drive)
+
+    def counts(self, course: MachineCourse) -> bool:
+        """Whether `follow` counts more than `perform`: unless `lacking` says why not."""
+        return not self.lacking
+
+    def follow(self, course: MachineCourse) -> TaskPoint:
+        """Operation along a course with steering and rotors, of a drive that lacks nothing of them."""
+        axis, moved = axis_of(self.drive), course.along(course.twist, course.wrench, course.pose)
+        found = moving(self.drive, moved)
+        shape = np.broadcast_shapes(np.shape(found.power_in), np.shape(moved.force))
+
+        def one(values: Array) -> np.ndarray:
+            return np.broadcast_to(values, shape)[..., 0]
+
+        demands: dict[Demand, np.ndarray] = {}
+        for (limit, part), demand in found.utilisation.items():
+            key = limit, part if part == "steering motor" else "drive"
+            demands[key] = one(demand) if key not in demands else np.maximum(demands[key], one(demand))
+        return TaskPoint(
+            power_in=one(found.power_in),
+            power_out=one(found.power_out),
+            losses={name: one(loss) for name, loss in found.losses.items()},
+            demands=demands,
+            parts=("drive",),
+            part_losses=sum(np.broadcast_to(loss, shape) for loss in found.losses.values()),
+            part_forces=-np.broadcast_to(moved.force, shape),
+            part_speeds=np.broadcast_to(moved.speed, shape),
+            steering=np.full(shape, np.nan),
+            part_units=(axis.force_unit, axis.speed_unit),
+            stored={name: one(power) for name, power in found.stored.items()},
+        )
+
+
+def lacking_of_drive(drive: Any) -> dict[str, str]:
+    """What of the motion of a drive of one axis does not count, with the reason: "rotors", or "steering" with them."""
+    what = "steering" if hasattr(drive, "steering") else "rotors"
+    if not hasattr(drive, "follow"):
+        return {what: f"{type(drive).__name__} has no method follow"}
+    output = getattr(drive, "output", None)
+    if getattr(drive, "chain", () if output is None else output.chain) or orders_of(drive) > 4:
+        return {what: "springs or a linkage are between drive and load"}
+    try:
+        check = getattr(drive, "check_motion", None)
+        if check is not None:
+            check()
+    except ParameterError as problem:
+        return {what: str(problem).partition(":")[0]}
+    return {}
+
+
+def moving(drive: Any, course: Course) -> MovingPoint:
+    """A drive of one axis along a course; at rest without the friction that a load which moves by a hair takes away."""
+    found = followed(drive, course)
+    if not hasattr(drive, "unheld") or not np.any(course.at_rest):
+        return found
+    return chosen(course.at_rest, followed(drive.unheld(), course), found)
+
 
 @result
 class Held(Result):
@@ -175,7 +255,10 @@ def held(drive: Any, speed: np.ndarray, force: np.ndarray) -> Held:
 
 def as_machine(drive: Any) -> Machine:
     """The drive itself if it is a machine, else the machine of its one axis."""
-    return drive if is_machine(drive) else SingleAxis(drive)
+    if is_machine(drive):
+        return drive
+    check_drive(drive, "drive")
+    return SingleAxis(drive)
 
 
 def rows(machine: Machine, pose: Array, twist: Array, wrench: Array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

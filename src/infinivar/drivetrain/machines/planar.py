@@ -12,6 +12,7 @@ point on their line, :math:`B_\perp^T S` is that which overcomes the rolling res
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -19,16 +20,19 @@ import numpy as np
 from annotated_types import Gt
 
 from infinivar._core.array_namespace import Array
-from infinivar._core.fields import check, component, quantity, several
+from infinivar._core.fields import brief, check, component, quantity, several
 from infinivar.drivetrain.control import CoboticControl
 from infinivar.drivetrain.drive import needed
+from infinivar.drivetrain.machines.course import CREEPING, MachineCourse
 from infinivar.drivetrain.machines.machine import TaskPoint, rows, worst
 from infinivar.drivetrain.machines.wheel import Wheel
 from infinivar.drivetrain.moving.machines import PlanarMachine
+from infinivar.drivetrain.moving.rolling import PlanarMechanics
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require
 from infinivar.limits import Demand, Limit
 from infinivar.motion.vectors import Point
+from infinivar.parts.amplifier import Amplifier
 from infinivar.transmission.mechanism import Mechanism, MechanismPoint
 from infinivar.transmission.planar import PlanarCarriage, PlanarCobot
 
@@ -59,6 +63,8 @@ class PlanarDrive:
     steering: SteeringPlant | None = component("Servo of each wheel; needed for motion in time", default=None)
     control: CoboticControl | None = component("Controllers of the servos; default: its defaults", default=None)
     machine: PlanarCobot | PlanarCarriage = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         """Validate the fields and make the kinematic map."""
@@ -182,13 +188,119 @@ class PlanarDrive:
         stands = np.any(speed < _STANDING * most, axis=-1, keepdims=True)
         return xi + np.where(stands, 2.0 * _STANDING * most, 0.0) * np.eye(xi.shape[-1])[0]
 
+    def part_speeds(self, pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
+        """Of the centres of the wheels. (..., k) [m s^-1]"""
+        return np.linalg.norm(
+            np.matmul(np.asarray(self.mechanism.jacobian), twist[..., None, :, None])[..., 0], axis=-1
+        )
+
     def perform(self, *, pose: Array, twist: Array, wrench: Array) -> TaskPoint:
         """As `infinivar.drivetrain.machines.machine.Machine.perform`; power in is that of the push.
 
         At rest locked wheels hold by static friction, which is judged for wheels across the load.
         """
         _, xi, load = rows(self, pose, twist, wrench)
-        point = self.operated(xi, load)
+        return self._point(xi, load, self.operated(xi, load))
+
+    @property
+    def lacking(self) -> Mapping[str, str]:
+        """What of its motion `follow` does not count, with the reason."""
+        found = {} if self._carries else {"moving masses": f"{'mass' if self.mass is None else 'inertia'} is missing"}
+        plant = self.steering
+        if plant is None:
+            return {"steering": "no steering plant is stated", **found}
+        if plant.motor.rotor_inertia is None:
+            return {"steering": "steering.motor.rotor_inertia is missing", **found}
+        if self.wheel.geometry is None and plant.patch_half_length is None:
+            return {"steering": "steering.patch_half_length is missing", **found}
+        return found
+
+    @property
+    def _carries(self) -> bool:
+        """Whether the mass of the cart is stated, and its moment of inertia if it turns."""
+        return self.mass is not None and (self.inertia is not None or self.positions is None)
+
+    def counts(self, course: MachineCourse) -> bool:
+        """Whether `follow` counts more than `perform`: steering or mass of a cart that moves."""
+        return course.moves and (self._carries or "steering" not in self.lacking)
+
+    def follow(self, course: MachineCourse) -> TaskPoint:
+        """Operation along a course with the inertia of the cart, which the source accelerates, and with the servos of its wheels.
+
+        The headings are those of steady operation under the forces of the motion; where wheels
+        turn on the spot between two motions, that is not counted. Power in is that of the push and of the servos.
+
+        Source: Newton and Euler in turning axes; faulring2006, Fig 11, for the servos.
+        """
+        steers = "steering" not in self.lacking
+        xi, acceleration, wrench = np.broadcast_arrays(course.twist[1:4], course.acceleration[1:4], course.wrench[1:4])
+        load = wrench + self._carried(xi, acceleration)
+        if not steers:
+            found = self._point(xi[1], load[1], self.operated(xi[1], load[1]))
+            return self._moved(found, xi[1], load[1], wrench[1])
+        points = self.operated(xi, load)
+        headings = np.unwrap(np.asarray(points.heading), axis=0, period=np.pi)
+        angle = course.varying(headings)
+        rate, rise = np.nan_to_num(angle.rate), np.nan_to_num(angle.curvature)
+        turns = np.abs(rate) > CREEPING
+        rate, rise = np.where(turns, rate, 0.0), np.where(turns, rise, 0.0)
+        contact, plant = self.mechanism.kinds[0][0], self.steering
+        assert plant is not None
+        heading = np.asarray(points.cosine)[1], np.asarray(points.sine)[1]
+        spun = rate if contact.turns_with_spin else 0.0
+        point = self.mechanism.operate(rates=self._off_wheels(xi[1]), heading=heading, steering_rate=spun)
+        still = ~np.any(xi[1] != 0.0, axis=-1)[..., None]
+        moment = np.where(still, 0.0, np.asarray(point.moment)) if contact.turns_with_spin else None
+        servo = plant.follow(contact, rate=rate, acceleration=rise, patch_moment=moment)  # type: ignore[arg-type]
+        drawn, burnt, returned = Amplifier().supply(servo.power)
+        lost = {**servo.losses, "steering amplifier": burnt}
+        if moment is not None:
+            del lost["steering patch"]  # the spin of the wheels has it
+        shape = heading[0].shape
+        lost = {name: np.broadcast_to(loss, shape) for name, loss in lost.items()}
+        demands = {
+            (limit, f"steering motor {place + 1}"): np.broadcast_to(demand, shape)[..., place]
+            for limit, demand in {**servo.utilisation, **returned}.items()
+            for place in range(shape[-1])
+        }
+        drawn = np.sum(np.broadcast_to(drawn, shape), axis=-1)
+        found = self._moved(self._point(xi[1], load[1], point), xi[1], load[1], wrench[1])
+        return replace(
+            found,
+            power_in=found.power_in + drawn,
+            losses={**found.losses, **{name: np.sum(loss, axis=-1) for name, loss in lost.items()}},
+            demands={**found.demands, **demands},
+            part_losses=found.part_losses + sum(lost.values()),
+            stored={**found.stored, "steering": np.sum(np.broadcast_to(servo.stored, shape), axis=-1)},
+        )
+
+    @property
+    def steering_friction(self) -> float:
+        """Torque at the bell of a wheel that stands; nan without a steering plant. [N m]"""
+        if "steering" in self.lacking:
+            return float("nan")
+        return float(self.steering.coulomb_torque(self.mechanism.kinds[0][0]))  # type: ignore[union-attr, arg-type]
+
+    def _carried(self, xi: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Wrench that accelerates the cart in its own axes, (..., d); 0 if its mass is not stated."""
+        if not self._carries:
+            return np.zeros(xi.shape)
+        if self.positions is None:
+            return self.mass * acceleration  # type: ignore[operator]
+        body: Any = replace(self.machine, mass=self.mass, inertia=self.inertia)  # type: ignore[arg-type]
+        rates = xi.reshape(-1, 3)
+        place = PlanarMechanics(cobot=body, stick_speed=1.0).at(np.zeros(rates.shape), rates)
+        return np.matmul(place.inertia[0], acceleration[..., None])[..., 0] + place.bias.reshape(xi.shape)
+
+    @staticmethod
+    def _moved(found: TaskPoint, xi: np.ndarray, load: np.ndarray, wrench: np.ndarray) -> TaskPoint:
+        """The point, of whose power only that of the wrench goes to the load."""
+        return replace(
+            found, power_out=np.sum(wrench * xi, axis=-1), stored={"machine": np.sum((load - wrench) * xi, axis=-1)}
+        )
+
+    def _point(self, xi: np.ndarray, load: np.ndarray, point: MechanismPoint) -> TaskPoint:
+        """The cart under twists and wrenches (..., d), with its wheels there."""
         k = self.mechanism.wheels
         parts = tuple(f"wheel {place + 1}" for place in range(k))
         still = ~np.any(xi != 0.0, axis=-1)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from annotated_types import Gt, Interval
 
 from infinivar._core.array_namespace import Array
 from infinivar._core.bounds import FINITE, NonZero
-from infinivar._core.fields import check, check_real, component, given, quantity, several
+from infinivar._core.fields import brief, check, check_real, component, given, quantity, several
 from infinivar.drivetrain.drive import DrivePoint, motor_side, needed, placed
+from infinivar.drivetrain.machines.course import MachineCourse
 from infinivar.drivetrain.machines.machine import TaskPoint, rows
 from infinivar.drivetrain.machines.wheel import Wheel
 from infinivar.drivetrain.moving.machines import SphereMachine
@@ -63,6 +65,12 @@ class RollerPlace:
         )
 
 
+_KEPT = 16
+"""Operations of a transmission that are kept: drives that differ in motor, gearhead or amplifier share them."""
+
+_steered: dict[Any, tuple[np.ndarray, SphericalPoint]] = {}
+
+
 def _scaled(names: str, vector: tuple[float, ...]) -> tuple[float, ...]:
     length = sum(part * part for part in vector) ** 0.5
     if not length > 0.0:
@@ -100,6 +108,8 @@ class SphereDrive:
         "kg m^2", Gt(0), "Inertia of the sphere about its centre, for simulation", default=None
     )
     transmission: SphericalIVT = field(init=False, repr=False, compare=False, default=None)  # type: ignore[assignment]
+
+    __repr__ = brief
 
     def __post_init__(self) -> None:
         """Validate the fields and make the transmission."""
@@ -180,6 +190,15 @@ class SphereDrive:
         accelerated by the secant rule. It passes through shaft 2 at rest, where the steering angle is near a quarter turn.
         """
         wanted, load = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(torque, dtype=float))
+        key = (self.transmission, float(self.input_speed), wanted.shape, wanted.tobytes(), load.tobytes())
+        known = _steered.get(key)
+        if known is None:
+            known = _steered[key] = self._steer(wanted, load)
+            while len(_steered) > _KEPT:
+                _steered.pop(next(iter(_steered)), None)
+        return known
+
+    def _steer(self, wanted: np.ndarray, load: np.ndarray) -> tuple[np.ndarray, SphericalPoint]:
         first, second = self.transmission.ideal_speeds(np.array([0.5 * np.pi, 0.0]))
         lever = float(second[1] / first[0])
 
@@ -214,12 +233,12 @@ class SphereDrive:
         way = np.where(speed != 0.0, np.sign(speed), np.where(torque < 0.0, -1.0, 1.0))
         return np.where(np.abs(speed) < slowest, way * slowest, speed)
 
-    def _driven(self, angle: np.ndarray, point: SphericalPoint) -> DrivePoint:
-        """Motor, gearhead and amplifier behind an operation of the transmission."""
+    def _driven(self, angle: np.ndarray, point: SphericalPoint, turning: Array = 0.0) -> DrivePoint:
+        """Motor, gearhead and amplifier behind an operation of the transmission and a further torque on shaft 1."""
         side = motor_side(
             self.motor,
             self.gearhead,
-            output_torque=np.asarray(point.input_torque),
+            output_torque=np.asarray(point.input_torque) + turning,
             output_speed=np.full(angle.shape, float(self.input_speed)),
         )
         power_in, burnt, returned = self.amplifier.supply(side.power)
@@ -238,10 +257,42 @@ class SphereDrive:
         leaves them indeterminate.
         """
         _, xi, load = rows(self, pose, twist, wrench)
-        speed, torque = xi[..., 0], load[..., 0]
+        return self._point(xi[..., 0], load[..., 0])
+
+    @property
+    def lacking(self) -> Mapping[str, str]:
+        """What of its motion `follow` does not count, with the reason."""
+        names = [name for name in ("output_inertia", "sphere_inertia") if getattr(self, name) is None]
+        moves = {"moving masses": f"{names[0]} is missing"} if names else {}
+        return {"steering": "that of a sphere is not modelled", **moves}
+
+    def counts(self, course: MachineCourse) -> bool:
+        """Whether `follow` counts more than `perform`: what accelerates."""
+        return course.accelerates
+
+    def follow(self, course: MachineCourse) -> TaskPoint:
+        r"""Operation along a course with the inertias of shaft 2 and of the sphere.
+
+        Shaft 1 keeps its speed. The sphere turns with :math:`w_2 = k_2\,\Omega_p` about the axis p of shaft 2, so that its energy
+        changes with the power :math:`I\,w_2\,\dot w_2/k_2^2`, which shaft 1 delivers.
+
+        Source: Euler; `SphericalIVT.ideal_speeds` for k_2.
+        """
+        speed, load = np.broadcast_arrays(course.twist[2, ..., 0], course.wrench[2, ..., 0])
+        rise = np.broadcast_to(course.acceleration[2, ..., 0], speed.shape)
+        shaft = given(self.output_inertia, 0.0) * rise
+        ratio = float(self.transmission.ideal_speeds(0.0)[1])
+        sphere = given(self.sphere_inertia, 0.0) / ratio**2 * speed * rise
+        found = self._point(speed, load + shaft, sphere / self.input_speed)
+        return replace(
+            found, power_out=found.power_out - shaft * speed, stored={"shaft 2": shaft * speed, "sphere": sphere}
+        )
+
+    def _point(self, speed: np.ndarray, torque: np.ndarray, turning: Array = 0.0) -> TaskPoint:
+        """Operation at speeds and torques on the load, with a further torque on shaft 1: (...,) each."""
         moving = self._in_motion(speed, torque)
         angle, point = self.steer(moving, torque)
-        found = self._driven(angle, point)
+        found = self._driven(angle, point, turning)
         # What the slowest motion delivers beyond the asked one is not drawn either.
         beyond = np.where(moving == speed, 0.0, found.power_out - torque * speed)
         shape = speed.shape

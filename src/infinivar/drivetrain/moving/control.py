@@ -136,15 +136,13 @@ class MachineController:
         return loops.act(commands, speeds, angles, turning)
 
 
-def placed_servo(system: System, control: CoboticControl | ConventionalControl, full_speed: float) -> Servo | None:
-    """Servo of the steered axes."""
+def placed_servo(system: System, control: CoboticControl | ConventionalControl) -> Servo | None:
+    """Servo of the steered axes. It feeds friction forward as it acts: in full from the stick speed on."""
     if system.servo is None or isinstance(control, ConventionalControl):
         return None
-    motor = system.servo.plant.motor
-    limit = given(control.steering_current_limit, motor.voltage / motor.resistance)
-    return Servo.place(
-        control.steering_bandwidth, system.servo.inertia, system.servo.gain, limit, system.servo.friction, full_speed
-    )
+    servo = system.servo
+    limit = given(control.steering_current_limit, servo.plant.motor.voltage / servo.plant.motor.resistance)
+    return Servo.place(control.steering_bandwidth, servo.inertia, servo.gain, limit, servo.friction, servo.stick_speed)
 
 
 def placed_motor(system: System, control: CoboticControl | ConventionalControl, inertia: float) -> Loop | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from infinivar.contact.friction import coulomb
 from infinivar.drivetrain.moving.bodies import Moved, planar_arm, rigid_body, rotation_rate
 from infinivar.drivetrain.moving.system import Forces, Place
 from infinivar.limits import Limit
+from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad
 from infinivar.transmission.arm import PlanarArm
 from infinivar.transmission.platform import Platform, rotation_matrix
 from infinivar.transmission.rotary_linear import RotaryLinearIVT
@@ -33,6 +34,8 @@ class Linkage(NamedTuple):
     moved: Moved
     demand: np.ndarray
     """Of the linkage's limits. (m, k) [-]"""
+    position: np.ndarray | float = 0.0
+    """Of the links on the cylinder; of an arm, where pulleys may set them anywhere, in the middle. (m, n) [m]"""
 
 
 class Load(Protocol):
@@ -92,7 +95,7 @@ class PlatformLoad:
         changes = np.concatenate([twist[:, :3], rotation_rate(rotation, twist[:, 3:])], axis=-1)
         demand = np.stack([moves.reach, self.platform.travel_demand(moves.link_position)], axis=-1)
         body = rigid_body(self.mass, self.inertia, turn, twist)
-        return Linkage(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand)
+        return Linkage(moves.jacobian, moves.link_speed, moves.bias, changes, body, demand, moves.link_position)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,13 +154,24 @@ class LeggedMechanics:
     """Of the cylinder. [rad s^-1]"""
     stick_speed: float
     """[m s^-1]"""
+    cylinder_bearings: CylinderBearings | None = None
     losses: tuple[str, ...] = ("creep", "slip", "spin", "rolling", "bearing", "guideway")
     _surface: float = field(init=False, default=0.0)
+    _rollers: float = field(init=False, default=0.0)
+    """Torque on the cylinder of all backing rollers. [N m]"""
 
     def __post_init__(self) -> None:
         """Compute what does not change."""
         creep.law_in_motion(self.transmission.creep_law)
         object.__setattr__(self, "_surface", float(self.transmission.cylinder_radius * abs(self.set_speed)))
+        bearings, element = self.cylinder_bearings, self.transmission
+        if bearings is None:
+            return
+        bearings.around(self.count)
+        names = (bearings.title, ROLLERS) if bearings.backing_rollers else (bearings.title,)
+        object.__setattr__(self, "losses", (*self.losses, *names))
+        rolling = self.count * float(element.groups(self.set_speed).rolling_force)
+        object.__setattr__(self, "_rollers", float(bearings.roller_torque(rolling, element.cylinder_radius)))
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -211,12 +225,14 @@ class LeggedMechanics:
         generalised = np.empty_like(rates)
         generalised[:, :-1] = np.matmul(on_links[:, None, :], link.jacobian)[:, 0]
         generalised[:, -1] = -radius * found.y.sum(axis=-1)
+        rubbing_cylinder = self._turned(rates[:, -1], found, link)
+        generalised[:, -1] -= sum(rubbing_cylinder.values())
         resisting = -found.moment + 0.0 * angles
 
         def losses() -> dict[str, np.ndarray]:
             lost = contact_losses(found.losses, found.slip_demand)
             lost["guideway"] = (rubbing * link.speed).sum(axis=-1)
-            return lost
+            return lost | {name: torque * rates[:, -1] for name, torque in rubbing_cylinder.items()}
 
         def demand() -> np.ndarray:
             parts = [found.slip_demand]
@@ -225,6 +241,24 @@ class LeggedMechanics:
             return np.concatenate([*parts, link.demand], axis=-1)
 
         return Forces(generalised, resisting, losses, demand)
+
+    def _turned(self, speed: np.ndarray, found: Any, link: Linkage) -> dict[str, np.ndarray]:
+        """Friction torques of the cylinder's bearings by name, at the set speed of the cylinder. (m,) [N m]"""
+        bearings, radius = self.cylinder_bearings, self.transmission.cylinder_radius
+        if bearings is None:
+            return {}
+        position = np.broadcast_to(link.position, link.speed.shape)
+        wheels = [
+            WheelLoad(
+                self.transmission.preload, radius * found.y[:, leg], found.x[:, leg], radius, position[:, leg], azimuth
+            )
+            for leg, azimuth in enumerate(bearings.around(self.count))
+        ]
+        stick = self.stick_speed / radius
+        torques = {bearings.title: coulomb(speed, bearings.moment(wheels, abs(self.set_speed)), stick)}
+        if bearings.backing_rollers:
+            torques[ROLLERS] = coulomb(speed, self._rollers, stick)
+        return torques
 
 
 def judged(

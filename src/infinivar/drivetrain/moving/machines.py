@@ -69,6 +69,7 @@ class _OnCylinder:
             guideway_friction=float(leg.guideway.friction_force(leg.transmission.preload)),
             set_speed=leg.cylinder_speed,
             stick_speed=stick_speed,
+            cylinder_bearings=leg.cylinder_bearings,
         )
 
 
@@ -319,7 +320,7 @@ class SeparateMachine:
         """Motors of the links; a drive about a joint sticks below the speed of the joint that the rim of 100 mm has."""
         rotary = self.separate.own_axis.rotary
         try:
-            return LinkMotors(drive=self.separate, stick_speed=stick_speed / (_RIM if rotary else 1.0))
+            return LinkMotors(drive=self.separate, stick_speed=stick_speed / (RIM if rotary else 1.0))
         except ParameterError as problem:
             raise ParameterError(f"separate.{problem}") from None
 
@@ -335,7 +336,7 @@ class SeparateMachine:
         """None: there is one for each link."""
 
 
-_RIM = 0.1
+RIM = 0.1
 """Radius at which a joint that a drive turns directly counts as moving. [m]"""
 
 

@@ -71,7 +71,7 @@ class LinkMotors:
         frictions = (
             drive.motor.friction_torque * ratio,
             constant * ratio,
-            stage.friction_torque / travel,
+            float(stage.shaft_friction) / travel,
             float(drive.guideway.friction_force()),
         )
         object.__setattr__(self, "frictions", frictions)
@@ -189,8 +189,7 @@ class LinkController:
         inertia, jacobian = place.inertia[0], link.jacobian[0]
         grown = self.integral + pole * pole * period * (inertia @ (wanted - rates))
         forces = inertia @ (change + 2.0 * pole * (wanted - rates)) + place.bias[0] + grown
-        # Full from ten times the stick speed on, as in a steering servo.
-        share = np.clip(jacobian @ wanted / (10.0 * self.motors.stick_speed), -1.0, 1.0)
+        share = np.clip(jacobian @ wanted / self.motors.stick_speed, -1.0, 1.0)
         on_links = np.linalg.lstsq(jacobian.T, forces, rcond=None)[0] + sum(self.motors.frictions) * share
         currents = on_links / self.motors.gain
         if np.all(np.abs(currents) <= self.limit):

@@ -45,4 +45,4 @@ class SlideLoad:
         inertia = np.broadcast_to(np.diag(self.masses), (rows, count, count))
         jacobian = np.broadcast_to(np.eye(count), (rows, count, count))
         nothing = np.zeros((rows, 0))
-        return Linkage(jacobian, twist, 0.0 * twist, twist, Moved(inertia, 0.0 * twist), nothing)
+        return Linkage(jacobian, twist, 0.0 * twist, twist, Moved(inertia, 0.0 * twist), nothing, pose)

@@ -64,7 +64,7 @@ def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str])
     """
     found: dict[str, Chosen] = {}
     for role, entry in columns.items():
-        place, unit = _asked(source, entry)
+        place, unit = place_of(source, entry)
         twin = next((other for other, one in found.items() if one.place == place), None)
         if twin is not None:
             _refuse(source, [place], f"cannot be both {spoken(twin)} and {spoken(role)}; see columns in the study")
@@ -77,7 +77,7 @@ def by_map(source: Source, columns: Mapping[str, str], usual: Mapping[str, str])
     return found
 
 
-def _asked(source: Source, entry: str) -> tuple[int, str | None]:
+def place_of(source: Source, entry: str) -> tuple[int, str | None]:
     """Return the place of the column that a study asks for, and the unit if the study states it."""
     asked = bracketed(entry)
     ways: tuple[tuple[list[int], str | None], ...] = (

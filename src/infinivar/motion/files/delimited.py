@@ -5,10 +5,10 @@ from __future__ import annotations
 import dataclasses
 import re
 
+from infinivar._core.encodings import Text
 from infinivar.errors import InputError
 from infinivar.motion.files.headings import Heading, family_of, heading_of, spelt
 from infinivar.motion.files.sheet import TextSheet, cells_of, fault, is_comment, is_number, shown
-from infinivar.motion.files.text import Text
 
 _HEADED = re.compile(r"[^\s\[(]\S*?(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?(?=\s|$)")
 """A heading in a line of headings between blanks: a word, with its unit in brackets if it has one."""

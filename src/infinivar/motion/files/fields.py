@@ -11,6 +11,11 @@ from infinivar._core.arrays import locked, real_array, shown
 from infinivar.errors import ParameterError
 
 FILE = "File of columns (CSV, text, OpenSim or Parquet) beside the study"
+FORCE_FILE = "Second file, with the force or moment, where `file` has only the motion"
+FORCE_COLUMNS = "As columns, of the second file"
+FILE_KEYS = ("file", "force_file")
+"""Keys of motions and forces that name a file."""
+
 COLUMNS = "Heading of each column to read, by role; without it the headings decide"
 FLIP = "Columns whose sign is reversed"
 BODY_MASS = "Multiplies a force or a moment that the file states per kilogram"

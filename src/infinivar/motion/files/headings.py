@@ -14,7 +14,6 @@ _BLANK = re.compile("[\u00a0\u2007\u2009\u202f]")
 """Blanks of spreadsheets at which no line breaks."""
 _WORDS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
 _PER_KG = re.compile(r"\s*(?:/\s*kg|[ *·⋅.]kg\^?-1|[ *·⋅.]kg⁻¹)")
-_PRODUCT = re.compile(r"(?<![A-Za-z])([munkM]?N)[-_.*·⋅ ]?([mc]?m)(?![A-Za-z])")
 
 _SUFFIXES = {
     **{unit: unit for unit in ("m", "cm", "mm", "um", "s", "ms", "us", "min", "rad", "mrad", "deg", "rev", "rpm")},
@@ -31,21 +30,6 @@ _LOUD = {suffix.upper(): unit for suffix, unit in _SUFFIXES.items() if not suffi
 
 _QUOTIENT = re.compile(r"(.+?)\s+/\s*(\S.*)")
 _NAMED_PER_KG = re.compile(r"(?:/|\bper|_per)[\s_]*kg|[\s_]kg$|kg\^?-1|kg⁻¹", re.IGNORECASE)
-
-_SPELT = {
-    **dict.fromkeys(("sec", "secs", "second", "seconds"), "s"),
-    **dict.fromkeys(("msec", "millisecond", "milliseconds"), "ms"),
-    **dict.fromkeys(("deg.", "degree", "degrees", "°"), "deg"),
-    **dict.fromkeys(("radian", "radians"), "rad"),
-    **dict.fromkeys(("deg/sec", "degrees/s", "degrees/sec", "°/s"), "deg/s"),
-    **dict.fromkeys(("rad/sec", "radians/s"), "rad/s"),
-    **dict.fromkeys(("m/sec",), "m/s"),
-    **dict.fromkeys(("newton", "newtons"), "N"),
-    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
-    **dict.fromkeys(("pct", "percent"), "%"),
-    "-": "1",
-}
-"""Units as they are spelt in files, where that is not how studies spell them."""
 
 FAMILIES: dict[str, tuple[str, ...]] = {
     "time": ("time",),
@@ -128,7 +112,7 @@ def spelt(unit: str) -> tuple[str, bool]:
     """Return a unit as studies spell it, and whether it is per kilogram of body mass: "Nm/kg" is "N m" per kilogram."""
     base = _PER_KG.sub("", unit)
     per_kg, unit = base != unit, base.strip()
-    return _PRODUCT.sub(r"\1 \2", _SPELT.get(unit.lower(), unit)), per_kg
+    return units.spelt(unit), per_kg
 
 
 def named_per_kg(name: str) -> bool:

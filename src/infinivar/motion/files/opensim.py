@@ -8,10 +8,10 @@ from __future__ import annotations
 import re
 from typing import NamedTuple, NoReturn
 
+from infinivar._core.encodings import Text
 from infinivar.errors import InputError
 from infinivar.motion.files.headings import Heading, bracketed, heading_of
 from infinivar.motion.files.sheet import TextSheet, is_comment, shown
-from infinivar.motion.files.text import Text
 
 _END = "endheader"
 _LONGEST_HEADER = 200

@@ -62,7 +62,7 @@ class ParquetSheet:
         del lines
         return ()
 
-    def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
+    def numbers(self, places: Sequence[int], *, blank: bool = False) -> tuple[np.ndarray, np.ndarray, str]:
         """Return the columns at some places, the number of each row, and the format in words."""
         names = [self.headings[place].text for place in places]
         read = self._data.read(columns=names, use_threads=False)
@@ -73,7 +73,8 @@ class ParquetSheet:
                 values[:, one] = column.cast("float64").to_numpy()
             except (ValueError, NotImplementedError):
                 fault(self, 1, place, f"must hold numbers, got {column.type}")
-            wrong = np.flatnonzero(~np.isfinite(values[:, one]))
+            missing = np.isnan(values[:, one]) if blank else False
+            wrong = np.flatnonzero(~(np.isfinite(values[:, one]) | missing))
             if wrong.size:
                 got = values[wrong[0], one]
                 fault(self, int(wrong[0]) + 1, place, f"must be a finite number, got {float(got)!r}")

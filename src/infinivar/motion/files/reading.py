@@ -4,22 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from infinivar import units
 from infinivar._core import files
+from infinivar._core.encodings import text_of
+from infinivar._core.frozen import FrozenDict
 from infinivar.errors import InputError, ParameterError, nearest, printable, require
-from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, spoken
+from infinivar.motion.files.choice import SCALED, Chosen, by_heading, by_map, listed, place_of, spoken
 from infinivar.motion.files.delimited import delimited
 from infinivar.motion.files.headings import folded
 from infinivar.motion.files.opensim import looks_like_opensim, opensim
 from infinivar.motion.files.parquet import MAGIC, ParquetSheet
 from infinivar.motion.files.sheet import Source, fault, shown
 from infinivar.motion.files.table import ROLES, SIGNED, Column, RecordedTable
-from infinivar.motion.files.text import text_of
 
 _MOST_BYTES = 200_000_000
+_DIGITISED = 0.005
+"""Share of a cycle by which a phase may exceed it, as one read off a printed curve does: 1 mm of an axis of 200 mm."""
+
+_FEWEST = 2
+"""Fewest rows of a recording."""
+_MOST_LINES = 5
+"""Most rows listed in a warning."""
+
 _LARGEST = 1e20
 """Magnitudes above this are mistakes, and their products would overflow."""
 
@@ -32,6 +42,7 @@ def read_table(
     body_mass: float | None = None,
     usual: Mapping[str, str] | None = None,
     roles: Container[str] = ROLES,
+    leave_out: bool = False,
 ) -> RecordedTable:
     """Read a recording as it comes.
 
@@ -48,6 +59,8 @@ def read_table(
     body_mass : float     Multiplies forces and moments that the file states per kilogram; None if there are none. [kg]
     usual : mapping       Units of headings that are just the name of a role, by role, where a file may omit them.
     roles : container     Roles to look for where the headings decide.
+    leave_out : bool      Whether a row with an empty cell is left out, with a warning, where a time or phase says when the others
+                          are; if not, it is a fault. A heel strike that is empty is none.
 
     Returns
     -------
@@ -76,11 +89,18 @@ def read_table(
         raise InputError(
             f"{source.file}: {source.top}: has no column of {spoken(unknown)} to flip; found {', '.join(map(spoken, chosen))}"
         )
-    raw, lines, said = source.numbers([one.place for one in chosen.values()])
-    made = {}
+    leave_out = leave_out and ("time" in chosen or "phase" in chosen)
+    raw, lines, said = source.numbers([one.place for one in chosen.values()], blank=leave_out)
+    raw, lines, empty = _filled(raw, lines, list(chosen))
+    if empty and len(lines) < _FEWEST:
+        line, cells = next(iter(empty.items()))
+        raise InputError(f"{source.file}: {source.place} {line}, {cells}; without such rows, {len(lines)} are left")
+    made, clipped = {}, ()
     for place, (role, one) in enumerate(chosen.items()):
         factor = one.factor * (body_mass if one.per_kg and body_mass is not None else 1.0)
         values = raw[:, place] * (-factor if role in flip else factor)
+        if role == "phase":
+            values, clipped = _clipped(values, lines, source.place)
         _check_values(source, role, one, values, lines)
         made[role] = Column(role=role, heading=source.headings[one.place].text, unit=one.unit, values=values)
     used = {one.place for one in chosen.values()}
@@ -94,6 +114,7 @@ def read_table(
         top=source.top,
         remarks=(
             *source.passed_over(lines),
+            *clipped,
             *(f"sign of the {spoken(role)} reversed" for role in flip),
             *(
                 f"{spoken(role)} per kilogram times {units.show(body_mass or 0.0, 'kg')}"
@@ -101,6 +122,7 @@ def read_table(
                 if one.per_kg
             ),
         ),
+        warnings=_left_out(source, empty),
     )
 
 
@@ -123,21 +145,34 @@ def opened(file: str | Path) -> Source:
     return delimited(name, text)
 
 
+class Named(NamedTuple):
+    """Columns read by their names."""
+
+    columns: dict[str, np.ndarray]
+    """Values in SI, by name."""
+    lines: np.ndarray
+    """Line of the file for each row. (n,)"""
+    empty: FrozenDict[int, str]
+    """Rows left out, as a cell is empty: what is said of each, by its line."""
+
+
 def read_named(
-    file: str | Path, wanted: Mapping[str, str], required: Sequence[str]
-) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    file: str | Path, wanted: Mapping[str, str], required: Sequence[str], columns: Mapping[str, str] | None = None
+) -> Named:
     """Read columns by their exact names, each with its unit in the heading; other columns are ignored.
+
+    A row with an empty cell in a column that is read is left out.
 
     Parameters
     ----------
     file : str or Path
     wanted : mapping      SI unit of each column to read, by its name.
     required : sequence   Names of columns that the file must have.
+    columns : mapping     Headings by name, where they differ: ``{"mass": "m [kg]"}``.
 
     Returns
     -------
-    columns : dict           Values in SI, by name.
-    lines : (n,) int array   Line of the file for each row.
+    Named
 
     Raises
     ------
@@ -145,20 +180,25 @@ def read_named(
         If the file is invalid; the message names file, line and column.
     """
     source = opened(file)
+    _check_roles("columns", columns or {}, tuple(wanted))
+    asked = {
+        place: (name, unit) for name, entry in (columns or {}).items() for place, unit in [place_of(source, entry)]
+    }
     found: dict[str, tuple[int, float]] = {}
     for place, heading in enumerate(source.headings):
-        name = "_".join(folded(heading.name).split())
-        if name not in wanted:
+        name, unit = asked.get(place, ("_".join(folded(heading.name).split()), None))
+        if name not in wanted or (place not in asked and name in (columns or {})):
             continue
+        unit = unit or heading.unit
         where = f"{source.file}: {source.top}, column {shown(heading.text)}"
         if name in found:
             raise InputError(f"{where}: stands there twice")
-        if heading.unit is None:
+        if unit is None:
             _, _, unit = units.EXAMPLES[wanted[name]].partition(" ")
             example = f"{name} [{unit or '%'}]"
             raise InputError(f"{where}: must state its unit, such as {example!r}")
         try:
-            found[name] = place, units.parse(f"1 {heading.unit}", wanted[name])
+            found[name] = place, units.parse(f"1 {units.spelt(unit)}", wanted[name])
         except InputError as problem:
             raise InputError(f"{where}: {problem}") from problem
     missing = [name for name in required if name not in found]
@@ -168,8 +208,38 @@ def read_named(
             f"{source.file}: {source.top}: must name the column{plural} {' and '.join(required)}; missing: "
             f"{' and '.join(missing)} (found {_headings(source)})"
         )
-    raw, lines, _ = source.numbers([place for place, _ in found.values()])
-    return {name: raw[:, one] * factor for one, (name, (_, factor)) in enumerate(found.items())}, lines
+    raw, lines, _ = source.numbers([place for place, _ in found.values()], blank=True)
+    raw, lines, empty = _filled(raw, lines, list(found))
+    read = {name: raw[:, one] * factor for one, (name, (_, factor)) in enumerate(found.items())}
+    return Named(read, lines, FrozenDict(empty))
+
+
+def _filled(raw: np.ndarray, lines: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
+    """Rows without empty cells and their lines, and what is said of the others, by line; a heel strike that is empty is none."""
+    missing = np.isnan(raw)
+    for place, name in enumerate(names):
+        if name == "heel_strike":
+            raw[missing[:, place], place], missing[:, place] = 0.0, False
+    left_out = missing.any(axis=1)
+    empty = {
+        int(
+            lines[row]
+        ): f"{' and '.join(name for name, gap in zip(names, missing[row], strict=True) if gap)}: empty cell"
+        for row in np.flatnonzero(left_out)
+    }
+    return raw[~left_out], lines[~left_out], empty
+
+
+def _left_out(source: Source, empty: Mapping[int, str]) -> tuple[str, ...]:
+    """A warning for all rows that lack the same cells."""
+    said = []
+    for cells in dict.fromkeys(empty.values()):
+        lines = [line for line, one in empty.items() if one == cells]
+        more = f" and {len(lines) - _MOST_LINES} more" if len(lines) > _MOST_LINES else ""
+        plural = "" if len(lines) == 1 else "s"
+        where = ", ".join(map(str, lines[:_MOST_LINES]))
+        said.append(f"{source.file}: {source.place}{plural} {where}{more} left out: {cells}")
+    return tuple(said)
 
 
 def headings_in(table: RecordedTable) -> str:
@@ -207,6 +277,20 @@ def _check_body_mass(source: Source, chosen: Mapping[str, Chosen], body_mass: fl
         forces = [shown(source.headings[one.place].text) for role, one in chosen.items() if role in SCALED]
         said = f", column {forces[0]}: is not per kilogram" if forces else ": no column of force or moment is read"
         raise InputError(f"{source.file}: {source.top}{said}; body_mass does not apply, remove it from the study")
+
+
+def _clipped(values: np.ndarray, lines: np.ndarray, place: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """A phase within the cycle where it exceeds it by what digitising explains, and a remark; single rows at its ends only."""
+    beyond = np.maximum(-values, values - 1.0)
+    wrong = np.flatnonzero(beyond > 1e-9)
+    in_a_row = (np.diff(wrong) == 1) & (np.diff(values[wrong]) > 0.0)
+    if not wrong.size or np.max(beyond) > _DIGITISED or np.any(in_a_row):
+        return values, ()
+    most = f"{units.plain(100.0 * float(np.max(beyond)), 3)} %"
+    where = f"{place}{'' if wrong.size == 1 else 's'} {', '.join(map(str, lines[wrong].tolist()))}"
+    return np.clip(values, 0.0, 1.0), (
+        f"phase beyond the cycle by up to {most} clipped, as digitising explains: {where}",
+    )
 
 
 def _check_values(source: Source, role: str, one: Chosen, values: np.ndarray, lines: np.ndarray) -> None:

@@ -58,8 +58,11 @@ class Source(Protocol):
         """Unit of a heading that states none, where the format itself does; None where it does not."""
         ...
 
-    def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
-        """Return the columns at some places, (rows, places), finite; the line of each row; and the format in words."""
+    def numbers(self, places: Sequence[int], *, blank: bool = False) -> tuple[np.ndarray, np.ndarray, str]:
+        """Return the columns at some places, (rows, places), the line of each row, and the format in words.
+
+        All are finite; with `blank`, those of empty cells are nan.
+        """
         ...
 
     def passed_over(self, lines: np.ndarray) -> tuple[str, ...]:
@@ -161,7 +164,7 @@ class TextSheet:
         del heading
         return self.units.get(role)
 
-    def numbers(self, places: Sequence[int]) -> tuple[np.ndarray, np.ndarray, str]:
+    def numbers(self, places: Sequence[int], *, blank: bool = False) -> tuple[np.ndarray, np.ndarray, str]:
         """Return the columns at some places, the line of each row, and the format in words."""
         kept = [
             place
@@ -182,7 +185,7 @@ class TextSheet:
         comma = self.mark != "," and self._has_decimal_commas(rows, places)
         values = self._quickly(rows, places, comma)
         if values is None:
-            values = self._one_by_one(rows, kept, places, comma)
+            values = self._one_by_one(rows, kept, places, comma, blank)
         said = f"{self.kind} with {MARKS[self.mark]}{' and decimal commas' if comma else ''}, {self.encoding}"
         return values, np.asarray(kept) + 1, said
 
@@ -233,7 +236,9 @@ class TextSheet:
             return None
         return values if len(values) == len(rows) and np.all(np.isfinite(values)) else None
 
-    def _one_by_one(self, rows: list[str], kept: list[int], places: Sequence[int], comma: bool) -> np.ndarray:
+    def _one_by_one(
+        self, rows: list[str], kept: list[int], places: Sequence[int], comma: bool, blank: bool
+    ) -> np.ndarray:
         """Read row by row, as the quick way does, and raise InputError at the first cell that is no number."""
         values = np.empty((len(rows), len(places)))
         for row, (line, index) in enumerate(zip(rows, kept, strict=True)):
@@ -246,7 +251,8 @@ class TextSheet:
                 )
             self._check_count(number, cells, places)
             for one, place in enumerate(places):
-                values[row, one] = self._number(number, place, cells[place].strip(), comma)
+                cell = cells[place].strip()
+                values[row, one] = math.nan if blank and not cell else self._number(number, place, cell, comma)
         return values
 
     def _unclosed(self, line: str) -> int:

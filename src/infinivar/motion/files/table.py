@@ -27,6 +27,9 @@ other than 0 and has no unit."""
 ABOUT_A_JOINT = {"angle": "position", "angular_speed": "speed", "moment": "force"}
 """Roles of a motion about a joint, with the fields of a motion that hold them."""
 
+BESIDE = ("time", "phase", "force", "moment")
+"""Roles of the columns of a second file, which has the force beside the motion of the first."""
+
 SIGNED = ("position", "speed", "force", "angle", "angular_speed", "moment")
 """Roles whose positive direction is a matter of convention."""
 

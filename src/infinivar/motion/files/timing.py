@@ -41,7 +41,7 @@ def read_timed(
     cycle_time: float | None = None,
     window: Sequence[float] | None = None,
     sample_rate: float | None = None,
-    resampling: str = "linear",
+    resampling: str | None = None,
     **options: Any,
 ) -> RecordedTable:
     """Read a recording with its times: `read_table`, then `timed`, `windowed` and `resampled`."""
@@ -220,14 +220,14 @@ def windowed(table: RecordedTable, window: Sequence[float] | None) -> RecordedTa
     return dataclasses.replace(table, remarks=(*table.remarks, remark))
 
 
-def resampled(table: RecordedTable, rate: float | None, method: str = "linear") -> RecordedTable:
+def resampled(table: RecordedTable, rate: float | None, method: str | None = None) -> RecordedTable:
     """Return the table at equal steps from its first to its last time.
 
     Parameters
     ----------
     table : RecordedTable   With a column of time.
     rate : float            Sample rate, rounded so that whole steps fill the recording; None for the rows as they are. [Hz]
-    method : str            One of `RESAMPLING`.
+    method : str            One of `RESAMPLING`; by default cubic where the new rate is higher than that of the rows, else linear.
 
     Returns
     -------
@@ -236,20 +236,23 @@ def resampled(table: RecordedTable, rate: float | None, method: str = "linear") 
     Notes
     -----
     For a motion x(t) with rows a time h apart, straight lines are off by at most h^2/8 max|x''|, and a cubic spline by a
-    multiple of h^4. A mean over a new step H adds H^2/24 x'' to leading order.
+    multiple of h^4. A mean over a new step H adds H^2/24 x'' to leading order. The second derivative of straight lines is zero
+    but at the rows: at a higher rate they state accelerations that the rows do not.
     """
     if rate is None:
-        if method != RESAMPLING[0]:
+        if method not in (None, RESAMPLING[0]):
             raise ParameterError(
                 f"resampling = {method!r} does not apply without sample_rate, which sets the new rate; state it, or remove "
                 "resampling"
             )
         return table
     require(rate > 0.0, "sample_rate", rate, "> 0", "Hz")
-    require(method in RESAMPLING, "resampling", repr(method), f"one of {', '.join(RESAMPLING)}")
+    require(method in (None, *RESAMPLING), "resampling", repr(method), f"one of {', '.join(RESAMPLING)}")
     time = table.columns["time"].values
     span = float(time[-1] - time[0])
     steps = max(1, round(span * rate))
+    if method is None:
+        method = "cubic" if span / steps < (1.0 - _WHOLE) * float(np.median(np.diff(time))) else "linear"
     if steps > _MOST_ROWS:
         raise ParameterError(
             f"sample_rate must be <= {plain(_MOST_ROWS / span, 3)} Hz for {plain(span)} s, got {plain(rate)} Hz"

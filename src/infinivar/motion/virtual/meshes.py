@@ -9,6 +9,7 @@ Source: baerentzen2005.
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Self
@@ -16,7 +17,7 @@ from typing import Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from infinivar import units
-from infinivar._core import extras
+from infinivar._core import extras, files
 from infinivar._core.array_namespace import Array
 from infinivar._core.arrays import HoldsArrays, Whole, real_array, shown
 from infinivar._core.fields import check, component
@@ -25,6 +26,9 @@ from infinivar.errors import InputError, ParameterError, require
 from infinivar.motion.virtual.rows import placed
 from infinivar.motion.virtual.surfaces import Side
 from infinivar.motion.virtual.triangles import CORNERS, check_mesh, closest_on_triangles
+
+_MOST_BYTES = 1_000_000_000
+"""Largest file of a mesh."""
 
 FORMATS = (".stl", ".obj", ".ply")
 """Endings of the files that `TriangleMesh.read` knows."""
@@ -389,11 +393,11 @@ def _around(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _loaded(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices, without repeated ones, and faces of a file, as trimesh reads it."""
-    if not path.is_file():
-        raise InputError(f"cannot read the mesh file {str(path)!r}: it does not exist")
+    content = files.read(path, _MOST_BYTES)
     trimesh = extras.load("trimesh", "robots", "a mesh from a file")
     try:
-        mesh = trimesh.load(path, force="mesh", process=False)
+        kind = path.suffix[1:].lower()
+        mesh = trimesh.load(io.BytesIO(content), file_type=kind, force="mesh", process=False)
         vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.int64)
     except Exception as problem:  # readers of many formats, each with errors of its own
         said = str(problem).splitlines()

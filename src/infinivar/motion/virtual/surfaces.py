@@ -54,7 +54,7 @@ class Surface(Protocol):
 
 
 MEMBERS = ("dimension", "distance", "normal", "hessian")
-"""Members of `Surface`, for messages about what a class of one's own lacks."""
+"""Members of `Surface`, for messages about what a user's class lacks."""
 
 
 class _Local(NamedTuple):

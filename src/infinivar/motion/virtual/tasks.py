@@ -107,7 +107,12 @@ class Fixture(HandleTask):
         """Validate the fields."""
         self._validate()
         words = "what is allowed to move, such as AlongLine, InPlane, AboutAxis or AboutPoint"
-        require(isinstance(self.allowed, Allowed), "allowed", shown(self.allowed), words)
+        require(
+            hasattr(self.allowed, "rows"),
+            "allowed",
+            shown(self.allowed),
+            f"{words}, or an own kind with rows(coordinates, position, twist)",
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.paper.claims.claim import Machine
 from infinivar.paper.claims.planes import Cells, Scale, plane_map
+from infinivar.paper.claims.verdict import FACTOR, Found, Variant, row
 from infinivar.parts.linear import Guideway
 
 
@@ -236,9 +237,22 @@ MOVES: Mapping[str, Move] = FrozenDict(
             lambda bench: bench.load_mass,
             lambda bench, factor: bench._replace(load_mass=factor * bench.load_mass),
         ),
+        "power": Move(
+            "maximum power of the requirement",
+            "W",
+            lambda bench: bench.power,
+            lambda bench, factor: bench._replace(power=factor * bench.power),
+        ),
     }
 )
 """Values that the paper does not print, by name."""
 
 TRACED = ("steering_inertia", "link_mass", "bell_friction", "drag")
 """Values for which the report states the range over which a verdict stays the same."""
+
+
+def demands(machine: Machine, found: Callable[[Machine], Found], *keys: str) -> Iterator[Variant]:
+    """Findings with each value of the requirement varied by `FACTOR`, one at a time: the paper prints none of them."""
+    for key in keys or ("force", "speed", "power"):
+        for factor, words in ((1 / FACTOR, f"/ {FACTOR:g}"), (FACTOR, f"x {FACTOR:g}")):
+            yield row("value", f"required {key} {words}", found(machine.demanding(key, factor)))

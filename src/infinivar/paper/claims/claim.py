@@ -17,7 +17,8 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.paper.claims.planes import plane_map
-from infinivar.paper.claims.verdict import Found, Range, Variant, Verdict
+from infinivar.paper.claims.verdict import Found, Range, Variant, Verdict, turned
+from infinivar.parts.shaft_bearings import CylinderBearings
 from infinivar.study.load import shipped_study
 from infinivar.study.requirement import Requirement
 from infinivar.study.study import Study
@@ -44,10 +45,14 @@ class Claim:
     verdict: Verdict
     shown: Verdict
     why: str
-    by_construction: bool = False
     unit: str = "1"
     ranges: tuple[Range, ...] = ()
     variants: tuple[Variant, ...] = ()
+
+    @property
+    def flips(self) -> tuple[str, ...]:
+        """Choices, definitions and values that reverse the verdict as shown."""
+        return tuple(variant.assuming for variant in turned(self.shown, self.variants))
 
 
 @functools.cache
@@ -62,10 +67,22 @@ class Machine:
 
     set_name = "faulring2006"
 
-    def __init__(self, creep_law: str = "", steering_model: SteeringModel = "shear") -> None:
-        """The machine, with another creep law than that of the set if one is named, and the paper's steering by default."""
+    def __init__(
+        self,
+        creep_law: str = "",
+        steering_model: SteeringModel = "shear",
+        demand: tuple[str, float] | None = None,
+        cylinder_bearings: CylinderBearings | None = None,
+    ) -> None:
+        """The machine, with another creep law than that of the set if one is named, and the paper's steering by default.
+
+        `demand` is a key of the requirement and the factor by which it is multiplied. The paper names the friction of the
+        cylinder's bearings and states no value; by default it is not counted.
+        """
         self.creep_law = creep_law
-        self.steering_model = steering_model
+        self.steering_model: SteeringModel = steering_model
+        self.demand = demand
+        self.cylinder_bearings = cylinder_bearings
 
     def __eq__(self, other: object) -> bool:
         """True for any two of the same laws: both represent the shipped machine, however much they have computed so far."""
@@ -76,8 +93,12 @@ class Machine:
         return hash((self.set_name, *self._laws))
 
     @property
-    def _laws(self) -> tuple[str, str]:
-        return self.creep_law, self.steering_model
+    def _laws(self) -> tuple[str, SteeringModel, tuple[str, float] | None, CylinderBearings | None]:
+        return self.creep_law, self.steering_model, self.demand, self.cylinder_bearings
+
+    def demanding(self, key: str, factor: float) -> Machine:
+        """The same machine under another requirement: "force", "speed" or "power" multiplied by a factor."""
+        return Machine(self.creep_law, self.steering_model, (key, factor), self.cylinder_bearings)
 
     @functools.cached_property
     def comparison(self) -> Comparison:
@@ -88,11 +109,20 @@ class Machine:
     def study(self) -> Study:
         """The shipped study, with all drives of the set."""
         found = shipped_study(self.set_name)
-        if self._laws == ("", "shear"):
+        if self.demand is not None:
+            key, factor = self.demand
+            asked = needed(found.requirement, "requirement")
+            found = replace(found, requirement=replace(asked, **{key: factor * needed(getattr(asked, key), key)}))
+        if self._laws[:2] == ("", "shear") and self.cylinder_bearings is None:
             return found
-        laws = {name: law for name, law in zip(("creep_law", "steering_model"), self._laws, strict=True) if law}
+        laws: dict[str, Any] = {"steering_model": self.steering_model}
+        laws |= {"creep_law": self.creep_law} if self.creep_law else {}
         drives = {
-            name: replace(drive, transmission=replace(drive.transmission, **laws))
+            name: replace(
+                drive,
+                transmission=replace(drive.transmission, **laws),
+                cylinder_bearings=self.cylinder_bearings or drive.cylinder_bearings,
+            )
             if isinstance(drive, CoboticDrive)
             else drive
             for name, drive in found.drives.items()

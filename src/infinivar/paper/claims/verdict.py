@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
-Verdict = Literal["holds", "does not hold", "undecidable"]
+Verdict = Literal["holds", "by construction", "does not hold", "undecidable"]
+"""By construction: the machine was fitted to the claim, or every law of the program implies it. That is no test, and no pass."""
 
 Kind = Literal["choice", "definition", "value", "contrary"]
 
@@ -60,8 +61,7 @@ class Finding(NamedTuple):
     """Result of a check: value (a number or a few words), threshold, verdict, and the reason in one or two sentences.
 
     `shown` is the verdict with the shipped choices, definitions and values alone. `variants` holds the findings under other
-    ones, `ranges` how far parameters that the paper leaves open may change before `shown` does. `by_construction` marks a
-    claim that the machine was fitted to: the verdict shows that such a machine exists, but tests nothing.
+    ones, `ranges` how far parameters that the paper leaves open may change before `shown` does.
     """
 
     computed: float | str | None
@@ -71,7 +71,6 @@ class Finding(NamedTuple):
     why: str
     ranges: tuple[Range, ...] = ()
     variants: tuple[Variant, ...] = ()
-    by_construction: bool = False
 
 
 def yes(condition: bool) -> Verdict:
@@ -95,6 +94,27 @@ def row(kind: Kind, assuming: str, found: Found) -> Variant:
     return Variant(kind, _spaced(assuming), computed, _spaced(found.threshold), found.verdict)
 
 
+_COUNTED: Mapping[Verdict, tuple[str, str]] = MappingProxyType(
+    {
+        "holds": ("holds", "hold"),
+        "by construction": ("holds by construction", "hold by construction"),
+        "does not hold": ("does not hold", "do not hold"),
+        "undecidable": ("is undecidable", "are undecidable"),
+    }
+)
+"""Each verdict as the predicate of one claim and of several."""
+
+
+def counted(verdicts: Sequence[Verdict]) -> str:
+    """One sentence: how many claims have each verdict; empty without claims."""
+    if not verdicts:
+        return ""
+    found = [
+        f"{count} {words[count != 1]}" for verdict, words in _COUNTED.items() if (count := verdicts.count(verdict))
+    ]
+    return f"Of {len(verdicts)} claim{'s' if len(verdicts) != 1 else ''}, {', '.join(found)}."
+
+
 def turned(verdict: Verdict, variants: Iterable[Variant]) -> list[Variant]:
     """Variants that count and reverse the verdict."""
     opposite = {"holds": "does not hold", "does not hold": "holds"}.get(verdict)
@@ -111,15 +131,18 @@ def settle(
 ) -> Finding:
     """The finding: undecidable if any variant that counts reverses the verdict; the reason then names those variants.
 
+    A claim that holds by construction is not decided by variants: they only show how closely it does.
+
     Parameters
     ----------
     found : Found        Finding with the shipped choices, definitions and values.
     why : str            Reason, in one or more full sentences.
-    by_construction      The machine was fitted to the claim: variants then only show how closely.
+    by_construction      The machine was fitted to the claim, or no law of the program permits anything else; `why` says which.
     """
     variants = tuple(variants)
-    against = [] if by_construction else turned(found.verdict, variants)
-    verdict = found.verdict
+    built = by_construction and found.verdict == "holds"
+    against = [] if built else turned(found.verdict, variants)
+    verdict = "by construction" if built else found.verdict
     if against:
         named = [variant.assuming for variant in against[:_NAMED]]
         more = f" and {len(against) - _NAMED} more" if len(against) > _NAMED else ""
@@ -134,5 +157,4 @@ def settle(
         why=_spaced(why),
         ranges=tuple(ranges),
         variants=variants,
-        by_construction=by_construction,
     )

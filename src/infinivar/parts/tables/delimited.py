@@ -51,14 +51,45 @@ def _headings(cells: Sequence[str]) -> list[_Heading]:
     for cell in cells:
         parts = _HEADING.match(cell)
         name, unit = (parts[1], parts[2]) if parts else (cell.strip(), None)
-        found.append(_Heading(name.lower().replace(" ", "_"), unit or None, cell.strip()))
+        found.append(_Heading(name.lower().replace(" ", "_"), units.spelt(unit) if unit else None, cell.strip()))
     return found
+
+
+def renamed(headings: Sequence[str], columns: Mapping[str, str], file: str) -> list[str]:
+    """Headings of a file in which some columns have other names.
+
+    Parameters
+    ----------
+    headings : sequence   As in the file.
+    columns : mapping     Heading of the file by name of a column; with its unit in brackets where the file states none.
+
+    Raises
+    ------
+    InputError
+        If the file has no such heading.
+    """
+    made = list(headings)
+    for name, entry in columns.items():
+        asked = _headings([entry])[0]
+        known = [one.written for one in _headings(headings)]
+        place = next(
+            (place for place, one in enumerate(_headings(headings)) if one.written == entry or one.name == asked.name),
+            None,
+        )
+        if place is None:
+            raise InputError(
+                f"{file}:1: has no column {entry!r}{nearest(entry, known)}; it has {', '.join(map(repr, known))}"
+            )
+        unit = asked.unit or _headings(headings)[place].unit
+        made[place] = f"{name} [{unit}]" if unit else name
+    return made
 
 
 def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str) -> None:
     """Take the rows of a file; the first line has the headings."""
     headings = _headings(lines[0][1])
     columns = _columns(gathering, kind, headings, file)
+    lines = [lines[0], *_with_points(headings, columns, lines[1:])]
     _remark_small_shares(gathering, columns, file, [dict(zip(headings, cells, strict=False)) for _, cells in lines[1:]])
     for line, cells in lines[1:]:
         if not any(cell.strip() for cell in cells):
@@ -75,6 +106,27 @@ def read_parts(gathering: Gathering, kind: str, lines: Sequence[Line], file: str
             gathering.refuse(file, line, said.get("key", ""), str(problem), kind)
             continue
         gathering.add(kind, row, file, line)
+
+
+def _with_points(headings: Sequence[_Heading], columns: Mapping[str, Any], lines: Sequence[Line]) -> Sequence[Line]:
+    """Rows with decimal points where the file has decimal commas: where the first number with either mark has a comma."""
+    places = [place for place, heading in enumerate(headings) if heading.name in columns]
+    cells = (line[place].strip() for _, line in lines for place in places if place < len(line))
+    first = next(
+        (cell for cell in cells if _NUMBER.fullmatch(cell.replace(",", ".", 1)) and ("," in cell or "." in cell)), ""
+    )
+    if "," not in first:
+        return lines
+    return [
+        (
+            number,
+            [
+                cell.replace(",", ".", 1) if place in places and "." not in cell else cell
+                for place, cell in enumerate(line)
+            ],
+        )
+        for number, line in lines
+    ]
 
 
 def _columns(gathering: Gathering, kind: str, headings: Sequence[_Heading], file: str) -> dict[str, tuple[Column, str]]:

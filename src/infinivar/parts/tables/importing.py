@@ -5,13 +5,14 @@ from __future__ import annotations
 import csv
 import datetime
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from infinivar._core import files as reading
+from infinivar._core.encodings import text_of
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.tables import delimited, mgdb, stored, tomls
@@ -80,6 +81,7 @@ def import_parts(
     name: str | None = None,
     source: str | None = None,
     date: str | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> PartImport:
     """Read files of parts into one set.
 
@@ -89,6 +91,7 @@ def import_parts(
         columns motor and gearhead, or an MGDB file of compatibility, each line says what fits together; * stands for any text.
     name : str      Name of the set; by default that of the first file.
     source : str    Source of rows that state none; by default the name of their file.
+    columns : mapping   Headings of a CSV file by name of a column, where they differ: ``{"resistance": "R [Ohm]"}``.
     date : str      Date of the source of rows that state none; by default the day of the import.
 
     Returns
@@ -110,7 +113,7 @@ def import_parts(
     gathering = Gathering(defaults={"date": today if date is None else date, "kind": "catalogue"})
     for path in paths:
         gathering.defaults = {**gathering.defaults, "source": source or path.name}
-        _read(gathering, path)
+        _read(gathering, path, columns or {})
     if not any(gathering.rows.values()):
         first = [str(fault) for fault in gathering.faults[:_MOST_SHOWN]]
         raise InputError("\n".join([f"{', '.join(map(printable, paths))}: no row could be read", *first]))
@@ -129,23 +132,25 @@ def read_set(path: Path, name: str | None = None) -> PartImport:
     return import_parts(path, name=name or path.stem, date="")
 
 
-def _read(gathering: Gathering, path: Path) -> None:
+def _read(gathering: Gathering, path: Path, columns: Mapping[str, str]) -> None:
     suffix = path.suffix.lower()
     if suffix == ".npz":
         raise InputError(f"{printable(path)}: is a stored set already; copy the file to where sets are looked up")
     if suffix not in SUFFIXES:
         raise InputError(f"{printable(path)}: must be a .csv or .toml file{nearest(suffix, SUFFIXES)}")
     content = reading.read(path, _MOST_BYTES)
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as problem:
-        raise InputError(f"{printable(path)}: is not a text file in UTF-8 (byte {problem.start})") from problem
+    read = text_of(printable(path), content)
+    text = "\n".join(read.lines)
+    if not read.encoding.startswith("UTF-8"):
+        gathering.remark(path.name, None, f"read as {read.encoding}")
     if suffix == ".toml":
         tomls.read(gathering, text, path.name)
         return
     lines = list(_lines(text, path))
     if not lines:
         raise InputError(f"{printable(path)}: is empty")
+    if columns:
+        lines[0] = (lines[0][0], delimited.renamed(lines[0][1], columns, printable(path)))
     _read_csv(gathering, lines, path)
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import tempfile
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from infinivar._core import files
+from infinivar._core import archives
 from infinivar.errors import InputError, printable
 from infinivar.parts.tables.columns import PARTS, number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, PartTable, part_set
@@ -70,17 +68,8 @@ def read(path: Path, name: str | None = None) -> PartSet:
     InputError
         If the file cannot be read or is no such set.
     """
+    arrays = archives.read(path, _MOST_BYTES, "set of parts")
     try:
-        with zipfile.ZipFile(io.BytesIO(files.read(path, _MOST_BYTES))) as archive:
-            size = sum(one.file_size for one in archive.infolist())
-            if size > _MOST_BYTES:
-                raise InputError(
-                    f"{printable(path)}: unpacks to {size / 1e6:.3g} MB, more than {_MOST_BYTES / 1e6:g} MB"
-                )
-            arrays = {}
-            for one in archive.infolist():
-                with archive.open(one) as member:
-                    arrays[one.filename.removesuffix(".npy")] = np.lib.format.read_array(member, allow_pickle=False)
         if "format" not in arrays:
             raise InputError(f"{printable(path)}: is no set of parts, but a NumPy archive of something else")
         if int(arrays["format"]) != _FORMAT:
@@ -92,7 +81,7 @@ def read(path: Path, name: str | None = None) -> PartSet:
     except InputError as problem:
         here = printable(path)
         raise InputError(str(problem) if str(problem).startswith(here) else f"{here}: {problem}") from None
-    except Exception as problem:  # NumPy's reader of headers may fail in any way on a damaged file
+    except Exception as problem:  # columns of other shapes or types than those of a set may fail in any way
         raise InputError(f"{printable(path)}: is no set of parts: {problem}") from problem
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from infinivar import units
-from infinivar._core import plugins
+from infinivar._core import files, plugins
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts import catalogue
 from infinivar.parts.tables import tomls
@@ -47,9 +47,7 @@ def users_folder() -> Path:
     asked = os.environ.get(VARIABLE)
     if asked:
         return Path(asked)
-    import platformdirs
-
-    return platformdirs.user_data_path("infinivar", appauthor=False) / "parts"
+    return files.of_user("data") / "parts"
 
 
 @functools.cache

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from infinivar import units
+from infinivar._core import toml
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts.tables.columns import ONE, PARTS, kind_by_columns, number_columns, text_columns
 from infinivar.parts.tables.gathering import Gathering
@@ -34,9 +34,9 @@ def read(gathering: Gathering, text: str, file: str) -> None:
         If it is not valid TOML, or what is at its top cannot be understood.
     """
     try:
-        raw = tomllib.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise InputError(f"{printable(file)}: is not valid TOML: {str(problem).partition(';')[0]}") from problem
+        raw = toml.loads(text)
+    except InputError as problem:
+        raise InputError(f"{printable(file)}: {problem}") from problem
     lines = _lines(text)
     shared, tables = _top(raw, file)
     for kind, path, row in tables:
@@ -157,8 +157,8 @@ def _lines(text: str) -> dict[tuple[str, ...], int]:
         if header is None:
             continue
         try:
-            level: Any = tomllib.loads(header[1])
-        except ValueError:  # a list over several lines, not a header
+            level: Any = toml.loads(header[1])
+        except InputError:  # a list over several lines, not a header
             continue
         path: list[str] = []
         while isinstance(level, dict) and level:

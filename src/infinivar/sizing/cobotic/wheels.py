@@ -425,10 +425,12 @@ def _shaft(drive: CoboticDrive, task: Task, asked: Asked) -> Shaft:
             torque = np.stack([torque.min(axis=-1), torque.max(axis=-1)], axis=-1)
         return Shaft(turning, torque, nothing, nothing, still, still, None)
     shape = count, len(task.instants.time)
-    torque, rate, quickening = (np.broadcast_to(part, shape) for part in (asked.torque, asked.rate, asked.acceleration))
+    torque, rate, acceleration = (
+        np.broadcast_to(part, shape) for part in (asked.torque, asked.rate, asked.acceleration)
+    )
     patch, bell = (np.broadcast_to(part, (count, 1)) for part in (asked.patch, asked.bell))
     moment = None if asked.moment is None else np.broadcast_to(asked.moment, shape)
-    return Shaft(turning, torque, rate, quickening, patch, bell, moment)
+    return Shaft(turning, torque, rate, acceleration, patch, bell, moment)
 
 
 def _life(drive: CoboticDrive, rolling_loss: np.ndarray, life: float) -> np.ndarray:

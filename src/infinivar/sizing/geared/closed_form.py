@@ -91,10 +91,10 @@ def linear_of(motor: Motor, gear: Gearhead) -> Linear:
 
 def moments(signals: Signals) -> Moments:
     """Moments of a task at a stage, for all candidates."""
-    torque, quickening, speed = signals.moving.T
+    torque, acceleration, speed = signals.moving.T
     drives = torque > 0.0
     columns = np.stack(
-        [np.where(drives, torque, 0.0), np.where(drives, 0.0, torque), quickening, speed, np.ones_like(speed)]
+        [np.where(drives, torque, 0.0), np.where(drives, 0.0, torque), acceleration, speed, np.ones_like(speed)]
     )
     count = max(signals.total, 1)
     rest = signals.resting

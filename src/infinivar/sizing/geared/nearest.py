@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from infinivar.parts.linear import Pulley
 from infinivar.parts.stage import OutputStage
 from infinivar.sizing.geared.at_stages import closed_forms
 from infinivar.sizing.geared.candidates import Candidates
@@ -78,7 +77,7 @@ def nearest_over_radius(
     if chosen is None:
         return None
     row, radius = chosen
-    return _design(found, row, Pulley(radius=radius, friction_torque=pulley.friction_torque), tasks, shares)
+    return _design(found, row, replace(pulley, radius=radius), tasks, shares)
 
 
 class _Tried(NamedTuple):

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from infinivar._core.pareto import front
-from infinivar.parts.linear import Pulley
 from infinivar.sizing.geared.candidates import Candidates
 from infinivar.sizing.geared.radius_bounds import Bounds
 from infinivar.sizing.geared.radius_limits import Load, least_power, limits, load_of, region_points
@@ -314,7 +313,7 @@ def _designs(search: RadiusSearch, rows: np.ndarray, radius: np.ndarray, bounds:
     drawn = np.broadcast_to(mixed(done.power, search.shares), rows.shape)
     found = []
     for place, row in enumerate(rows):
-        stage = Pulley(radius=float(radius[place]), friction_torque=search.pulley.friction_torque)
+        stage = replace(search.pulley, radius=float(radius[place]))
         radii = float(ends.low[place]), float(ends.high[place])
         found.append(design(search.found, int(row), stage, done, place, float(drawn[place]), radii))
     return found

@@ -87,11 +87,11 @@ def all_below(points: np.ndarray, factors: tuple[np.ndarray, ...], bound: np.nda
         return Bounds(low, high)
     # The signal rises in every coordinate of y.
     signed = sign * points
-    force, quickening, speed = signed[highest_places(signed)].T
+    force, acceleration, speed = signed[highest_places(signed)].T
     for start in range(0, count, _ROWS):
         rows = slice(start, start + _ROWS)
         first, second, third, constant = (factor[rows, None] for factor in factors)
-        found = below(first * force, second * quickening + third * speed, sign * constant, bound[rows, None])
+        found = below(first * force, second * acceleration + third * speed, sign * constant, bound[rows, None])
         low[rows], high[rows] = found.low.max(axis=-1), found.high.min(axis=-1)
     return Bounds(low, high)
 

@@ -74,14 +74,14 @@ def load_of(found: Candidates, task: Task, radii: tuple[float, float]) -> Load:
     """What a task asks of the pulley of the template, at any radius of a range."""
     template = found.template
     assert template.pulley is not None
-    friction, inertia = template.pulley.friction_torque, template.gear_output_inertia
+    friction, inertia = template.pulley.shaft_friction, template.gear_output_inertia
     signals = task.signals(replace(template, output_inertia=None), Pulley(radius=1.0))
-    force, quickening, _ = signals.moving.T
+    force, acceleration, _ = signals.moving.T
     if found.loss_model == "coulomb":
         drives, brakes = np.ones(len(force), dtype=bool), np.zeros(len(force), dtype=bool)
     else:
         ends = np.array(radii)
-        terms = force[:, None] * ends, inertia * quickening[:, None] / ends
+        terms = force[:, None] * ends, inertia * acceleration[:, None] / ends
         drives = terms[0].min(axis=-1) + terms[1].min(axis=-1) + friction > 0.0
         brakes = terms[0].max(axis=-1) + terms[1].max(axis=-1) + friction <= 0.0
     return Load(task, signals.moving, signals.resting, drives, brakes, dict(signals.others), radii, friction, inertia)

@@ -88,7 +88,7 @@ class MotionTask:
         point = drive.follow(course, load_mass=mass)
         inner = chain.inward(drive.chain, course, mass, drive.axis, (2, 0)).course
         shape = self.instants.time.shape
-        torque, speed, quickening = (
+        torque, speed, acceleration = (
             np.broadcast_to(np.asarray(values, dtype=float), shape)
             for values in (
                 point.states["gear_output_torque_Nm"],
@@ -101,7 +101,7 @@ class MotionTask:
         }
         if self.travel is not None:
             others[Limit.TRAVEL, "load"] = float(np.ptp(self.instants.position)) / self.travel
-        return _with_the_motion(torque, quickening, speed, others)
+        return _with_the_motion(torque, acceleration, speed, others)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -192,9 +192,9 @@ def heat_counts(task: Task) -> bool:
 
 
 def _with_the_motion(
-    torque: np.ndarray, quickening: np.ndarray, speed: np.ndarray, others: Mapping[Demand, float]
+    torque: np.ndarray, acceleration: np.ndarray, speed: np.ndarray, others: Mapping[Demand, float]
 ) -> Signals:
     sign = np.sign(speed)
     moves = sign != 0.0
-    moving = np.stack([torque * sign, quickening * sign, np.abs(speed)], axis=-1)[moves]
+    moving = np.stack([torque * sign, acceleration * sign, np.abs(speed)], axis=-1)[moves]
     return Signals(moving, np.sort(np.abs(torque[~moves])), others)

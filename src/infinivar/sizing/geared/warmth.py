@@ -4,9 +4,8 @@ Over a settled cycle the heat that enters winding and housing leaves them, so th
 friction F the winding is ``(R_wh + R_ha) J + R_ha F`` above ambient on average, and thus at some instant. It is nowhere below
 ambient, where its resistance gives a lower bound of J.
 
-The law takes the highest temperature at the ends of steps of at most a fiftieth of the winding's time constant. Between two ends
-it can be higher only by a part of its change in a step, for which `SPARE` leaves ample room; where steps are longer, the bound
-is not used.
+The law divides the cycle into steps of at most a fiftieth of the winding's time constant, within which temperatures err by a
+small part of their change in a step, for which `SPARE` leaves ample room; where steps are longer, the bound is not used.
 """
 
 from __future__ import annotations

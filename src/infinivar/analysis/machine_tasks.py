@@ -1,0 +1,496 @@
+"""One machine in a task or on a path: powers, losses and limits by inverse dynamics, and at steady points.
+
+Powers and limits count steering, rotors and moving masses; in a task as the machine passes through it at its twist. The same
+without these, of steady points, is beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from infinivar import power
+from infinivar._core.frozen import FrozenDict
+from infinivar._core.result import Result, result
+from infinivar.analysis.tightest import ALIKE, corner_words, tight_words, tightest_of
+from infinivar.drivetrain.machines.course import MachineCourse, on_path, through, together
+from infinivar.drivetrain.machines.machine import SLOW_FRICTION, Machine, TaskPoint, as_machine, unit_of
+from infinivar.errors import ParameterError, require
+from infinivar.limits import LEADING, ROOT_MEAN_SQUARE, Demand
+from infinivar.motion.machine_tasks import MachinePath, MachineTask
+from infinivar.units import plain
+
+_UNSPENT = 1e-6
+"""Power of servos that counts as none. [W]"""
+
+_BETWEEN = 15
+"""Points between the ends of a range of wrenches of one coordinate at which limits are judged."""
+
+
+@result
+class TaskResult(Result):
+    """One machine in one task.
+
+    Attributes
+    ----------
+    title : str
+    pose, twist, wrench : (d,) float   In the coordinates of the machine; the wrench on the load.
+    corners : (m, d) float             Wrenches at which limits are judged: the task's own, corners of its polytope, and points
+        between them if the machine has one coordinate.
+    point : TaskPoint                  At the task's own wrench, in motion.
+    steady : TaskPoint                 The same as a steady point, without steering, rotors and moving masses.
+    load_turns : float                 Largest angle by which the wrench turns a wheel of the machine at rest; nan without
+        steering or at a twist. [rad]
+    load_work : float                  Work of the servos against friction as it does. [J]
+    demand : (Limit, part)             The tightest limit over all of them.
+    margin : float                     Allowance over demand there; below 1 if infeasible. [-]
+    corner : int                       The corner at which it is the tightest.
+    audit_residual : float             Largest relative residual of the power balance. [-]
+    """
+
+    title: str
+    coordinates: tuple[str, ...]
+    pose: np.ndarray
+    twist: np.ndarray
+    wrench: np.ndarray
+    corners: np.ndarray
+    point: TaskPoint
+    steady: TaskPoint
+    demand: Demand
+    margin: float
+    corner: int
+    audit_residual: float
+    load_turns: float = float("nan")
+    load_work: float = float("nan")
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every wrench of the polytope is within all limits."""
+        return self.margin >= 1.0
+
+    @property
+    def mean_power(self) -> float:
+        """Power from all sources under the task's own wrench. [W]"""
+        return float(self.point.power_in)
+
+    @property
+    def steady_power(self) -> float:
+        """The same of the steady point. [W]"""
+        return float(self.steady.power_in)
+
+    @property
+    def steering_power(self) -> float:
+        """What steering loses; 0 where it does not count. [W]"""
+        return _steering(self.losses)
+
+    @property
+    def servo_words(self) -> str:
+        """What the servos do while the machine holds; empty at a twist, and where steering does not count."""
+        if np.any(self.twist) or "steering winding" not in self.losses:
+            return ""
+        spent = self.steering_power
+        said = f"servos {plain(spent, 3)} W" if spent > _UNSPENT else "servos 0 W, as friction holds the wheels"
+        if not self.load_work > 0.0:
+            return said
+        turned = plain(float(np.degrees(self.load_turns)), 2)
+        return f"{said}; taking up the load turns them by {turned}°, {plain(1e3 * self.load_work, 2)} mJ"
+
+    @property
+    def losses(self) -> dict[str, float]:
+        """By name. [W]"""
+        return {name: float(loss) for name, loss in self.point.losses.items()}
+
+    @property
+    def tightest_words(self) -> str:
+        """The tightest limit, with its margin, and where if other wrenches are asked for."""
+        where = "" if self.corner == 0 else f" at {corner_words(self.coordinates, self.corners[self.corner], 'wrench')}"
+        return tight_words(self.demand, self.margin) + where
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "title": self.title,
+            "feasible": self.feasible,
+            "power_in_W": self.mean_power,
+            "steady_power_W": self.steady_power,
+            "steering_power_W": self.steering_power,
+            "power_out_W": float(self.point.power_out),
+            "losses_W": self.losses,
+            "stored_W": {name: float(power) for name, power in self.point.stored.items()},
+            "load_turns_rad": self.load_turns,
+            "load_work_J": self.load_work,
+            "efficiency": float(self.point.efficiency),
+            "tightest_limit": self.demand[0].name,
+            "part": self.demand[1],
+            "margin": self.margin,
+            "parts": {
+                part: {
+                    "force": float(self.point.part_forces[place]),
+                    "speed": float(self.point.part_speeds[place]),
+                    "steering_rad": float(self.point.steering[place]),
+                    "loss_W": float(self.point.part_losses[place]),
+                }
+                for place, part in enumerate(self.point.parts)
+            },
+            "audit_residual": self.audit_residual,
+        }
+
+
+@result
+class PathResult(Result):
+    """One machine on one path.
+
+    Attributes
+    ----------
+    title, per : str                   Name, and what energies refer to.
+    period : float                     [s]
+    time : (t,) float                  [s]
+    pose, twist, wrench : (t, d) float In the coordinates of the machine.
+    point : TaskPoint                  At each instant.
+    steady : TaskPoint                 The same as steady points, without steering, rotors and moving masses.
+    demands : (Limit, part) to float   Over the path: root mean squares of heating, peaks of all else. [-]
+    demand, margin                     The tightest of them.
+    audit_residual : float             [-]
+    """
+
+    title: str
+    per: str
+    coordinates: tuple[str, ...]
+    period: float
+    time: np.ndarray
+    pose: np.ndarray
+    twist: np.ndarray
+    wrench: np.ndarray
+    point: TaskPoint
+    steady: TaskPoint
+    demands: Mapping[Demand, float]
+    demand: Demand
+    margin: float
+    audit_residual: float
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all limits hold over the path."""
+        return self.margin >= 1.0
+
+    @property
+    def mean_power(self) -> float:
+        """Mean power from all sources; nan where a wheel slips or the machine does not reach. [W]"""
+        return float(np.mean(self.point.power_in))
+
+    @property
+    def steady_power(self) -> float:
+        """The same of steady points. [W]"""
+        return float(np.mean(self.steady.power_in))
+
+    @property
+    def controlled_power(self) -> float:
+        """Mean power with the friction of simulations, which falls below their stick speed. [W]
+
+        The other powers count friction in full at any speed.
+        """
+        return self.mean_power + float(np.mean(self.point.states.get(SLOW_FRICTION, 0.0)))
+
+    @property
+    def steering_power(self) -> float:
+        """Mean of what steering loses; 0 where it does not count. [W]"""
+        return _steering(self.losses)
+
+    @property
+    def servo_words(self) -> str:
+        """Empty: a path is no held task."""
+        return ""
+
+    @property
+    def energy(self) -> float:
+        """Energy from the source over the period. [J]"""
+        return self.mean_power * self.period
+
+    @property
+    def losses(self) -> dict[str, float]:
+        """Means, by name. [W]"""
+        return {name: float(np.mean(loss)) for name, loss in self.point.losses.items()}
+
+    @property
+    def tightest_words(self) -> str:
+        """The tightest limit, with its margin."""
+        return tight_words(self.demand, self.margin)
+
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """Histories for a data file, by name with unit."""
+        found = {"time_s": self.time}
+        for what in ("pose", "twist", "wrench"):
+            for place, name in enumerate(self.coordinates):
+                unit = unit_of(name, what).replace("/", "_").replace(" ", "")
+                found[f"{what}_{name}_{unit}"] = getattr(self, what)[:, place]
+        return {
+            **found,
+            "power_in_W": np.asarray(self.point.power_in),
+            "power_out_W": np.asarray(self.point.power_out),
+            "steady_power_in_W": np.asarray(self.steady.power_in),
+            **{f"loss_{name.replace(' ', '_')}_W": np.asarray(loss) for name, loss in self.point.losses.items()},
+        }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, for scripts."""
+        return {
+            "title": self.title,
+            "feasible": self.feasible,
+            "period_s": self.period,
+            "energy_J": self.energy,
+            "mean_power_W": self.mean_power,
+            "controlled_power_W": self.controlled_power,
+            "steady_power_W": self.steady_power,
+            "steering_power_W": self.steering_power,
+            "peak_power_W": float(np.max(self.point.power_in)),
+            "mean_losses_W": self.losses,
+            "tightest_limit": self.demand[0].name,
+            "part": self.demand[1],
+            "margin": self.margin,
+            "audit_residual": self.audit_residual,
+        }
+
+
+def _steering(losses: Mapping[str, float]) -> float:
+    return sum(loss for name, loss in losses.items() if name.startswith("steering "))
+
+
+class _Placed(NamedTuple):
+    """A task or path of a machine: instants (t,) of a path, motion with wrenches, and words for messages."""
+
+    time: np.ndarray | None
+    course: MachineCourse
+    where: str
+
+    @property
+    def size(self) -> int:
+        """Corners of a task, or instants of a path."""
+        return self.course.wrench.shape[1]
+
+    @property
+    def loads(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Pose, twist and wrench (k, d) of its steady points: all of a path; of a task its own, and at rest also without load."""
+        pose, twist, wrench = np.broadcast_arrays(self.course.pose[2], self.course.twist[2], self.course.wrench[2])
+        if self.time is not None:
+            return pose, twist, wrench
+        if np.any(twist):
+            return pose[:1], twist[:1], wrench[:1]
+        return pose[[0, 0]], twist[[0, 0]], wrench[[0, 0]] * np.array([[1.0], [0.0]])
+
+
+class Prepared:
+    """Tasks and paths of a machine, by key, with what all machines of its geometry and moving masses have in common."""
+
+    def __init__(self, drive: Any, asked: Mapping[str, MachineTask | MachinePath]) -> None:
+        """Place them, and side by side those that count more than steady points do, as a call has its own cost."""
+        self._machine = as_machine(drive)
+        self.placed = {key: _placed(self._machine, one) for key, one in asked.items()}
+        groups: dict[bool, list[str]] = {}
+        for key, one in self.placed.items():
+            groups.setdefault(_counts(self._machine, one.course), []).append(key)
+        self._groups = [(keys, counted, self._ahead(keys, counted)) for counted, keys in groups.items()]
+
+    def _ahead(self, keys: list[str], counted: bool) -> Any:
+        course = together([self.placed[key].course for key in keys])
+        return self._machine.carried(course) if counted and hasattr(self._machine, "carried") else course  # type: ignore[attr-defined]
+
+    def points(self, machine: Any) -> dict[str, tuple[TaskPoint, bool]]:
+        """Points of each, of such a machine, and whether they count more than steady points do."""
+        found: dict[str, tuple[TaskPoint, bool]] = {}
+        for keys, counted, ahead in self._groups:
+            if not counted:
+                point = machine.perform(pose=ahead.pose[2], twist=ahead.twist[2], wrench=ahead.wrench[2])
+            else:
+                point = machine.along(ahead) if hasattr(machine, "carried") else machine.follow(ahead)
+            parts = _parted(point, {key: self.placed[key].size for key in keys})
+            found |= {key: (part, counted) for key, part in parts.items()}
+        return {key: found[key] for key in self.placed}
+
+
+def power_and_feasibility(drive: Any, asked: Prepared) -> dict[str, tuple[float, bool]]:
+    """What decides between machines: `mean_power` [W] and `feasible` of what `evaluated` returns, and nothing else."""
+    found = {}
+    for key, (point, _) in asked.points(as_machine(drive)).items():
+        one = asked.placed[key]
+        _audit(point, one.where)
+        if one.time is None:
+            found[key] = float(point.power_in[0]), min(margin for _, margin in _of_corners(point, one.size)) >= 1.0
+        else:
+            found[key] = float(np.mean(point.power_in)), tightest_of(_of_path(point))[1] >= 1.0
+    return found
+
+
+def evaluated(drive: Any, asked: Mapping[str, MachineTask | MachinePath]) -> dict[str, TaskResult | PathResult]:
+    """`perform_task` and `follow_path` of several tasks and paths, by key."""
+    machine, prepared = as_machine(drive), Prepared(drive, asked)
+    placed, points = prepared.placed, prepared.points(machine)
+    steady = {key: point for key, (point, counted) in points.items() if not counted}
+    rest = {key: placed[key].loads for key in asked if key not in steady}
+    if rest:
+        pose, twist, wrench = (np.concatenate(rows) for rows in zip(*rest.values(), strict=True))
+        every = machine.perform(pose=pose, twist=twist, wrench=wrench)
+        steady |= _parted(every, {key: len(row[0]) for key, row in rest.items()})
+    found: dict[str, TaskResult | PathResult] = {}
+    for key, one in asked.items():
+        make = _task_result if isinstance(one, MachineTask) else _path_result
+        found[key] = make(machine, one, placed[key], points[key][0], steady[key])  # type: ignore[arg-type]
+    return found
+
+
+def _placed(machine: Machine, asked: MachineTask | MachinePath) -> _Placed:
+    names = machine.coordinates
+    if isinstance(asked, MachinePath):
+        return _Placed(*on_path(asked, names, machine.home), f"path {asked.title!r}")
+    for key, vector in asked.vectors.items():
+        for name in vector.beyond(names):
+            raise ParameterError(f"{key}.{name} does not apply: the machine has {', '.join(names)} only")
+    pose, twist, corners = asked.pose.row(names, machine.home), asked.twist.row(names), _judged(asked.corners(names))
+    return _Placed(None, through(pose, twist, names, corners), f"task {asked.title!r}")
+
+
+def _parted(point: TaskPoint, counts: Mapping[str, int]) -> dict[str, TaskPoint]:
+    """Points side by side, by the key of each stretch of them."""
+    if len(counts) == 1:
+        return dict.fromkeys(counts, point)
+    ends = np.cumsum(list(counts.values()))
+    return {
+        key: point.at(slice(end - count, end)) for (key, count), end in zip(counts.items(), map(int, ends), strict=True)
+    }
+
+
+def perform_task(drive: Any, task: MachineTask) -> TaskResult:
+    """One machine, or drive of one axis, in a task: all losses, and limits at every corner of its polytope of wrenches.
+
+    Raises
+    ------
+    ParameterError
+        If the task states a coordinate that the machine does not have, or `drive` or `task` is something else.
+
+    Notes
+    -----
+    Between the corners the demands of most machines are smaller: at one twist and pose they are convex in the wrench, as forces
+    of links are linear in it. Where creep by spin changes with the load, as on a sphere, they need not be: a machine of one
+    coordinate is judged at points between them, too.
+    """
+    kind = f"a {type(task).__name__}" + ("; write follow_path" if isinstance(task, MachinePath) else "")
+    require(isinstance(task, MachineTask), "task", kind, "a MachineTask")
+    return evaluated(drive, {"": task})[""]  # type: ignore[return-value]
+
+
+def _task_result(machine: Any, task: MachineTask, placed: _Placed, every: TaskPoint, alone: TaskPoint) -> TaskResult:
+    corners, twist = placed.course.wrench[2], placed.course.twist[2, 0]
+    residual = _audit(every, placed.where)
+    turns = work = float("nan")
+    friction = getattr(machine, "steering_friction", float("nan"))
+    if not np.any(twist) and np.isfinite(friction) and alone is not every:
+        turned = np.abs(np.asarray(alone.steering)[0] - np.asarray(alone.steering)[1])
+        turns, work = float(np.max(turned)), friction * float(np.sum(turned))
+    tightest = _of_corners(every, len(corners))
+    least = min(margin for _, margin in tightest)
+    corner = next(place for place, (_, margin) in enumerate(tightest) if margin <= least * (1.0 + ALIKE))
+    return TaskResult(
+        title=task.title,
+        coordinates=machine.coordinates,
+        pose=placed.course.pose[2, 0],
+        twist=twist,
+        wrench=corners[0],
+        corners=corners,
+        point=every.at(0),
+        steady=alone.at(0),
+        demand=tightest[corner][0],
+        margin=tightest[corner][1],
+        corner=corner,
+        audit_residual=residual,
+        load_turns=turns,
+        load_work=work,
+    )
+
+
+def passing_point(machine: Machine, pose: np.ndarray, twist: np.ndarray, wrench: np.ndarray) -> TaskPoint:
+    """A machine that passes through a pose at a twist under a wrench on its load, as a task has it: (d,) each."""
+    course = through(pose, twist, machine.coordinates, wrench[None])
+    if not _counts(machine, course):
+        return machine.perform(pose=pose, twist=twist, wrench=wrench)
+    return machine.follow(course).at(0)  # type: ignore[attr-defined]
+
+
+def _of_corners(point: TaskPoint, count: int) -> list[tuple[Demand, float]]:
+    """The tightest limit and its margin at each corner of a task."""
+    return [tightest_of({key: float(values[place]) for key, values in point.demands.items()}) for place in range(count)]
+
+
+def _of_path(point: TaskPoint) -> dict[Demand, float]:
+    """Demands over a path."""
+    return {key: _over_time(key, np.asarray(values)) for key, values in point.demands.items()}
+
+
+def _counts(machine: Any, course: MachineCourse) -> bool:
+    """Whether a machine counts more along a course than steady points do."""
+    counts = getattr(machine, "counts", None)
+    return hasattr(machine, "follow") and (counts is None or counts(course))
+
+
+def _audit(point: TaskPoint, where: str) -> float:
+    """Largest residual of the power balance, in which what is stored within the machine is power out."""
+    return power.audit(point.power_in, point.power_out + sum(point.stored.values()), point.losses, where)
+
+
+def _judged(corners: np.ndarray) -> np.ndarray:
+    """The wrenches at which a task is judged: the corners, and of one coordinate as many between them as show a maximum."""
+    if corners.shape[-1] > 1 or len(corners) == 1:
+        return corners
+    between = np.linspace(np.min(corners), np.max(corners), _BETWEEN + 2)[1:-1]
+    return np.concatenate([corners, between[~np.isin(between, corners[:, 0])][:, None]])
+
+
+def follow_path(drive: Any, path: MachinePath) -> PathResult:
+    """One machine, or drive of one axis, on a path: inverse dynamics at every instant, and steady operation beside it.
+
+    The wrench accelerates the load. The jump of a steering angle where a link reverses, and the warming of windings, are left
+    out.
+
+    Raises
+    ------
+    ParameterError
+        If `drive` or `path` is something else.
+    """
+    kind = f"a {type(path).__name__}" + ("; write perform_task" if isinstance(path, MachineTask) else "")
+    require(isinstance(path, MachinePath), "path", kind, "a MachinePath")
+    return evaluated(drive, {"": path})[""]  # type: ignore[return-value]
+
+
+def _path_result(
+    machine: Machine, path: MachinePath, placed: _Placed, point: TaskPoint, steady: TaskPoint
+) -> PathResult:
+    course = placed.course
+    residual = _audit(steady, f"{placed.where}, steady")
+    if point is not steady:
+        residual = max(residual, _audit(point, placed.where))
+    demands = _of_path(point)
+    demand, margin = tightest_of(demands)
+    return PathResult(
+        title=path.title,
+        per=path.per,
+        coordinates=machine.coordinates,
+        period=path.period,
+        time=placed.time,  # type: ignore[arg-type]
+        pose=course.pose[2],
+        twist=course.twist[2],
+        wrench=course.wrench[2],
+        point=point,
+        steady=steady,
+        demands=FrozenDict(demands),
+        demand=demand,
+        margin=margin,
+        audit_residual=residual,
+    )
+
+
+def _over_time(key: Demand, values: np.ndarray) -> float:
+    """Demand over a path at equal steps; inf where it is undefined at an instant at which a wheel slips."""
+    if key[0] in LEADING:
+        return float(np.max(np.where(np.isnan(values), np.inf, values)))
+    return float(np.sqrt(np.mean(values * values))) if key[0] in ROOT_MEAN_SQUARE else float(np.max(values))

@@ -1,0 +1,153 @@
+"""The cylinder's own bearings in bond graphs: friction on the cylinder that depends on what its wheels transmit.
+
+Bearing friction is that at the set speed of the cylinder, as the friction of the axles is.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+from infinivar._core.array_namespace import Array, namespace
+from infinivar.bondgraph import graph as bg
+from infinivar.bondgraph.graph import Element, Parameter, Signal
+from infinivar.contact.friction import coulomb
+from infinivar.drivetrain.cobotic import CoboticDrive
+from infinivar.drivetrain.graphs import pieces
+from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics
+from infinivar.parts.shaft_bearings import ROLLERS, CylinderBearings, WheelLoad
+
+SIGNALS = ("f_u", "f_r", "phi", "l")
+"""Of one leg: forces of the contact across and along the rolling direction, steering angle, position of the link."""
+
+
+class Support(NamedTuple):
+    """Friction of the cylinder's bearings, and of backing rollers."""
+
+    elements: tuple[Element, ...] = ()
+    chains: tuple[str, ...] = ()
+    signals: tuple[Signal, ...] = ()
+
+
+def under_wheel(drive: CoboticDrive, stick_speed: float) -> Support:
+    """Friction on the cylinder of a system whose plants are "cylinder" and "transmission"; nothing without bearings."""
+    bearings, element = drive.cylinder_bearings, drive.transmission
+    if bearings is None:
+        return Support()
+    stick = _stick(drive, stick_speed)
+    rollers = _rollers(drive, stick)
+    if not bearings.depends_on_load:
+        still = WheelLoad(element.preload, 0.0, 0.0, element.cylinder_radius)
+        made = pieces.friction(
+            "bearings", "T_{cb}", float(bearings.moment([still], drive.cylinder_speed)), "N m", stick, bearings.title
+        )
+        return _on_cylinder((made, rollers), ())
+    law = functools.partial(_friction, bearings, abs(float(drive.cylinder_speed)))
+    parameters = {
+        "preload": Parameter("P", float(element.preload), "N"),
+        "radius": Parameter("R", float(element.cylinder_radius), "m"),
+        "stick_speed": stick,
+    }
+    made = bg.resistance("bearings", "T_{cb}", law, signals=SIGNALS, parameters=parameters, title=bearings.title)
+    measured = (
+        Signal(name="f_u", symbol="f_u", of="transmission.lateral"),
+        Signal(name="f_r", symbol="f_r", of="transmission.tractive"),
+    )
+    return _on_cylinder((made, rollers), measured)
+
+
+def under_wheels(mechanics: LeggedMechanics, stick_speed: float) -> Support:
+    """Friction on the 1-junction "cylinder" under the wheels of links "link_1" ...; nothing without bearings."""
+    bearings, element = mechanics.cylinder_bearings, mechanics.transmission
+    if bearings is None:
+        return Support()
+    radius, places = float(element.cylinder_radius), range(1, mechanics.count + 1)
+    stick = Parameter(r"\varepsilon_c", stick_speed / radius, "rad/s")
+    rolling = mechanics.count * float(element.groups(mechanics.set_speed).rolling_force)
+    backed = float(bearings.roller_torque(rolling, radius))
+    rollers = pieces.friction("backing_rollers", "T_{br}", backed, "N m", stick, ROLLERS)
+    signals = [Signal(name=f"ldot_{one}", symbol=rf"\dot{{l}}_{{{one}}}", of=f"link_{one}") for one in places]
+    asked = [f"{name}_{one}" for name in ("phi", "ldot") for one in places]
+    if bearings.span is not None and not isinstance(mechanics.load, ArmLoad):
+        signals += [Signal(name=f"l_{one}", symbol=f"l_{{{one}}}", of=f"link_{one}", integral=True) for one in places]
+        asked += [f"l_{one}" for one in places]
+    law = functools.partial(_under_all, mechanics, stick_speed)
+    made = bg.resistance(
+        "bearings", "T_{cb}", law, signals=tuple(asked), parameters={"stick_speed": stick}, title=bearings.title
+    )
+    elements = tuple(one for one in (made, rollers) if one is not None)
+    return Support(elements, tuple(f"cylinder > {one.name}" for one in elements), tuple(signals))
+
+
+def _under_all(
+    mechanics: LeggedMechanics, rolls_from: float, turning: Array, *given: Array, stick_speed: Array
+) -> Array:
+    """Friction torque under all wheels, from angles, speeds and, if they matter, positions of the links."""
+    bearings, element, n = mechanics.cylinder_bearings, mechanics.transmission, mechanics.count
+    assert bearings is not None
+    xp, radius = namespace(turning, *given), element.cylinder_radius
+    angles, speeds, positions = given[:n], given[n : 2 * n], given[2 * n :] or (0.0,) * n
+    wheels = []
+    for angle, speed, position, azimuth in zip(angles, speeds, positions, bearings.around(n), strict=True):
+        found = element.wheel.act(
+            (speed, -radius * turning),
+            (xp.sin(angle), xp.cos(angle)),
+            surface_speed=radius * abs(mechanics.set_speed),
+            stick_speed=rolls_from,
+        )
+        wheels.append(WheelLoad(element.preload, radius * found.y, found.x, radius, position, azimuth))
+    return coulomb(turning, bearings.moment(wheels, abs(mechanics.set_speed)), stick_speed)
+
+
+def under_preload(drive: CoboticDrive, stick_speed: float) -> tuple[list[Element], list[str]]:
+    """Friction on the 1-junction "cylinder" of a plant that stands alone: under the preload, without force on the link."""
+    if drive.cylinder_bearings is None:
+        return [], []
+    element, stick = drive.transmission, _stick(drive, stick_speed)
+    still = WheelLoad(element.preload, 0.0, 0.0, element.cylinder_radius)
+    size = float(drive.cylinder_bearings.moment([still], drive.cylinder_speed))
+    rubbing = pieces.friction("bearings", "T_{cb}", size, "N m", stick, drive.cylinder_bearings.title)
+    return pieces.attach(cylinder=(rubbing, _rollers(drive, stick)))
+
+
+def _on_cylinder(made: tuple[Element | None, ...], signals: tuple[Signal, ...]) -> Support:
+    elements = tuple(one for one in made if one is not None)
+    return Support(elements, tuple(f"cylinder.cylinder > {one.name}" for one in elements), signals)
+
+
+def _stick(drive: CoboticDrive, stick_speed: float) -> Parameter:
+    return Parameter(r"\varepsilon_c", stick_speed / float(drive.transmission.cylinder_radius), "rad/s")
+
+
+def _rollers(drive: CoboticDrive, stick: Parameter) -> Element | None:
+    bearings, element = drive.cylinder_bearings, drive.transmission
+    assert bearings is not None
+    if not bearings.backing_rollers:
+        return None
+    torque = bearings.roller_torque(element.groups(drive.cylinder_speed).rolling_force, element.cylinder_radius)
+    return pieces.friction("backing_rollers", "T_{br}", float(torque), "N m", stick, ROLLERS)
+
+
+def _friction(
+    bearings: CylinderBearings,
+    speed: float,
+    turning: Array,
+    lateral: Array,
+    tractive: Array,
+    phi: Array,
+    position: Array,
+    preload: Array,
+    radius: Array,
+    stick_speed: Array,
+) -> Array:
+    """Friction torque under one wheel, from the forces of its contact; balances: faulring2006, Eq 5 and Eq 6."""
+    xp = namespace(turning, lateral)
+    cosine, sine = xp.cos(phi), xp.sin(phi)
+    wheel = WheelLoad(
+        preload=preload,
+        torque=radius * (lateral * sine - tractive * cosine),
+        force=-lateral * cosine - tractive * sine,
+        radius=radius,
+        position=position,
+    )
+    return coulomb(turning, bearings.moment([wheel], speed), stick_speed)
