@@ -35,7 +35,7 @@ class Page:
     def __init__(self, browser: Any, address: str, size: str = "desktop", **options: Any) -> None:
         width, height = SIZES[size]
         self.context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        self.context.set_default_timeout(15000)
+        self.context.set_default_timeout(40000)
         self.page = self.context.new_page()
         self.problems: list[str] = []
         self.requests: list[str] = []
@@ -62,12 +62,20 @@ class Page:
             self.page.get_by_role("button", name="End tour").click()
         return self
 
+    def opened(self, study: str) -> None:
+        """Choose a shipped study unless it is shown, and wait until it is."""
+        title = self.by_id("shipped").locator(f"option[value={study}]").inner_text()
+        if self.page.get_by_role("heading", name=title, exact=True).count() == 0:
+            self.by_id("shipped").select_option(study)
+            self.page.get_by_role("heading", name=title, exact=True).wait_for()
+        self.settled()
+
     def settled(self) -> None:
         """Wait until study and maps are those of the last change."""
         self.page.locator("#study[aria-busy=false]").wait_for()
         self.page.locator("#maps[aria-busy=false]").wait_for()
 
-    def until(self, met: Callable[[], bool], seconds: float = 15.0) -> None:
+    def until(self, met: Callable[[], bool], seconds: float = 40.0) -> None:
         """Wait for what no locator says; the clock of the page goes on."""
         end = time.monotonic() + seconds
         while not met():
@@ -77,7 +85,7 @@ class Page:
     def paints(self) -> int:
         return int(self.by_id("status").get_attribute("data-paints") or 0)
 
-    def painted(self, after: int, seconds: float = 15.0) -> float:
+    def painted(self, after: int, seconds: float = 40.0) -> float:
         """Wait for maps painted after so many; how long they took, by the clock of the page. [ms]"""
         self.until(lambda: self.paints() > after, seconds)
         return float(self.by_id("status").get_attribute("data-took"))

@@ -274,6 +274,7 @@ def test_faults_stand_at_their_fields(asked):
         ({"parts": ["../.."]}, "parts"),
         ({"duty": {"walk": {"motion": {"shape": "file", "file": "/etc/passwd"}}}}, "duty.walk.motion.file"),
         ({"duty": {"walk": {"file": {"value": "/etc/passwd", "kind": "stated"}}}}, "duty.walk.file"),
+        ({"duty": {"walk": {"force_file": "/etc/passwd"}}}, "duty.walk.force_file"),
         ({"tasks": {"wall": {"surface": {"file": "../secret.stl"}}}}, "tasks.wall.surface.file"),
         ({"tasks": {"wall": {"user": [{"x": {"file": "a.csv"}}]}}}, "tasks.wall.user.x.file"),
         ({"paths": {"a": {"x": {"shape": "file", "file": "x.csv"}}}}, "paths.a.x.file"),
@@ -318,6 +319,32 @@ def test_files_of_the_study_itself_are_opened(tmp_path):
     assert fault["at"] == "duty.walk.file"
     asked["tables"]["duty"]["walk"]["file"] = str(tmp_path / "walk.csv")
     assert faults("study", asked)
+
+
+def test_both_files_of_a_recording_are_opened(tmp_path):
+    """A change of either on disk is a change of the study."""
+    time = np.linspace(0, 1, 101)
+    turn = 2 * np.pi * time
+    for name, heading, values in (
+        ("x", "position [m]", 0.01 * np.sin(turn)),
+        ("f", "force [N]", np.cos(turn)),
+        ("other", "force [N]", turn),
+    ):
+        rows = "\n".join(f"{t},{value}" for t, value in zip(time, values, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"time [s],{heading}\n{rows}\n")
+    (tmp_path / "mine.toml").write_text(
+        '[drives.cobotic]\nbase = "faulring2006.cobotic"\n[duty.walk]\nshape = "file"\nload_mass = "1 kg"\n'
+        'file = "x.csv"\nforce_file = "f.csv"\n'
+    )
+    document.begin(str(tmp_path / "mine.toml"))
+    asked = answered("start", {}).header["study"]
+    assert not faults("study", asked)
+    before = document.stamp()
+    (tmp_path / "f.csv").write_text((tmp_path / "f.csv").read_text() + "\n")
+    assert document.stamp() != before
+    asked["tables"]["duty"]["walk"]["force_file"] = "other.csv"
+    (fault,) = faults("study", asked)
+    assert fault["at"] == "duty.walk.force_file"
 
 
 def test_a_study_that_extends_another_is_one_document(tmp_path):

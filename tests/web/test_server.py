@@ -377,6 +377,20 @@ def test_what_several_pages_edited_is_offered_until_decided(tmp_path):
     assert list((tmp_path / "explorer").iterdir()) == []
 
 
+def test_the_same_study_is_offered_once_and_not_to_the_page_that_has_it(tmp_path):
+    killed = Recovery(None, tmp_path)
+    killed.sent("a", "mine", {"title": "edited"})
+    (file,) = (tmp_path / "explorer").glob("*.json")
+    (one,) = json.loads(file.read_text())
+    later = {**one, "id": "0", "time": one["time"].replace("20", "21", 1)}
+    file.write_text(json.dumps([one, later, {**one, "id": "1", "tables": {"title": "edited in b"}}]))
+    killed._lock.release()
+    found = Recovery(None, tmp_path)
+    assert [(kept["tables"]["title"], kept["id"]) for kept in found.found] == [("edited", "0"), ("edited in b", "1")]
+    found.sent("a again", "mine", {"title": "edited"})
+    assert [kept["tables"]["title"] for kept in found.found] == ["edited in b"]
+
+
 def test_where_nothing_can_be_written_nothing_is_kept(tmp_path):
     (tmp_path / "explorer").write_text("a file")
     one = Recovery(None, tmp_path)

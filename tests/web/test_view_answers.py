@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -125,7 +126,7 @@ class TestContact:
         study = studies[name]
         drive = study.drives["cobotic"]
         for speed, force in ((0.1, 10.0), (-0.2, 12.0), (0.3, -9.0)):
-            wanted = drive.operate(speed=speed, force=force)
+            wanted = replace(drive, cylinder_bearings=None).operate(speed=speed, force=force)
             element = contact.element_point(drive, speed, force)
             assert element.steering_tangent == wanted.states["steering_tangent"]
             assert element.torque == wanted.states["cylinder_torque_Nm"]
@@ -156,7 +157,9 @@ class TestContact:
         study = studies["six_leg_display"]
         place = places.place_of(study, {"drive": "one-motor", "task": "push"})
         states = contact.rolling_states(place)
-        slip = [float(demand) for (limit, _), demand in place.point().demands.items() if limit is iv.Limit.SLIP]
+        # Of steady rolling, without what accelerates the links.
+        steady = place.drive.perform(pose=place.pose, twist=place.twist, wrench=place.wrench)
+        slip = [float(demand) for (limit, _), demand in steady.demands.items() if limit is iv.Limit.SLIP]
         assert [one.slip_demand for one in states] == pytest.approx(slip, rel=1e-9)
         third = contact.contact(study, {"drive": "one-motor", "task": "push", "part": 3})
         assert third.header["wheel"] == "leg 3"

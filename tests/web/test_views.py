@@ -26,17 +26,9 @@ def window(browser, server):
 @pytest.fixture
 def page(window):
     """The page with the first study."""
-    opened(window, "hand_controller")
+    window.opened("hand_controller")
     yield window
     assert window.problems == []
-
-
-def opened(page, study):
-    title = page.page.get_by_role("heading", name=iv.load_study(shipped_studies()[study]).title, exact=True)
-    if title.count() == 0:
-        page.by_id("shipped").select_option(study)
-        title.wait_for()
-    page.settled()
 
 
 def view(page, name):
@@ -81,7 +73,7 @@ def test_the_balance_is_that_of_the_drive_and_follows_the_point(page):
 
 
 def test_where_the_load_drives_power_flows_back(page):
-    opened(page, "reach_and_hold")
+    page.opened("reach_and_hold")
     study = iv.load_study(shipped_studies()["reach_and_hold"])
     panel = view(page, "balance")
     click(page, "cobotic", 0.25, 0.6)
@@ -118,7 +110,7 @@ def test_the_contact_stands_where_the_drive_says(page):
 
 
 def test_a_motion_has_the_verdicts_of_the_duty_cycle(page):
-    opened(page, "reach_and_hold")
+    page.opened("reach_and_hold")
     study = iv.load_study(shipped_studies()["reach_and_hold"])
     panel = view(page, "motion")
     panel.locator("canvas").nth(5).wait_for()
@@ -168,7 +160,7 @@ def test_who_wants_less_motion_gets_a_machine_at_rest(browser, server):
 
 
 def test_the_wheels_of_a_machine_can_be_chosen(page):
-    opened(page, "six_leg_display")
+    page.opened("six_leg_display")
     panel = view(page, "contact")
     panel.locator("select").select_option("3")
     panel.locator(".verdict", has_text="leg 3:").wait_for()
@@ -178,7 +170,7 @@ def test_the_wheels_of_a_machine_can_be_chosen(page):
 def test_nothing_is_wider_than_a_small_screen(browser, server, size):
     with Page(browser, server.address, size, color_scheme="dark") as page:
         page.context.set_default_timeout(PATIENCE)
-        opened(page.ready(), "reach_and_hold")
+        page.ready().opened("reach_and_hold")
         width = page.page.viewport_size["width"]
         for name in ("balance", "contact", "motion", "plane", "machine"):
             panel = view(page, name)
@@ -191,7 +183,7 @@ def test_nothing_is_wider_than_a_small_screen(browser, server, size):
 
 
 def test_every_picture_has_a_text_instead(page):
-    opened(page, "reach_and_hold")
+    page.opened("reach_and_hold")
     for name in ("balance", "contact", "motion", "plane", "machine"):
         panel = view(page, name)
         panel.get_by_role("img").first.wait_for()
@@ -206,7 +198,7 @@ def test_every_picture_has_a_text_instead(page):
     "study", sorted(set(shipped_studies()) - {"guided_cart", "one_axis_display", "tool_on_six_legs"})
 )
 def test_every_view_of_every_shipped_study(page, study):
-    opened(page, study)
+    page.opened(study)
     for name in ("balance", "contact", "motion", "plane", "machine"):
         if page.by_id(f"tab-{name}").is_hidden():
             continue

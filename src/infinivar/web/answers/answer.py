@@ -24,6 +24,7 @@ _DTYPES = ("float32", "float64", "uint8")
 
 ANSWERS: dict[str, str] = {
     "start": "infinivar.web.answers.start:start",
+    "disk": "infinivar.web.answers.start:disk",
     "study": "infinivar.web.answers.studies:study",
     "open": "infinivar.web.answers.studies:opened",
     "shipped": "infinivar.web.answers.studies:shipped",

@@ -13,13 +13,14 @@ import hashlib
 import json
 import pickle
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from infinivar._core import toml
 from infinivar.errors import InputError, printable
+from infinivar.motion.files.fields import FILE_KEYS
 from infinivar.parts.tables.stores import NAME
 from infinivar.study.extend import extended, parts_of
 from infinivar.study.load import load_study, read_tables, study_from_dict
@@ -58,6 +59,8 @@ class Source:
     folder   Of the files that it names.
     files    Those files, as written in the tables.
     parts    Files and folders with sets of parts, as written; by default the folder `parts`.
+    read     Its file, and those that it extends.
+    stamp    State of all these files when they were read, see `stamp`.
     """
 
     name: str
@@ -65,6 +68,8 @@ class Source:
     folder: Path
     files: frozenset[str] = frozenset()
     parts: frozenset[str] = frozenset()
+    read: tuple[Path, ...] = ()
+    stamp: str = ""
 
 
 _sources: list[Source] = []
@@ -80,22 +85,52 @@ def begin(path: str | None = None) -> Study:
         If the study is invalid.
     """
     file = study_file(Path(FIRST if path is None else path))
+    read: list[Path] = []
+
+    def reading(one: Path) -> Tables:
+        read.append(one)
+        return read_tables(one)
+
     study = load_study(file)
-    tables = extended(read_tables(file), file, read_tables)
+    tables = extended(reading(file), file, reading)
     tables.pop("name", None)
-    own = file.resolve().parent
     shipped = file in _shipped_files()
-    _sources[:] = [
-        Source(
-            name=study.name,
-            tables=tables,
-            folder=own,
-            files=frozenset(_files_in(tables)),
-            parts=frozenset() if shipped else frozenset(parts_of(tables)),
-        )
-    ]
+    made = Source(
+        name=study.name,
+        tables=tables,
+        folder=file.resolve().parent,
+        files=frozenset(_files_in(tables)),
+        parts=frozenset() if shipped else frozenset(parts_of(tables)),
+        read=tuple(read),
+    )
+    _sources[:] = [replace(made, stamp=stamp(made))]
     _studies.clear()
     return study
+
+
+def begin_again() -> None:
+    """Read the files of the study anew.
+
+    Raises
+    ------
+    InputError
+        If the study is invalid now; the one that was read before stays.
+    """
+    begin(str(source().read[0]))
+
+
+def stamp(of: Source | None = None) -> str:
+    """State on disk of the files of the study with which the explorer was started: the same text until one of them changes."""
+    known = source() if of is None else of
+    return key_of([_state_of(one) for one in (*known.read, *(known.folder / name for name in sorted(known.files)))])
+
+
+def _state_of(file: Path) -> tuple[int, int] | None:
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
 
 
 def source() -> Source:
@@ -113,13 +148,13 @@ def _shipped_files() -> frozenset[Path]:
 
 
 def _files_in(tables: Any) -> Iterator[str]:
-    """Yield every file that tables name by a key `file`."""
+    """Yield every file that tables name by a key."""
     for _, name in _named_files(tables, ""):
         yield name
 
 
 def _named_files(tables: Any, path: str) -> Iterator[tuple[str, str]]:
-    """Yield path and content of every key `file`, bare or as a table with a value."""
+    """Yield path and content of every key that names a file, bare or as a table with a value."""
     if isinstance(tables, list):
         for one in tables:
             yield from _named_files(one, path)
@@ -127,7 +162,7 @@ def _named_files(tables: Any, path: str) -> Iterator[tuple[str, str]]:
         return
     for key, value in tables.items():
         here = f"{path}.{key}" if path else str(key)
-        if key == "file":
+        if key in FILE_KEYS:
             content = value.get("value") if isinstance(value, dict) and "value" in value else value
             if isinstance(content, str):
                 yield here, content
@@ -156,6 +191,17 @@ def _check_files(tables: Tables) -> None:
     FaultyError
         With each key that names another file.
     """
+    faults = _refused(tables)
+    if faults and source().stamp != stamp():  # the files may name others by now
+        with contextlib.suppress(InputError):
+            begin_again()
+            faults = _refused(tables)
+    if faults:
+        raise FaultyError(faults)
+
+
+def _refused(tables: Tables) -> list[dict[str, str]]:
+    """Faults of the keys that name files which are not those of the study with which the explorer was started."""
     known, faults = source(), []
     own = f"the explorer opens only files of the study it was started with: infinivar serve {known.name}.toml"
     if "extends" in tables:
@@ -170,8 +216,7 @@ def _check_files(tables: Tables) -> None:
     listed = [one for one in (named if isinstance(named, list) else [named]) if isinstance(one, str)]
     others = [one for one in listed if one not in known.parts]
     faults += [_fault("parts", f"parts = {_short(name)}: {own}, and it names no such sets of parts") for name in others]
-    if faults:
-        raise FaultyError(faults)
+    return faults
 
 
 def _short(value: Any) -> str:
@@ -219,7 +264,7 @@ def with_keys(payload: Mapping[str, Any], drives: Any = None) -> tuple[Study, Ma
     name, tables = name_and_tables(payload)
     tables = _with_drives(tables, drives) if isinstance(drives, list) else tables
     try:
-        key = key_of(json.dumps([name, tables]))
+        key = key_of(json.dumps([name, tables]), stamp())
     except RecursionError as problem:
         raise RefusedError("the tables are nested too deeply") from problem
     if key in _studies:
@@ -287,10 +332,6 @@ def tables_of(text: str, name: str) -> Tables:
         If it is not TOML, or holds what no study does.
     """
     try:
-        return tomllib.loads(text)
-    except ValueError as problem:
-        raise FaultyError(
-            [_fault("", f"{printable(name)}: is not valid TOML: {str(problem).partition(';')[0]}")]
-        ) from None
-    except RecursionError:
-        raise FaultyError([_fault("", f"{printable(name)}: is nested too deeply")]) from None
+        return toml.loads(text)
+    except InputError as problem:
+        raise FaultyError([_fault("", f"{printable(name)}: {problem}")]) from None

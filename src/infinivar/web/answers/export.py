@@ -16,6 +16,7 @@ from infinivar.analysis.plane import of_study
 from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import InputError
 from infinivar.limits import Limit
+from infinivar.report.saving import save
 from infinivar.web.answers.answer import Answer
 from infinivar.web.answers.document import study_of
 from infinivar.web.answers.payload import MOST_CELLS, whole, word
@@ -49,7 +50,7 @@ def _report(study: Any, payload: Mapping[str, Any]) -> tuple[str, str, bytes]:
     found = iv.compare(study, quick=True)
     made = io.BytesIO()
     with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
-        for file in iv.save(found, Path(folder) / "report"):
+        for file in save(found, Path(folder) / "report"):
             _add(archive, file.name, file.read_bytes())
         try:
             _add(archive, f"{file_stem(study.name)}.toml", study.to_toml().encode())

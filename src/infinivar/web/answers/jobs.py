@@ -42,7 +42,22 @@ def worked(payload: Mapping[str, Any], report: Report) -> Answer:
 def _compared(study: Any, report: Report) -> Answer:
     """The full comparison, with sampled builds and simulated duty cycles."""
     found = iv.compare(study, progress=lambda title, share: report(share, title))
-    return Answer(header={"job": "compare", "verdict": found.verdict, "result": plain(found.to_dict())})
+    return Answer(
+        header={
+            "job": "compare",
+            "verdict": found.verdict,
+            "hangs": _hanging(found.hangs_on),
+            "result": plain(found.to_dict()),
+        }
+    )
+
+
+def _hanging(found: iv.Hanging | None) -> dict[str, Any] | None:
+    """What a verdict hangs on, as a table of texts; None if nothing has an effect."""
+    if found is None or not found.rows:
+        return None
+    heads = [found.titles.get(head, head) for head in found.heading]
+    return {"figure": found.figure, "heads": heads, "rows": [list(cells) for cells in found.cells]}
 
 
 def _sized(study: Any, payload: Mapping[str, Any], report: Report) -> Answer:

@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.compare import DriveResult, against
+from infinivar.analysis.compare import DriveResult
 from infinivar.analysis.plane import of_requirement, of_study
+from infinivar.analysis.region import against
 from infinivar.analysis.steady_map import SteadyMap, steady_map
 from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import InfinivarError

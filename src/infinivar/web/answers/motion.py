@@ -9,7 +9,7 @@ import numpy as np
 
 from infinivar.analysis.cycles.duty_cycle import duty_cycle
 from infinivar.analysis.cycles.duty_result import DutyResult
-from infinivar.analysis.machines import PathResult, follow_path
+from infinivar.analysis.machine_tasks import PathResult, follow_path
 from infinivar.axis import LINEAR
 from infinivar.drivetrain.drive import is_machine
 from infinivar.errors import AuditError, InputError, ParameterError

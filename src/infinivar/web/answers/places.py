@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from infinivar.analysis.machines import vector_words
+from infinivar.analysis.machine_tasks import passing_point
+from infinivar.analysis.tightest import vector_words
 from infinivar.drivetrain.drive import axis_of, is_machine, operated
 from infinivar.drivetrain.machines.machine import as_machine
 from infinivar.errors import InputError, nearest
@@ -52,7 +53,7 @@ class Place:
         return self.pose is not None
 
     def point(self) -> Any:
-        """The steady operation: a `DrivePoint`, or in a task a `TaskPoint`, as comparisons have them."""
+        """The operation: a steady `DrivePoint`, or in a task a `TaskPoint` with steering, as comparisons have them."""
         if self.pose is None:
             return operated(self.drive, speed=self.speed, force=self.force)
         rows = (self.pose, self.twist, self.wrench)
@@ -73,7 +74,7 @@ class Place:
 @functools.lru_cache(maxsize=64)
 def _performed(machine: Any, pose: Row, twist: Row, wrench: Row) -> Any:
     """A machine in a task; kept, as several views ask for it, and a sphere between rollers takes its time."""
-    return machine.perform(pose=np.array(pose), twist=np.array(twist), wrench=np.array(wrench))
+    return passing_point(machine, np.array(pose), np.array(twist), np.array(wrench))
 
 
 def place_of(study: Study, asked: Mapping[str, Any]) -> Place:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from infinivar import power
-from infinivar.analysis.machines import tight_words, tightest_of
+from infinivar.analysis.tightest import tight_words, tightest_of
 from infinivar.drivetrain.machines.planar import PlanarDrive
 from infinivar.figures import style
 from infinivar.limits import LEADING, Demand, Limit, words_of
@@ -17,10 +17,14 @@ from infinivar.units import times
 from infinivar.web.answers import words
 from infinivar.web.answers.places import Place, place_of
 
+_OF_SERVOS = ("amplifier", "winding", "motor friction", "motor iron", "bearing", "patch")
+
 STAGES = (
+    ("steering", tuple(f"steering {name}" for name in _OF_SERVOS)),
     ("amplifier", ("amplifier",)),
     ("motor", ("winding", "motor friction", "motor iron")),
     ("gearhead", ("gearhead", "gearhead damping")),
+    ("cylinder", ("cylinder bearings", "backing rollers")),
     ("wheel", ("creep", "spin", "slip", "rolling", "bearing")),
     ("output stage", ("pulley", "screw", "belt", "rack", "shaft", "belt damping")),
     ("guideway", ("guideway",)),
@@ -86,10 +90,17 @@ def point(study: Study, asked: Mapping[str, Any]) -> dict[str, Any]:
         "utilisation": _utilisation(demands),
         "stages": stages,
         "flows": flows,
-        "balance_residual": words.number(power.residual(found.power_in, found.power_out, found.losses)),
+        "balance_residual": words.number(
+            power.residual(found.power_in, found.power_out + _stored(found), found.losses)
+        ),
         "state": list(words.states(found.states)),
         "parts": _parts(found),
     }
+
+
+def _stored(found: Any) -> Any:
+    """Power into what moves within a machine; of a steady point none. [W]"""
+    return sum(getattr(found, "stored", {}).values())
 
 
 def _source(place: Place) -> str:

@@ -10,7 +10,7 @@ from infinivar import __version__
 from infinivar.study.load import read_tables
 from infinivar.study.shipped import shipped_studies
 from infinivar.web.answers.answer import Answer, FaultyError
-from infinivar.web.answers.document import source
+from infinivar.web.answers.document import begin_again, source, stamp
 from infinivar.web.answers.maps import maps
 from infinivar.web.answers.payload import MOST_CELLS, whole
 
@@ -19,11 +19,17 @@ MOST_MAPS = 2
 
 
 def start(payload: Mapping[str, Any]) -> Answer:
-    """What the page begins with; with `count`, also the maps of `most` drives, as `maps` answers them."""
+    """What the page begins with; with `count`, also the maps of `most` drives, as `maps` answers them.
+
+    With `again` the files of the study are read anew.
+    """
+    if payload.get("again") is True:
+        begin_again()
     begun = source()
     header = {
         "version": __version__,
         "study": {"name": begun.name, "tables": begun.tables},
+        "stamp": begun.stamp,
         "shipped": _shipped(),
         "recovered": _recovered(payload),
     }
@@ -37,6 +43,11 @@ def start(payload: Mapping[str, Any]) -> Answer:
     except FaultyError:  # a file may have changed since: the page asks again, and is told
         return Answer(header=header)
     return Answer(header={**header, "maps": made.header}, arrays=made.arrays)
+
+
+def disk(payload: Mapping[str, Any]) -> Answer:
+    """Whether the files of the study have changed: the same stamp as in `start` if they have not."""
+    return Answer(header={"stamp": stamp()})
 
 
 def _recovered(payload: Mapping[str, Any]) -> list[dict[str, Any]]:

@@ -37,6 +37,9 @@ def tasks(payload: Mapping[str, Any]) -> Answer:
                     "title": one.title,
                     "feasible": one.feasible,
                     "power": one.mean_power,
+                    "steady_power": one.steady_power,
+                    "steering_power": one.steering_power,
+                    "servos": one.servo_words,
                     "losses": one.losses,
                     "limit": one.demand[0].name,
                     "words": words_of(one.demand),
@@ -51,6 +54,8 @@ def tasks(payload: Mapping[str, Any]) -> Answer:
             "verdict": result.verdict,
             "motor_mass": result.motor_mass,
             "mean_power": result.mean_power,
+            "steady_power": result.steady_power,
+            "not_counted": dict(result.lacking),
             "tasks": rows,
         }
     return Answer(header={"machines": machines, "verdict": found.verdict, "feasible": found.feasible, "reason": ""})

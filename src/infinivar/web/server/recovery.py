@@ -18,6 +18,8 @@ from typing import Any
 
 from filelock import FileLock, Timeout
 
+from infinivar._core import files
+
 MOST_KEPT = 8
 """Pages whose study is kept, and studies that wait for a decision."""
 
@@ -30,9 +32,7 @@ def state_folder() -> Path:
     asked = os.environ.get("INFINIVAR_STATE")
     if asked:
         return Path(asked)
-    import platformdirs
-
-    return platformdirs.user_state_path("infinivar", appauthor=False)
+    return files.of_user("state")
 
 
 class Recovery:
@@ -64,7 +64,8 @@ class Recovery:
                 left.append((file, lock))
         oldest = datetime.datetime.now(datetime.UTC) - datetime.timedelta(days=_KEPT_DAYS)
         found = [one for file, _ in left for one in _content(file) if one["time"] > _written(oldest)]
-        self.found = sorted(found, key=lambda one: one["time"], reverse=True)[:MOST_KEPT]
+        newest = {_digest(one["tables"]): one for one in sorted(found, key=_time)}  # the same study once
+        self.found = sorted(newest.values(), key=_time, reverse=True)[:MOST_KEPT]
         self._file = self._folder / f"{self._prefix}{os.urandom(6).hex()}{_SUFFIX}"
         self._lock = FileLock(f"{self._file}.lock")
         self._lock.acquire(timeout=0)
@@ -88,8 +89,13 @@ class Recovery:
         same = [one for one, kept in self._sent.items() if one == client or kept["tables"] == tables]
         for one in same:
             del self._sent[one]
-        if _digest(tables) in self._given:
-            if same:
+        digest = _digest(tables)
+        offered = [
+            one for one in self.found if _digest(one["tables"]) != digest
+        ]  # a page has what it was to be offered
+        held, self.found = len(offered) < len(self.found), offered
+        if digest in self._given:
+            if same or held:
                 self._kept()
             return
         now = _written(datetime.datetime.now(datetime.UTC))
@@ -141,6 +147,10 @@ def _digest(tables: Any) -> str:
 def _number(text: str) -> float:
     value = float(text)
     return int(value) if value.is_integer() else value
+
+
+def _time(kept: dict[str, Any]) -> str:
+    return kept["time"]
 
 
 def _written(time: datetime.datetime) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import os
 import queue
 import signal
@@ -34,6 +35,7 @@ def main(study: str | None) -> None:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which then ends this process
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints does not mix with the replies
+    logging.getLogger().addHandler(logging.NullHandler())  # what libraries log is not for the server's terminal
     _bound_memory()
     requests: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
     threading.Thread(target=_read, args=(sys.stdin.buffer, requests), daemon=True).start()

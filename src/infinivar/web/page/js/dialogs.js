@@ -41,7 +41,7 @@ export function pickPart({ call, field, onPick }) {
     count.textContent = rows.length ? `${total} part${total === 1 ? "" : "s"}${total > rows.length ? `, ${rows.length} shown: type to narrow` : ""}` : "";
     list.replaceChildren(...rows.map((row) => {
       const facts = columns.filter(({ name }) => row.texts[name] !== "–").map(({ name, label, unit }) => `${label} ${row.texts[name]} ${unit}`.trim());
-      return make("button", { type: "button", on: { click: () => { box.close(); onPick(row.part); } } },
+      return make("button", { type: "button", on: { click: () => { box.close(); onPick(row.part, row.name); } } },
         make("b", {}, row.name), ` ${row.manufacturer}`, make("small", {}, [row.part, ...facts].join(" · ")));
     }));
     if (!rows.length) list.append(make("p", {}, `No part matches “${search.value}”. Try a shorter word.`));

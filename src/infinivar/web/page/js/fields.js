@@ -3,6 +3,7 @@ import { byId, digits, make } from "./dom.js";
 import { valueAt } from "./store.js";
 
 const STEPS = 1000;
+const PAUSE = 4000;  // between two presses of a key that count as one gesture [ms]
 const KINDS = {
   stated: "printed in a paper",
   catalogue: "from a catalogue",
@@ -56,6 +57,12 @@ export function createFields({ store, onOwner, onShow, onPart }) {
   let edited = null;
   let signature = "";
   let counter = 0;
+
+  let finishing = 0;
+  function finishSoon() {
+    clearTimeout(finishing);
+    finishing = setTimeout(() => store.finish(), PAUSE);
+  }
 
   const matches = (field, words) => words.every((word) => `${field.group} ${field.label} ${field.path} ${field.meaning}`.toLowerCase().includes(word));
 
@@ -199,6 +206,7 @@ export function createFields({ store, onOwner, onShow, onPart }) {
     const put = (value, gesture = null) => { edited = own; store.set(own.at, value, gesture); };
     let input;
     let slider = null;
+    let typed = false;
 
     if (field.type === "choice") {
       const options = field.choices.includes(field.value) ? field.choices : [field.written, ...field.choices];
@@ -220,7 +228,9 @@ export function createFields({ store, onOwner, onShow, onPart }) {
     if (field.slider) {
       slider = make("input", { type: "range", min: 0, max: STEPS, step: 1, aria: { label: `${field.label}, slider` } });
       slider.addEventListener("input", (event) => slide(event));
-      slider.addEventListener("change", () => store.finish());
+      slider.addEventListener("pointerdown", () => { typed = false; });
+      slider.addEventListener("keydown", () => { typed = true; });
+      slider.addEventListener("change", () => (typed ? finishSoon() : store.finish()));
       box.append(make("div", { className: "slide" }, slider, input));
     } else line.append(input);
     box.append(message, was);
@@ -243,7 +253,7 @@ export function createFields({ store, onOwner, onShow, onPart }) {
     function nudge(steps) {
       slider.value = String(Number(slider.value) + steps);
       slide();
-      store.finish();
+      finishSoon();
     }
 
     function update(next) {

@@ -14,7 +14,7 @@ export const COUNT = 200;
 /** Drives to begin with, as the program chooses them for its own study. */
 export const firstShown = (names) => (names.length > 1 ? (innerWidth <= 560 ? [names[0]] : [names[0], names.at(-1)]) : names);
 
-/** What was edited in this window before it was loaded again: {now, opened}, or null. */
+/** What was edited in this window before it was loaded again: {now, opened, valid}, or null. */
 export const resumed = performance.getEntriesByType("navigation")[0]?.type === "reload" ? kept() : null;
 
 /** Whether the page begins with the study of the program. */
@@ -31,8 +31,8 @@ function kept() {
 }
 
 /** Keep what is edited, in case this window is loaded again. */
-export function keep(now, opened) {
-  try { sessionStorage.setItem("infinivar.study", JSON.stringify({ now, opened })); } catch { /* storage may be full or forbidden */ }
+export function keep(now, opened, valid) {
+  try { sessionStorage.setItem("infinivar.study", JSON.stringify({ now, opened, valid })); } catch { /* storage may be full or forbidden */ }
 }
 
 /** What is known of that study, once it is: {tables, shown, reply}; null if the page begins with another one. */

@@ -5,9 +5,9 @@ import { COUNT, firstMaps, firstShown, firstStudy, keep, resumed, started, trans
 import { createKeys } from "./keys.js";
 import { createMaps, mapOf } from "./maps.js";
 import { createPanes } from "./panes.js";
-import { createStore, fromFragment, toFragment } from "./store.js";
+import { createStore, fromFragment, same, toFragment, valueAt, withValue } from "./store.js";
 import { createTheme } from "./theme.js";
-import { Superseded } from "./transport.js";
+import { Superseded, Unanswered } from "./transport.js";
 
 const EXPORTS = [
   { what: "report", title: "Report", text: "The comparison with its figures and data, as an archive (zip)" },
@@ -18,6 +18,7 @@ const STUDY_DELAY = 90;
 const SPOKEN_DELAY = 700;
 const JUDGE_DELAY = 150;
 const LONGEST_BLANK = 400;
+const AGAIN = 2000;
 const LARGEST_FILE = 400_000;
 
 const store = createStore();
@@ -33,6 +34,11 @@ let judgeTimer = 0;
 let firstPainted = false;
 let broken = false;
 let welcomed = false;
+let waiting = null;  // what was being typed when the page was left, until the last valid state is shown
+let disk = null;  // the state of the study's files that the page knows
+let own = null;  // name of the study with which the program was started
+let mapped = null;  // what the maps shown were asked with: what is typed may be no study
+let tasked = null;  // the last answer about tasks
 let firstSeen;
 // The fields are many: they come after the first maps, or soon where there are none.
 const seen = new Promise((resolve) => { firstSeen = resolve; setTimeout(resolve, LONGEST_BLANK); });
@@ -60,9 +66,10 @@ async function askMaps(stamp = performance.now()) {
   for (const name of view.shown) if (maps.has(name)) known[name] = maps.get(name).tag;
   status("computing …", true);
   const mine = (asked += 1);
+  const asking = payload();
   let reply;
   try {
-    reply = await taken("maps") ?? await transport.call("maps", { ...payload(), count: view.count, drives: view.shown, known });
+    reply = await taken("maps") ?? await transport.call("maps", { ...asking, count: view.count, drives: view.shown, known });
   } catch (problem) { failed(problem); return; }
   const { header, arrays } = reply;
   answered();
@@ -72,6 +79,7 @@ async function askMaps(stamp = performance.now()) {
   const next = new Map();
   for (const [name, own] of Object.entries(header.drives)) next.set(name, own.same && maps.has(name) ? maps.get(name) : mapOf(name, header, arrays));
   maps = next;
+  mapped = asking;
   plots.setMaps(maps, () => {
     const channel = new MessageChannel();  // runs after the frame is handed over
     channel.port1.onmessage = () => painted(performance.now() - stamp, mine !== asked);
@@ -118,7 +126,7 @@ async function askJudge() {
   if (!model?.requirement || !view.shown.length) return;
   const judged = maps;
   let header;
-  try { ({ header } = await transport.call("judge", { ...payload(), drives: view.shown })); } catch (problem) { failed(problem); return; }
+  try { ({ header } = await transport.call("judge", { ...mapped, drives: view.shown })); } catch (problem) { failed(problem); return; }
   if (judged !== maps || header.faults?.length) return;
   for (const [name, found] of Object.entries(header.drives)) if (maps.has(name) && !found.fault) maps.get(name).header.requirement = found;
   plots.setMaps(maps);
@@ -146,20 +154,25 @@ async function askBefore() {
 
 async function askTasks() {
   if (!model.tasks.length) return;
-  let reply;
-  try {
-    status("computing …", true);
-    reply = await transport.call("tasks", payload());
-  } catch (problem) { failed(problem); return; }
+  const { tables } = store.document;
+  let reply = tasked?.tables === tables ? tasked.reply : null;
+  if (reply === null) {
+    try {
+      status("computing …", true);
+      reply = await transport.call("tasks", payload());
+    } catch (problem) { failed(problem); return; }
+  }
   answered();
   status("", false);
   if (reply.header.faults?.length) { faulty(reply.header.faults); return; }
+  tasked = { tables, reply };
   const { drawTasks } = await import("./tasks.js");
   drawTasks({ header: reply.header, task: view.task, drive: view.drive, onTask: (row, name) => chooseTask(row.group === "paths" ? view.task : row.name, name) });
 }
 
 async function askStudy() {
   clearTimeout(studyTimer);
+  const asking = store.document;
   let header;
   try {
     ({ header } = await taken("study") ?? await transport.call("study", payload()));
@@ -171,6 +184,7 @@ async function askStudy() {
   if (header.faults?.length) { faulty(header.faults); return; }
   const flat = model?.plane === null;
   model = header;
+  store.settle(asking);
   arrange();
   fields.setModel(model);
   plots.setStale(false);
@@ -178,6 +192,12 @@ async function askStudy() {
   if (!began) return;
   judgeSoon();
   if (model.plane === null && model.tasks.length) panes.choose("machine");
+  if (waiting !== null) {
+    const { tables } = waiting;
+    waiting = null;
+    store.put(tables);
+    return;
+  }
   askView();
   welcome();
 }
@@ -186,22 +206,44 @@ async function askStudy() {
 function welcome() {
   if (welcomed) return;
   welcomed = true;
-  tour().then((one) => one.welcome());
+  tour().then((one) => one.welcome(model.plane !== null));
 }
 
 function faulty(found) {
+  if (model === null) { unusable(found); return; }
   fields.setFaults(found);
   plots.setStale(true);
   status("maps of the last valid state", false, true);
 }
 
+/** A study that was never valid: say why, and offer the one of the program. */
+function unusable(found) {
+  const { name } = store.document;
+  byId("study-title").textContent = name;
+  byId("study").setAttribute("aria-busy", "false");
+  status("", false, true);
+  plots.blank(`“${name}” cannot be shown.`);
+  const begin = async () => open({ now: (await started).header.study });
+  notice(`“${name}” cannot be shown: ${found.map((fault) => fault.message).join(" ")}`, [["Open the study of the program", begin]], true, "unusable");
+}
+
 function failed(problem) {
   if (problem instanceof Superseded) return;
+  if (problem instanceof Unanswered) setTimeout(listen, AGAIN);
   console.error(problem);
   status("", false);
   if (broken) return;
   broken = true;
   notice(`Something went wrong: ${problem.message}`, [["Try again", () => { broken = false; changed(); }]], true, "broken");
+}
+
+/** Ask until the program is back, then for what is shown. */
+async function listen() {
+  if (!broken) return;
+  try { await transport.call("disk"); } catch (problem) { setTimeout(listen, AGAIN); return; }
+  answered();
+  say("The program is back.");
+  changed();
 }
 
 function answered() {
@@ -372,7 +414,21 @@ function showMap(name, on) {
 }
 
 async function choosePart(field) {
-  (await dialogs()).pickPart({ call: transport.call, field, onPick: (name) => { store.set(field.at, name); say(`${field.label}: ${name}`); } });
+  (await dialogs()).pickPart({ call: transport.call, field, onPick: (part, name) => { store.put(withPart(field, part, name)); say(`${field.label}: ${part}`); } });
+}
+
+/** The tables with another part; the title of its drive names each part that is not the one with which it was opened. */
+function withPart(field, part, name) {
+  const tables = withValue(store.document.tables, field.at, part);
+  const drive = model.drives.find((one) => one.name === field.owner);
+  if (drive === undefined) return tables;
+  const at = ["drives", drive.name, "title"];
+  const first = valueAt(store.opened.tables, at);
+  const mark = " – with ";
+  const base = first ?? drive.title.split(mark)[0];
+  const others = model.fields.filter((one) => one.type === "part" && one.owner === field.owner && !same(valueAt(tables, one.at), valueAt(store.opened.tables, one.at)));
+  const named = others.map((one) => `${[one.group, one.label].filter(Boolean).join(" ").toLowerCase()} ${one.path === field.path ? name : one.written}`);
+  return withValue(tables, at, named.length ? `${base}${mark}${named.join(", ")}` : first);
 }
 
 async function openFile(file) {
@@ -389,6 +445,8 @@ async function openFile(file) {
 function open(next, state = {}) {
   const document = next.now;
   const [left, edited] = [store.whole, store.edited];
+  waiting = next.valid && !same(next.valid.tables, document.tables) ? document : null;
+  tasked = null;
   model = null;
   maps = new Map();
   fields.reset();
@@ -400,8 +458,8 @@ function open(next, state = {}) {
   plots.setBefore(null, view.mode);
   tellStudies(document.name);
   byId("study-faults").replaceChildren();
-  for (const kind of ["open", "save", "export"]) clear(kind);
-  store.open(next);
+  for (const kind of ["open", "save", "export", "unusable"]) clear(kind);
+  store.open(waiting === null ? next : { ...next, now: next.valid });
   if (edited) notice(`“${left.now.name}” was changed.`, [["Back to it", () => open(left)]], false, "left");
 }
 
@@ -424,7 +482,8 @@ async function save() {
 
 async function link() {
   const { drive, shown, point } = view;
-  const fragment = await toFragment({ ...payload(), drive, shown, point });
+  const { document, valid } = store;
+  const fragment = await toFragment({ ...payload(), drive, shown, point, ...(valid === null || same(valid.tables, document.tables) ? {} : { valid }) });
   history.replaceState(null, "", fragment);
   await (await dialogs()).copyLink(location.href);
 }
@@ -456,7 +515,7 @@ const actions = {
   maps: () => plots.focus(),
   views: () => panes.focus(),
   find: () => byId("find").focus(),
-  help: async () => (await dialogs()).help({ version, onTour: async () => (await tour()).start() }),
+  help: async () => (await dialogs()).help({ version, onTour: async () => (await tour()).start(model?.plane !== null) }),
 };
 
 for (const name of ["undo", "redo", "save", "open", "pin", "link", "help"]) byId(name).addEventListener("click", actions[name]);
@@ -492,28 +551,53 @@ byId("count").addEventListener("change", () => {
 store.subscribe((why) => {
   if (why === "pin") { tellModes(); plots.setBefore(store.before?.maps ?? null, view.mode); return; }
   changed(performance.now(), why === "edit" ? STUDY_DELAY : 0);
-  setTimeout(() => keep(store.document, store.opened));  // after the maps are asked for
+  setTimeout(() => keep(store.document, store.opened, store.valid));  // after the maps are asked for
 });
 
 /** Open the study that the address holds. */
 async function openLink() {
   const content = await fromFragment(location.hash);
   if (content === null) return false;
-  const { name, tables, drive = null, shown = [], point = null } = content;
-  open({ now: { name, tables } }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
+  const { name, tables, drive = null, shown = [], point = null, valid = null } = content;
+  open({ now: { name, tables }, valid: valid?.tables ? { name, tables: valid.tables } : null }, { drive, shown: Array.isArray(shown) ? shown : [], point: Number.isFinite(point?.speed) && Number.isFinite(point?.force) ? point : null });
   return true;
 }
 
 addEventListener("hashchange", () => openLink().catch((problem) => notice(problem.message, [], true, "link")));
 
+/** Tell if the files of the study have changed since the page got them. */
+async function askDisk() {
+  if (disk === null || broken || store.opened.name !== own) return;
+  let header;
+  try { ({ header } = await transport.call("disk")); } catch (problem) { failed(problem); return; }
+  if (header.stamp === disk) return;
+  disk = header.stamp;
+  notice("The study file, or a file that it names, has changed on disk.", [["Read it again", readAgain]], false, "disk");
+}
+
+async function readAgain() {
+  try {
+    const { header } = await transport.call("start", { again: true });
+    if (header.faults?.length) { notice(`Not read: ${header.faults.map((fault) => fault.message).join(" ")}`, [["Try again", readAgain]], true, "disk"); return; }
+    disk = header.stamp;
+    open({ now: header.study });
+  } catch (problem) { failed(problem); }
+}
+
+addEventListener("focus", askDisk);
+document.addEventListener("visibilitychange", () => { if (document.visibilityState === "visible") askDisk(); });
+
 async function begin() {
   const { header } = await started;
   version = header.version;
+  disk = header.stamp;
+  own = header.study.name;
   shippedNames = new Set(header.shipped.map((one) => one.name));
   byId("shipped").replaceChildren(...header.shipped.map((one) => make("option", { value: one.name, title: one.description }, one.title)));
   if (resumed) open(resumed);
   else if (!await openLink().catch((problem) => { notice(problem.message, [], true, "link"); return false; })) open({ now: header.study });
-  for (const { id, name, tables, time } of header.recovered) {
+  const held = [store.document.tables, waiting?.tables];
+  for (const { id, name, tables, time } of header.recovered.filter((one) => !held.some((known) => same(known, one.tables)))) {
     const decided = () => transport.plain("decided", { id }).catch(failed);
     notice(`The explorer stopped while you edited “${name}” (${time}). The study as last sent is still here.`, [["Restore", () => { open({ now: { name, tables } }); decided(); }]], false, `recovered ${id}`, decided);
   }

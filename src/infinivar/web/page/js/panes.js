@@ -80,6 +80,7 @@ export function createPanes({ host, theme }) {
       tell(pane, `This view could not be loaded (${problem.message}). The other views and the maps work without it.`);
       return;
     }
+    if (pane.shown === null && pane.answer !== null) tell(pane, "computing …");
     try {
       const { header, arrays } = pane.answer === null ? { header: {}, arrays: {} } : await host.call(pane.answer, own.payload);
       if (header.faults?.length) { tell(pane, header.faults.map((fault) => fault.message).join(" ")); return; }
@@ -130,6 +131,7 @@ export function createPanes({ host, theme }) {
       for (const pane of panes) {
         pane.more = {};
         pane.shown = pane.asked = null;
+        if (pane.answer !== null) tell(pane, "computing …");
         pane.made?.then((view) => view.reset?.(), () => {});
       }
     },

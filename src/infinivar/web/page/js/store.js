@@ -17,11 +17,13 @@ export function withValue(tables, keys, value) {
   return copy;
 }
 
-const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
+/** Whether two tables say the same. */
+export const same = (one, other) => JSON.stringify(one) === JSON.stringify(other);
 
 export function createStore() {
   let now = { name: "", tables: {} };
   let opened = now;
+  let valid = null;
   let before = null;
   let past = [];
   let future = [];
@@ -32,6 +34,9 @@ export function createStore() {
   return {
     get document() { return now; },
     get opened() { return opened; },
+    /** The last document that the program could show; null if there was none. */
+    get valid() { return valid; },
+    settle(document) { valid = document; },
     get before() { return before; },
     get undoable() { return past.length > 0; },
     get redoable() { return future.length > 0; },
@@ -39,18 +44,20 @@ export function createStore() {
 
     get edited() { return !same(now.tables, opened.tables); },
     /** The document with its past and future, to be opened again. */
-    get whole() { return { now, opened, past, future }; },
+    get whole() { return { now, opened, valid, past, future }; },
 
     /** Begin with another study, as it is and as it was opened, by default with nothing to undo. */
     open(next) {
-      ({ now, opened = now, past = [], future = [] } = next);
+      ({ now, opened = now, valid = null, past = [], future = [] } = next);
       gesture = before = null;
       tell("open");
     },
 
     /** Change a value. The changes of one gesture, such as dragging a slider, are undone as one. */
-    set(keys, value, mark = null) {
-      const tables = withValue(now.tables, keys, value);
+    set(keys, value, mark = null) { this.put(withValue(now.tables, keys, value), mark); },
+
+    /** Change to other tables, as one step. */
+    put(tables, mark = null) {
       if (same(tables, now.tables)) return;
       if (mark === null || mark !== gesture) past = [...past, now].slice(1 - MOST_STEPS);
       gesture = mark;

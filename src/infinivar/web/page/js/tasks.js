@@ -2,6 +2,8 @@
 import { byId, digits, make } from "./dom.js";
 
 const watts = (value) => (Number.isFinite(value) ? `${digits(value, 3)} W` : "–");
+const differs = (power, steady) => Number.isFinite(steady) && watts(power) !== watts(steady);
+const beside = (power, steady) => (differs(power, steady) ? make("small", {}, ` steady ${watts(steady)}`) : "");
 
 /** Draw the answer `tasks`; `onTask(row, machine)` is called with the cell that is chosen. */
 export function drawTasks({ header, task, drive, onTask }) {
@@ -12,12 +14,12 @@ export function drawTasks({ header, task, drive, onTask }) {
     make("th", { scope: "row" }, first.title, make("small", {}, first.group === "paths" ? "path, mean power" : "task")),
     ...machines.map(([name, own]) => cell(name, own, own.tasks[k]))));
   const foot = make("tr", {}, make("th", { scope: "row" }, "Over all"), ...machines.map(([, own]) => make("td", {}, make("b", { className: own.feasible ? "yes" : "no" }, own.feasible ? "feasible" : "infeasible"),
-    make("small", {}, [Number.isFinite(own.mean_power) ? `mean power ${watts(own.mean_power)}` : "", Number.isFinite(own.motor_mass) ? `motors ${digits(1000 * own.motor_mass, 3)} g` : ""].filter(Boolean).join(", ")))));
+    make("small", {}, [Number.isFinite(own.mean_power) ? `mean power ${watts(own.mean_power)}` : "", differs(own.mean_power, own.steady_power) ? `steady ${watts(own.steady_power)}` : "", Number.isFinite(own.motor_mass) ? `motors ${digits(1000 * own.motor_mass, 3)} g` : ""].filter(Boolean).join(", ")))));
 
   function cell(name, own, row) {
     const chosen = row.name === task && name === drive;
     const button = make("button", { type: "button", aria: { pressed: String(chosen) }, data: { key: `${name}/${row.key}` }, on: { click: () => onTask(row, name) } },
-      make("b", {}, watts(row.power)), make("span", { className: row.feasible ? "yes" : "no" }, row.feasible ? "feasible" : "infeasible"), make("small", {}, row.tightest));
+      make("b", {}, watts(row.power)), beside(row.power, row.steady_power), make("span", { className: row.feasible ? "yes" : "no" }, row.feasible ? "feasible" : "infeasible"), make("small", {}, [row.tightest, row.servos].filter(Boolean).join("; ")));
     return make("td", {}, button);
   }
 

@@ -4,13 +4,15 @@ import { byId } from "./dom.js";
 const ORDER = ["auto", "light", "dark"];
 const NAMES = { auto: "Auto", light: "Light", dark: "Dark" };
 
-/** What a visitor chose earlier; storage may be forbidden. */
+const LONG = 365 * 24 * 3600;  // [s]
+
+/** What a visitor chose earlier, in a cookie: the server may have had another port, which other storage counts as another site. */
 export function remembered(key) {
-  try { return localStorage.getItem(`infinivar.${key}`); } catch { return null; }
+  return document.cookie.split("; ").find((one) => one.startsWith(`infinivar-${key}=`))?.split("=")[1] ?? null;
 }
 
 export function remember(key, value) {
-  try { localStorage.setItem(`infinivar.${key}`, value); } catch { /* a private window forgets */ }
+  document.cookie = `infinivar-${key}=${value}; path=/; max-age=${LONG}; samesite=strict`;
 }
 
 export function createTheme() {

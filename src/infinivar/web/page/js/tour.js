@@ -2,14 +2,28 @@
 import { make } from "./dom.js";
 import { remember, remembered } from "./theme.js";
 
-const STEPS = [
-  { at: "#study-title", title: "A study", text: "A study holds drive-trains and what is required of them. This one compares a cobotic transmission with motors at fixed ratios. Choose another one at the top, or open your own file." },
+const STUDY = { at: "#study-title", title: "A study", text: "A study holds drive-trains or machines, and what is required of them. Choose another one at the top, or open your own file." };
+const CHANGE = { at: "#fields .part[open] .field:has(input[type=range])", title: "Change a value" };
+const KEEP = { at: "#save", title: "Keep it", text: "Save the study as a file for the command line, or copy a link that holds it whole. Press F1 for help and for this tour." };
+
+const OF_DRIVES = [
+  STUDY,
   { at: "#strip", title: "Maps", text: "Each map shows the efficiency of a drive at every force and speed of the load. Tinted regions are beyond a limit, named on the map. The dashed line is what is required. Move over a map to read it, click to stay at a point." },
-  { at: "#fields .part[open] .field:has(input[type=range])", title: "Change a value", text: "Move a slider or type a value in any unit, such as 550 N, and all maps follow. Try it now. The dot tells where the value comes from." },
+  { ...CHANGE, text: "Move a slider or type a value in any unit, such as 550 N, and all maps follow. Try it now. The dot tells where the value comes from." },
   { at: "#owners", title: "Drives", text: "Choose what to edit here, and tick the drives whose maps you want to see side by side." },
   { at: "#pin", title: "Before and after", text: "Pin the present state, change something, and see both states side by side or as a difference. Undo takes back any step." },
   { at: "#tabs", title: "Look deeper", text: "At the point you chose: where the power goes, how the wheel creeps in its contact, what a motion costs, and the machine itself." },
-  { at: "#save", title: "Keep it", text: "Save the study as a file for the command line, or copy a link that holds it whole. Press F1 for help and for this tour." },
+  KEEP,
+];
+
+/** Machines have tasks and sessions in place of maps. */
+const OF_MACHINES = [
+  STUDY,
+  { at: "#strip", title: "What the machine does", text: "Each task with its power and its tightest limit, one column a machine; choose a cell to see the machine in that task. A study of sessions lists them here: a user moves the machine and a controller guides it." },
+  { ...CHANGE, text: "Move a slider or type a value in any unit, such as 550 N, and what is shown follows. Try it now. The dot tells where the value comes from." },
+  { at: "#owners", title: "What to edit", text: "Choose here what to edit: a machine, a task, or a session. Undo takes back any step." },
+  { at: "#tabs", title: "Look deeper", text: "The machine drawn to scale, where its power goes, how its wheels creep in their contacts, and long computations such as sessions." },
+  KEEP,
 ];
 
 export function createTour() {
@@ -22,6 +36,7 @@ export function createTour() {
   const box = make("div", { className: "tour", role: "dialog", hidden: true, tabIndex: -1, aria: { labelledby: "tour-title", describedby: "tour-text" } },
     title, text, make("div", { className: "actions" }, count, end, back, next));
   document.body.append(box);
+  let steps = OF_DRIVES;
   let step = -1;
   let lit = null;
   let came = null;
@@ -29,12 +44,12 @@ export function createTour() {
   function show(index) {
     lit?.classList.remove("lit");
     step = index;
-    const target = document.querySelector(STEPS[step].at) ?? document.querySelector("#fields");
-    title.textContent = STEPS[step].title;
-    text.textContent = STEPS[step].text;
-    count.textContent = `${step + 1} of ${STEPS.length}`;
+    const target = document.querySelector(steps[step].at) ?? document.querySelector("#fields");
+    title.textContent = steps[step].title;
+    text.textContent = steps[step].text;
+    count.textContent = `${step + 1} of ${steps.length}`;
     back.disabled = step === 0;
-    next.textContent = step === STEPS.length - 1 ? "Done" : "Next";
+    next.textContent = step === steps.length - 1 ? "Done" : "Next";
     box.hidden = false;
     lit = target;
     lit?.classList.add("lit");
@@ -65,12 +80,11 @@ export function createTour() {
     lit = null;
     step = -1;
     box.hidden = true;
-    remember("tour", "seen");
     (came?.isConnected ? came : document.querySelector("#help")).focus();
   }
 
   back.addEventListener("click", () => show(Math.max(0, step - 1)));
-  next.addEventListener("click", () => (step === STEPS.length - 1 ? finish() : show(step + 1)));
+  next.addEventListener("click", () => (step === steps.length - 1 ? finish() : show(step + 1)));
   end.addEventListener("click", finish);
   box.addEventListener("keydown", (event) => {
     if (event.key === "Escape") finish();
@@ -82,8 +96,13 @@ export function createTour() {
   addEventListener("scroll", place, true);
 
   return {
-    start() { came = document.activeElement; show(0); },
-    /** Start on the first visit only. */
-    welcome() { if (remembered("tour") === null) this.start(); },
+    /** Start with the steps for maps of drives, or for machines. */
+    start(flat) { came = document.activeElement; steps = flat ? OF_DRIVES : OF_MACHINES; show(0); },
+    /** Start on the first visit only, whether it is followed to its end or not. */
+    welcome(flat) {
+      if (remembered("tour") !== null) return;
+      remember("tour", "seen");
+      this.start(flat);
+    },
   };
 }

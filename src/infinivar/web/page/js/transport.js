@@ -4,6 +4,9 @@
 /** A newer question of the same kind took the place of this one. */
 export class Superseded extends Error {}
 
+/** The program does not answer: it has ended, or cannot be reached. */
+export class Unanswered extends Error {}
+
 const TYPES = { float32: Float32Array, float64: Float64Array, uint8: Uint8Array };
 
 /** Header and arrays of a packed answer; arrays are views on its bytes. */
@@ -38,7 +41,7 @@ export function createTransport(base = "api/") {
     try {
       got = await fetch(base + name, { method: "POST", headers, body: JSON.stringify(payload) });
     } catch {
-      throw new Error("the program does not answer: is `infinivar serve` still running?");
+      throw new Unanswered("the program does not answer: is `infinivar serve` still running?");
     }
     if (got.status === 409) throw new Superseded(name);
     if (!got.ok) {

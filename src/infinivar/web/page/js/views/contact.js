@@ -28,7 +28,7 @@ export function create(container, host) {
       for (const one of [curve, patch, words]) one.hidden = header.reason !== null;
       if (header.reason !== null) { replace(head, heading(header), make("p", { className: "blank" }, header.reason)); return; }
       const slip = header.slips ? `${header.wheel}: slips` : `${header.wheel}: ${(100 * header.slip_demand).toFixed(0)} % of the slip limit`;
-      replace(head, heading(header, slip, !header.slips), chooser(header, host));
+      replace(head, heading(header, slip, header.slips ? false : null), chooser(header, host));
       draw();
       replace(words, make("h3", {}, "In numbers"), terms(header.state));
     },

@@ -98,8 +98,8 @@ export function onWidth(element, draw) {
   return () => watcher.disconnect();
 }
 
-/** The title of what is shown, and its verdict. */
+/** The title of what is shown, and its verdict: good, bad, or neither (null). */
 export function heading(header, verdict = null, good = null) {
   return make("p", { className: "view-head" }, make("strong", {}, header.title), header.place ? make("span", {}, header.task ? `${header.task}: ${header.place}` : header.place) : null,
-    verdict === null ? null : make("span", { className: good ? "verdict yes" : "verdict no" }, verdict));
+    verdict === null ? null : make("span", { className: good === null ? "verdict" : good ? "verdict yes" : "verdict no" }, verdict));
 }

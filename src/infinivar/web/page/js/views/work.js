@@ -17,6 +17,16 @@ function tableOf(header) {
   return [["Drive", "Verdict", header.result.drives ? "Mean loss" : "Mean power"], own.map(([name, one]) => [one.title ?? name, one.verdict ?? "", watts(one.mean_loss_in_region ?? one.mean_power)])];
 }
 
+function tableElement(heads, rows) {
+  return make("div", { className: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows.map((cells) => make("tr", {}, ...cells.map((text) => make("td", {}, text)))))));
+}
+
+/** Choices that no source settles, each with the winner it gives. */
+function hangingOf({ hangs }) {
+  if (!hangs) return [];
+  return [make("h3", {}, "What this verdict hangs on"), make("p", { className: "why" }, `${hangs.figure}; in brackets: infeasible`), tableElement(hangs.heads, hangs.rows)];
+}
+
 export function create(container, host) {
   let job = null;
   let ended = false;
@@ -99,7 +109,7 @@ export function create(container, host) {
     const [heads, rows] = tableOf(header);
     const save = make("button", { type: "button", on: { click: () => host.download(`${header.job}.json`, JSON.stringify(header.result, null, 1), "application/json") } }, "Save all numbers (JSON)");
     result.replaceChildren(make("p", { className: "verdict" }, make("strong", {}, header.verdict)), ...(header.notes ?? []).map((note) => make("p", { className: "why" }, note)),
-      make("div", { className: "wide" }, make("table", {}, make("thead", {}, make("tr", {}, ...heads.map((text) => make("th", { scope: "col" }, text)))), make("tbody", {}, ...rows.map((cells) => make("tr", {}, ...cells.map((text) => make("td", {}, text))))))), save);
+      tableElement(heads, rows), ...hangingOf(header), save);
   }
 
   /** Forget what was computed: another study. */
