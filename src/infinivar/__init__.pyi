@@ -133,8 +133,8 @@ from .parts.tables.search import PartSearch, search_parts
 from .parts.tables.stores import load_parts
 from .parts.tables.table import PartSet, PartTable
 from .report.stored import load_result, save
-from .sizing.builds.doubt import doubt
 from .sizing.builds.result import Doubt
+from .sizing.doubt import doubt
 from .sizing.result import Sizing
 from .sizing.size import size
 from .study.catalogue import bearings, gearheads, materials, motors

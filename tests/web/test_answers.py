@@ -12,7 +12,8 @@ import pytest
 import infinivar as iv
 from infinivar.study.shipped import shipped_studies
 from infinivar.web.answers import document
-from infinivar.web.answers.answer import ANSWERS, Answer, RefusedError, answered, function_of, plain, unpack
+from infinivar.web.answers.answer import Answer, RefusedError, plain, unpack
+from infinivar.web.answers.dispatch import ANSWERS, answered, function_of
 from serving import unpacked
 
 

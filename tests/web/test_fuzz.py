@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from infinivar.study.shipped import shipped_studies
-from infinivar.web.answers.answer import ANSWERS, answered
+from infinivar.web.answers.dispatch import ANSWERS, answered
 from serving import free_port, serving
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads the processes of Linux")

@@ -11,6 +11,7 @@ from infinivar.analysis.machine_run import MachineRun
 from infinivar.analysis.marching import March
 from infinivar.drivetrain.control import ConventionalControl
 from infinivar.drivetrain.moving import control
+from infinivar.drivetrain.moving.control import LinkController
 from infinivar.drivetrain.moving.legged import LeggedMechanics
 from infinivar.drivetrain.moving.machines import (
     LINKED,
@@ -20,7 +21,7 @@ from infinivar.drivetrain.moving.machines import (
     SerialArmMachine,
     SphereMachine,
 )
-from infinivar.drivetrain.moving.separate import LinkController, SeparateMechanics
+from infinivar.drivetrain.moving.separate import SeparateMechanics
 from infinivar.drivetrain.moving.system import System
 from infinivar.errors import ParameterError, require
 from infinivar.motion.histories import VectorHistory

@@ -9,8 +9,14 @@ from collections.abc import Iterator, Mapping
 from importlib import resources
 from typing import Any
 
+from infinivar.contact.bodies import Material
 from infinivar.errors import InputError, nearest
-from infinivar.parts.tables.columns import PARTS
+from infinivar.parts.bearing import Bearing
+from infinivar.parts.gearhead import Gearhead
+from infinivar.parts.motor import Motor
+
+PARTS: Mapping[str, type] = {"motors": Motor, "gearheads": Gearhead, "bearings": Bearing, "materials": Material}
+"""Part described by a row of each kind of table."""
 
 FORMS = ("m1", "m2", "m3", "m4", "m5", "m6")
 """Forms of identified friction, from Coulomb and viscous to Stribeck with squared load."""

@@ -138,8 +138,8 @@ _TYPES: dict[str, dict[str, str]] = {
         "table": "report.tables:sizing",
     },
     "transmission.legs.LegsPoint": {"plot": "figures.wheels:legs"},
-    "transmission.mechanism.MechanismPoint": {"plot": "figures.wheels:mechanism"},
-    "transmission.spherical.SphericalPoint": {"plot": "figures.wheels:rollers"},
+    "transmission.contact_map.MechanismPoint": {"plot": "figures.wheels:mechanism"},
+    "transmission.spherical_solve.SphericalPoint": {"plot": "figures.wheels:rollers"},
     "transmission.operating_point.OperatingPoint": {
         "plot": "figures.single:point",
         "dataset": "report.datasets:point",

@@ -18,9 +18,9 @@ from infinivar.parts.gearhead import LossModel
 from infinivar.parts.linear import Pulley
 from infinivar.parts.screw import Screw
 from infinivar.sizing.asked import Asked, Found
-from infinivar.sizing.builds.doubt import check_builds, with_builds
 from infinivar.sizing.cobotic.wheels import FREE, check_template
 from infinivar.sizing.design import SizedDrive
+from infinivar.sizing.doubt import check_builds, with_builds
 from infinivar.sizing.hanging import with_hanging
 from infinivar.sizing.of_cobotic import cobotic
 from infinivar.sizing.of_geared import geared

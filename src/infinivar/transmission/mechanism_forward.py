@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from infinivar._core.array_namespace import Array, _repeat, namespace
 from infinivar.contact.exact.spin_map import spin_map
 from infinivar.errors import ParameterError
 from infinivar.transmission import spin_law
+from infinivar.transmission.contact_map import ContactMap, MechanismPoint
 from infinivar.transmission.kinematics import Heading, applied_to, directions
 from infinivar.transmission.rolling_contact import RollingContact
-
-if TYPE_CHECKING:
-    from infinivar.transmission.mechanism import Mechanism, MechanismPoint
 
 _STEPS = 40
 _FEW = 6
@@ -56,7 +54,7 @@ class Slopes(NamedTuple):
 
 
 def solve(
-    mechanism: Mechanism,
+    mechanism: ContactMap,
     heading: Heading,
     rates: Mapping[str, Array],
     applied: Mapping[str, Array],
@@ -91,7 +89,7 @@ def solve(
 
 
 def _check(
-    mechanism: Mechanism, names: tuple[str, ...], rates: Mapping[str, Array], applied: Mapping[str, Array]
+    mechanism: ContactMap, names: tuple[str, ...], rates: Mapping[str, Array], applied: Mapping[str, Array]
 ) -> None:
     mechanism.known(rates, "rates")
     mechanism.known(applied, "applied")
@@ -124,7 +122,7 @@ class _Batch(NamedTuple):
         return _Batch(*found)
 
 
-def _rates(xp: Any, mechanism: Mechanism, free: list[int], batch: _Batch, shape: tuple[int, ...]) -> Array:
+def _rates(xp: Any, mechanism: ContactMap, free: list[int], batch: _Batch, shape: tuple[int, ...]) -> Array:
     """Rates of all coordinates; those that are free are found."""
     if not free:
         return batch.prescribed
@@ -166,7 +164,7 @@ class _System:
     Each coordinate is measured by the mean velocity that it gives the carriers, so that lengths and angles mix.
     """
 
-    def __init__(self, xp: Any, mechanism: Mechanism, free: list[int], batch: _Batch) -> None:
+    def __init__(self, xp: Any, mechanism: ContactMap, free: list[int], batch: _Batch) -> None:
         rows, surface, prescribed, cosine, sine, self.steering_rate = batch
         self.xp, self.mechanism, self.heading = xp, mechanism, (cosine, sine)
         k = mechanism.wheels
@@ -249,7 +247,7 @@ class _Search(NamedTuple):
 
 
 def _newton(
-    xp: Any, mechanism: Mechanism, free: list[int], batch: _Batch, start: Array | None = None, steps: int = _STEPS
+    xp: Any, mechanism: ContactMap, free: list[int], batch: _Batch, start: Array | None = None, steps: int = _STEPS
 ) -> tuple[Array, Array, Array]:
     """Rates of all coordinates, nan where no solution is found; the free ones, scaled, and their residual."""
     system = _System(xp, mechanism, free, batch)
@@ -378,7 +376,9 @@ def slopes(contact: RollingContact, groups: Any, u: Array, v: Array, spin: Array
     return Slopes(by_creep, -way * by_creep * (u / size), nothing, nothing, nothing, nothing)
 
 
-def _judged(xp: Any, mechanism: Mechanism, point: MechanismPoint, free: list[int], prescribed: Array) -> MechanismPoint:
+def _judged(
+    xp: Any, mechanism: ContactMap, point: MechanismPoint, free: list[int], prescribed: Array
+) -> MechanismPoint:
     """The point with SLIP where no motion was found, and with static friction where the machine rests."""
     import dataclasses
 
@@ -402,7 +402,7 @@ def _judged(xp: Any, mechanism: Mechanism, point: MechanismPoint, free: list[int
 
 
 def static_demand(
-    mechanism: Mechanism, heading: tuple[Array, Array], applied: Array, rests: Array, free: list[int]
+    mechanism: ContactMap, heading: tuple[Array, Array], applied: Array, rests: Array, free: list[int]
 ) -> Array:
     """Share of the static friction of all wheels that holds applied forces at rest: of the best distribution, the worst wheel.
 
@@ -411,7 +411,7 @@ def static_demand(
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : ContactMap
     heading : two of (..., k) float   Cosines and sines.
     applied : (..., n) float          [N] or [N m]
     rests : (...,) bool               The points to judge, p of them.

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from infinivar._core.array_namespace import Array, _repeat, namespace
 from infinivar.errors import ParameterError
+from infinivar.transmission.contact_map import ContactMap
 from infinivar.transmission.kinematics import applied_to
 from infinivar.transmission.rolling_contact import RollingContact
-
-if TYPE_CHECKING:
-    from infinivar.transmission.mechanism import Mechanism
 
 _STEPS = 30
 _SETTLED = 1e-13
@@ -27,7 +25,7 @@ _RIDGE = 1e-15
 
 
 def steer(
-    mechanism: Mechanism, rates: Array, applied: Mapping[str, Array], steering_rate: Array
+    mechanism: ContactMap, rates: Array, applied: Mapping[str, Array], steering_rate: Array
 ) -> tuple[Array, Array]:
     """See `Mechanism.steer`."""
     if isinstance(rates, Mapping):

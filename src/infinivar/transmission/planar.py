@@ -175,7 +175,7 @@ class PlanarCobot:
         """
         from infinivar.transmission.planar_drive import drive
 
-        return drive(self, twist, heading, torque)
+        return drive(self.mechanism, twist, heading, torque)
 
     def freedom(self, heading: Heading) -> PlanarFreedom:
         """The motion that the wheels permit with the least creep.

@@ -16,7 +16,7 @@ Source: kalker1990 for the contact; balance of powers as in `infinivar.transmiss
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.kinematics import Heading, directions
 from infinivar.transmission.mechanism import Mechanism, MechanismPoint
 from infinivar.transmission.rolling_contact import RollingContact
-
-if TYPE_CHECKING:
-    from infinivar.transmission.planar import PlanarCobot
 
 _LARGEST = 0.9
 """Longitudinal creepage beyond which a wheel counts as sliding. [-]"""
@@ -61,9 +58,9 @@ def driving_creepage(contact: RollingContact, traction: Array, side_load: Array 
     return -linear * traction / safe / driven.stiffness_ratio, linear * side_load / safe
 
 
-def drive(cobot: PlanarCobot, twist: Array, heading: Heading, torque: Array) -> MechanismPoint:
-    """See `PlanarCobot.drive`."""
-    k = cobot.mechanism.wheels
+def drive(body: Mechanism, twist: Array, heading: Heading, torque: Array) -> MechanismPoint:
+    """See `PlanarCobot.drive`; `body` is its mechanism."""
+    k = body.wheels
     given, torques = real_array("twist", twist), real_array("torque", torque)
     require(given.shape[-1:] == (3,), "twist", f"shape {given.shape}", "of shape (..., 3)")
     require(torques.shape[-1:] in ((), (1,), (k,)), "torque", f"shape {torques.shape}", f"one number, or {k} of them")
@@ -73,8 +70,8 @@ def drive(cobot: PlanarCobot, twist: Array, heading: Heading, torque: Array) -> 
     shape = check_broadcast(twist=given.shape[:-1], heading=cosine.shape[:-1], torque=torques.shape[:-1])
     cosine, sine, torques = (np.broadcast_to(one, (*shape, k)) for one in (cosine, sine, torques))
     given = np.broadcast_to(given, (*shape, 3))
-    contacts = [DrivenContact.of(one) for one in cobot.mechanism.contacts]  # type: ignore[union-attr]
-    motion = cobot.mechanism.velocities(given)
+    contacts = [DrivenContact.of(one) for one in body.contacts]  # type: ignore[union-attr]
+    motion = body.velocities(given)
     along = cosine * motion[..., :k] + sine * motion[..., k : 2 * k]
     across = cosine * motion[..., k : 2 * k] - sine * motion[..., :k]
     speeds = np.stack(
@@ -84,7 +81,7 @@ def drive(cobot: PlanarCobot, twist: Array, heading: Heading, torque: Array) -> 
         ],
         axis=-1,
     )
-    machine = _machine(cobot, contacts, cosine, sine)
+    machine = _machine(body, contacts, cosine, sine)
     point = machine.operate(rates=np.concatenate([given, speeds], axis=-1), heading=np.zeros(k))
     return _with_resistance(point, contacts, speeds, cosine, sine)
 
@@ -109,9 +106,9 @@ def _speed(contact: DrivenContact, along: Array, across: Array, spin: Array, tor
     return np.where(found, along / (1.0 + creepage * way) / contact.wheel_radius, np.nan)
 
 
-def _machine(cobot: PlanarCobot, contacts: list[DrivenContact], cosine: np.ndarray, sine: np.ndarray) -> Mechanism:
+def _machine(body: Mechanism, contacts: list[DrivenContact], cosine: np.ndarray, sine: np.ndarray) -> Mechanism:
     """The kinematic map of body and axles, along and across each heading."""
-    rows, k = np.asarray(cobot.mechanism.jacobian), len(contacts)
+    rows, k = np.asarray(body.jacobian), len(contacts)
     radii = np.array([one.wheel_radius for one in contacts])
     jacobian = np.zeros((*cosine.shape, 2, 3 + k))
     jacobian[..., 0, :3] = cosine[..., None] * rows[:, 0] + sine[..., None] * rows[:, 1]
@@ -121,7 +118,7 @@ def _machine(cobot: PlanarCobot, contacts: list[DrivenContact], cosine: np.ndarr
     surface, spin = np.zeros((k, 3 + k)), np.zeros((k, 3 + k))
     surface[places, 3 + places] = radii
     spin[:, 2] = 1.0
-    names = (*cobot.mechanism.coordinates, *(f"wheel{place + 1}" for place in places))  # type: ignore[misc]
+    names = (*body.coordinates, *(f"wheel{place + 1}" for place in places))  # type: ignore[misc]
     return Mechanism(contacts=contacts, jacobian=jacobian, spin=spin, surface=surface, coordinates=names)
 
 

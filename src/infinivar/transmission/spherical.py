@@ -20,7 +20,7 @@ Source: faulring2006, section I, for the family; contacts as in `infinivar.trans
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -30,92 +30,18 @@ from annotated_types import Gt
 from infinivar._core.array_namespace import Array, finite_floats, namespace
 from infinivar._core.arrays import real_array, shown
 from infinivar._core.fields import check, check_single, check_value, component, quantity
-from infinivar._core.result import Result, result
 from infinivar.errors import ParameterError, require
-from infinivar.limits import Limit
-from infinivar.power import PowerPoint
 from infinivar.transmission import spherical_solve
 from infinivar.transmission.driven_contact import DrivenContact
 from infinivar.transmission.mechanism import Mechanism
 from infinivar.transmission.rolling_contact import ContactForces, RollingContact
 from infinivar.transmission.sphere_layout import LAYOUTS, LayoutName, Roller, basis, check_rollers
+from infinivar.transmission.spherical_solve import SphericalPoint
 
 COORDINATES = ("shaft1", "shaft2", "sphere_x", "sphere_y", "sphere_z")
 
 _PAIRS = (("input_speed", "output_torque"), ("sphere_speed", "load"))
 """What may be prescribed."""
-
-
-@result
-class SphericalPoint(PowerPoint, Result):
-    """Steady operation: arrays over (...,) points, or (..., k) rollers, SI.
-
-    Where a roller slips, speeds, forces and losses are nan, and the limit is SLIP.
-    """
-
-    kinds: tuple[str, ...]
-    """"drive", "steering" or "idler", by roller."""
-    steering_angle: Array
-    """gamma. [rad]"""
-    input_speed: Array
-    """w_1. [rad s^-1]"""
-    output_speed: Array
-    """w_2. [rad s^-1]"""
-    input_torque: Array
-    """tau_1, applied to shaft 1. [N m]"""
-    output_torque: Array
-    """T_2, applied by shaft 2 to its load. [N m]"""
-    sphere_velocity: Array
-    """Angular velocity of the sphere. (..., 3) [rad s^-1]"""
-    ideal_speeds: Array
-    """w_1 and w_2 without creep, over the speed of the sphere. (..., 2) [-]"""
-    roller_forces: Array
-    """Tangential force between roller and sphere. (..., k) [N]"""
-    contact_force: Array
-    """Tangential force of each roller on the sphere, rolling resistance included. (..., k, 3) [N]"""
-    spin: Array
-    """psi. (..., k) [rad s^-1]"""
-    roller_losses: Mapping[str, Array]
-    """By name. (..., k) [W]"""
-    slip_demand: Array
-    """1 is the slip limit. (..., k) [-]"""
-    pressed: Mapping[Limit, Array]
-    """Demand over allowance for the limits that preload alone can exceed, of the worst roller. [-]"""
-
-    @property
-    def losses(self) -> Mapping[str, Array]:
-        """Losses of all rollers by name: creep, spin, rolling, bearing. [W]"""
-        return {name: np.sum(loss, axis=-1) for name, loss in self.roller_losses.items()}
-
-    @property
-    def losses_by_kind(self) -> Mapping[str, Array]:
-        """Losses by kind of roller. [W]"""
-        total = sum(self.roller_losses.values())
-        of = np.array(self.kinds)
-        return {kind: np.sum(total[..., of == kind], axis=-1) for kind in dict.fromkeys(self.kinds)}  # type: ignore[index]
-
-    @property
-    def power_in(self) -> Array:
-        """Power from the source into shaft 1. [W]"""
-        return self.input_torque * self.input_speed
-
-    @property
-    def power_out(self) -> Array:
-        """Power from shaft 2 into its load. [W]"""
-        return self.output_torque * self.output_speed
-
-    @property
-    def slip(self) -> Array:
-        """Loss of speed by creep, 1 - w_2 (w_1/w_2 without creep)/w_1; nan where a shaft stands still. [-]"""
-        first, second = self.ideal_speeds[..., 0], self.ideal_speeds[..., 1]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = 1.0 - self.output_speed * first / (self.input_speed * second)
-        return np.where(np.isfinite(found), found, np.nan)
-
-    @property
-    def utilisation(self) -> Mapping[Limit, Array]:  # type: ignore[override]
-        """Demand over allowance by limit, of the worst roller. [-]"""
-        return {Limit.SLIP: np.max(self.slip_demand, axis=-1), **self.pressed}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -280,7 +206,7 @@ class SphericalIVT:
             )
         known = {"steering_angle": steering_angle} | {name: given[name] for name in names}
         angle, speed, force = np.broadcast_arrays(*finite_floats(np, **known))
-        return spherical_solve.point(self, self._frames, angle, speed, force, along_shaft=names == _PAIRS[0])
+        return spherical_solve.point(self.kinds, self._frames, angle, speed, force, along_shaft=names == _PAIRS[0])
 
     def patches(self) -> tuple[RollingContact, ...]:
         """Contact of each roller: drive rollers and idlers as `DrivenContact`."""

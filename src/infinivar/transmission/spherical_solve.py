@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from infinivar._core.array_namespace import Array
+from infinivar._core.result import Result, result
 from infinivar.contact.friction import coulomb
+from infinivar.limits import Limit
+from infinivar.power import PowerPoint
 from infinivar.transmission.rolling_contact import ContactForces
-
-if TYPE_CHECKING:
-    from infinivar.transmission.spherical import SphericalIVT, SphericalPoint
 
 _STEPS = 40
 _HALVINGS = 14
@@ -45,6 +47,78 @@ _CLOSE = 1e-9
 """Largest residual of a solution, over the slip force. [-]"""
 
 
+@result
+class SphericalPoint(PowerPoint, Result):
+    """Steady operation: arrays over (...,) points, or (..., k) rollers, SI.
+
+    Where a roller slips, speeds, forces and losses are nan, and the limit is SLIP.
+    """
+
+    kinds: tuple[str, ...]
+    """"drive", "steering" or "idler", by roller."""
+    steering_angle: Array
+    """gamma. [rad]"""
+    input_speed: Array
+    """w_1. [rad s^-1]"""
+    output_speed: Array
+    """w_2. [rad s^-1]"""
+    input_torque: Array
+    """tau_1, applied to shaft 1. [N m]"""
+    output_torque: Array
+    """T_2, applied by shaft 2 to its load. [N m]"""
+    sphere_velocity: Array
+    """Angular velocity of the sphere. (..., 3) [rad s^-1]"""
+    ideal_speeds: Array
+    """w_1 and w_2 without creep, over the speed of the sphere. (..., 2) [-]"""
+    roller_forces: Array
+    """Tangential force between roller and sphere. (..., k) [N]"""
+    contact_force: Array
+    """Tangential force of each roller on the sphere, rolling resistance included. (..., k, 3) [N]"""
+    spin: Array
+    """psi. (..., k) [rad s^-1]"""
+    roller_losses: Mapping[str, Array]
+    """By name. (..., k) [W]"""
+    slip_demand: Array
+    """1 is the slip limit. (..., k) [-]"""
+    pressed: Mapping[Limit, Array]
+    """Demand over allowance for the limits that preload alone can exceed, of the worst roller. [-]"""
+
+    @property
+    def losses(self) -> Mapping[str, Array]:
+        """Losses of all rollers by name: creep, spin, rolling, bearing. [W]"""
+        return {name: np.sum(loss, axis=-1) for name, loss in self.roller_losses.items()}
+
+    @property
+    def losses_by_kind(self) -> Mapping[str, Array]:
+        """Losses by kind of roller. [W]"""
+        total = sum(self.roller_losses.values())
+        of = np.array(self.kinds)
+        return {kind: np.sum(total[..., of == kind], axis=-1) for kind in dict.fromkeys(self.kinds)}  # type: ignore[index]
+
+    @property
+    def power_in(self) -> Array:
+        """Power from the source into shaft 1. [W]"""
+        return self.input_torque * self.input_speed
+
+    @property
+    def power_out(self) -> Array:
+        """Power from shaft 2 into its load. [W]"""
+        return self.output_torque * self.output_speed
+
+    @property
+    def slip(self) -> Array:
+        """Loss of speed by creep, 1 - w_2 (w_1/w_2 without creep)/w_1; nan where a shaft stands still. [-]"""
+        first, second = self.ideal_speeds[..., 0], self.ideal_speeds[..., 1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = 1.0 - self.output_speed * first / (self.input_speed * second)
+        return np.where(np.isfinite(found), found, np.nan)
+
+    @property
+    def utilisation(self) -> Mapping[Limit, Array]:  # type: ignore[override]
+        """Demand over allowance by limit, of the worst roller. [-]"""
+        return {Limit.SLIP: np.max(self.slip_demand, axis=-1), **self.pressed}
+
+
 class _Batch(NamedTuple):
     """Points to solve, flat: prescribed motion and force, and the free unknowns' directions."""
 
@@ -67,9 +141,9 @@ class _Batch(NamedTuple):
 
 
 def point(
-    ivt: SphericalIVT, frames: Any, angle: np.ndarray, speed: np.ndarray, force: np.ndarray, along_shaft: bool
+    kinds: tuple[str, ...], frames: Any, angle: np.ndarray, speed: np.ndarray, force: np.ndarray, along_shaft: bool
 ) -> SphericalPoint:
-    """See `SphericalIVT.operate`; arguments have one shape."""
+    """See `SphericalIVT.operate`; arguments have one shape, and `kinds` are those of the rollers."""
     shape = angle.shape
     gamma, given, load = (one.reshape(-1) for one in (angle, speed, force))
     axis = frames.axis(gamma)
@@ -98,7 +172,7 @@ def point(
     for start in range(0, gamma.size, _CHUNK):
         part = slice(start, start + _CHUNK)
         rates[part] = _solved(frames, _Batch(*(one[part] for one in batch)), moving[part, None] * ideal[part])
-    return _point(ivt, frames, batch, rates, ideal, rests, angle, shape)
+    return _point(kinds, frames, batch, rates, ideal, rests, angle, shape)
 
 
 def _solved(frames: Any, batch: _Batch, ideal: np.ndarray) -> np.ndarray:
@@ -257,7 +331,7 @@ def forces_at(
 
 
 def _point(
-    ivt: SphericalIVT,
+    kinds: tuple[str, ...],
     frames: Any,
     batch: _Batch,
     rates: np.ndarray,
@@ -266,8 +340,6 @@ def _point(
     angle: np.ndarray,
     shape: tuple[int, ...],
 ) -> SphericalPoint:
-    from infinivar.transmission.spherical import SphericalPoint
-
     forces, applied, shaft_losses, held = _forces(frames, batch, rates)
     # What the forces on the sphere miss to balance, within rounding, does no work of its own.
     turns = batch.speed != 0
@@ -292,7 +364,7 @@ def _point(
         for limit, value in contact.utilisation.items():
             pressed[limit] = max(pressed.get(limit, 0.0), float(value))
     return SphericalPoint(
-        kinds=ivt.kinds,
+        kinds=kinds,
         steering_angle=angle,
         input_speed=rates[:, 0].reshape(shape),
         output_speed=rates[:, 1].reshape(shape),

@@ -13,7 +13,7 @@ from infinivar.analysis.sessions.displays import AdmittanceDisplay, ImpedanceDis
 from infinivar.analysis.sessions.handle_session import check_displays
 from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
-from infinivar.drivetrain.moving.separate import LinkMotors
+from infinivar.drivetrain.moving.motors import LinkMotors
 from infinivar.errors import require
 from infinivar.parts.amplifier import Amplifier
 from infinivar.study.choices import STANDBY, answers

@@ -34,7 +34,7 @@ from infinivar.drivetrain.cobotic import CoboticDrive
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.graphs.compliances import rotor_inertia
-from infinivar.drivetrain.graphs.controllers import Servo
+from infinivar.drivetrain.loops import Servo
 from infinivar.drivetrain.moving.system import SteeringServo
 from infinivar.errors import ParameterError
 from infinivar.motion.users import ArmModel

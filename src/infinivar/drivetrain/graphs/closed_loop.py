@@ -21,6 +21,7 @@ from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import check_graph
 from infinivar.drivetrain.graphs import bandwidths, compliances, controllers, output_start, planned, plants, stages
 from infinivar.drivetrain.graphs.planned import Planned
+from infinivar.drivetrain.loops import Servo, speed_loop
 from infinivar.drivetrain.output import Output
 from infinivar.errors import ParameterError
 from infinivar.motion.forces import ConstantForce
@@ -214,13 +215,13 @@ def _cobotic_controller(
     assert steering is not None  # or there were no graph
     return controllers.CoboticController(
         sample_time=1.0 / settings.sample_rate,
-        cylinder=controllers.speed_loop(
+        cylinder=speed_loop(
             settings.cylinder_bandwidth,
             (drive.cylinder_inertia or 0.0) + gear**2 * _motor_inertia(drive),
             gear * motor.torque_constant,
             settings.current_limit or _stall(motor),
         ),
-        steering=controllers.Servo.place(
+        steering=Servo.place(
             settings.steering_bandwidth,
             steering.bell_inertia + steering.ratio**2 * (steering.motor.rotor_inertia or 0.0),
             steering.ratio * steering.motor.torque_constant,
@@ -312,9 +313,7 @@ def _conventional_controller(
     hardly = max(stick_speed, STICK_SPEED)
     return controllers.ConventionalController(
         sample_time=1.0 / settings.sample_rate,
-        speed=controllers.speed_loop(
-            bandwidth.speed, inertia + carried + rotor, gain, settings.current_limit or _stall(motor)
-        ),
+        speed=speed_loop(bandwidth.speed, inertia + carried + rotor, gain, settings.current_limit or _stall(motor)),
         link_gain=2.0 * math.pi * bandwidth.link,
         inertia=inertia / gain,
         rotor=rotor / gain,

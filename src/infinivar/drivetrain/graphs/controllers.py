@@ -14,73 +14,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from infinivar.drivetrain.loops import Loop, Servo, share_of
 from infinivar.motion.motion import Motion, MotionState
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Loop:
-    """PI controller with limited output and anti-windup: the integral stops while the output is limited."""
-
-    proportional: float
-    integral: float
-    limit: float
-
-    def act(
-        self, error: float, memory: float, period: float, ahead: Callable[[float], float] = lambda grown: grown
-    ) -> tuple[float, float]:
-        """Output and new integral; `memory` is the integral so far, `ahead` maps it to the output with feedforward."""
-        grown = memory + self.integral * error * period
-        wanted = self.proportional * error + ahead(grown)
-        output = min(max(wanted, -self.limit), self.limit)
-        return output, grown if output == wanted or (wanted > output) != (error > 0) else memory
-
-
-def speed_loop(bandwidth: float, inertia: float, gain: float, limit: float) -> Loop:
-    """PI loop that places both poles of an inertia at the bandwidth. [Hz], [kg m^2], [N m A^-1], [A]"""
-    pole = 2.0 * math.pi * bandwidth
-    return Loop(proportional=2.0 * pole * inertia / gain, integral=pole * pole * inertia / gain, limit=limit)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Servo:
-    """Position servo of an inertia with known friction: two poles at the bandwidth, no integral action.
-
-    Friction feedforward (`friction` [A]) acts in the commanded direction, in full from the speed `full_speed` [rad s^-1] on.
-    """
-
-    proportional: float
-    damping: float
-    friction: float
-    full_speed: float
-    limit: float
-
-    @classmethod
-    def place(
-        cls, bandwidth: float, inertia: float, gain: float, limit: float, friction: float, full_speed: float
-    ) -> Servo:
-        """From bandwidth [Hz], inertia [kg m^2], torque per current [N m A^-1], current limit [A] and friction [N m]."""
-        pole, scale = 2.0 * math.pi * bandwidth, inertia / gain
-        return cls(
-            proportional=pole**2 * scale,
-            damping=2.0 * pole * scale,
-            friction=friction / gain,
-            full_speed=full_speed,
-            limit=limit,
-        )
-
-    def act(self, error: float, speed: float, wanted_speed: float) -> float:
-        """Current for an angle error, the angular speed and the commanded speed. [rad], [rad s^-1]"""
-        heading = wanted_speed + self.proportional / self.damping * error
-        current = (
-            self.proportional * error
-            + self.damping * (wanted_speed - speed)
-            + self.friction * _share(heading, self.full_speed)
-        )
-        return min(max(current, -self.limit), self.limit)
-
-
-def _share(value: float, full: float) -> float:
-    return min(max(value / full, -1.0), 1.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -237,7 +172,7 @@ class ConventionalController:
             return {self.output: min(max(held + load, -self.speed.limit), self.speed.limit)}, (integral, held)
         wanted = 0.0 if near else goal.speed + self.link_gain * (goal.position - position)
         # The current lasts for a sample, in whose middle a motion that starts or reverses may have another direction.
-        share = _share(wanted + (0.0 if near else 0.5 * self.sample_time * goal.acceleration), self.full_speed)
+        share = share_of(wanted + (0.0 if near else 0.5 * self.sample_time * goal.acceleration), self.full_speed)
 
         known = self.inertia * goal.acceleration + self.planned(time)
         # What the gear passes on, friction behind it included: a load that friction still brakes does not drive the motor.

@@ -9,21 +9,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from infinivar._core.fields import given
-from infinivar.drivetrain.control import SPEED_BANDWIDTH, CoboticControl, ConventionalControl
-from infinivar.drivetrain.graphs.controllers import Loop, Servo, speed_loop
+from infinivar.drivetrain.control import LINK_BANDWIDTH, SPEED_BANDWIDTH, CoboticControl, ConventionalControl
+from infinivar.drivetrain.loops import Loop, Servo, speed_loop
 from infinivar.drivetrain.moving.bodies import angular_velocity, rotation_between
-from infinivar.drivetrain.moving.legged import Load, PlatformLoad
+from infinivar.drivetrain.moving.legged import Linkage, Load, PlatformLoad
+from infinivar.drivetrain.moving.motors import LinkMotors
+from infinivar.drivetrain.moving.separate import SeparateMechanics
 from infinivar.drivetrain.moving.system import Inputs, System
 from infinivar.motion.histories import VectorHistory
 from infinivar.transmission.planar import PlanarCobot
-
-if TYPE_CHECKING:
-    from infinivar.drivetrain.moving.separate import LinkController
 
 _STEP = 1e-4
 """Half the time over which commanded angles are differenced. [s]"""
@@ -94,6 +93,53 @@ class Loops:
             inputs.steering[place] = self.servo.act(error, float(turning[place]), float(rate[place]))
         self.saturated["steering motor"] = float(np.max(np.abs(inputs.steering))) / self.servo.limit
         return inputs
+
+
+@dataclass(slots=True)
+class LinkController:
+    """Pose loop with an inner speed loop, of all links together; inertia, centrifugal forces and friction are fed forward.
+
+    The inertia of the machine decouples the links, so that every motion has the poles of the bandwidths. The integral, which
+    begins with the force of the user at the start, converges to that force.
+    """
+
+    motors: LinkMotors
+    mechanics: SeparateMechanics
+    motion: VectorHistory
+    integral: np.ndarray
+    """Forces on the coordinates. (d,)"""
+    limit: float = field(init=False, default=0.0)
+    """Of the current of each motor. [A]"""
+
+    def __post_init__(self) -> None:
+        """Compute what does not change."""
+        self.limit = self.motors.current_limit
+
+    def act(self, time: float, pose: np.ndarray, rates: np.ndarray, period: float) -> np.ndarray:
+        """Currents of the motors from the measurements of a time; they act for a period from the next sample on. (n,) [A]"""
+        control = self.motors.drive.control
+        pole = 2.0 * math.pi * given(control.speed_bandwidth, SPEED_BANDWIDTH)
+        gain = 2.0 * math.pi * given(control.link_bandwidth, LINK_BANDWIDTH)
+        load = self.mechanics.load
+        goal, twist = pose_twist(load, self.motion, time)
+        # In the middle of the sample in which the currents act.
+        before, after = around(self.motion, min(time + 1.5 * period, float(self.motion.time[-1])))
+        change = (pose_twist(load, self.motion, after)[1] - pose_twist(load, self.motion, before)[1]) / (after - before)
+        off = goal - pose
+        if isinstance(load, PlatformLoad):
+            off = np.concatenate([off[:3], rotation_between(pose[3:], goal[3:])])
+        wanted = twist + gain * off
+        place = self.mechanics.at(pose[None], rates[None])
+        link: Linkage = place.kinematics
+        inertia, jacobian = place.inertia[0], link.jacobian[0]
+        grown = self.integral + pole * pole * period * (inertia @ (wanted - rates))
+        forces = inertia @ (change + 2.0 * pole * (wanted - rates)) + place.bias[0] + grown
+        share = np.clip(jacobian @ wanted / self.motors.stick_speed, -1.0, 1.0)
+        on_links = np.linalg.lstsq(jacobian.T, forces, rcond=None)[0] + sum(self.motors.frictions) * share
+        currents = on_links / self.motors.gain
+        if np.all(np.abs(currents) <= self.limit):
+            self.integral = grown
+        return np.clip(currents, -self.limit, self.limit)
 
 
 @dataclass(slots=True)

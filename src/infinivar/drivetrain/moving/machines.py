@@ -17,9 +17,9 @@ from infinivar.drivetrain.control import CoboticControl, ConventionalControl
 from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.moving.legged import ArmLoad, LeggedMechanics, PlatformLoad
-from infinivar.drivetrain.moving.motors import PowerMotor, SteeringServo
+from infinivar.drivetrain.moving.motors import LinkMotors, PowerMotor, SteeringServo
 from infinivar.drivetrain.moving.rolling import PlanarMechanics, SerialArmMechanics, SphereMechanics
-from infinivar.drivetrain.moving.separate import LinkMotors, SeparateMechanics
+from infinivar.drivetrain.moving.separate import SeparateMechanics
 from infinivar.drivetrain.moving.slides import SlideLoad
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError, require

@@ -1,4 +1,7 @@
-"""Power motors and steering servos of machines of many contacts: torques on the coordinates, and powers."""
+"""Power motors, steering servos and motors of links of machines of many contacts: torques on the coordinates, and powers.
+
+Motors of links are rigid behind them: rotor, gearhead and stage count as mass of the link. Friction is constant.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ import numpy as np
 
 from infinivar._core.fields import given
 from infinivar.contact.friction import coulomb
+from infinivar.drivetrain.conventional import ConventionalDrive
 from infinivar.drivetrain.drive import needed
 from infinivar.drivetrain.steering import SteeringPlant
 from infinivar.errors import ParameterError
@@ -193,3 +197,88 @@ class SteeringServo:
             }
 
         return torque, powers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkMotors:
+    """A motor with gearhead, amplifier and output stage on each link, all alike.
+
+    Raises
+    ------
+    ParameterError
+        If the rotor's inertia is missing, friction depends on the load, or a part is elastic.
+    """
+
+    drive: ConventionalDrive
+    stick_speed: float
+    """Of a link. [m s^-1] or [rad s^-1]"""
+    moved_mass: float = field(init=False, default=0.0)
+    """Of rotor, gearhead and stage, at the link. [kg] or [kg m^2]"""
+    ratio: float = field(init=False, default=1.0)
+    """Angle of the motor per travel of the link. [rad/m] or [-]"""
+    frictions: tuple[float, float, float, float] = field(init=False, default=(0.0, 0.0, 0.0, 0.0))
+    """Of motor, gearhead, stage and guideway, at the link. [N] or [N m]"""
+
+    def __post_init__(self) -> None:
+        """Compute what does not change."""
+        drive, gear, stage = self.drive, self.drive.gearhead, self.drive.stage
+        rotor = needed(drive.motor.rotor_inertia, "motor.rotor_inertia") + given(gear.inertia, 0.0)
+        if not gear.lossless and (gear.loss_model != "coulomb" or gear.friction is not None):
+            raise ParameterError(
+                f"gearhead.loss_model must be 'coulomb' for motors of links that move, got {gear.loss_model!r}, whose friction "
+                "depends on the load"
+            )
+        losses = stage.efficiencies
+        if losses is not None and tuple(losses) != (1.0, 1.0):
+            raise ParameterError(
+                f"{stage.title} must have no efficiency for motors of links that move, but a friction_torque; its friction would "
+                "depend on the load"
+            )
+        if drive.output.chain or stage.stiffness is not None or gear.stiffness is not None:
+            what = "output" if drive.output.chain else "gearhead" if gear.stiffness is not None else stage.title
+            raise ParameterError(f"{what} must be rigid, without springs or linkage, for motors of links that move")
+        travel = float(stage.travel_per_radian)
+        ratio = gear.ratio / travel
+        constant = 0.0 if gear.lossless else float(gear.coulomb_friction(drive.motor.continuous_torque))
+        object.__setattr__(self, "ratio", ratio)
+        object.__setattr__(self, "moved_mass", rotor * ratio**2 + drive.gear_output_inertia / travel**2)
+        frictions = (
+            drive.motor.friction_torque * ratio,
+            constant * ratio,
+            float(stage.shaft_friction) / travel,
+            float(drive.guideway.friction_force()),
+        )
+        object.__setattr__(self, "frictions", frictions)
+
+    @property
+    def gain(self) -> float:
+        """Force on a link per current. [N A^-1] or [N m A^-1]"""
+        return self.ratio * self.drive.motor.torque_constant
+
+    @property
+    def current_limit(self) -> float:
+        """Of the controller, or of a motor that is stalled. [A]"""
+        motor = self.drive.motor
+        return given(self.drive.control.current_limit, motor.voltage / motor.resistance)
+
+    @property
+    def losses(self) -> tuple[str, ...]:
+        """Names of the losses; the four of friction first."""
+        return ("motor friction", "gearhead", self.drive.stage.title, "guideway", "winding", "motor iron", "amplifier")
+
+    def act(self, currents: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, Powers]:
+        """Forces on the links, (m, n), and a function for the powers of all motors together, at link speeds (m, n)."""
+        motor = self.drive.motor
+        way = coulomb(speed, 1.0, self.stick_speed)
+        iron = given(motor.viscous_friction, 0.0) * self.ratio**2 * speed
+        driven = self.gain * currents
+        force = driven - sum(self.frictions) * way - iron
+
+        def powers() -> dict[str, np.ndarray]:
+            winding = motor.resistance * currents * currents + 0.0 * speed
+            taken, burnt, _ = self.drive.amplifier.supply(winding + driven * speed)
+            lost = [*(one * way * speed for one in self.frictions), winding, iron * speed, burnt + 0.0 * speed]
+            found = {name: one.sum(axis=-1) for name, one in zip(self.losses, lost, strict=True)}
+            return {"supply": taken.sum(axis=-1), **found}
+
+        return force, powers

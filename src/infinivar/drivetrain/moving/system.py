@@ -15,17 +15,21 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from infinivar._core.collocation import Balance, Rates
 from infinivar.drivetrain.moving.hand import Grasp, Hand, at_times
-from infinivar.drivetrain.moving.motors import POWER_LOSSES, STEERING_LOSSES, PowerMotor, Powers, SteeringServo
+from infinivar.drivetrain.moving.motors import (
+    POWER_LOSSES,
+    STEERING_LOSSES,
+    LinkMotors,
+    PowerMotor,
+    Powers,
+    SteeringServo,
+)
 from infinivar.limits import Limit
-
-if TYPE_CHECKING:
-    from infinivar.drivetrain.moving.separate import LinkMotors
 
 Angles = Callable[[float], Any]
 """Steering angles by time, where no servo sets them. [s] to (s,) [rad]"""

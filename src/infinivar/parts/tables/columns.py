@@ -15,17 +15,11 @@ from annotated_types import Ge, Gt, Interval
 from infinivar import units
 from infinivar._core.bounds import Bound, NonZero
 from infinivar._core.fields import hints
-from infinivar.contact.bodies import Material
 from infinivar.errors import InputError, nearest
-from infinivar.parts.bearing import Bearing
+from infinivar.parts.catalogue import PARTS
 from infinivar.parts.gear_friction import GearFriction
-from infinivar.parts.gearhead import Gearhead
-from infinivar.parts.motor import Motor
 
 Kind = Literal["motors", "gearheads", "bearings", "materials"]
-
-PARTS: Mapping[str, type] = {"motors": Motor, "gearheads": Gearhead, "bearings": Bearing, "materials": Material}
-"""Part described by a row of each kind of table."""
 
 ONE = {"motors": "motor", "gearheads": "gearhead", "bearings": "bearing", "materials": "material"}
 """One row of each table, in words."""

@@ -12,7 +12,8 @@ import numpy as np
 
 from infinivar._core.fields import check_value
 from infinivar.errors import InputError, ParameterError, nearest, printable
-from infinivar.parts.tables.columns import ONE, PARTS, UNLIMITED, Column, choices, number_columns, text_columns
+from infinivar.parts.catalogue import PARTS
+from infinivar.parts.tables.columns import ONE, UNLIMITED, Column, choices, number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, part_set, table
 
 NOT_STATED = frozenset({"", "-", "–", "nan", "n/a", "na"})

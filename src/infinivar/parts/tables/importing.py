@@ -15,8 +15,9 @@ from infinivar._core import files as reading
 from infinivar._core.encodings import text_of
 from infinivar._core.result import Frozen, result
 from infinivar.errors import InputError, nearest, printable
+from infinivar.parts.catalogue import PARTS
 from infinivar.parts.tables import delimited, mgdb, stored, tomls
-from infinivar.parts.tables.columns import PARTS, counted
+from infinivar.parts.tables.columns import counted
 from infinivar.parts.tables.gathering import DATE, Fault, Gathering, Remark
 from infinivar.parts.tables.table import PartSet
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from infinivar._core import archives
 from infinivar.errors import InputError, printable
-from infinivar.parts.tables.columns import PARTS, number_columns, text_columns
+from infinivar.parts.catalogue import PARTS
+from infinivar.parts.tables.columns import number_columns, text_columns
 from infinivar.parts.tables.table import PartSet, PartTable, part_set
 
 _FORMAT = 1

@@ -15,7 +15,7 @@ from infinivar._core import files, plugins
 from infinivar.errors import InputError, nearest, printable
 from infinivar.parts import catalogue
 from infinivar.parts.tables import tomls
-from infinivar.parts.tables.columns import PARTS, check_kind, number_columns
+from infinivar.parts.tables.columns import check_kind, number_columns
 from infinivar.parts.tables.gathering import Gathering
 from infinivar.parts.tables.importing import SUFFIXES, PartImport, read_set
 from infinivar.parts.tables.table import PartSet
@@ -54,7 +54,7 @@ def users_folder() -> Path:
 def shipped() -> PartSet:
     """The shipped parts as tables."""
     gathering = Gathering(defaults={})
-    for kind in PARTS:
+    for kind in catalogue.PARTS:
         for key, row in catalogue.rows(kind).items():
             tomls.read_row(gathering, kind, key, row, f"{kind}.toml", None)
     if gathering.faults:
@@ -218,7 +218,7 @@ def entry(kind: str, name: str, beside: Sequence[Path] = ()) -> Mapping[str, Any
 def _entry(said: Mapping[str, Any], kind: str, name: str) -> dict[str, Any]:
     columns = number_columns(kind)
     derived = str(said.get("derived", "")).split()
-    fields = PARTS[kind].__dataclass_fields__
+    fields = catalogue.PARTS[kind].__dataclass_fields__
     made: dict[str, Any] = {"kind": said.get("kind", "catalogue"), "where": origin_of(said, name)}
     for column, value in said.items():
         outer, _, inner = column.partition(".")

@@ -15,7 +15,8 @@ from typing import Any
 from infinivar import units
 from infinivar._core import toml
 from infinivar.errors import InputError, nearest, printable
-from infinivar.parts.tables.columns import ONE, PARTS, kind_by_columns, number_columns, text_columns
+from infinivar.parts.catalogue import PARTS
+from infinivar.parts.tables.columns import ONE, kind_by_columns, number_columns, text_columns
 from infinivar.parts.tables.gathering import Gathering
 
 _KINDS = ("stated", "catalogue", "derived", "fitted", "assumed")

@@ -9,7 +9,7 @@ from typing import Any
 
 import infinivar as iv
 from infinivar import units
-from infinivar.parts.tables.columns import PARTS
+from infinivar.parts.catalogue import PARTS
 from infinivar.parts.tables.search import columns_of
 from infinivar.parts.tables.stores import readable
 from infinivar.web.answers.answer import Answer

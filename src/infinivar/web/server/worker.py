@@ -92,12 +92,12 @@ def _begun(study: str | None) -> tuple[bytes, bytes]:
 
 def _warm() -> None:
     """Import and compute what the first answers need, while the page is on its way."""
-    from infinivar.web.answers import answer
+    from infinivar.web.answers import dispatch
 
-    payload = dict(answer.answered("start", {}).header["study"])
+    payload = dict(dispatch.answered("start", {}).header["study"])
     with contextlib.suppress(Exception):  # the first question will tell
-        answer.answered("study", payload)
-        answer.answered("maps", {**payload, "count": 12}).pack()
+        dispatch.answered("study", payload)
+        dispatch.answered("maps", {**payload, "count": 12}).pack()
 
 
 _last_report = 0.0
@@ -114,12 +114,12 @@ def _report(out: BinaryIO, share: float, words: str) -> None:
 
 def _replied(name: str, body: bytes, report: Callable[[float, str], None]) -> tuple[bytes, bytes]:
     """The reply to a request."""
-    from infinivar.web.answers import answer
+    from infinivar.web.answers import answer, dispatch
     from infinivar.web.answers.jobs import JOBS, worked
 
     try:
         payload = parsed(body)
-        made = worked(payload, report) if name in JOBS else answer.answered(name, payload)
+        made = worked(payload, report) if name in JOBS else dispatch.answered(name, payload)
         return ANSWER, made.pack()
     except (answer.RefusedError, RecursionError) as problem:
         words = str(problem) if isinstance(problem, answer.RefusedError) else "the request is nested too deeply"

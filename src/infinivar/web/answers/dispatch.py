@@ -1,0 +1,63 @@
+"""The list of all answers, and the answer to a request."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from infinivar.errors import InputError, nearest
+from infinivar.web.answers.answer import Answer, FaultyError, RefusedError
+from infinivar.web.answers.document import study_of
+
+ANSWERS: dict[str, str] = {
+    "start": "infinivar.web.answers.start:start",
+    "disk": "infinivar.web.answers.start:disk",
+    "study": "infinivar.web.answers.studies:study",
+    "open": "infinivar.web.answers.studies:opened",
+    "shipped": "infinivar.web.answers.studies:shipped",
+    "toml": "infinivar.web.answers.studies:toml",
+    "parts": "infinivar.web.answers.catalogue:parts",
+    "maps": "infinivar.web.answers.maps:maps",
+    "judge": "infinivar.web.answers.maps:judge",
+    "tasks": "infinivar.web.answers.tasks:tasks",
+    "export": "infinivar.web.answers.export:export",
+    "point": "infinivar.web.answers.point:point",
+    "contact": "infinivar.web.answers.contact:contact",
+    "motion": "infinivar.web.answers.motion:motion",
+    "plane": "infinivar.web.answers.plane:plane",
+    "drawing": "infinivar.web.answers.drawing:drawing",
+}
+"""Function of each answer, "module:function", loaded when first asked: from the payload of a request to an `Answer`."""
+
+OF_STUDY = frozenset({"point", "contact", "motion", "plane", "drawing"})
+"""Answers about one study: their functions take the study and the payload, and return an `Answer` or its header."""
+
+
+def answered(name: str, payload: Any) -> Answer:
+    """Answer a request; faults of the study are an answer, too.
+
+    Raises
+    ------
+    RefusedError
+        If there is no such answer, or the payload is not one that the page sends.
+    """
+    if name not in ANSWERS:
+        raise RefusedError(f"{name!r} is not an answer{nearest(name, ANSWERS)}; answers: {', '.join(ANSWERS)}")
+    if not isinstance(payload, dict):
+        raise RefusedError("the request must be a JSON object")
+    try:
+        if name not in OF_STUDY:
+            return function_of(name)(payload)
+        found = function_of(name)(study_of(payload), payload)
+        return found if isinstance(found, Answer) else Answer(header=found)
+    except FaultyError as found:
+        return Answer(header={"faults": found.faults})
+    except InputError as problem:
+        return Answer(header={"faults": [{"at": "", "message": line} for line in str(problem).split("\n")]})
+
+
+def function_of(name: str) -> Callable[..., Any]:
+    """The function of an answer."""
+    module, _, function = ANSWERS[name].partition(":")
+    return getattr(import_module(module), function)
